@@ -19,7 +19,8 @@ from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
 from pickcli.geometry import GRAVITY, inverse
-from pickcli.grasping.candidates import GraspTarget, sample_grasps
+from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import WIDE
 from pickcli.grasping.surfaces import faces
 from pickcli.planning.pick import plan_pick

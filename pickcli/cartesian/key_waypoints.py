@@ -36,7 +36,7 @@ class PickPoses:
 
 def pick_poses(
     T_world_bin: Array, T_world_item: Array, T_item_tip: Array, offset: float, overtravel: float,
-    aside: tuple[float, float] = (0.0, 0.0),
+    aside: tuple[float, float] = (0.0, 0.0), slow: float = CONTACT_DISTANCE,
 ) -> PickPoses:  # fmt: skip
     """Find the tool poses up to contact.
 
@@ -48,6 +48,7 @@ def pick_poses(
         overtravel: m by which the cup is pressed beyond the surface, so that it meets an item that is farther
             away than its pose says.
         aside: m along y and z of the bin by which the pre-approach begins off the straight way in.
+        slow: m of slow motion before the cup can meet the item; 0 for fingers, which meet it at rest.
 
     Returns:
         The poses.
@@ -59,5 +60,5 @@ def pick_poses(
     depth = float((approach[:3, 3] - T_world_bin[:3, 3]) @ x_bin)
     way_in = -max(0.0, depth + PREAPPROACH_DISTANCE) * x_bin + T_world_bin[:3, 1:3] @ np.array(aside)
     preapproach = shifted(approach, way_in)
-    touch = shifted(surface, -min(offset, overtravel + CONTACT_DISTANCE) * axis)
+    touch = shifted(surface, -min(offset, overtravel + slow) * axis)
     return PickPoses(preapproach, approach, touch, shifted(surface, overtravel * axis))

@@ -163,7 +163,7 @@ class Cell:
             InputError: It has no place for items, or nothing that holds them.
         """
         lacking = [key for key, has in (("pod", self.pod.bins), ("tote", self.tote)) if not has]
-        lacking += ["tool"] * (self.robot.tool.suction_cup is None)
+        lacking += ["tool"] * (self.robot.tool.grip is None)
         if lacking:
             raise InputError(
                 f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; this command needs pod, "

@@ -65,6 +65,19 @@ class CupLimits:
         shear = np.hypot(wrench[..., 0], wrench[..., 1])
         return _over(np.hypot(shear / self.max_shear, wrench[..., 5] / self.max_twist), vacuum_share)
 
+    def figures(self, wrench: Array) -> Array:
+        """What of a wrench the limits speak of.
+
+        Args:
+            wrench: (..., 6) at the tip, in the tool frame, exerted by the cup on the item.
+
+        Returns:
+            (4, ...) pull and shear in N, bending and twist in Nm.
+        """
+        pull, shear = np.maximum(0.0, -wrench[..., 2]), np.hypot(wrench[..., 0], wrench[..., 1])
+        moment, twist = np.hypot(wrench[..., 3], wrench[..., 4]), np.abs(wrench[..., 5])
+        return np.stack([pull, shear, moment, twist])
+
     def ratio(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
         """The load on the cup over what it bears: it holds up to 1.
 

@@ -95,6 +95,18 @@ class PinchLimits:
         shear = np.hypot(wrench[..., 0], wrench[..., 2])
         return np.asarray(np.hypot(shear / self.max_shear, wrench[..., 4] / self.max_twist) / share)
 
+    def figures(self, wrench: Array) -> Array:
+        """What of a wrench the limits speak of.
+
+        Args:
+            wrench: (..., 6) about the tip, in the tool frame, exerted by the pads on the item.
+
+        Returns:
+            (4, ...) force along y and shear in N, bending and twist in Nm.
+        """
+        shear, bending = np.hypot(wrench[..., 0], wrench[..., 2]), np.hypot(wrench[..., 3], wrench[..., 5])
+        return np.stack([np.abs(wrench[..., 1]), shear, bending, np.abs(wrench[..., 4])])
+
     def ratio(self, wrench: Array, share: Array | float = 1.0) -> Array:
         """The load on the pads over what they bear: they hold up to 1.
 

@@ -9,7 +9,9 @@ from typing import TypeAlias
 import numpy as np
 
 from pickcli.cell.cup_limits import CupLimits
+from pickcli.cell.device import DeviceKind
 from pickcli.cell.gripper import ParallelGripper
+from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.errors import InputError
 from pickcli.geometry import Array, cross
 
@@ -94,6 +96,9 @@ class SuctionCup:
     seal_time: float
 
 
+GripLimits: TypeAlias = CupLimits | PinchLimits
+"""What a hold bears, by the kind of tool that holds."""
+
 GripModel: TypeAlias = SuctionCup | ParallelGripper
 """What holds items, and what it bears: of every tool one of these kinds."""
 
@@ -164,6 +169,16 @@ class Tool:
         return self.suction_cup
 
     @property
+    def contact_speed(self) -> float:
+        """The fastest final approach, m/s; without limit where nothing is mounted."""
+        return np.inf if self.grip is None else self.grip.contact_speed
+
+    @property
+    def mover(self) -> DeviceKind:
+        """The kind of device that changes its state."""
+        return DeviceKind.TOOL_ACTUATOR if self.gripper is None else DeviceKind.GRIPPER
+
+    @property
     def joints(self) -> tuple[str, ...]:
         """Names of the joints that the state moves: the cup's, or those of the fingers."""
         if self.gripper is not None:
@@ -222,6 +237,19 @@ class Tool:
         if self.gripper is not None and state.width is not None and state not in self.positions:
             return state.width
         return self.positions[self.default_state if state == MOVING else state]
+
+    def command(self, state: ToolState) -> str:
+        """The action of the device that moves the tool which leads to a state.
+
+        Args:
+            state: State of the tool.
+
+        Returns:
+            The state's name; for a width on an item that of the narrowest state, which ends on the item.
+        """
+        if state in self.positions:
+            return state.name
+        return min(self.positions, key=self.positions.__getitem__).name
 
     def joint_position(self, joint: str, state: ToolState) -> float:
         """Position of one of the joints that the state moves.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from pickcli.cell.tool import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
@@ -75,3 +77,17 @@ class MotionSegment(PathSegment):
         attached, touching = self.mode.attached, tuple(sorted(self.mode.contacts.names))
         held = attached.id if attached is not None else None
         return Segment(self.kind, t_start, t_end, self.mode.tool_state, held, touching)
+
+
+def at_rest(kind: SegmentKind, q: Array, mode: Mode) -> MotionSegment:
+    """A segment in which only the tool moves: fingers that close, or open.
+
+    Args:
+        kind: What it is for.
+        q: (n,) configuration in which the arm rests.
+        mode: What that must be free for.
+
+    Returns:
+        The segment, without length; how long it takes is the tool's business.
+    """
+    return MotionSegment(kind, np.stack([q, q]), mode=mode)

@@ -132,6 +132,22 @@ class PickContacts:
         cup = dict.fromkeys(self.met(press.outward), press.way)
         return AllowedContacts.of(self._given_way(SLIP), cup, self.ignored)
 
+    def while_closing(self) -> AllowedContacts:
+        """Contacts of fingers that close on the target, or open from it.
+
+        Returns:
+            The target, however deep: what the fingers sweep as they close goes through it.
+        """
+        return AllowedContacts.anyhow({self.target.id}, self.ignored)
+
+    def while_lifting_pinched(self) -> AllowedContacts:
+        """Contacts over the first stretch of the lift where fingers hold the target.
+
+        Returns:
+            Those of the target with what it leaves; the fingers keep clear of all that.
+        """
+        return AllowedContacts.of(self._given_way(SLIP), absent=self._without_target)
+
     def while_lifting(self, press: CupPress) -> AllowedContacts:
         """Contacts over the first stretch of the lift.
 

@@ -6,18 +6,17 @@ one, by inverse kinematics and collisions along every line, stands in ``planning
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
-from pickcli.cell.place import Place
 from pickcli.cell.tool import ACROSS, IN_LINE, Tool
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.grasping.face_poses import face_poses
+from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
 from pickcli.grasping.holding import loads_at_rest
+from pickcli.grasping.pinch_candidates import sample_pinches
 from pickcli.grasping.search import USUAL, Search
 from pickcli.grasping.surfaces import Face, faces, tilted, turned, wide_faces
 from pickcli.motion.plan import Grasp, GraspKind
@@ -33,45 +32,10 @@ HOLDS = 0.8  # of what the cup bears at rest, beyond which a grasp is dropped
 TILTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # shares of the most that the cup may be tilted
 
 
-@dataclass(frozen=True)
-class CandidateSet:
-    """Grasp candidates for one item.
-
-    Attributes:
-        grasps: Candidates, best first.
-        rejected: Why others were dropped.
-    """
-
-    grasps: tuple[Grasp, ...]
-    rejected: tuple[Reason, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class GraspTarget:
-    """An item that is to be grasped where it lies.
-
-    Attributes:
-        id: Id of the item in its scene.
-        item: Kind of the item, with its shape and mass.
-        T_entry_item: (4, 4) its pose in the frame of the way into its place, x leading in.
-        place: Where it lies.
-    """
-
-    id: str
-    item: Item
-    T_entry_item: Array
-    place: Place
-
-    @property
-    def R_level_item(self) -> Array:
-        """(3, 3) how the item lies in a frame whose z axis points up."""
-        return np.asarray(self.place.T_place_entry[:3, :3] @ self.T_entry_item[:3, :3])
-
-
 def sample_grasps(
     target: GraspTarget, tool: Tool, rng: np.random.Generator, search: Search = USUAL, most: float = HOLDS
 ) -> CandidateSet:
-    """Candidates for an item whose pose is known.
+    """Candidates for an item whose pose is known. Those of a gripper: ``sample_pinches``.
 
     Into a place from the front, frontal grasps hold the lance in line with the cup, top-down and side grasps
     across it; from above all are top-down, in line. Each face yields its centre, random places and
@@ -89,6 +53,8 @@ def sample_grasps(
         Candidates, best first, and why others were dropped.
     """
     item = target.item
+    if tool.gripper is not None:
+        return sample_pinches(target, tool, tool.gripper, rng, search, most)
     if not item.suction:
         return CandidateSet((), (Reason("cannot be held by suction", target.id, item.why_not),))
     found: list[Grasp] = []

@@ -1,4 +1,4 @@
-"""Whether the vacuum holds: the wrench on the cup, from gravity and motion, against what the cup bears."""
+"""Whether a hold lasts: the wrench on cup or pads, from gravity and motion, against what they bear."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.item import Item
-from pickcli.cell.tool import Tool
-from pickcli.geometry import GRAVITY, Array
+from pickcli.cell.tool import GripLimits, Tool
+from pickcli.geometry import GRAVITY, Array, inverse
+from pickcli.grasping.antipodal import limits_of
 from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
 from pickcli.motion.plan import Grasp
@@ -18,14 +18,14 @@ from pickcli.motion.plan import Grasp
 
 @dataclass(frozen=True)
 class CupLoad:
-    """Worst load on the cup over a motion, each figure by itself but for the ratio.
+    """Worst load on cup or pads over a motion, each figure by itself but for the ratio.
 
     Attributes:
-        pull: N along the cup's axis, away from it.
-        shear: N across it.
-        moment: Nm of bending, about the cup's tip.
-        twist: Nm about the cup's axis.
-        ratio: Of all figures at one time over what the cup bears; the cup holds up to 1.
+        pull: N along the cup's axis, away from it; along which fingers close, either way.
+        shear: N across that axis.
+        moment: Nm of bending, about the tip.
+        twist: Nm about that axis.
+        ratio: Of all figures at one time over what cup or pads bear; they hold up to 1.
     """
 
     pull: float
@@ -73,25 +73,25 @@ class CupLoad:
 
 @dataclass(frozen=True, eq=False)
 class Hold:
-    """An item, as heavy as it may be, in the cup.
+    """An item, as heavy as it may be, in the cup or between the pads.
 
     Attributes:
         body: The item as a rigid body in the tool frame.
-        limits: What the cup bears at full vacuum.
-        vacuum_share: What the face under the cup keeps of full vacuum.
+        limits: What the cup bears at full vacuum, or the pads as far as they touch the item.
+        vacuum_share: What the face under the cup keeps of full vacuum; 1 between pads.
     """
 
     body: HeldBody
-    limits: CupLimits
+    limits: GripLimits
     vacuum_share: float
 
     @classmethod
     def of(cls, item: Item, face: str, T_tip_item: Array, tool: Tool) -> Hold:
-        """An item held by one of its faces.
+        """An item held by one of its faces, or two of them.
 
         Args:
             item: What is held.
-            face: The name of the face under the cup.
+            face: The name of the face under the cup, or of what is pinched.
             T_tip_item: (4, 4) the item in the tool frame.
             tool: The tool that holds it.
 
@@ -101,7 +101,7 @@ class Hold:
         R = T_tip_item[:3, :3]
         inertia = (1.0 + item.mass_error) * R @ item.inertia @ R.T
         body = HeldBody(item.heaviest, T_tip_item[:3, 3], inertia)
-        return cls(body, tool.cup.limits, item.seals[face])
+        return cls(body, *_bears(item, face, inverse(T_tip_item), tool))
 
     def at_rest(self, R_world_tip: Array) -> CupLoad:
         """The worst load at rest: no slower motion loads the cup less.
@@ -156,12 +156,12 @@ class Hold:
 def loads_at_rest(
     item: Item, face: str, T_item_tip: Array, R_world_item: Array, tool: Tool
 ) -> tuple[CupLoad, ...]:
-    """The loads on the cup at rest, for many places on one face.
+    """The loads at rest, for many places on one face; of a gripper for one place, in several ways.
 
     Args:
         item: What is held.
-        face: The name of the face under the cup.
-        T_item_tip: (P, 4, 4) places of the cup.
+        face: The name of the face under the cup, or of what is pinched.
+        T_item_tip: (P, 4, 4) places of the tool.
         R_world_item: (3, 3) how the item lies.
         tool: The tool that holds it.
 
@@ -173,12 +173,17 @@ def loads_at_rest(
     upwards = np.stack([R_world_item[2] @ R, np.tile((0.0, 0.0, -1.0), (len(R), 1))], axis=1)
     force = item.heaviest * GRAVITY * upwards
     wrenches = np.concatenate([force, np.cross(p_tip_com, force)], axis=2)
-    return _worst(wrenches, tool.cup.limits, item.seals[face])
+    return _worst(wrenches, *_bears(item, face, T_item_tip[0], tool))
 
 
-def _worst(wrenches: Array, limits: CupLimits, vacuum_share: float) -> tuple[CupLoad, ...]:
+def _bears(item: Item, face: str, T_item_tip: Array, tool: Tool) -> tuple[GripLimits, float]:
+    """What the tool bears where it holds an item, and which share of it."""
+    if tool.gripper is not None:
+        return limits_of(tool.gripper, item.shape, face, T_item_tip), 1.0
+    return tool.cup.limits, item.seals[face]
+
+
+def _worst(wrenches: Array, limits: GripLimits, vacuum_share: float) -> tuple[CupLoad, ...]:
     """The worst load of each of many sets of wrenches (P, N, 6)."""
-    pull, shear = np.maximum(0.0, -wrenches[..., 2]), np.hypot(wrenches[..., 0], wrenches[..., 1])
-    moment, twist = np.hypot(wrenches[..., 3], wrenches[..., 4]), np.abs(wrenches[..., 5])
-    figures = np.stack([pull, shear, moment, twist, limits.ratio(wrenches, vacuum_share)])
+    figures = np.concatenate([limits.figures(wrenches), limits.ratio(wrenches, vacuum_share)[None]])
     return tuple(CupLoad(*worst) for worst in figures.max(axis=2).T.tolist())

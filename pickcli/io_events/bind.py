@@ -6,11 +6,11 @@ and timing move anchors in time; what they mean stays: the vacuum is there when 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
 from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.tool import MOVING
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import InputError
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.segment import Segment, SegmentKind
@@ -46,14 +46,22 @@ def bind_pick(
     )
 
 
-def bind_tool_states(segments: Sequence[Segment], devices: Mapping[str, Device]) -> tuple[Event, ...]:
+def bind_tool_states(
+    segments: Sequence[Segment],
+    devices: Mapping[str, Device],
+    mover: DeviceKind = DeviceKind.TOOL_ACTUATOR,
+    command: Callable[[ToolState], str] = str,
+) -> tuple[Event, ...]:
     """Changes of the tool's state: each begins with the segment in which it may be anywhere in between.
 
-    The earliest moment allowed leaves the most time to be done before the next segment counts on it.
+    The earliest moment allowed leaves the most time to be done before the next segment counts on it. So
+    fingers close on an item, and open from it, in a segment in which the arm rests for that long.
 
     Args:
         segments: Segments of the motion, with their times.
         devices: Devices of the cell, by name.
+        mover: Kind of the device that moves the tool.
+        command: Its action that leads to a state.
 
     Returns:
         The events, unresolved.
@@ -66,9 +74,9 @@ def bind_tool_states(segments: Sequence[Segment], devices: Mapping[str, Device])
             continue
         resting = next((s.tool_state for s in segments[index:] if s.tool_state != MOVING), None)
         if resting is not None:
-            device = device_of(devices, DeviceKind.TOOL_ACTUATOR)
+            device = device_of(devices, mover)
             anchor = Anchor(AnchorKind.SEGMENT_START, index, device.lead)
-            events.append(_event(device, resting.name, anchor))
+            events.append(_event(device, command(resting), anchor))
     return tuple(events)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf
 
 import numpy as np
 
@@ -164,6 +163,8 @@ def divided_lift(
     Returns:
         The take-up, at its speed, and the rest of the lift; None where the weight hardly turns the cup.
     """
+    if tool.suction_cup is None:  # pads give way by nothing
+        return None
     tips = arm.tips(lift.waypoints, lift.mode.tool_state)
     R_world_tip, p = tips[0, :3, :3], tips[:, :3, 3]
     ways = np.linalg.norm(p - p[0], axis=1)
@@ -196,8 +197,7 @@ def _timed(
     limit: PathConstraint | None = None,
 ) -> TimedRun | Failures:
     """One run that keeps what is promised of lines and contact, or what it breaks however it is mended."""
-    cup = context.cell.robot.tool.suction_cup
-    fastest = inf if cup is None else cup.contact_speed
+    fastest = context.cell.robot.tool.contact_speed
     run = _timed_once(context, segments, checkers, limit)
     for _ in range(MENDS):
         if isinstance(run, Failures) or (better := mended(context.arm, fastest, run, segments)) is None:

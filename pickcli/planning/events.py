@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pickcli.errors import Failures
-from pickcli.io_events.bind import bind_pick
+from pickcli.io_events.bind import bind_pick, bind_tool_states
 from pickcli.io_events.resolve import delay_segments, resolve
 from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment
@@ -32,8 +32,11 @@ def schedule(
     Returns:
         Segments, trajectory and events with their times; or every event that cannot be bound.
     """
-    seal_time, release_time = context.cell.robot.tool.cup.seal_time, context.settings.release_time
-    events = bind_pick(segments, context.cell.devices, seal_time, release_time)
+    tool, devices = context.cell.robot.tool, context.cell.devices
+    if tool.suction_cup is None:
+        events = bind_tool_states(segments, devices, tool.mover, tool.command)
+    else:
+        events = bind_pick(segments, devices, tool.suction_cup.seal_time, context.settings.release_time)
     resolution = resolve(events, segments, trajectory)
     if resolution.start_delay > 0.0:
         trajectory = delayed(trajectory, resolution.start_delay)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import PickPoses
 from pickcli.cell.robot import Limits
+from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.collision.stage_contacts import CupPress
@@ -23,13 +24,13 @@ class ToolLines:
 
     Attributes:
         grasp: Where the cup sits on the target.
-        press: How the cup is pressed on there.
+        press: How the cup is pressed on there; None for fingers, which close at rest.
         inward: Ways to the contact, the plainest first.
         outward: Ways out of the bin that leave the lance room, and on which the cup holds.
     """
 
     grasp: Grasp
-    press: CupPress
+    press: CupPress | None
     inward: tuple[PickPoses, ...]
     outward: tuple[LiftPoses, ...]
 
@@ -46,7 +47,8 @@ class GraspMotion:
     Attributes:
         grasp: Where the cup sits on the target.
         attached: The target in the cup.
-        inward: Pre-approach, approach and contact, with the empty tool.
+        inward: Pre-approach, approach and contact, with the empty tool. Where fingers close, the contact has
+            no length.
         outward: First stretch of the lift, lift and retreat, with the target.
     """
 
@@ -64,6 +66,11 @@ class GraspMotion:
     def end(self) -> Array:
         """Configuration (n,) at the end of the retreat."""
         return self.outward[-1].end
+
+    @property
+    def holding_state(self) -> ToolState:
+        """State of the tool while it holds the target."""
+        return self.outward[-1].mode.tool_state
 
     def turned_towards(self, limits: Limits, q: Array) -> GraspMotion:
         """The motion turned by whole turns, to start within half a turn of a configuration in every joint.
@@ -106,7 +113,7 @@ class PlaceMotion:
     Attributes:
         scene: The scene when the item has been let go.
         inward: With the item, to the release.
-        away: With the empty tool, in that scene.
+        away: With the empty tool, in that scene. Where fingers open, the first has no length.
         cost: s that a better place would be worth.
     """
 

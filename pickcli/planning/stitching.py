@@ -7,13 +7,14 @@ the key waypoints. The motion stops only on the item and over the tote.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.grasping.holding import CupLoad, Hold
+from pickcli.io_events.bind import device_of
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
@@ -39,8 +40,9 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     Returns:
         The plan, uncertified; every reason when the cup cannot hold at any speed or a proof fails.
     """
-    context, settings, grasp = problem.context, problem.context.settings, motion.in_bin.grasp
+    context, grasp = problem.context, motion.in_bin.grasp
     item, scene = problem.target.item, problem.scene
+    grip = _GripTimes.of(context)
     to_item = _moving(context, [motion.transit, *motion.in_bin.inward])
     to_place = _moving(context, [*motion.in_bin.outward, motion.transfer, *motion.placement.inward])
     away = _moving(context, motion.placement.away)
@@ -56,11 +58,13 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     if isinstance(last, Failures):
         return last
     runs = [first, *(part.run for part in carried), last]
-    rests = [context.cell.robot.tool.cup.seal_time, *[0.0] * (len(carried) - 1), settings.release_time]
+    rests = [grip.take, *[0.0] * (len(carried) - 1), grip.release]
     lift = to_place[:1] * len(carried)
     trajectory, segments = _joined([*to_item, *lift, *to_place[1:], *away], runs, rests)
     if len(carried) > 1:
         segments = _joined_at(segments, len(to_item))
+    if context.cell.robot.tool.gripper is not None:
+        segments = _with_rests(segments, grip, motion)
     scheduled = schedule(context, segments, trajectory)
     if isinstance(scheduled, Failures):
         return scheduled
@@ -109,6 +113,50 @@ def stitch_run(
         label, cell.fingerprint, scene_hash(scene), seed, timed, trajectory, (),
         arm=cell.arm, others=cell.others,
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _GripTimes:
+    """How long the arm rests where the item is taken, and where it is let go, in s."""
+
+    take: float
+    release: float
+
+    @classmethod
+    def of(cls, context: PlanningContext) -> _GripTimes:
+        tool = context.cell.robot.tool
+        if tool.gripper is not None:
+            lead = device_of(context.cell.devices, tool.mover).lead
+            return cls(lead, lead)
+        return cls(tool.cup.seal_time, context.settings.release_time)
+
+
+def _with_rests(segments: tuple[Segment, ...], grip: _GripTimes, motion: PickMotion) -> tuple[Segment, ...]:
+    """The segments, with those in which only fingers move cut off the ends of the ones before.
+
+    Args:
+        segments: Those that move; the arm rests at the end of the last before the item is held, and of the
+            last that holds it.
+        grip: How long it rests there.
+        motion: The pick of a gripper: its way in ends with the segment in which the fingers close, its way
+            away begins with the one in which they open.
+    """
+    closing, opening = motion.in_bin.inward[-1], motion.placement.away[0]
+    held = [k for k, segment in enumerate(segments) if segment.held is not None]
+    taken, let_go = held[0] - 1, held[-1]
+    return (
+        *segments[:taken],
+        *_cut(segments[taken], grip.take, closing),
+        *segments[held[0] : let_go],
+        *_cut(segments[let_go], grip.release, opening),
+        *segments[let_go + 1 :],
+    )
+
+
+def _cut(segment: Segment, rest: float, at_rest: MotionSegment) -> tuple[Segment, Segment]:
+    """A segment without its last seconds, and those as a segment of their own."""
+    t = segment.t_end - rest
+    return replace(segment, t_end=t), at_rest.timed(t, segment.t_end)
 
 
 def _moving(context: PlanningContext, segments: Iterable[MotionSegment]) -> list[MotionSegment]:

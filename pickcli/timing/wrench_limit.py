@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.cup_limits import CupLimits
-from pickcli.cell.tool import ToolState
+from pickcli.cell.pinch_limits import PinchLimits
+from pickcli.cell.tool import GripLimits, ToolState
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.held_body import HeldBody
@@ -30,24 +30,25 @@ Plane = tuple[Array, Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class WrenchLimit:
-    """A body held in the cup while the arm moves.
+    """A body held in the cup, or between pads, while the arm moves.
 
     Attributes:
-        arm: Moves the cup.
+        arm: Moves the tool.
         tool_state: State of the tool.
         body: What it holds.
-        limits: What the cup bears at full vacuum.
+        limits: What the cup bears at full vacuum, or the pads.
         share: Of the limits that may be used: vacuum under the cup over full vacuum, and any margin.
     """
 
     arm: Arm
     tool_state: ToolState
     body: HeldBody
-    limits: CupLimits
+    limits: GripLimits
     share: float
 
     def __str__(self) -> str:
-        return f"{self.share:.2f} of what the cup bears"
+        bearer = "the pads bear" if isinstance(self.limits, PinchLimits) else "the cup bears"
+        return f"{self.share:.2f} of what {bearer}"
 
     def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
         """Polygons inscribed in the limits of the wrench (see ``PathConstraint``).
@@ -60,7 +61,7 @@ class WrenchLimit:
         Returns:
             The half-planes that keep the wrench inside what the cup bears.
         """
-        plane = self.body.path_wrench(self.arm.tip_motion(q, dq, ddq, self.tool_state))
+        plane = self._along_axis(self.body.path_wrench(self.arm.tip_motion(q, dq, ddq, self.tool_state)))
         inside = (_inscribed(*self._slip(plane)), *(_inscribed(*of) for of in self._lip(plane)))
         return HalfPlanes(*(np.concatenate(columns, axis=1) for columns in zip(*inside, strict=True)))
 
@@ -95,6 +96,13 @@ class WrenchLimit:
             factor[over] = 1.0 / np.sqrt(low)
         return factor
 
+    def _along_axis(self, plane: Plane) -> Plane:
+        """Wrenches in axes whose last one is that of the hold: of a cup those of the tool frame."""
+        if not isinstance(self.limits, PinchLimits):
+            return plane
+        a, b, c = plane
+        return self.limits.along_axis(a), self.limits.along_axis(b), self.limits.along_axis(c)
+
     def _slip(self, plane: Plane) -> tuple[Plane, Plane]:
         """Friction, (|shear| / max_shear)^2 + (|twist| / max_twist)^2 <= share^2, as of ``_inscribed``.
 
@@ -114,6 +122,9 @@ class WrenchLimit:
         a, b, c = (w[:, 3:5] / self.limits.max_moment / self.share for w in plane)
         by_u, by_x, at_rest = (w[:, 2:3] / self.limits.max_pull / self.share for w in plane)
         room = np.maximum(1.0 + at_rest, AT_REST)  # fz, which is the pull with its sign turned
+        if isinstance(self.limits, PinchLimits):  # which bears a push no better than a pull
+            pushed = np.maximum(1.0 - at_rest, AT_REST)
+            return ((a, b, c), (by_u, by_x, room)), ((a, b, c), (-by_u, -by_x, pushed))
         return ((a, b, c), (by_u, by_x, room)), ((a, b, c), _constant(np.ones_like(room)))
 
 

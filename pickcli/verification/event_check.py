@@ -9,12 +9,13 @@ from itertools import pairwise
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.tool import MOVING, ToolState
+from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.errors import Reason
 from pickcli.motion.event import AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
+from pickcli.verification.finger_events import check_finger_events, leads_to
 from pickcli.verification.straightness_check import every_millisecond, fastest_tip, tip_points
 
 TIME_TOLERANCE = 1e-6  # s
@@ -61,7 +62,12 @@ def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
             if e.t_trigger is not None
             if e.t_anchor is not None
         ]
-        reasons = [*_apart(commands), *_order(plan, scene, commands), *_tool_state(plan, commands)]
+        tool = scene.cell.robot.tool
+        if tool.gripper is None:
+            order = [*_order(plan, scene, commands)]
+        else:
+            order = [*check_finger_events(plan, scene)]
+        reasons = [*_apart(commands), *order, *_tool_state(plan, tool, commands)]
     return tuple(reasons)
 
 
@@ -84,7 +90,7 @@ def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
         elif not -TIME_TOLERANCE <= event.t_trigger <= plan.trajectory.duration + TIME_TOLERANCE:
             yield Reason("trigger outside the motion", where, f"at {event.t_trigger:.3f} s")
         elif (
-            device.kind is DeviceKind.TOOL_ACTUATOR
+            device.kind in (DeviceKind.TOOL_ACTUATOR, DeviceKind.GRIPPER)
             and event.t_anchor > plan.trajectory.duration + TIME_TOLERANCE
         ):
             detail = (
@@ -239,10 +245,10 @@ def _needed(
             yield Reason("event at the wrong time", what, needs)
 
 
-def _tool_state(plan: Plan, commands: Iterable[_Command]) -> Iterator[Reason]:
+def _tool_state(plan: Plan, tool: Tool, commands: Iterable[_Command]) -> Iterator[Reason]:
     """Segments say what the cup does; commands must make it so, at rest in the hand."""
     moves = sorted(
-        (command for command in commands if command.kind is DeviceKind.TOOL_ACTUATOR),
+        (command for command in commands if command.kind is tool.mover),
         key=lambda command: command.trigger,
     )
     for k, segment in enumerate(plan.segments):
@@ -252,7 +258,7 @@ def _tool_state(plan: Plan, commands: Iterable[_Command]) -> Iterator[Reason]:
         elif segment.held is not None:
             detail = "the load on the cup would not be known"
             yield Reason("tool changes its state while holding", where, detail)
-    yield from _changes(plan.segments, moves)
+    yield from _changes(plan.segments, tool, moves)
 
 
 def _still(segment: Segment, moves: Iterable[_Command], where: str) -> Iterator[Reason]:
@@ -263,13 +269,13 @@ def _still(segment: Segment, moves: Iterable[_Command], where: str) -> Iterator[
             yield Reason("wrong tool state", where, told)
 
 
-def _changes(segments: Sequence[Segment], moves: Iterable[_Command]) -> Iterator[Reason]:
+def _changes(segments: Sequence[Segment], tool: Tool, moves: Iterable[_Command]) -> Iterator[Reason]:
     """Every resting state is the one that the last command before it leads to, or the one at the start."""
     at_start = segments[0].tool_state
     for k, segment in enumerate(segments):
         known = [] if at_start == MOVING else [at_start]
         known += [ToolState(m.action) for m in moves if m.complete <= segment.t_start + TIME_TOLERANCE]
-        if segment.tool_state not in (MOVING, *known[-1:]):
+        if segment.tool_state != MOVING and not any(leads_to(tool, last, segment) for last in known[-1:]):
             said = (
                 f"the commands leave it {known[-1]}" if known else "no command says to where it moves before"
             )

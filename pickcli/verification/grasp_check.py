@@ -16,6 +16,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.load_check import check_load
+from pickcli.verification.pinch_check import check_pinch
 
 ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
 ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
@@ -24,7 +25,7 @@ ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, on top
 
 
 def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
-    """Check all that concerns the cup and the item.
+    """Check all that concerns the cup, or the fingers, and the item.
 
     Args:
         plan: The plan.
@@ -36,6 +37,8 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
     """
     if plan.grasp is None or T_tip_item is None:
         return ()
+    if scene.cell.robot.tool.gripper is not None:
+        return (*check_pinch(plan, scene, T_tip_item), *_kind(scene, plan.grasp))
     grasp, item = plan.grasp, scene.item(plan.grasp.item)
     reasons = [*_face(grasp, item), *_seal(grasp, item, scene.cell.robot.tool)]
     if grasp.tool_state == MOVING:

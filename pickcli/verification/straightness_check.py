@@ -57,7 +57,7 @@ def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
         where = f"segment {k} ({segment.kind})"
         if segment.kind in STRAIGHT:
             reasons += _straight(tips, where)
-        if segment.kind is SegmentKind.CONTACT:
+        if segment.kind is (SegmentKind.CONTACT if robot.tool.gripper is None else SegmentKind.APPROACH):
             reasons += _contact(plan, robot, segment, tips, where)
         if segment.kind in touched and segment.touching:
             touched[segment.kind] += float(np.linalg.norm(np.diff(tips[:, :3, 3], axis=0), axis=1).sum())
@@ -92,14 +92,14 @@ def _largest_angle(tips: Array, s: Array) -> float:
 
 
 def _contact(plan: Plan, robot: Robot, segment: Segment, tips: Array, where: str) -> Iterator[Reason]:
-    """The cup moves along its own axis, outwards, and no faster than the bellows take."""
+    """The tool moves along its own axis, outwards, and no faster than bellows take, or fingers may."""
     way = tips[-1, :3, 3] - tips[0, :3, 3]
     axis = tips[-1, :3, 2]
     aside = float(np.linalg.norm(way - (way @ axis) * axis))
     if way @ axis <= 0.0 or aside > OFF_LINE:
         yield Reason("not along the tool axis", where, f"{aside * 1e3:.2f} mm aside")
     speed = fastest_tip(plan, robot, segment.tool_state, segment.t_start, segment.t_end)
-    limit = robot.tool.cup.contact_speed
+    limit = robot.tool.contact_speed
     if speed > limit * (1.0 + SPEED_TOLERANCE):
         yield Reason("contact speed", where, f"{speed:.4f} m/s, the tool takes {limit}")
 

@@ -78,9 +78,9 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
     Yields:
         One fault for each contact that does.
     """
-    if plan.grasp is None:
-        return
     robot = scene.cell.robot
+    if plan.grasp is None or robot.tool.gripper is not None:  # fingers close from both sides
+        return
     for k, segment in enumerate(plan.segments):
         if segment.kind is not SegmentKind.CONTACT:
             continue

@@ -9,12 +9,8 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array, is_pose, pose, rotation_axis_angle
-from pickcli.grasping.candidates import (
-    LANCE_CLEAR,
-    GraspTarget,
-    _tilt_over_the_lip,
-    sample_grasps,
-)
+from pickcli.grasping.candidates import LANCE_CLEAR, _tilt_over_the_lip, sample_grasps
+from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.grasping.surfaces import faces, tilt_on, tilted, turned
 from pickcli.motion.plan import Grasp

@@ -347,22 +347,26 @@ def states(*stated: ToolState) -> list[Segment]:
     return [Segment(TRANSIT, float(k), k + 1.0, state, None) for k, state in enumerate(stated)]
 
 
+def changes(segments: list[Segment], moves: list[_Command]) -> Iterable[Reason]:
+    return _changes(segments, SCENE.cell.robot.tool, moves)
+
+
 def test_a_segment_states_what_the_last_command_before_it_left() -> None:
     """Commands that are complete at 1 s and at 2 s, and what the plan begins with."""
     there, back = turn(0.5, "down"), turn(1.5, "straight")
-    assert whats(_changes(states(STRAIGHT, STRAIGHT), [])) == []
-    assert whats(_changes(states(STRAIGHT, DOWN), [])) == ["wrong tool state"]
-    assert whats(_changes(states(STRAIGHT, DOWN, STRAIGHT), [there, back])) == []
-    assert whats(_changes(states(STRAIGHT, DOWN, DOWN), [there, back])) == ["wrong tool state"]
-    assert whats(_changes(states(STRAIGHT, STRAIGHT, STRAIGHT), [there, back])) == ["wrong tool state"]
-    assert whats(_changes(states(MOVING, DOWN, DOWN), [there])) == []
-    assert whats(_changes(states(MOVING, MOVING, DOWN), [])) == ["wrong tool state"]
-    assert whats(_changes(states(MOVING, MOVING), [])) == []
-    assert "the commands leave it down" in str([*_changes(states(STRAIGHT, STRAIGHT), [there])])
-    assert "no command says" in str([*_changes(states(MOVING, STRAIGHT), [])])
+    assert whats(changes(states(STRAIGHT, STRAIGHT), [])) == []
+    assert whats(changes(states(STRAIGHT, DOWN), [])) == ["wrong tool state"]
+    assert whats(changes(states(STRAIGHT, DOWN, STRAIGHT), [there, back])) == []
+    assert whats(changes(states(STRAIGHT, DOWN, DOWN), [there, back])) == ["wrong tool state"]
+    assert whats(changes(states(STRAIGHT, STRAIGHT, STRAIGHT), [there, back])) == ["wrong tool state"]
+    assert whats(changes(states(MOVING, DOWN, DOWN), [there])) == []
+    assert whats(changes(states(MOVING, MOVING, DOWN), [])) == ["wrong tool state"]
+    assert whats(changes(states(MOVING, MOVING), [])) == []
+    assert "the commands leave it down" in str([*changes(states(STRAIGHT, STRAIGHT), [there])])
+    assert "no command says" in str([*changes(states(MOVING, STRAIGHT), [])])
 
 
 def test_a_command_that_is_complete_within_a_microsecond_of_a_segment_s_start_counts() -> None:
     for late, is_refused in ((TIME_TOLERANCE, False), (2 * TIME_TOLERANCE, True)):
         move = replace(turn(0.5, "down"), complete=1.0 + late)
-        assert whats(_changes(states(MOVING, DOWN), [move])) == ["wrong tool state"] * is_refused
+        assert whats(changes(states(MOVING, DOWN), [move])) == ["wrong tool state"] * is_refused

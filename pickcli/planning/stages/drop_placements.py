@@ -13,9 +13,10 @@ from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import ShapeKind
-from pickcli.cell.tool import IN_LINE, ToolState
+from pickcli.cell.tool import IN_LINE, MOVING, ToolState
 from pickcli.collision.attached_item import AttachedItem
-from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import Mode, MotionSegment, at_rest
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind, SegmentLimits
@@ -189,7 +190,7 @@ def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
     Returns:
         The motions, the best placement first; or every reason why there is none.
     """
-    context, state, destination = problem.context, chosen.grasp.tool_state, problem.destination
+    context, state, destination = problem.context, chosen.holding_state, problem.destination
     # What is taken out of its destination no longer lies there.
     without = problem.scene.without(problem.target.id)
     placements = drop_placements(without, destination, chosen.attached, state)
@@ -202,7 +203,7 @@ def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
     failures = Failures()
     for spot in placements:
         seeds = np.vstack([chosen.end, *named, context.arm.random_seeds(rng, 4)])
-        motion = _dropped(problem, spot, seeds, carrying)
+        motion = _dropped(problem, spot, seeds, carrying, chosen.grasp.tool_state)
         if isinstance(motion, Failures):
             failures += motion
             continue
@@ -214,7 +215,7 @@ def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
 
 
 def _dropped(
-    problem: PickProblem, spot: DropPlacement, seeds: Array, carrying: Mode
+    problem: PickProblem, spot: DropPlacement, seeds: Array, carrying: Mode, empty: ToolState
 ) -> PlaceMotion | Failures:
     """Down to one placement and up again, from the first of the arm's solutions above it that can."""
     context, checker = problem.context, problem.context.checker_for(problem.scene, carrying)
@@ -226,15 +227,17 @@ def _dropped(
         return Failures((lambda: (checker.explain(solutions[0]).at("place"),),))
     failures = Failures()
     for q in solutions[are_valid]:
-        motion = _lowered(problem, spot, q, carrying)
+        motion = _lowered(problem, spot, q, carrying, empty)
         if not isinstance(motion, Failures):
             return motion
         failures += motion
     return failures
 
 
-def _lowered(problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode) -> PlaceMotion | Failures:
-    """Down to one placement and up again, from a configuration (n,) above it."""
+def _lowered(
+    problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode, empty: ToolState
+) -> PlaceMotion | Failures:
+    """Down to one placement and up again, from a configuration (n,) above it. empty: state on the way up."""
     context, state = problem.context, carrying.tool_state
     checker = context.checker_for(problem.scene, carrying)
     down = follow_line(context.arm, checker, spot.above, spot.release, state, q, "place")
@@ -242,10 +245,23 @@ def _lowered(problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode
         return down
     limits = SegmentLimits(max_tool_speed=context.settings.place_speed)
     place = MotionSegment(SegmentKind.PLACE, down, limits, mode=carrying)
-    # The way up is the way down without the item: a part of the volume that was just proven free.
-    empty = Mode(state, None, problem.contacts.after_dropping())
-    depart = replace(place.backwards(SegmentKind.DEPART), mode=empty)
-    return PlaceMotion(problem.scene, (place,), (depart,), DROP_COST * spot.cost)
+    after = problem.contacts.after_dropping()
+    depart = replace(place.backwards(SegmentKind.DEPART), mode=Mode(empty, None, after))
+    if empty == state:  # then it is the way down without the item: a part of the volume just proven free
+        return PlaceMotion(problem.scene, (place,), (depart,), DROP_COST * spot.cost)
+    opening = at_rest(SegmentKind.DEPART, depart.start, Mode(MOVING, None, after))
+    for segment in (opening, depart):
+        checker = context.checker_for(problem.scene, segment.mode)
+        if not checker.is_valid_path(segment.waypoints):
+            return _why_not_opened(checker, depart)
+    return PlaceMotion(problem.scene, (place,), (opening, depart), DROP_COST * spot.cost)
+
+
+def _why_not_opened(checker: SceneChecker, depart: MotionSegment) -> Failures:
+    """What fingers that open, or have opened, meet on the way up, looked up when somebody asks."""
+    k = checker.first_invalid_edge(depart.waypoints)
+    q = depart.waypoints[max(0, k)]
+    return Failures((lambda: (checker.explain(q).at("place, with open fingers"),),))
 
 
 def drop_placements(

@@ -85,7 +85,7 @@ def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> G
     lines = tool_lines(back, grasp, ways_out)
     if isinstance(lines, Failures):
         return lines
-    return plan_grasp_motion(back, lines, back.context.cell.robot.tool.cup.contact_speed, rng)
+    return plan_grasp_motion(back, lines, back.context.cell.robot.tool.contact_speed, rng)
 
 
 def _orientations(problem: PickProblem) -> list[Array]:

@@ -16,11 +16,13 @@ import numpy as np
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import PickPoses
 from pickcli.cartesian.line_following import follow_line
+from pickcli.cell.tool import MOVING
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.collision.motion_segment import Mode, MotionSegment, at_rest
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.pinch_candidates import holding_state
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, ToolLines
 from pickcli.planning.pick_problem import PickProblem
@@ -99,7 +101,7 @@ class _Lines:
         where: The grasp, as reasons call it.
         attached: The target in the cup.
         approaching: Of the empty tool in the bin.
-        pressing: Of the empty tool at the target.
+        pressing: Of the empty tool at the target: a cup that is pressed on, fingers that close.
         lifting: With the target, over the first stretch of the lift.
         carrying: With the target when it touches nothing any more.
         contact_speed: m/s at which the cup may meet the target.
@@ -122,6 +124,16 @@ class _Lines:
         # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
         T_tip_item = inverse(ways.contact) @ target.T_world_item
         attached = AttachedItem(target.item, T_tip_item, problem.uncertainty, target.id)
+        if ways.press is None:
+            held = holding_state(ways.grasp, target.item, problem.context.cell.robot.tool)
+            return cls(
+                problem.context, problem.scene, ways.contact, str(ways.grasp), attached,
+                approaching=Mode(state, None, contacts.while_approaching()),
+                pressing=Mode(MOVING, None, contacts.while_closing()),
+                lifting=Mode(held, attached, contacts.while_lifting_pinched()),
+                carrying=Mode(held, attached, contacts.while_carrying()),
+                contact_speed=contact_speed,
+            )  # fmt: skip
         return cls(
             problem.context, problem.scene, ways.contact, str(ways.grasp), attached,
             approaching=Mode(state, None, contacts.while_approaching()),
@@ -130,6 +142,11 @@ class _Lines:
             carrying=Mode(state, attached, contacts.while_carrying()),
             contact_speed=contact_speed,
         )  # fmt: skip
+
+    @property
+    def closes(self) -> bool:
+        """Whether fingers close on the target, at rest."""
+        return self.pressing.tool_state == MOVING
 
     def checker(self, mode: Mode) -> SceneChecker:
         """What proves lines in one mode."""
@@ -140,15 +157,18 @@ class _Lines:
         settings, kind = self.context.settings, SegmentKind
         contact_speed = SLOWER_THAN_ALLOWED * self.contact_speed
         approach, preapproach = settings.approach_speed, settings.preapproach_speed
+        if self.closes:
+            approach = min(approach, contact_speed)
         lines = (
             _Line(kind.CONTACT, self.pressing, poses.contact, poses.touch, contact_speed),
             _Line(kind.APPROACH, self.approaching, poses.touch, poses.approach, approach),
             _Line(kind.PREAPPROACH, self.approaching, poses.approach, poses.preapproach, preapproach),
         )
-        found = self._followed(lines, q_contact)
+        found = self._followed(lines[self.closes :], q_contact)
         if isinstance(found, Failures):
             return found
-        return tuple(segment.backwards(segment.kind) for segment in reversed(found))
+        inward = tuple(segment.backwards(segment.kind) for segment in reversed(found))
+        return (*inward, at_rest(kind.CONTACT, q_contact, self.pressing)) if self.closes else inward
 
     def outward(self, poses: LiftPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Lift and retreat with the target; free of all contact once the first stretch has ended."""

@@ -10,7 +10,8 @@ import numpy as np
 
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
-from pickcli.grasping.candidates import CandidateSet, GraspTarget, sample_grasps
+from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_motion import GraspMotion
@@ -50,7 +51,7 @@ def feasible_grasps(
             failures += against
             if feasible:
                 return feasible, failures
-        if not problem.target.item.suction:
+        if problem.context.cell.robot.tool.gripper is None and not problem.target.item.suction:
             break
     return (), failures
 

@@ -50,8 +50,9 @@ def contact_speed(problem: PickProblem, grasp: Grasp) -> float | None:
     Returns:
         m/s, at most the tool's contact speed; None where the cup tips the target at any useful speed.
     """
-    fastest = problem.context.cell.robot.tool.cup.contact_speed
-    if problem.target.can_roll:
+    tool = problem.context.cell.robot.tool
+    fastest = tool.contact_speed
+    if problem.target.can_roll or tool.gripper is not None:  # fingers close from both sides
         return fastest
     if grasp.kind == "top-down":
         return None if _tips_below(problem, grasp) else fastest

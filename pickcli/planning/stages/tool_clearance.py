@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import CONTACT_DISTANCE, PickPoses, pick_poses
-from pickcli.cell.tool import Tool, ToolState
+from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.stage_contacts import CupPress
@@ -22,6 +22,7 @@ from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.cup_press import cup_press, outward_of
 from pickcli.grasping.holding import Hold
+from pickcli.grasping.pinch_candidates import holding_state
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
@@ -33,6 +34,7 @@ STRAIGHT_IN = (0.0, 0.0)
 N_WAYS = 2  # that the arm tries to follow
 N_EXPLAINED = 32  # of the grasps without room, about, from the best to the last
 LONGEST_TOUCH = 0.054  # m of the tool's way on the first stretch of the lift; 0.055 are promised
+LEAST_APPROACH = 0.005  # m along the tool's axis, however short the way in
 LIFTED = 1  # where the pushes of a way out have the end of the lift
 
 
@@ -54,8 +56,10 @@ def with_tool_clearance(
     kinds = [(g.tool_state, g.face) for g in grasps]
     for kind in dict.fromkeys(kinds):
         mine = np.flatnonzero([k == kind for k in kinds])
-        mine = mine[_are_valid(_pressing(problem, *kind), T[mine])]
-        has_room[mine] = _can_be_lifted(problem, kind[0], T[mine], ways_out)
+        first = grasps[mine[0]]
+        for tool in _at_target(problem, first):
+            mine = mine[_are_valid(tool, T[mine])]
+        has_room[mine] = _can_be_lifted(problem, first, T[mine], ways_out)
     without = np.flatnonzero(~has_room)
 
     def why_not() -> Iterator[Reason]:
@@ -66,21 +70,22 @@ def with_tool_clearance(
 
 
 def _can_be_lifted(
-    problem: PickProblem, tool_state: ToolState, T: Array, ways_out: Sequence[Array]
+    problem: PickProblem, grasp: Grasp, T: Array, ways_out: Sequence[Array]
 ) -> NDArray[np.bool_]:
     """(N,) whether a tool that holds the target at T (N, 4, 4) has room at the end of any lift."""
-    tool = _carrying(problem, tool_state)
+    tool = _carrying(problem, grasp)
     lifted = np.stack([pushed[LIFTED] for pushed in ways_out]) @ T[:, None]
     is_free = _are_valid(tool, lifted.reshape(-1, 4, 4))
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 
 def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, ways_out: Sequence[Array]) -> Failures:
-    where, tool = str(grasp), _pressing(problem, grasp.tool_state, grasp.face)
-    if not _are_valid(tool, T[None])[0]:
-        return _blocked(problem, tool, T, f"{where}, contact")
+    where = str(grasp)
+    for tool in _at_target(problem, grasp):
+        if not _are_valid(tool, T[None])[0]:
+            return _blocked(problem, tool, T, f"{where}, contact")
     lifted = ways_out[0][LIFTED] @ T
-    return _blocked(problem, _carrying(problem, grasp.tool_state), lifted, f"{where}, lift")
+    return _blocked(problem, _carrying(problem, grasp), lifted, f"{where}, lift")
 
 
 def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) -> ToolLines | Failures:
@@ -94,8 +99,7 @@ def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) ->
     Returns:
         Ways in and out, or what is in the way.
     """
-    tool, noise, R_world_item = _tool_of(problem), problem.scene.noise, problem.target.T_world_item[:3, :3]
-    press = cup_press(grasp, tool, noise, R_world_item, problem.context.model.cup_excess)
+    press = _press(problem, grasp)
     inward = _ways_in(problem, grasp, press)
     if isinstance(inward, Failures):
         return inward.within(str(grasp))
@@ -105,21 +109,30 @@ def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) ->
     return ToolLines(grasp, press, inward, outward)
 
 
-def _ways_in(problem: PickProblem, grasp: Grasp, press: CupPress) -> tuple[PickPoses, ...] | Failures:
+def _press(problem: PickProblem, grasp: Grasp) -> CupPress | None:
+    """How the cup is pressed on the target; fingers are not."""
+    tool, noise, R_world_item = _tool_of(problem), problem.scene.noise, problem.target.T_world_item[:3, :3]
+    if tool.gripper is not None:
+        return None
+    return cup_press(grasp, tool, noise, R_world_item, problem.context.model.cup_excess)
+
+
+def _ways_in(problem: PickProblem, grasp: Grasp, press: CupPress | None) -> tuple[PickPoses, ...] | Failures:
     """Ways to the contact, the plainest first."""
     empty = _checker(problem, grasp.tool_state, problem.contacts.while_approaching())
-    pressing = _pressing(problem, grasp.tool_state, grasp.face)
-    usual, shortest = problem.context.settings.approach_offset, press.overtravel + CONTACT_DISTANCE
+    overtravel, slow = (0.0, 0.0) if press is None else (press.overtravel, CONTACT_DISTANCE)
+    usual, shortest = problem.context.settings.approach_offset, max(overtravel + slow, LEAST_APPROACH)
 
     def poses_of(offset: float, aside: tuple[float, float] = STRAIGHT_IN) -> PickPoses:
         T_world_item = problem.target.T_world_item
         return pick_poses(
-            problem.T_world_entry, T_world_item, grasp.T_item_tip, offset, press.overtravel, aside
+            problem.T_world_entry, T_world_item, grasp.T_item_tip, offset, overtravel, aside, slow
         )
 
     plain = poses_of(usual)
-    if not _is_valid_path(pressing, plain.contact, plain.touch):
-        return _blocked(problem, pressing, plain.contact, "contact")
+    for tool in _at_target(problem, grasp):
+        if not _is_valid_path(tool, plain.contact, plain.touch):
+            return _blocked(problem, tool, plain.contact, "contact")
     found: list[PickPoses] = []
     for offset in (usual, shortest):
         poses = poses_of(offset)
@@ -138,7 +151,7 @@ def _ways_out(
     problem: PickProblem, grasp: Grasp, contact: Array, ways_out: Sequence[Array]
 ) -> tuple[LiftPoses, ...] | Failures:
     """Ways out on which the tool keeps clear of everything and holds the target."""
-    tool = _checker(problem, grasp.tool_state, problem.contacts.while_carrying())
+    tool = _carrying(problem, grasp)
     found = [pushed @ contact for pushed in ways_out]
     # A push that turns the item moves the tool farther than the item's middle.
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= LONGEST_TOUCH]
@@ -166,13 +179,18 @@ def _checker(problem: PickProblem, tool_state: ToolState, contacts: AllowedConta
     return problem.context.checkers.tool(problem.scene, tool_state, axes, contacts)
 
 
-def _pressing(problem: PickProblem, tool_state: ToolState, face: str) -> FreeToolChecker:
-    outward = outward_of(face, problem.target.T_world_item[:3, :3])
-    return _checker(problem, tool_state, problem.contacts.tool_while_pressing(outward))
+def _at_target(problem: PickProblem, grasp: Grasp) -> tuple[FreeToolChecker, ...]:
+    """What the tool has to be valid for at the target: a cup pressed on; fingers open, and closing."""
+    if _tool_of(problem).gripper is not None:
+        room = _checker(problem, grasp.tool_state, problem.contacts.while_approaching())
+        return room, _checker(problem, MOVING, problem.contacts.while_closing())
+    outward = outward_of(grasp.face, problem.target.T_world_item[:3, :3])
+    return (_checker(problem, grasp.tool_state, problem.contacts.tool_while_pressing(outward)),)
 
 
-def _carrying(problem: PickProblem, tool_state: ToolState) -> FreeToolChecker:
-    return _checker(problem, tool_state, problem.contacts.while_carrying())
+def _carrying(problem: PickProblem, grasp: Grasp) -> FreeToolChecker:
+    state = holding_state(grasp, problem.target.item, _tool_of(problem))
+    return _checker(problem, state, problem.contacts.while_carrying())
 
 
 def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:

@@ -34,7 +34,7 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
     limits = context.arm.limits
     placements = tuple(motion.turned_towards(limits, in_bin.end) for motion in placements)
     contacts = problem.contacts.while_transferring()
-    mode = Mode(in_bin.grasp.tool_state, in_bin.attached, contacts, RESERVE)
+    mode = Mode(in_bin.holding_state, in_bin.attached, contacts, RESERVE)
     goals = np.stack([placement.start for placement in placements])
     extra = [placement.cost for placement in placements]
     seed = derived_seed(problem.seed, "transfer", problem.target.id)

@@ -1,0 +1,222 @@
+"""Grasps for two fingers: pairs of opposite places on an item, with the pads flat on both of them.
+
+A pinch is antipodal where the line between its contacts lies inside the friction cones at both (V.-D. Nguyen,
+"Constructing force-closure grasps", IJRR 7(3), 1988). Here that line is the normal at both: opposite faces of
+a box and ends of a cylinder, and the two sides of anything round that are a diameter apart. On what is round
+a pad touches a strip as wide as its rubber gives way (``GIVES_WAY``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from pickcli.cell.gripper import ParallelGripper
+from pickcli.cell.pinch_limits import PinchLimits
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array, cross, pose, rotation_axis_angle
+
+MAX_TILT = np.radians(30.0)  # between the way in and the tool's axis
+SHARES = (1.0, 0.75, 0.5)  # of a pad's sides that are tried where not all of it is on a face
+GIVES_WAY = 0.0003  # m that rubber is pressed in: an estimate, on the small side
+YAWS = np.radians(np.arange(0.0, 360.0, 30.0))  # about the axis of approach, where all of them are alike
+EDGE = 1e-9  # m
+
+
+@dataclass(frozen=True, eq=False)
+class Pinch:
+    """Two opposite places on an item.
+
+    Attributes:
+        face: What is pinched: "x", "y" or "z" for the flat faces across that axis, "mantle" or "sphere".
+        T_item_tip: (4, 4) tool frame in the item's, in the middle between both places.
+        width: m between them.
+    """
+
+    face: str
+    T_item_tip: Array
+    width: float
+
+
+def pinches(
+    shape: Shape,
+    pad: tuple[float, float],
+    way_in: Array,
+    fan: Iterable[float],
+    grid: int,
+    rng: np.random.Generator,
+    n_random: int,
+) -> Iterator[Pinch]:
+    """The pinches of a shape that are approached about along a direction.
+
+    Args:
+        shape: Of the item.
+        pad: (a, b) m, sides of the pads along x and z of the tool frame.
+        way_in: (3,) unit vector in the item frame, along which the hand comes.
+        fan: rad, turns about the axis of closing that are tried.
+        grid: Number of places along each side of what is pinched, beside its middle and its near edge.
+        rng: Source of random places.
+        n_random: Number of these, for each pair of faces.
+
+    Yields:
+        The pinches, none of them wider or narrower than others are yielded for: how far the fingers open is
+        not asked.
+    """
+    for face, y, z, half_x, half_z in _lines(shape, way_in):
+        straight = _frame(y, z)  # places lie along its axes, however the hand is turned about y
+        for angle in fan:
+            R = _frame(y, rotation_axis_angle(y, angle) @ z)
+            for u, v in _places(half_x - pad[0] / 2, half_z - pad[1] / 2, grid, rng, n_random):
+                for R_flipped in (R, R * (-1.0, -1.0, 1.0)):
+                    T = pose(u * straight[:, 0] + v * straight[:, 2], R=R_flipped)
+                    if patch(shape, face, T, pad) is not None:
+                        yield Pinch(face, T, width_of(shape, face))
+
+
+def width_of(shape: Shape, face: str) -> float:
+    """How far the places of a pinch are apart.
+
+    Args:
+        shape: Of the item.
+        face: What is pinched.
+
+    Returns:
+        m.
+    """
+    if face in ("mantle", "sphere"):
+        return 2.0 * shape.size[0]
+    return float(shape.extents["xyz".index(face)])
+
+
+def patch(shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float]) -> tuple[float, float] | None:
+    """The part of each pad that lies on the item.
+
+    Args:
+        shape: Of the item.
+        face: What is pinched.
+        T_item_tip: (4, 4) tool frame in the item's.
+        pad: (a, b) m, sides of the pads along x and z of the tool frame.
+
+    Returns:
+        Sides in m along x and z of a rectangle about the middle of the pad, all of it on the item; None where
+        less than half of either side is.
+    """
+    R, middle = T_item_tip[:3, :3], T_item_tip[:3, 3]
+    sides = np.array(pad)
+    if face == "sphere":
+        strip = _strip(shape.size[0])
+        return min(pad[0], strip), min(pad[1], strip)
+    if face == "mantle":
+        k = int(np.argmax(np.abs(R[2, [0, 2]])))  # the side of the pad along the cylinder's axis
+        sides[1 - k] = min(sides[1 - k], _strip(shape.size[0]))
+    corners = np.array([*product((-0.5, 0.5), repeat=2)])
+    for share in SHARES:
+        at = middle + share * (corners * sides) @ R[:, [0, 2]].T
+        if _all_on(shape, face, at):
+            return float(share * sides[0]), float(share * sides[1])
+    return None
+
+
+def limits_of(gripper: ParallelGripper, shape: Shape, face: str, T_item_tip: Array) -> PinchLimits:
+    """What the pads bear where they pinch an item: as much as the parts of them that touch it do.
+
+    Args:
+        gripper: The gripper.
+        shape: Of the item.
+        face: What is pinched.
+        T_item_tip: (4, 4) tool frame in the item's.
+
+    Returns:
+        The limits.
+
+    Raises:
+        ValueError: If the pads are beside the item.
+    """
+    touching = patch(shape, face, T_item_tip, gripper.pad)
+    if touching is None:
+        raise ValueError(f"the pads are beside {face}")
+    return PinchLimits(gripper.limits.force, gripper.limits.friction, touching)
+
+
+def _strip(radius: float) -> float:
+    """Width in m of what a pad touches of something round: the chord over what the rubber gives way."""
+    return float(2.0 * np.sqrt(2.0 * radius * GIVES_WAY))
+
+
+def _lines(shape: Shape, way_in: Array) -> Iterator[tuple[str, Array, Array, float, float]]:
+    """Of everything that can be pinched its name, axis of closing, axis of approach, and half its sides.
+
+    The sides are along x and z of the tool frame, through the item's middle.
+    """
+    if shape.kind is ShapeKind.SPHERE:
+        for yaw in YAWS[: len(YAWS) // 2]:
+            y = rotation_axis_angle(way_in, yaw) @ _any_across(way_in)
+            yield "sphere", y, way_in, 0.0, 0.0
+        return
+    is_box = shape.kind is ShapeKind.BOX
+    half = shape.extents / 2
+    if not is_box:
+        yield from _round_mantle(shape, way_in)
+        half = half * (np.sqrt(0.5), np.sqrt(0.5), 1.0)  # the square inside the ends
+    for k in range(3) if is_box else (2,):
+        y = np.eye(3)[k]
+        z = way_in - (way_in @ y) * y
+        if abs(way_in @ y) > np.sin(MAX_TILT):
+            continue
+        z /= np.linalg.norm(z)
+        yield "xyz"[k], y, z, _through(cross(y, z), half), _through(z, half)
+
+
+def _round_mantle(shape: Shape, way_in: Array) -> Iterator[tuple[str, Array, Array, float, float]]:
+    """The mantle of a cylinder, from aside across its axis, or along that from an end."""
+    axis, half_length = np.array([0.0, 0.0, 1.0]), shape.size[1] / 2
+    along = float(way_in @ axis)
+    if abs(along) <= np.sin(MAX_TILT):
+        z = way_in - along * axis
+        z /= np.linalg.norm(z)
+        yield "mantle", cross(z, axis), z, half_length, 0.0
+    if abs(along) >= np.cos(MAX_TILT):
+        for yaw in YAWS[: len(YAWS) // 2]:
+            yield "mantle", np.array([np.cos(yaw), np.sin(yaw), 0.0]), np.sign(along) * axis, 0.0, half_length
+
+
+def _places(
+    half_x: float, half_z: float, grid: int, rng: np.random.Generator, n_random: int
+) -> list[tuple[float, float]]:
+    """Places of the pads' middle along x and z: the middle, near the edge the hand comes over, and more."""
+    u, v = max(0.0, half_x), max(0.0, half_z)
+    chosen = [(0.0, 0.0), (0.0, -v / 2), (0.0, -v)]
+    shares = np.linspace(-1.0, 1.0, grid) if grid else np.zeros(0)
+    chosen += [(float(i * u), float(j * v)) for i, j in product(shares, shares)]
+    chosen += [(float(i * u), float(j * v)) for i, j in rng.uniform(-1.0, 1.0, (n_random, 2))]
+    return list(dict.fromkeys(chosen))
+
+
+def _frame(y: Array, z: Array) -> Array:
+    """(3, 3) axes of a tool that closes along y and comes along z."""
+    return np.column_stack([cross(y, z), y, z])
+
+
+def _through(direction: Array, half: Array) -> float:
+    """How far in m a line from the middle of a box (half extents) stays inside of it."""
+    return float((half / np.maximum(np.abs(direction), EDGE)).min())
+
+
+def _any_across(v: Array) -> Array:
+    """A unit vector (3,) across another."""
+    helper = np.eye(3)[int(np.argmin(np.abs(v)))]
+    across = cross(helper, v)
+    return np.asarray(across / np.linalg.norm(across))
+
+
+def _all_on(shape: Shape, face: str, points: Array) -> bool:
+    """Whether points (N, 3) in the middle plane of a pinch lie under both of its faces."""
+    if face == "mantle":
+        return bool((np.abs(points[:, 2]) <= shape.size[1] / 2 + EDGE).all())
+    if shape.kind is ShapeKind.CYLINDER:
+        return bool((np.linalg.norm(points[:, :2], axis=1) <= shape.size[0] + EDGE).all())
+    across = [i for i in range(3) if i != "xyz".index(face)]
+    return bool((np.abs(points[:, across]) <= shape.extents[across] / 2 + EDGE).all())

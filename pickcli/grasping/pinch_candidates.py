@@ -1,0 +1,105 @@
+"""Grasp candidates of a gripper for one item in one place: pinches that open wide enough and hold at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pickcli.cell.gripper import ParallelGripper
+from pickcli.cell.item import Item
+from pickcli.cell.tool import Tool, ToolState
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.grasping.antipodal import Pinch, pinches, width_of
+from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
+from pickcli.grasping.holding import loads_at_rest
+from pickcli.grasping.search import Search
+from pickcli.motion.plan import Grasp
+
+STATE_COST = 0.05  # of each state further from the first: the usual one is tried first
+TURN_COST = 0.3  # of a turn of the hand by half a turn
+WITHIN = 1e-9  # m
+
+
+def sample_pinches(
+    target: GraspTarget,
+    tool: Tool,
+    gripper: ParallelGripper,
+    rng: np.random.Generator,
+    search: Search,
+    most: float,
+) -> CandidateSet:
+    """Candidates for an item whose pose is known, each in every state of the tool that is wider than it.
+
+    Whether the open fingers fit between the item and what is beside it, and whether they can close, is asked
+    of the collision model afterwards.
+
+    Args:
+        target: What is to be grasped.
+        tool: What it is grasped with.
+        gripper: The same, its fingers.
+        rng: Source of the random places.
+        search: How many places and turns are tried.
+        most: Largest share of what the pads bear that the item at rest may take up.
+
+    Returns:
+        Candidates, best first, and why others were dropped.
+    """
+    item, widest = target.item, max(tool.positions.values())
+    way_in = target.T_entry_item[:3, :3].T @ (1.0, 0.0, 0.0)
+    found: list[Grasp] = []
+    rejected: dict[str, Reason] = {}
+    for pinch in pinches(item.shape, gripper.pad, way_in, search.fan, search.grid, rng, search.n_random):
+        where = f"{target.id}, face {pinch.face}"
+        if pinch.width >= widest:
+            wide = f"{1e3 * pinch.width:.0f} mm, the fingers open {1e3 * widest:.0f} mm"
+            rejected[pinch.face] = Reason("too wide for the gripper", where, wide)
+            continue
+        load = loads_at_rest(item, pinch.face, pinch.T_item_tip[None], target.R_level_item, tool)[0]
+        if load.ratio > most:
+            detail = f"{load} at rest, {load.ratio:.2f} of what the pads bear"
+            rejected.setdefault(pinch.face, Reason("does not hold", where, detail))
+            continue
+        for state, cost in _states(tool, pinch):
+            score = load.ratio + cost + _turn_cost(pinch, way_in)
+            figures = (load.moment, load.pull, load.shear, load.twist, load.ratio)
+            found.append(
+                Grasp(target.id, _kind(target), pinch.face, state, pinch.T_item_tip, score, *figures)
+            )
+    if not found and not rejected:
+        told = "no two opposite places across the way in take the pads"
+        rejected[""] = Reason("nothing to pinch", target.id, told)
+    return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected.values()))
+
+
+def holding_state(grasp: Grasp, item: Item, tool: Tool) -> ToolState:
+    """The state of the tool while it holds an item.
+
+    Args:
+        grasp: How it holds the item.
+        item: The item.
+        tool: The tool.
+
+    Returns:
+        The state of the grasp; of a gripper the width at which its pads stand on the item.
+    """
+    if tool.gripper is None:
+        return grasp.tool_state
+    return ToolState.of_width(width_of(item.shape, grasp.face))
+
+
+def _states(tool: Tool, pinch: Pinch) -> Iterator[tuple[ToolState, float]]:
+    """The states in which the fingers pass the item, and what each costs."""
+    for k, (state, width) in enumerate(tool.positions.items()):
+        if width > pinch.width + WITHIN:
+            yield state, STATE_COST * k
+
+
+def _turn_cost(pinch: Pinch, way_in: Array) -> float:
+    """What it costs that the hand does not come straight along the way in."""
+    return TURN_COST * float(np.arccos(np.clip(pinch.T_item_tip[:3, 2] @ way_in, -1.0, 1.0))) / np.pi
+
+
+def _kind(target: GraspTarget) -> str:
+    return "top-down" if target.place.access.is_from_above else "frontal"

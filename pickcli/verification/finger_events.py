@@ -1,0 +1,97 @@
+"""Events of fingers: they close on the item at rest, and open from it at rest, each by one command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.tool import MOVING, Tool, ToolState
+from pickcli.errors import Reason
+from pickcli.motion.event import Event
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.scene.scene import Scene
+
+TIME_TOLERANCE = 1e-6  # s
+RESTING = 1e-6  # rad or m by which a joint that rests may move: what a motion written as text rounds
+
+
+def check_finger_events(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """Check that fingers close and open where they should, while the arm rests.
+
+    Args:
+        plan: The plan, its events resolved.
+        scene: The plan's scene, of a cell with a gripper.
+
+    Yields:
+        The faults.
+    """
+    tool = scene.cell.robot.tool
+    held = [segment for segment in plan.segments if segment.held is not None]
+    contact = next((s for s in plan.segments if s.kind is SegmentKind.CONTACT), None)
+    if contact is not None and held:
+        yield from _moved_at_rest(plan, scene, contact, "close", lambda width: width < _width(tool, held[0]))
+    if held and plan.segments[-1].held is None:
+        k = next(k for k, segment in enumerate(plan.segments) if segment is held[-1]) + 1
+        opening = plan.segments[k]
+        if opening.tool_state != MOVING:
+            yield Reason("wrong tool state", f"segment {k} ({opening.kind})", "the fingers have to open here")
+        yield from _moved_at_rest(plan, scene, opening, "open", lambda width: width > _width(tool, held[-1]))
+
+
+def leads_to(tool: Tool, command: ToolState, segment: Segment) -> bool:
+    """Whether a command leaves the tool in the state of a segment: fingers end on what they close on.
+
+    Args:
+        tool: The tool.
+        command: The state that was commanded.
+        segment: A segment after that.
+
+    Returns:
+        True if it does.
+    """
+    if segment.held is None or tool.gripper is None:
+        return command == segment.tool_state
+    return tool.positions[command] < _width(tool, segment)
+
+
+def _width(tool: Tool, segment: Segment) -> float:
+    width = segment.tool_state.width
+    return tool.positions.get(segment.tool_state, np.inf) if width is None else width
+
+
+def _commands(plan: Plan, scene: Scene) -> list[Event]:
+    devices = scene.cell.devices
+    return [event for event in plan.events if devices[event.device].kind is DeviceKind.GRIPPER]
+
+
+def _moved_at_rest(
+    plan: Plan, scene: Scene, segment: Segment, what: str, is_meant: Callable[[float], bool]
+) -> Iterator[Reason]:
+    """In a segment the arm rests, and one command moves the fingers as far as they are meant to go."""
+    t_start, t_end = segment.t_start, segment.t_end
+    times = np.linspace(t_start, t_end, max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1))
+    q = plan.trajectory.sample(times)
+    moved = float(np.abs(q - q[-1]).max())
+    if moved > RESTING:
+        told = (
+            f"the arm has to rest from {t_start:.3f} to {t_end:.3f} s; a joint moves by {moved:.6f} rad or m"
+        )
+        yield Reason(f"fingers {what} while the arm moves", f"{segment.kind}", told)
+    inside = [event for event in _commands(plan, scene) if _is_within(event, t_start, t_end)]
+    positions = scene.cell.robot.tool.positions
+    meant = [event for event in inside if is_meant(positions[ToolState(event.action)])]
+    yield from _one(meant, f"fingers {what}", f"from {t_start:.3f} to {t_end:.3f} s")
+
+
+def _is_within(event: Event, t_start: float, t_end: float) -> bool:
+    assert event.t_trigger is not None and event.t_anchor is not None
+    return t_start - TIME_TOLERANCE <= event.t_trigger and event.t_anchor <= t_end + TIME_TOLERANCE
+
+
+def _one(events: Sequence[Event], what: str, when: str) -> Iterator[Reason]:
+    if len(events) != 1:
+        told = f"{len(events)} commands {when}, needs one that begins and ends there"
+        yield Reason("event missing" if not events else "event twice", what, told)

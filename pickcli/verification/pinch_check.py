@@ -1,0 +1,254 @@
+"""The grasp of two fingers: pads meet opposite sides of the item, inside the friction cones, and hold.
+
+Where the pads meet the item is found by lines through points all over them, along which the fingers close. A
+pad rests on the outermost of what they hit, and on all that is as far out but for what its rubber gives way.
+There it presses evenly. Newton and Euler give the wrench that moves the item so; what friction bears, and
+when a pad lifts, follows from those points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.gripper import ParallelGripper
+from pickcli.cell.item import Item
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tool import MOVING
+from pickcli.errors import Reason
+from pickcli.geometry import Array, inverse, rotation_angle
+from pickcli.motion.plan import Grasp, Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.scene.scene import Scene
+from pickcli.verification.forward_kinematics import link_poses, stated_position, tip_poses
+from pickcli.verification.load_check import held_wrenches
+
+N_POINTS = 15  # along each side of a pad
+RUBBER = 0.0005  # m that a pad gives way
+LEAST_PATCH = 0.1  # of a pad that has to touch the item: what is round touches little of it
+OFF_WIDTH = 0.001  # m between the width that is stated and that of the item
+ASIDE, TURNED = 0.002, np.radians(1.0)  # between grasp and tip where the fingers close
+SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N or Nm at least: the planner samples otherwise
+
+
+@dataclass(frozen=True, eq=False)
+class Pads:
+    """Where two pads meet an item.
+
+    Attributes:
+        width: m between them.
+        points: (N, 2) m, x and z in the tool frame of the points where both touch.
+        steepest: rad between the line of closing and a normal of the item there, at most.
+        share: Of the pads that touches.
+    """
+
+    width: float
+    points: Array
+    steepest: float
+    share: float
+
+    def ratio(self, wrenches: Array, gripper: ParallelGripper) -> Array:
+        """The load over what the pads bear there.
+
+        Args:
+            wrenches: (N, 6) about the tip, in the tool frame.
+            gripper: The gripper.
+
+        Returns:
+            (N,) the worse of what friction and pressure bear.
+        """
+        middle = self.points.mean(axis=0)
+        force, torque = wrenches[:, :3], wrenches[:, 3:]
+        torque = torque - np.cross([middle[0], 0.0, middle[1]], force)
+        both = 2.0 * gripper.limits.force
+        grips = both * gripper.limits.friction
+        off = self.points - middle
+        lever = np.linalg.norm(off, axis=1).mean()
+        slips = np.hypot(np.hypot(force[:, 0], force[:, 2]) / grips, torque[:, 1] / (grips * lever))
+        half_x, half_z = np.abs(off).max(axis=0)
+        tips = np.hypot(torque[:, 0] / (both * half_z), torque[:, 2] / (both * half_x))
+        return np.asarray(np.maximum(slips, np.abs(force[:, 1]) / both + tips))
+
+
+def check_pinch(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...]:
+    """Check all that concerns fingers and item.
+
+    Args:
+        plan: A plan with a grasp.
+        scene: The plan's scene, of a cell with a gripper.
+        T_tip_item: (4, 4) the item as it is held.
+
+    Returns:
+        The faults.
+    """
+    assert plan.grasp is not None
+    gripper = scene.cell.robot.tool.gripper
+    assert gripper is not None
+    grasp, item = plan.grasp, scene.item(plan.grasp.item)
+    pads = pads_on(item.shape, grasp.T_item_tip, gripper)
+    if pads is None:
+        return (Reason("nothing between the pads", "grasp", f"{grasp.item} is not where they close"),)
+    reasons = [*_antipodal(grasp, pads, gripper), *_widths(plan, scene, pads)]
+    for k, segment in enumerate(plan.segments):
+        if segment.kind is SegmentKind.CONTACT:
+            reasons += _meets(plan, scene, grasp, segment, f"segment {k} (contact)")
+    if plan.segments[0].held is not None and scene.held is not None:
+        reasons += _as_grasped(grasp, inverse(scene.held.T_tip_item), "in the hand")
+    return (*reasons, *_loads(plan, scene, T_tip_item, pads, gripper, item))
+
+
+def pads_on(shape: Shape, T_item_tip: Array, gripper: ParallelGripper) -> Pads | None:
+    """Find where the pads meet an item as the fingers close.
+
+    Args:
+        shape: Of the item.
+        T_item_tip: (4, 4) tool frame in the item's.
+        gripper: The gripper.
+
+    Returns:
+        Where, or None if any of both meets nothing.
+    """
+    at = (np.arange(N_POINTS) + 0.5) / N_POINTS - 0.5
+    x, z = (grid.ravel() for grid in np.meshgrid(at * gripper.pad[0], at * gripper.pad[1]))
+    R, along = T_item_tip[:3, :3], T_item_tip[:3, 1]
+    starts = T_item_tip[:3, 3] + np.outer(x, R[:, 0]) + np.outer(z, R[:, 2])
+    near, far = _through(shape, starts, along)
+    is_hit = near <= far
+    if not is_hit.any():
+        return None
+    out, back = far[is_hit].max(), near[is_hit].min()
+    touches = is_hit & (far >= out - RUBBER) & (near <= back + RUBBER)
+    if not touches.any():
+        return None
+    normals = [_normals(shape, starts[touches] + np.outer(s[touches], along)) for s in (far, near)]
+    cosines = np.concatenate([normals[0] @ along, normals[1] @ -along])
+    steepest = float(np.arccos(np.clip(cosines.min(), -1.0, 1.0)))
+    points = np.column_stack([x, z])[touches]
+    return Pads(float(out - back), points, steepest, float(touches.mean()))
+
+
+def _through(shape: Shape, starts: Array, along: Array) -> tuple[Array, Array]:
+    """(N,), (N,) m along a direction at which lines from points (N, 3) enter and leave a shape.
+
+    The former is greater than the latter where a line misses it.
+    """
+    if shape.kind is ShapeKind.BOX:
+        return _slabs(starts, along, shape.extents / 2)
+    radius = shape.size[0]
+    if shape.kind is ShapeKind.SPHERE:
+        return _roots(float(along @ along), starts @ along, (starts**2).sum(axis=1) - radius**2)
+    flat = (1.0, 1.0, 0.0)
+    off, way = starts * flat, along * flat
+    near, far = _roots(float(way @ way), off @ way, (off**2).sum(axis=1) - radius**2)
+    low, high = _slabs(starts[:, 2:], along[2:], np.array([shape.size[1] / 2]))
+    return np.maximum(near, low), np.minimum(far, high)
+
+
+def _slabs(starts: Array, along: Array, half: Array) -> tuple[Array, Array]:
+    """Where lines are between pairs of planes, the half extents (k,) off the origin."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, other = (-half - starts) / along, (half - starts) / along
+    inside = np.abs(starts) <= half
+    is_across = np.abs(along) < 1e-12
+    low = np.where(is_across, np.where(inside, -np.inf, np.inf), np.minimum(one, other))
+    high = np.where(is_across, np.where(inside, np.inf, -np.inf), np.maximum(one, other))
+    return np.asarray(low.max(axis=1)), np.asarray(high.min(axis=1))
+
+
+def _roots(a: float, b: Array, c: Array) -> tuple[Array, Array]:
+    """Where a s^2 + 2 b s + c is below 0."""
+    if a < 1e-12:
+        is_in = c <= 0.0
+        return np.where(is_in, -np.inf, np.inf), np.where(is_in, np.inf, -np.inf)
+    inner = b**2 - a * c
+    root = np.sqrt(np.maximum(inner, 0.0))
+    return np.where(inner < 0.0, np.inf, (-b - root) / a), np.where(inner < 0.0, -np.inf, (-b + root) / a)
+
+
+def _normals(shape: Shape, points: Array) -> Array:
+    """(N, 3) outward normals of a shape at points (N, 3) of its surface."""
+    if shape.kind is ShapeKind.SPHERE:
+        return np.asarray(points / np.linalg.norm(points, axis=1, keepdims=True))
+    if shape.kind is ShapeKind.BOX:
+        axis = np.argmax(np.abs(points) - shape.extents / 2, axis=1)
+        return np.asarray(np.sign(points) * np.eye(3)[axis])
+    radius, length = shape.size
+    r = np.hypot(points[:, 0], points[:, 1])
+    is_end: NDArray[np.bool_] = np.abs(points[:, 2]) - length / 2 > r - radius
+    ends = np.sign(points) * (0.0, 0.0, 1.0)
+    return np.where(is_end[:, None], ends, points * (1.0, 1.0, 0.0) / np.maximum(r, 1e-9)[:, None])
+
+
+def _antipodal(grasp: Grasp, pads: Pads, gripper: ParallelGripper) -> Iterator[Reason]:
+    """Enough of both pads touches, and the line between them lies in both friction cones."""
+    if pads.share < LEAST_PATCH:
+        touching = f"{100 * pads.share:.0f} % of them touch, at least {100 * LEAST_PATCH:.0f}"
+        yield Reason("pads beside the item", grasp.item, touching)
+    cone = float(np.arctan(gripper.limits.friction))
+    if pads.steepest > cone:
+        angles = (
+            f"{np.degrees(pads.steepest):.1f} degrees off a normal, the cone is {np.degrees(cone):.1f} wide"
+        )
+        yield Reason("outside of the friction cone", grasp.item, angles)
+
+
+def _widths(plan: Plan, scene: Scene, pads: Pads) -> Iterator[Reason]:
+    """The fingers come wider than the item, and hold it at its width in every segment."""
+    robot = scene.cell.robot
+    for k, segment in enumerate(plan.segments):
+        where = f"segment {k} ({segment.kind})"
+        if segment.held is not None and segment.tool_state != MOVING:
+            width = stated_position(robot, segment.tool_state)
+            if abs(width - pads.width) > OFF_WIDTH:
+                told = f"{1e3 * width:.1f} mm stated, between the pads are {1e3 * pads.width:.1f} mm"
+                yield Reason("wrong width", where, told)
+        if segment.kind is SegmentKind.APPROACH and stated_position(robot, segment.tool_state) <= pads.width:
+            told = f"{segment.tool_state} is no wider than {1e3 * pads.width:.1f} mm"
+            yield Reason("fingers not open", where, told)
+
+
+def _meets(plan: Plan, scene: Scene, grasp: Grasp, contact: Segment, where: str) -> Iterator[Reason]:
+    """The fingers close where the grasp says."""
+    robot = scene.cell.robot
+    tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(contact.t_end)), contact.tool_state)[0]
+    yield from _as_grasped(grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
+    if contact.tool_state != MOVING:
+        yield Reason("wrong tool state", where, f"the fingers close here, {contact.tool_state} is stated")
+
+
+def _as_grasped(grasp: Grasp, T_item_tip: Array, where: str) -> Iterator[Reason]:
+    off = inverse(grasp.T_item_tip) @ T_item_tip
+    aside, turned = float(np.linalg.norm(off[:3, 3])), rotation_angle(off[:3, :3])
+    if aside > ASIDE or turned > TURNED:
+        told = f"{aside * 1e3:.1f} mm off, turned {np.degrees(turned):.1f} deg"
+        yield Reason("misses the item", where, told)
+
+
+def _loads(
+    plan: Plan, scene: Scene, T_tip_item: Array, pads: Pads, gripper: ParallelGripper, item: Item
+) -> Iterator[Reason]:
+    """The pads bear the item from where they close to where they open, and the plan says what they bear."""
+    times, wrenches = held_wrenches(plan, scene, T_tip_item)
+    if len(times) == 0:
+        return
+    assert plan.grasp is not None
+    ratios = pads.ratio(wrenches, gripper)
+    i = int(np.argmax(ratios))
+    if ratios[i] > 1.0:
+        fx, fy, fz, tx, ty, tz = wrenches[i]
+        told = f"{ratios[i]:.2f} of what the pads bear at {times[i]:.3f} s: "
+        told += f"force ({fx:.1f}, {fy:.1f}, {fz:.1f}) N, "
+        yield Reason("does not hold", item.name, told + f"torque ({tx:.3f}, {ty:.3f}, {tz:.3f}) Nm")
+    found = {
+        "pull": np.abs(wrenches[:, 1]),
+        "shear": np.hypot(wrenches[:, 0], wrenches[:, 2]),
+        "moment": np.hypot(wrenches[:, 3], wrenches[:, 5]),
+        "twist": np.abs(wrenches[:, 4]),
+    }
+    for name, values in found.items():
+        value, stated = float(values.max()), float(getattr(plan.grasp, name))
+        if abs(value - stated) > max(SAME_LEAST, SAME_SHARE * value):
+            yield Reason("load not as stated", f"grasp.{name}", f"{stated:.3f} stated, {value:.3f} found")
