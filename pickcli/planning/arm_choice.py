@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pickcli.errors import Reason
-from pickcli.grasping.candidates import GraspTarget, sample_grasps
+from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import USUAL
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
