@@ -31,6 +31,7 @@ MAX_COUNT = 150  # default for the number of spheres of one solid; the excess gr
 
 # Guards the proof against rounding: radii grow by this much, far above 1e-16 and far below any clearance.
 _ROUNDING = 1e-9
+_AT_ONCE = 32  # spheres that are compared with all larger ones in one go
 
 _VERSION = "1"  # of how hulls are covered: raise it with every change of that
 
@@ -227,6 +228,11 @@ def outermost(centers: Array, radii: Array) -> Array:
         (K,) their indices, sorted; of equal spheres the first.
     """
     order = np.argsort(-radii, kind="stable")
-    c, r = centers[order], radii[order]
-    is_inside = [bool((np.linalg.norm(c[:i] - c[i], axis=1) + r[i] <= r[:i]).any()) for i in range(len(r))]
-    return np.sort(order[~np.array(is_inside, dtype=bool)])
+    (x, y, z), r = np.ascontiguousarray(centers[order].T), radii[order]
+    is_inside = np.zeros(len(r), dtype=bool)
+    for first in range(0, len(r), _AT_ONCE):
+        some, larger = slice(first, first + _AT_ONCE), slice(first + _AT_ONCE)
+        squares = sum((p[None, larger] - p[some, None]) ** 2 for p in (x, y, z))
+        is_within = np.sqrt(squares) + r[some, None] <= r[None, larger]
+        is_inside[some] = np.tril(is_within, first - 1).any(axis=1)
+    return np.sort(order[~is_inside])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from pickcli.cell.robot import Joint, JointType, joint_motion
@@ -57,4 +59,11 @@ def _arc(center: Array, radius: float, axis: Array, angle: float) -> Array:
     angles = np.linspace(0.0, angle, n) if n > 1 else np.array([angle / 2])
     step = angle / (n - 1) if n > 1 else angle
     grown = radius + 2 * rho * np.sin(step / 4)
-    return np.array([[*(rotation_axis_angle(axis, a) @ center), grown] for a in angles])
+    turned = _rotations(tuple(axis.tolist()), tuple(angles.tolist())) @ center
+    return np.column_stack([turned, np.full(n, grown)])
+
+
+@lru_cache(maxsize=64)  # the spheres of a cover share a few rows of angles
+def _rotations(axis: tuple[float, float, float], angles: tuple[float, ...]) -> Array:
+    """(K, 3, 3) by angles about one axis."""
+    return np.array([rotation_axis_angle(axis, angle) for angle in angles])
