@@ -68,9 +68,10 @@ def start(cell: Cell) -> Array:
 
 
 def evacuate(world: World) -> None:
-    """Pump until the line is at full vacuum."""
+    """Pump until the line is at full vacuum, and let the item come to rest."""
     world.act("pump", "on")
-    world.wait(2.5)
+    world.suction.vacuum.advance(2.5, seal=0.0)
+    world.wait(0.3)
 
 
 def _tip(cell: Cell, q: Array, tool_state: ToolState) -> Array:
