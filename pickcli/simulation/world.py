@@ -117,7 +117,7 @@ class World:
     def _load_robot(self, q: Array, tool_state: ToolState) -> None:
         tool = self.robot.tool
         with TemporaryDirectory() as folder:
-            urdf = write_urdf(self.robot, Path(folder))
+            urdf = write_urdf(self.robot, Path(folder), tool_state)
             self.engine.load_robot(ROBOT, urdf, self.robot.T_world_base)
         indices = self.engine.joints(ROBOT)
         names, forces = self.robot.joint_names, self.robot.motor_forces

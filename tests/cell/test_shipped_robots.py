@@ -51,7 +51,8 @@ ARM_OF_BAXTER = (
 )
 ARMS_OF_BAXTER = tuple(f"{side}_{link}" for side in ("left", "right") for link in (*ARM_OF_BAXTER, "wrist"))
 FINGERS_OF_BAXTER = tuple(f"l_gripper_{side}_finger{part}" for side in "lr" for part in ("", "_tip"))
-CARRIERS = {f"l_gripper_{side}_finger_tip": f"l_gripper_{side}_finger" for side in "lr"}  # of the shapes of a link
+# By links without shapes of their own, the link that carries them.
+CARRIERS = {f"l_gripper_{side}_finger_tip": f"l_gripper_{side}_finger" for side in "lr"}
 PANDA_LINKS = tuple(f"panda_link{k}" for k in range(8))
 OTHERS = {
     "panda_table": Other(

@@ -8,14 +8,20 @@ import pytest
 
 from support.command_line import apc
 
-ENDS = {"panda_table": "parked", "ur5e_crates": "parked", "apc2016_kth": "tote"}
+MOVES = {  # by cell and arm: from home to where
+    ("panda_table", None): "parked",
+    ("ur5e_crates", None): "parked",
+    ("apc2016_kth", "right"): "tote",
+    ("apc2016_kth", "left"): "tote",
+}
 
 
-@pytest.mark.parametrize("name", ENDS)
-def test_a_move_is_planned_verified_and_executed(name: str, tmp_path: Path) -> None:
-    move = tmp_path / "move.json"
+@pytest.mark.parametrize(("name", "arm"), MOVES)
+def test_a_move_is_planned_verified_and_executed(name: str, arm: str | None, tmp_path: Path) -> None:
+    move, of_arm = tmp_path / "move.json", () if arm is None else ("--arm", arm)
     assert "a cell without mistakes" in apc("check", name).out
-    planned = apc("plan-move", "--cell", name, "--from", "home", "--to", ENDS[name], "-o", move)
+    ends = ("--from", "home", "--to", MOVES[name, arm])
+    planned = apc("plan-move", "--cell", name, *of_arm, *ends, "-o", move)
     assert planned.code == 0 and "certified" in planned.out
     assert "accepted" in apc("verify", move, "--cell", name).out
     assert "done" in apc("execute", move, "--cell", name).out
