@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body
-from pickcli.cell.station import Obstacles, Pod, Tote
+from pickcli.cell.station import POD, TOTE, Carrier, Obstacles, Pod, Tote
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
@@ -106,6 +107,7 @@ class Cell:
         T_world_pod: (4, 4) nominal pose of the pod, identity in the default cell and where there is none.
         pod: The shelf, without bins where there is none.
         tote: The tote; None where there is none.
+        own_carriers: What the cell names under ``places``, each with its places.
         obstacles: Everything else that stands still.
         devices: Devices by name.
         configurations: Named configurations by name.
@@ -137,6 +139,7 @@ class Cell:
     max_tool_speed: float | None = None
     arm: str = ""
     others: tuple[ArmState, ...] = ()
+    own_carriers: tuple[Carrier, ...] = ()
     fingerprint: str = field(default="")
     parked_fingerprint: str = field(default="")
 
@@ -145,11 +148,48 @@ class Cell:
         """What scenes of the cell carry: the same whichever arm moves, and wherever the others stand."""
         return self.parked_fingerprint or self.fingerprint
 
-    @property
+    @cached_property
     def places(self) -> dict[str, Place]:
-        """Everything that can hold items, by name: the bins of the pod, then the tote."""
-        totes = [] if self.tote is None else [self.tote.place]
-        return {**self.pod.bins, **{place.name: place for place in totes}}
+        """Everything that can hold items, by name: the bins of the pod, the tote, then those of its own."""
+        return {name: place for carrier in self.carriers.values() for name, place in carrier.places.items()}
+
+    @cached_property
+    def carriers(self) -> dict[str, Carrier]:
+        """What places are part of, by name: pod and tote, if there are, then those of its own."""
+        found = []
+        if self.pod.bins or self.pod.bodies:
+            found.append(
+                Carrier(POD, self.T_world_pod, self.pod.bodies, self.pod.bins, self.pod.displacement)
+            )
+        if self.tote is not None:
+            found.append(Carrier(TOTE, np.eye(4), self.tote.bodies, {TOTE: self.tote.place}))
+        return {carrier.name: carrier for carrier in (*found, *self.own_carriers)}
+
+    def swept(self) -> Cell:
+        """The cell in which every carrier is grown to what holds it wherever it stands in its bounds.
+
+        Returns:
+            The cell; its fingerprint stays.
+        """
+        own = tuple(carrier.swept() for carrier in self.own_carriers)
+        return replace(self, pod=self.pod.swept(), own_carriers=own)
+
+    def configurations_at(self, place: Place) -> list[NamedConfiguration]:
+        """The configurations that are named for a place.
+
+        Args:
+            place: The place.
+
+        Returns:
+            Those that are called as the place is; for the tote also those of the kinds "tote" and "drop" that
+            are called as no other place is. A cell need not name any.
+        """
+        return [
+            each
+            for each in self.configurations.values()
+            if each.name == place.name
+            or (place.name == TOTE and each.kind in (TOTE, "drop") and each.name not in self.places)
+        ]
 
     @property
     def tote_bodies(self) -> tuple[Body, ...]:
@@ -171,7 +211,7 @@ class Cell:
             )
 
     def T_world_place(self, place: Place) -> Array:
-        """Pose of a place's frame in the world, the pod where it nominally stands.
+        """Pose of a place's frame in the world, its carrier where that nominally stands.
 
         Args:
             place: The place.
@@ -179,7 +219,7 @@ class Cell:
         Returns:
             (4, 4).
         """
-        return place.in_world(self.T_world_pod)
+        return np.asarray(self.carriers[place.carrier].T_world_carrier @ place.T_carrier_place)
 
     def item(self, name: str, year: int = 2016) -> Item:
         """The item of a name: as it was in the given year if it is known there, else in the other year.

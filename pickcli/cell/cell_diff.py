@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.fingerprint import digest, numbers, rules, solid
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.cell.station import Obstacles
+from pickcli.cell.station import OBSTACLE, POD, TOTE, Carrier, Obstacles
 from pickcli.geometry import Array
 
 _LENGTH = 16  # hexadecimal digits of a digest: enough to tell apart what nobody forges
@@ -19,6 +19,7 @@ _LENGTH = 16  # hexadecimal digits of a digest: enough to tell apart what nobody
 _TOLD = {
     "robot": "the robot, its joint limits or its tool",
     "displacement": "how far the pod may be displaced",
+    "displacement of places": "how far places may be displaced",
     "allowed": "the allowed pairs",
     "clearance": "the clearance",
     "speed_scale": "the speed scale",
@@ -67,6 +68,7 @@ def parts_of(cell: Cell) -> dict[str, Any]:
     return {
         "rules": {name: digest(rule)[:_LENGTH] for name, rule in rules(cell).items()},
         "T_world_pod": numbers(cell.T_world_pod),
+        **({"T_world_carriers": _stand(cell)} if cell.own_carriers else {}),
         "solids": {f"{kind} {body.name}": solid(body) for kind, body in _bodies(cell)},
     }
 
@@ -87,10 +89,13 @@ def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
         KeyError: If ``before`` is no such record.
     """
     now, then = parts_of(cell), before
-    moved = "pod " if now["T_world_pod"] != then["T_world_pod"] else None
+    stood = then.get("T_world_carriers", {})
+    moved = {name for name, T in _stand(cell).items() if stood.get(name) != T}
+    moved |= {POD} if now["T_world_pod"] != then["T_world_pod"] else set()
     came = _others(now["solids"], then["solids"], moved)
     went = _others(then["solids"], now["solids"], moved)
-    old = replace(cell, T_world_pod=_pose(then["T_world_pod"]))
+    own = tuple(_stood(cell, name, _pose(T)) for name, T in stood.items())
+    old = replace(cell, T_world_pod=_pose(then["T_world_pod"]), own_carriers=own)
     return CellChange(
         tuple(text for name, text in _TOLD.items() if then["rules"].get(name) != now["rules"].get(name)),
         came,
@@ -100,18 +105,28 @@ def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
     )
 
 
-def _others(some: Mapping[str, Any], than: Mapping[str, Any], moved: str | None) -> tuple[str, ...]:
-    """Names of solids that are not the same in both; all of a kind that has ``moved`` as a whole."""
+def _stand(cell: Cell) -> dict[str, list[Any]]:
+    """Where the carriers of a cell's own stand."""
+    return {carrier.name: numbers(carrier.T_world_carrier) for carrier in cell.own_carriers}
+
+
+def _stood(cell: Cell, name: str, T: Array) -> Carrier:
+    """A carrier of a cell's own, or one that is no longer there, where it stood."""
+    known = next((carrier for carrier in cell.own_carriers if carrier.name == name), None)
+    return Carrier(name, T, (), {}) if known is None else replace(known, T_world_carrier=T)
+
+
+def _others(some: Mapping[str, Any], than: Mapping[str, Any], moved: set[str]) -> tuple[str, ...]:
+    """Names of solids that are not the same in both; all of the carriers that have ``moved`` as a whole."""
     return tuple(
-        name
-        for name, content in some.items()
-        if than.get(name) != content or (moved is not None and name.startswith(moved))
+        name for name, content in some.items() if than.get(name) != content or name.partition(" ")[0] in moved
     )
 
 
 def _bodies(cell: Cell) -> list[tuple[str, Body]]:
-    """Every solid around the robot, with its kind."""
-    kinds = (("pod", cell.pod.bodies), ("tote", cell.tote_bodies), ("obstacle", cell.obstacles.bodies))
+    """Every solid around the robot, with the name of its carrier, or OBSTACLE."""
+    kinds = [(POD, cell.pod.bodies), (TOTE, cell.tote_bodies), (OBSTACLE, cell.obstacles.bodies)]
+    kinds += [(carrier.name, carrier.bodies) for carrier in cell.own_carriers]
     return [(kind, body) for kind, bodies in kinds for body in bodies]
 
 
@@ -128,10 +143,12 @@ def _pose(T: Sequence[float]) -> Array:
 
 def _with_solids(cell: Cell, solids: Sequence[tuple[str, Body]]) -> Cell:
     """The cell with these solids, by kind, and no others around the robot; its fingerprint stays."""
-    of_kind = {kind: tuple(body for k, body in solids if k == kind) for kind in ("pod", "tote", "obstacle")}
+    own = [carrier.name for carrier in cell.own_carriers]
+    of_kind = {kind: tuple(body for k, body in solids if k == kind) for kind in (POD, TOTE, OBSTACLE, *own)}
     return replace(
         cell,
-        pod=replace(cell.pod, bodies=of_kind["pod"]),
-        tote=None if cell.tote is None else replace(cell.tote, bodies=of_kind["tote"]),
-        obstacles=Obstacles(of_kind["obstacle"]),
+        pod=replace(cell.pod, bodies=of_kind[POD]),
+        tote=None if cell.tote is None else replace(cell.tote, bodies=of_kind[TOTE]),
+        own_carriers=tuple(replace(each, bodies=of_kind[each.name]) for each in cell.own_carriers),
+        obstacles=Obstacles(of_kind[OBSTACLE]),
     )

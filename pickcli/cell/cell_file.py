@@ -15,6 +15,7 @@ from pickcli.cell.arm_consistency import (
     model_of_arm,
     source_of_arm,
 )
+from pickcli.cell.carrier_builder import build_carrier
 from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
 from pickcli.cell.cell_schema import (
     BoundsModel,
@@ -146,6 +147,7 @@ def _cell(
         speed_scale=model.speed_scale,
         clearance=model.clearance,
         max_tool_speed=model.max_tool_speed,
+        own_carriers=tuple(build_carrier(name, m, path.parent) for name, m in model.places.items()),
     )
 
 

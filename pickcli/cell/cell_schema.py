@@ -8,9 +8,12 @@ from annotated_types import Len
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from pickcli.cell.device import DeviceKind
+from pickcli.cell.place_schema import MAX_PLACES, PlaceModel
+from pickcli.cell.pose_schema import BoundsModel as BoundsModel
+from pickcli.cell.pose_schema import Name
+from pickcli.cell.pose_schema import PoseModel as PoseModel
 from pickcli.files.schema import (
     Angle,
-    Angles,
     FileModel,
     Force,
     Number,
@@ -18,10 +21,8 @@ from pickcli.files.schema import (
     Size,
     Text,
     Thickness,
-    Vector,
 )
 
-Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 MAX_OBSTACLES = 2000
 MAX_PAIRS = 2000
 MAX_CONFIGURATIONS = 1000
@@ -41,26 +42,6 @@ def _not_nothing(part: Part) -> Part:
     if part is None:
         raise ValueError("expected its figures, got nothing; add them, or leave the key out")
     return part
-
-
-class PoseModel(FileModel):
-    """A pose: position and fixed-axis roll, pitch, yaw."""
-
-    xyz: Vector = Field(description="a position [x, y, z] in m")
-    rpy: Angles = Field(description="angles [roll, pitch, yaw] in rad")
-
-
-class BoundsModel(FileModel):
-    """An axis-aligned box between two corners."""
-
-    lower: Vector = Field(description="the lower corner [x, y, z] in m")
-    upper: Vector = Field(description="the upper corner [x, y, z] in m")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> BoundsModel:
-        if not all(lo < up for lo, up in zip(self.lower, self.upper, strict=True)):
-            raise ValueError(f"expected lower under upper, got {self.lower} and {self.upper}; swap them")
-        return self
 
 
 class RobotModel(FileModel):
@@ -349,6 +330,9 @@ class CellModel(FileModel):
     tool: SuctionModel | GripperModel | None = Field(None, description="the tool, if one is mounted")
     pod: PodModel | None = Field(None, description="the shelf, if there is one")
     tote: ToteModel | None = Field(None, description="the tote, if there is one")
+    places: Annotated[dict[Name, PlaceModel], Len(0, MAX_PLACES)] = Field(
+        {}, description="shelves by a grid, boxes, tables and places of bodies, by name"
+    )
     obstacles: Annotated[tuple[ObstacleModel, ...], Len(0, MAX_OBSTACLES)] = Field(
         description="boxes that stand still"
     )

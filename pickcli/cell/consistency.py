@@ -12,7 +12,7 @@ from pickcli.cell.pod import build_pod
 from pickcli.cell.references import refer, unique
 from pickcli.cell.robot import JointType
 from pickcli.cell.robot_consistency import check_robot
-from pickcli.cell.station_consistency import check_pod, check_tote
+from pickcli.cell.station_consistency import check_places, check_pod, check_tote, own_bodies
 from pickcli.cell.tool_consistency import check_devices, check_mount, check_tip, check_tool, tool_states
 from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import Urdf
@@ -73,6 +73,7 @@ def check_consistency(source: Source, model: CellModel, robot: Urdf) -> None:
         check_pod(source, model.pod)
     if model.tote is not None:
         check_tote(source, model.tote)
+    check_places(source, model)
     _check_pairs(source, model, robot)
     _check_configurations(source, model, robot)
     check_devices(source, model)
@@ -95,6 +96,13 @@ def _check_names(source: Source, model: CellModel, robot: Urdf) -> None:
     pod = () if model.pod is None else build_pod(model.pod).bodies
     tote = () if model.tote is None else build_tote(model.tote).bodies
     shelf = {body.name for body in (*pod, *tote)}
+    known = dict.fromkeys((*robot.links, *(o.name for o in model.obstacles), *shelf), "the cell")
+    for name, bodies in own_bodies(source, model).items():
+        for body in bodies:
+            if body.name in known:
+                text = f"its body {body.name!r} has the name of another one in {known[body.name]}; rename it"
+                source.add(("places", name), text)
+            known[body.name] = f"places.{name}"
     for i, obstacle in enumerate(model.obstacles):
         if obstacle.name in robot.links:
             text = f"{obstacle.name!r} is a link of the robot too; rename the obstacle"

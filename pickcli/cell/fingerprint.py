@@ -1,8 +1,9 @@
 """One hash over everything that the validity of a motion in a cell depends on.
 
 In: the robot's chain, shapes and limits, where it stands, the tool's geometry, shelf and how far it may be
-displaced, tote, obstacles, allowed pairs, clearance and speed scale. Not in: names of files, comments, the
-order of keys, named configurations, devices, items (a scene's hash covers those) and simulation figures.
+displaced, tote, places, obstacles, allowed pairs, clearance and speed scale. Not in: names of files,
+comments, the order of keys, named configurations, devices, items (a scene's hash covers those) and simulation
+figures.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.robot import Joint, Robot
 from pickcli.cell.shapes import Body
+from pickcli.cell.station import Carrier
 from pickcli.cell.tool import GripModel, SuctionCup
 from pickcli.geometry import Array
 
@@ -41,6 +43,11 @@ def fingerprint(cell: Cell) -> str:
             "pod": _bodies(cell.pod.bodies),
             "tote": _bodies(cell.tote_bodies),
             "obstacles": _bodies(cell.obstacles.bodies),
+            **(
+                {"places": {each.name: _carrier(each) for each in cell.own_carriers}}
+                if cell.own_carriers
+                else {}
+            ),
         }
     )
 
@@ -61,6 +68,9 @@ def rules(cell: Cell) -> dict[str, Any]:
         "clearance": numbers(cell.clearance),
         "speed_scale": numbers(cell.speed_scale),
     }
+    if cell.own_carriers:
+        bounds = {each.name: numbers(astuple(each.displacement)) for each in cell.own_carriers}
+        found["displacement of places"] = bounds
     if cell.max_tool_speed is not None:
         found["max_tool_speed"] = numbers(cell.max_tool_speed)
     return found
@@ -133,6 +143,15 @@ def _grip(grip: GripModel | None) -> dict[str, Any]:
         return {"cup": numbers([grip.radius, grip.stroke, grip.tilt])}
     fingers = [[f.link, f.joint, numbers([f.side, f.opening])] for f in grip.fingers]
     return {"gripper": [fingers, numbers([*grip.pad, grip.gap])]}
+
+
+def _carrier(carrier: Carrier) -> list[Any]:
+    """Where a carrier stands, its solids, and the frame and the room of each of its places."""
+    places = {
+        name: [numbers(place.T_carrier_place), numbers(np.hstack(astuple(place.room))), list(place.support)]
+        for name, place in carrier.places.items()
+    }
+    return [numbers(carrier.T_world_carrier), _bodies(carrier.bodies), places]
 
 
 def _joint(joint: Joint) -> list[Any]:

@@ -1,24 +1,16 @@
 """Places that hold items: where one is, how much room it has, and which way leads into it.
 
-A bin of the shelf and the tote are both places; what makes them differ is stated here and asked for by its
-meaning, so that what plans a pick need not know which of the two it is in.
+A bin of a shelf, a tote and the top of a table are places; what makes them differ is stated here and asked
+for by its meaning, so that what plans a pick need not know which of them it is in.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
 from pickcli.geometry import Array, pose
-
-
-class Carrier(StrEnum):
-    """What a place is part of, and moves with."""
-
-    POD = "pod"
-    WORLD = "world"  # it stands still
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,15 +189,15 @@ class Room:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """One place that holds items: a bin of the shelf, or the tote.
+    """One place that holds items: a bin of a shelf, a box, the top of a table.
 
-    The frame of a bin: origin at the middle of the mouth on the top of the bottom lip, on the pod's front
-    face; +x into the bin, +y left as the robot sees it, +z up. That of the tote: origin in the middle of the
-    inner floor, axes of the world.
+    The frame of a place that is reached from the front: origin at the middle of the mouth on the top of the
+    bottom lip; +x into the place, +y left as the robot sees it, +z up. That of one that is reached from
+    above: origin in the middle of the inner floor, +z up.
 
     Attributes:
         name: As items name their location: bin_A .. bin_L, tote.
-        carrier: What it is part of.
+        carrier: Name of the carrier that it is part of, and moves with.
         T_carrier_place: Pose (4, 4) of its frame in that of the carrier.
         access: The way into it.
         room: Its free room.
@@ -213,7 +205,7 @@ class Place:
     """
 
     name: str
-    carrier: Carrier
+    carrier: str
     T_carrier_place: Array
     access: Access
     room: Room
@@ -227,18 +219,10 @@ class Place:
         """
         return np.asarray(self.access.T_place_mouth @ pose((0.0, 0.0, -self.access.height / 2)))
 
-    def in_world(self, T_world_pod: Array) -> Array:
-        """Pose of the place's frame in the world.
-
-        Args:
-            T_world_pod: (4, 4) pose of the pod.
-
-        Returns:
-            (4, 4).
-        """
-        if self.carrier is Carrier.WORLD:
-            return self.T_carrier_place
-        return np.asarray(T_world_pod @ self.T_carrier_place)
+    @property
+    def has_walls(self) -> bool:
+        """Whether walls keep what is let go over the place in it, so that it may drop a little."""
+        return bool(self.access.T_place_mouth[2, 3] > self.room.floor_back)
 
     def holds(self, p: Array, above: float = 0.0) -> bool:
         """Whether a point is in the box around the room.

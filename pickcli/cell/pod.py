@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.cell_schema import PodModel, RowModel
-from pickcli.cell.place import Access, Carrier, Place, Room
+from pickcli.cell.place import Access, Place, Room
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.shapes import Body, Shape, ShapeKind, box
-from pickcli.cell.station import Pod
+from pickcli.cell.station import POD, Pod
 from pickcli.geometry import pose
 
 
@@ -170,4 +170,4 @@ def _bin(
         floor_flat_from=flat_from(figures),
     )
     access = Access.from_front(mouth[1] - mouth[0], row.hanging_lip - z)
-    return Place(name, Carrier.POD, pose((0.0, y, z)), access, room, floor_names(row))
+    return Place(name, POD, pose((0.0, y, z)), access, room, floor_names(row))

@@ -9,6 +9,8 @@ import numpy as np
 
 from pickcli.geometry import Array, pose
 
+Corner = tuple[float, float, float]  # m
+
 
 class ShapeKind(StrEnum):
     """The solids: three that everything may be made of, and the hull, of which only robots are made."""
@@ -151,7 +153,7 @@ def hull(name: str, points: Array) -> Body:
     return Body(name, Shape(ShapeKind.HULL, size, corners), pose(middle))
 
 
-def box(name: str, lower: tuple[float, float, float], upper: tuple[float, float, float]) -> Body:
+def box(name: str, lower: Corner, upper: Corner) -> Body:
     """An axis-aligned box between two corners.
 
     Args:
@@ -166,3 +168,28 @@ def box(name: str, lower: tuple[float, float, float], upper: tuple[float, float,
     T = np.eye(4)
     T[:3, 3] = (lo + hi) / 2
     return Body(name, Shape(ShapeKind.BOX, tuple(float(v) for v in hi - lo)), T)
+
+
+def ring(
+    name: str, low: Corner, high: Corner, outer_low: tuple[float, float], outer_high: tuple[float, float]
+) -> list[Body]:
+    """Four upright bars around a rectangle: the walls of a box.
+
+    Args:
+        name: Of the whole; the bars are called by their sides.
+        low: Lower corner (x, y, z) of what they enclose, in the parent frame, m.
+        high: Upper corner.
+        outer_low: (x, y) where the bars end outside.
+        outer_high: (x, y) at the opposite corner.
+
+    Returns:
+        The bars: left (at greater y), right, near (at smaller x) and far.
+    """
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    (a0, b0), (a1, b1) = outer_low, outer_high
+    return [
+        box(f"{name}_left", (a0, y1, z0), (a1, b1, z1)),
+        box(f"{name}_right", (a0, b0, z0), (a1, y0, z1)),
+        box(f"{name}_near", (a0, y0, z0), (x0, y1, z1)),
+        box(f"{name}_far", (x1, y0, z0), (a1, y1, z1)),
+    ]

@@ -1,4 +1,4 @@
-"""Places and obstacles around the robot: pod, bins, tote."""
+"""Places and obstacles around the robot: pod, tote, and carriers of the user's own."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ from dataclasses import dataclass, replace
 from pickcli.cell.place import Place
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.cell.shapes import Body
+from pickcli.geometry import Array
+
+POD = "pod"  # name of the carrier of the bins
+TOTE = "tote"  # the place of delivered items, and its carrier, which stands still
+OBSTACLE = "obstacle"  # what is neither: no carrier is called so
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +51,35 @@ class Tote:
 
     place: Place
     bodies: tuple[Body, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Carrier:
+    """What places are part of and move with: a shelf, a box, a table, or bodies of the user's own.
+
+    It stands upright.
+
+    Attributes:
+        name: Its own in the cell.
+        T_world_carrier: (4, 4) pose where it nominally stands; a scene says where it really does.
+        bodies: Its solids, in its frame.
+        places: Its places by name.
+        displacement: How far it may stand from its place.
+    """
+
+    name: str
+    T_world_carrier: Array
+    bodies: tuple[Body, ...]
+    places: dict[str, Place]
+    displacement: Displacement = UNMOVED
+
+    def swept(self) -> Carrier:
+        """The carrier with each body grown to a box that holds it wherever it stands in its bounds.
+
+        Returns:
+            The grown carrier.
+        """
+        return replace(self, bodies=tuple(self.displacement.swept(body) for body in self.bodies))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,12 +1,18 @@
-"""What a cell file says of its pod and its tote: figures that must fit together."""
+"""What a cell file says of its pod, its tote and its places: figures and names that must fit together."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 
-from pickcli.cell.cell_schema import PodModel, ToteModel
+from pickcli.cell.carrier_builder import build_carrier
+from pickcli.cell.cell_schema import CellModel, PodModel, ToteModel
+from pickcli.cell.grid import place_names
+from pickcli.cell.place_schema import BodiesModel, GridModel
 from pickcli.cell.pod import flat_from
-from pickcli.cell.references import unique
+from pickcli.cell.references import refer, unique
+from pickcli.cell.shapes import Body
+from pickcli.cell.station import OBSTACLE, POD, TOTE
+from pickcli.errors import InputError
 from pickcli.files.yaml_reader import Key, Source
 
 
@@ -68,3 +74,64 @@ def check_tote(source: Source, tote: ToteModel) -> None:
                 f"puts the walls at {name} from {low:g} to {high:g}, expected inside the flange's "
                 f"{tote.flange.lower[axis]:g} to {tote.flange.upper[axis]:g}; correct one of the two",
             )
+
+
+def check_places(source: Source, model: CellModel) -> None:
+    """Check that places have names of their own, that bodies which carry exist, and that meshes can be read.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        model: The cell as it stands in the file.
+    """
+    taken = [TOTE, *(name for row in (() if model.pod is None else model.pod.rows) for name in row.bins)]
+    keys: list[Key] = [("pod", "rows")] * len(taken)
+    for name, place in model.places.items():
+        if name in (POD, TOTE, OBSTACLE):
+            source.add(("places", name), f"{name!r} is the name of something else in cells; rename it")
+        if isinstance(place, GridModel):
+            for i, row in enumerate(place_names(name, place)):
+                taken += row
+                stated = place.names is not None
+                keys += [
+                    ("places", name, "names", i, j) if stated else ("places", name) for j in range(len(row))
+                ]
+            continue
+        taken.append(name)
+        keys.append(("places", name))
+        if isinstance(place, BodiesModel):
+            bodies = [part.name for part in place.bodies]
+            unique(source, [("places", name, "bodies", i, "name") for i in range(len(bodies))], bodies)
+            for i, each in enumerate(place.support):
+                refer(source, ("places", name, "support", i), "body of this place", each, bodies)
+            _check_meshes(source, name, place)
+    unique(source, keys, taken)
+
+
+def _check_meshes(source: Source, name: str, place: BodiesModel) -> None:
+    """Note meshes that lie outside of the cell's folder or that cannot be read."""
+    folder = source.path.parent
+    for i, part in enumerate(place.bodies):
+        if part.mesh is None:
+            continue
+        key, path = ("places", name, "bodies", i, "mesh"), folder / part.mesh
+        if not path.resolve().is_relative_to(folder.resolve()):
+            source.add(key, f"expected a path inside the cell's folder, got {part.mesh!r}; copy it there")
+            continue
+        try:
+            build_carrier(name, place.model_copy(update={"bodies": (part,)}), folder)
+        except InputError as error:
+            source.add(key, str(error))
+
+
+def own_bodies(source: Source, model: CellModel) -> dict[str, tuple[Body, ...]]:
+    """The bodies of the places that a cell names, by the name of what they are part of.
+
+    Args:
+        source: The cell's file.
+        model: The cell as it stands in the file, its places checked.
+
+    Returns:
+        The bodies.
+    """
+    folder = source.path.parent
+    return {name: build_carrier(name, place, folder).bodies for name, place in model.places.items()}

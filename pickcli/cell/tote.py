@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from pickcli.cell.cell_schema import ToteModel
-from pickcli.cell.place import Access, Carrier, Place, Room
-from pickcli.cell.shapes import Body, box
-from pickcli.cell.station import Tote
+from pickcli.cell.place import Access, Place, Room
+from pickcli.cell.shapes import box, ring
+from pickcli.cell.station import TOTE, Tote
 from pickcli.geometry import pose
-
-TOTE = "tote"  # the place of delivered items; the other places are bins
-
-Corner = tuple[float, float, float]
 
 
 def build_tote(figures: ToteModel) -> Tote:
@@ -25,9 +21,9 @@ def build_tote(figures: ToteModel) -> Tote:
     (x0, y0, z0), (x1, y1, z1) = figures.inner.lower, figures.inner.upper
     w = figures.wall_thickness
     floor = box("tote_floor", (x0 - w, y0 - w, z0 - w), (x1 + w, y1 + w, z0))
-    walls = _ring("tote_wall", (x0, y0, z0), (x1, y1, z1), (x0 - w, y0 - w), (x1 + w, y1 + w))
+    walls = ring("tote_wall", (x0, y0, z0), (x1, y1, z1), (x0 - w, y0 - w), (x1 + w, y1 + w))
     outer_low, outer_high = figures.flange.lower, figures.flange.upper
-    flange = _ring(
+    flange = ring(
         "tote_flange",
         (x0 - w, y0 - w, outer_low[2]),
         (x1 + w, y1 + w, outer_high[2]),
@@ -37,24 +33,10 @@ def build_tote(figures: ToteModel) -> Tote:
     bodies = (floor, *walls, *flange)
     place = Place(
         name=TOTE,
-        carrier=Carrier.WORLD,
+        carrier=TOTE,
         T_carrier_place=pose(((x0 + x1) / 2, (y0 + y1) / 2, z0)),
         access=Access.from_above(x1 - x0, y1 - y0, z1 - z0),
         room=Room.box(x1 - x0, y1 - y0, z1 - z0),
         support=(floor.name,),
     )
     return Tote(place, bodies)
-
-
-def _ring(
-    name: str, low: Corner, high: Corner, outer_low: tuple[float, float], outer_high: tuple[float, float]
-) -> list[Body]:
-    """Four bars around a rectangle: low and high are its corners, outer_* those of the ring around it."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    (a0, b0), (a1, b1) = outer_low, outer_high
-    return [
-        box(f"{name}_left", (a0, y1, z0), (a1, b1, z1)),
-        box(f"{name}_right", (a0, b0, z0), (a1, y0, z1)),
-        box(f"{name}_near", (a0, y0, z0), (x0, y1, z1)),
-        box(f"{name}_far", (x1, y0, z0), (a1, y1, z1)),
-    ]

@@ -1,4 +1,4 @@
-"""The scene as solids of the kernel: pod where it stands, tote, obstacles, items with their uncertainty."""
+"""The scene as solids of the kernel: carriers where they stand, obstacles, items with their uncertainty."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class CollisionWorld:
 
     Attributes:
         names: (B,) body name, item id, or link name for what stands still with the base.
-        kinds: (B,) "pod", "tote", "obstacle", "item" or "base".
+        kinds: (B,) name of the carrier, "obstacle", "item" or "base".
         T_world_box: (B, 4, 4) pose of each solid, in the middle of the box around it.
         half_extents: (B, 3) m, of the solid without its rounding.
         shapes: (B,) kinds of solids as the kernel numbers them.
@@ -153,7 +153,7 @@ def build_world(model: CollisionModel, scene: Scene) -> CollisionWorld:
         scene: The scene.
 
     Returns:
-        The solids: pod, tote and obstacles, links that stand still with the base, items.
+        The solids: carriers and obstacles, links that stand still with the base, items.
 
     Raises:
         StaleError: If the scene is one of another cell than the model.
@@ -164,7 +164,7 @@ def build_world(model: CollisionModel, scene: Scene) -> CollisionWorld:
             f"the scene is of cell {theirs.name!r} ({theirs.fingerprint[:12]}), the collision model of "
             f"{ours.name!r} ({ours.fingerprint[:12]}); plan with a planner of that cell"
         )
-    solids = [*_pod(scene), *_standing(scene), *_base(model), *_items(scene)]
+    solids = [*_standing(scene), *_base(model), *_items(scene)]
     return CollisionWorld(
         tuple(solid.name for solid in solids),
         tuple(solid.kind for solid in solids),
@@ -184,16 +184,10 @@ def _kernel_cloud(model: CollisionModel, cloud: Cloud) -> KernelCloud:
     return KernelCloud(cloud.points, holder)
 
 
-def _pod(scene: Scene) -> Iterator[_Solid]:
-    for body in scene.pod_bodies:
-        yield _body("pod", scene.T_world_pod, body)
-
-
 def _standing(scene: Scene) -> Iterator[_Solid]:
-    for body in scene.cell.tote_bodies:
-        yield _body("tote", np.eye(4), body)
-    for body in scene.cell.obstacles.bodies:
-        yield _body("obstacle", np.eye(4), body)
+    for carrier in scene.posed_carriers:
+        for body in carrier.grown:
+            yield _body(carrier.name, carrier.T_world_carrier, body)
 
 
 def _base(model: CollisionModel) -> Iterator[_Solid]:

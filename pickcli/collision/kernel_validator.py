@@ -28,7 +28,7 @@ class Contact:
         distance: m between spheres of the robot and what they are closest to, negative inside.
         a: Link name or "held <item>".
         b: Body name, item id, link name or "held <item>"; "" if nothing is near.
-        kind: What b is: "pod", "tote", "obstacle", "item", "base", "robot", "cloud", or "".
+        kind: What b is: name of its carrier, "obstacle", "item", "base", "robot", "cloud", or "".
     """
 
     distance: float

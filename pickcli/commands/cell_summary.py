@@ -10,6 +10,7 @@ from pickcli.commands.scene_options import allowed
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
+    from pickcli.cell.place import Place
     from pickcli.cell.tool import Tool
 
 
@@ -63,11 +64,13 @@ def _of_one_arm(cell: Cell) -> dict[str, Any]:
         "tool": _tool(robot.tool),
         "spheres": _spheres(cell),
         "bins": list(cell.pod.bins),
+        "places": {name: _place(place) for name, place in cell.places.items() if name not in cell.pod.bins},
         "pod_may_be_off_by": allowed(cell),
         "bodies": {
             "pod": len(cell.pod.bodies),
             "tote": len(cell.tote_bodies),
             "obstacles": len(cell.obstacles.bodies),
+            **{carrier.name: len(carrier.bodies) for carrier in cell.own_carriers},
         },
         "devices": {d.name: f"{d.kind}, lead {d.lead} s" for d in cell.devices.values()},
         "configurations": by_kind,
@@ -84,6 +87,13 @@ def _tool(tool: Tool) -> dict[str, Any]:
     """Which kind of tool there is, and its states: positions of its joint, or widths between its pads."""
     kind = "suction cup" if tool.suction_cup is not None else "none" if tool.gripper is None else "gripper"
     return {"kind": kind, **{f"state {state}": position for state, position in tool.positions.items()}}
+
+
+def _place(place: Place) -> str:
+    """How large the room of a place is, and how it is reached."""
+    size = " x ".join(f"{1e3 * side:.0f}" for side in place.room.size)
+    way = "above" if place.access.is_from_above else "the front"
+    return f"{size} mm, from {way}, part of {place.carrier}"
 
 
 def _spheres(cell: Cell) -> dict[str, dict[str, Any]]:

@@ -35,7 +35,7 @@ def in_words(summary: dict[str, Any]) -> dict[str, Any]:
         parts["without it may roll"] = told["without_it_may_roll"]
         phrases = [f"{what} {', '.join(names)}" for what, names in parts.items() if names]
         lines += [f"{name}: {'; '.join(phrases)}"] if phrases else []
-    return {**summary, "supports": lines or ["every item rests on the pod or the tote alone"]}
+    return {**summary, "supports": lines or ["every item rests on what stands there alone"]}
 
 
 def _spheres_in_words(spheres: dict[str, dict[str, Any]]) -> dict[str, str]:

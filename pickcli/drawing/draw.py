@@ -1,4 +1,4 @@
-"""Drawing of a stored file."""
+"""Drawing of a cell, or of a file that is stored for one."""
 
 from __future__ import annotations
 
@@ -42,7 +42,6 @@ def draw(stored: Path, output: Path, cell: Cell, replace: bool = True) -> None:
         StaleError: If the file was made for another cell.
         InputError: If the suffix is another, or a file cannot be read or written.
     """
-    refuse_suffix(output)
     write_picture(picture_of(stored, cell), output, replace)
 
 
@@ -51,7 +50,7 @@ def write_picture(picture: Picture, output: Path, replace: bool = True) -> None:
 
     Args:
         picture: The picture.
-        output: Its file; the suffix says which kind.
+        output: The picture's file; its suffix says which kind.
         replace: Whether a file that exists may be replaced.
 
     Raises:

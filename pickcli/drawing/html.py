@@ -17,7 +17,8 @@ try:
 except ImportError:
     raise not_installed("plotly", "view", "a page in .html") from None
 
-_SEEN = {Colour.POD: 0.12, Colour.TOTE: 0.35, Colour.OBSTACLE: 0.12, Colour.ARM: 0.3}  # opacity
+_SEEN = {Colour.POD: 0.12, Colour.TOTE: 0.35, Colour.PLACE: 0.3,
+         Colour.OBSTACLE: 0.12, Colour.ARM: 0.3}  # opacity  # fmt: skip
 
 
 def html_bytes(picture: Picture) -> bytes:

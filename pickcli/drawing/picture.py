@@ -18,6 +18,7 @@ class Colour(StrEnum):
 
     POD = "#8c8c8c"
     TOTE = "#56b4e9"
+    PLACE = "#a6761d"
     OBSTACLE = "#c8c8c8"
     ARM = "#404040"
     HOME = "#000000"

@@ -21,7 +21,13 @@ except ImportError:
     raise not_installed("matplotlib", "view", "a picture in .png") from None
 
 _SIZE, _DPI = (18.0, 10.0), 110  # inches
-_SEEN = {Colour.POD: 0.05, Colour.TOTE: 0.16, Colour.OBSTACLE: 0.07, Colour.ARM: 0.1}  # opacity
+_SEEN = {
+    Colour.POD: 0.05,
+    Colour.TOTE: 0.16,
+    Colour.PLACE: 0.14,
+    Colour.OBSTACLE: 0.07,
+    Colour.ARM: 0.1,
+}  # opacity
 _FROM = (16.0, -138.0)  # degrees: elevation and azimuth of the eye, over the robot's right shoulder
 
 

@@ -7,6 +7,7 @@ from scipy.spatial import ConvexHull
 
 from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.cell.station import POD, TOTE
 from pickcli.drawing.picture import Colour, DrawnLine, DrawnNode, DrawnSolid
 from pickcli.geometry import Array, transform_points
 from pickcli.kinematics.arm import Arm
@@ -21,6 +22,8 @@ _INKS = {
     "drop": Colour.DELIVERY,
 }
 
+_SOLIDS = {POD: Colour.POD, TOTE: Colour.TOTE}
+
 _MAIN = ("home", "bin", "tote")
 
 # Corners by the bits of their number: x, then y, then z.
@@ -30,7 +33,7 @@ _ANGLES = 2 * np.pi * np.arange(20) / 20  # of the corners that a circle is draw
 
 
 def solids(cell: Cell) -> tuple[DrawnSolid, ...]:
-    """Boxes of pod, tote and obstacles, without what is larger than the robot's surroundings (the floor).
+    """Boxes of carriers and obstacles, without what is larger than the robot's surroundings (the floor).
 
     Args:
         cell: The cell.
@@ -38,8 +41,11 @@ def solids(cell: Cell) -> tuple[DrawnSolid, ...]:
     Returns:
         The boxes.
     """
-    parts = [(body, cell.T_world_pod, Colour.POD) for body in cell.pod.bodies]
-    parts += [(body, np.eye(4), Colour.TOTE) for body in cell.tote_bodies]
+    parts = [
+        (body, carrier.T_world_carrier, _SOLIDS.get(carrier.name, Colour.PLACE))
+        for carrier in cell.carriers.values()
+        for body in carrier.bodies
+    ]
     parts += [(body, np.eye(4), Colour.OBSTACLE) for body in cell.obstacles.bodies]
     return tuple(
         DrawnSolid(_corners(T @ body.T_parent_shape, body), _QUADRANGLES, ink)

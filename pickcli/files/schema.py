@@ -101,7 +101,10 @@ def note(source: Source, model: type[BaseModel], detail: Any) -> None:
         detail: The error, an entry of ``ValidationError.errors()``.
     """
     key: Key = tuple(part for part in detail["loc"] if not str(part).startswith("["))  # "[key]", a tag
-    source.add(key, explain(model, key, detail))
+    # Where a kind chooses from a union, pydantic puts it into the place, where it is no key of the file.
+    place = tuple(part for i, part in enumerate(key) if not _is_tagged(_annotation(model, key[:i])))
+    is_of_kind = detail["type"] in (UNKNOWN_TAG, NO_TAG)
+    source.add((*place, TAG) if is_of_kind else place, explain(model, key, detail))
 
 
 def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
@@ -120,6 +123,10 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
         return f"expected {_meaning(model, key)}, got nothing; {_addition(model, key)}"
     if kind == MANY_MISSING:
         return f"lacks {', '.join(given[:-1])} and {given[-1]}; {_addition(model, key, 'add them')}"
+    if kind == NO_TAG:
+        return f"expected {_kinds(model, key)}, got nothing; add it"
+    if kind == UNKNOWN_TAG:
+        return f"expected {_kinds(model, key)}, got {_short(detail['ctx']['tag'])}; correct it"
     if kind == "extra_forbidden":
         known = sorted(_fields(model, key[:-1]))
         return f"unknown key; {suggestion(str(key[-1]), known)}"
@@ -132,6 +139,13 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
     advice = _unit(meaning) if _is_far_off(detail) else "correct it"
     got = f"{len(given)}" if kind in _BOUNDS else _short(given)
     return f"expected {_wanted(model, key, detail)}, got {got}; {advice}"
+
+
+def _kinds(model: type[BaseModel], key: Key) -> str:
+    """The kinds of the union at ``key``: "bodies, box or grid"."""
+    members = get_args(get_args(_annotation(model, key))[0])
+    *kinds, last = sorted(tag for m in members for tag in get_args(m.model_fields[TAG].annotation))
+    return f"{', '.join(kinds)} or {last}"
 
 
 def _addition(model: type[BaseModel], key: Key, otherwise: str = "add it") -> str:
@@ -164,6 +178,8 @@ _TYPES = {"model_type": "an object {...}", "dict_type": "an object {...}", "list
           "tuple_type": "a list [...]", "string_type": "text in quotes"}  # fmt: skip
 _BOUNDS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 NO_MEANING = "a value"
+TAG = "kind"  # key by which models of a union are told apart
+NO_TAG, UNKNOWN_TAG = "union_tag_not_found", "union_tag_invalid"
 FEW_MISSING = 3  # keys of one object that are told one by one
 MANY_MISSING = "many_missing"  # the kind of the one error that tells more
 MAX_SHOWN = 40  # characters of a value that is wrong
@@ -216,16 +232,23 @@ def _meaning(model: type[BaseModel], key: Key) -> str:
 
 def _fields(model: type[BaseModel], key: Key) -> dict[str, Any]:
     """The fields of the model that stands at ``key`` inside ``model``; empty where it is no model."""
+    return _fields_of(_annotation(model, key))
+
+
+def _annotation(model: type[BaseModel], key: Key) -> Any:
+    """What may stand at ``key`` inside ``model``; a tag in it chooses from a union. None if nothing may."""
     annotation: Any = model
     for part in key:
         fields = _fields_of(annotation)
-        if not fields:
+        if _is_tagged(annotation):
+            annotation = _of_tag(annotation, part)
+        elif not fields:
             annotation = _innermost(annotation)
         elif part in fields:
             annotation = _unwrapped(fields[part].annotation)
         else:
-            return {}
-    return _fields_of(annotation)
+            return None
+    return annotation
 
 
 def _fields_of(annotation: Any) -> dict[str, Any]:
@@ -236,6 +259,17 @@ def _fields_of(annotation: Any) -> dict[str, Any]:
         parts = [_fields_of(part) for part in get_args(annotation)]
         return {name: field for part in reversed(parts) for name, field in part.items()}
     return dict(getattr(annotation, "model_fields", {}))
+
+
+def _is_tagged(annotation: Any) -> bool:
+    """Whether an annotation is a union of models that are told apart by their key ``kind``."""
+    return any(getattr(a, "discriminator", None) == TAG for a in get_args(annotation))
+
+
+def _of_tag(annotation: Any, tag: int | str) -> Any:
+    """The model of a union that has a kind, None if none has."""
+    members = get_args(get_args(annotation)[0])
+    return next((m for m in members if tag in get_args(m.model_fields[TAG].annotation)), None)
 
 
 def _innermost(annotation: Any) -> Any:

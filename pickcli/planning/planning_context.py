@@ -75,10 +75,7 @@ class PlanningContext:
             (n,) each: above a place with access from above, else in front of its mouth. A cell need not name
             any.
         """
-        named = self.cell.configurations.values()
-        if place.access.is_from_above:
-            return [c.q for c in named if c.kind in ("tote", "drop")]
-        return [c.q for c in named if c.name == place.name]
+        return [named.q for named in self.cell.configurations_at(place)]
 
     def checker_for(self, scene: Scene, mode: Mode) -> SceneChecker:
         """The checker of motions of the robot in one mode in a scene.

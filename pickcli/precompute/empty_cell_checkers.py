@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from itertools import product
 from typing import TypeAlias
@@ -31,17 +30,17 @@ CheckerKey: TypeAlias = tuple[PodPoses, ToolState, PayloadClass]  # what a check
 
 
 def empty_scene(cell: Cell, pod_poses: PodPoses = PodPoses.NOMINAL) -> Scene:
-    """Make a scene of a cell with nothing in its pod.
+    """Make a scene of a cell with nothing in its places.
 
     Args:
         cell: The cell.
-        pod_poses: Whether the pod stands in its place or, for a proof, everywhere that it may.
+        pod_poses: Whether the carriers stand in their places or, for a proof, everywhere that they may.
 
     Returns:
         The scene.
     """
     if pod_poses is PodPoses.DISPLACED:
-        cell = replace(cell, pod=cell.pod.swept())
+        cell = cell.swept()
     return Scene(cell, cell.T_world_pod, (), PoseNoise())
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -12,8 +13,8 @@ from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.cell.shapes import Body
-from pickcli.cell.station import Pod
-from pickcli.cell.tote import TOTE as TOTE
+from pickcli.cell.station import OBSTACLE, POD, Carrier
+from pickcli.cell.station import TOTE as TOTE
 from pickcli.geometry import Array, inverse
 from pickcli.scene.cloud import Cloud
 
@@ -81,8 +82,55 @@ class PoseNoise:
 
 
 @dataclass(frozen=True, eq=False)
+class CarrierPose:
+    """Where a carrier stands now.
+
+    Attributes:
+        T_world_carrier: (4, 4) its pose.
+        error: How far it may stand from there.
+    """
+
+    T_world_carrier: Array
+    error: Displacement = UNMOVED
+
+
+@dataclass(frozen=True, eq=False)
+class PosedCarrier:
+    """A carrier where it stands in a scene, or the obstacles.
+
+    Attributes:
+        name: Of the carrier; OBSTACLE of what is part of none.
+        T_world_carrier: (4, 4) its pose.
+        bodies: Its bodies, in its frame.
+        error: How far it may stand from there.
+    """
+
+    name: str
+    T_world_carrier: Array
+    bodies: tuple[Body, ...]
+    error: Displacement = UNMOVED
+
+    @cached_property
+    def grown(self) -> tuple[Body, ...]:
+        """The bodies, each grown to wherever the error of the carrier's pose may put it."""
+        return _swept(self.bodies, self.error)
+
+    def uncertainty(self, body: Body) -> float:
+        """How far any point of a body may be from where its pose says.
+
+        Args:
+            body: One of the bodies.
+
+        Returns:
+            m.
+        """
+        reach = np.linalg.norm(body.T_parent_shape[:2, 3]) + np.linalg.norm(body.shape.extents) / 2
+        return self.error.bound(float(reach))
+
+
+@dataclass(frozen=True, eq=False)
 class Scene:
-    """The cell, where the pod stands now, items with their poses, and what the cup holds.
+    """The cell, where its carriers stand now, items with their poses, and what the cup holds.
 
     Attributes:
         cell: The cell.
@@ -93,6 +141,7 @@ class Scene:
         pod_error: How far the pod may stand from ``T_world_pod``.
         held: What the cup holds, None if nothing.
         cloud: What a sensor saw besides all this, None if nothing.
+        carriers: Where those of the cell's own carriers stand, by name, that do not stand where it says.
     """
 
     cell: Cell
@@ -103,23 +152,40 @@ class Scene:
     pod_error: Displacement = UNMOVED
     held: HeldItem | None = None
     cloud: Cloud | None = None
+    carriers: Mapping[str, CarrierPose] = field(default_factory=dict)
 
     @cached_property
-    def pod_bodies(self) -> tuple[Body, ...]:
-        """The pod's bodies in its frame, each grown to wherever the error of the pod's pose may put it."""
-        return _swept(self.cell.pod, self.pod_error)
+    def posed_carriers(self) -> tuple[PosedCarrier, ...]:
+        """The pod, the tote, the cell's own carriers and the obstacles, as they stand now."""
+        found = [
+            PosedCarrier(name, at.T_world_carrier, carrier.bodies, at.error)
+            for name, carrier in self.cell.carriers.items()
+            for at in (self.pose_of(carrier),)
+        ]
+        return (*found, PosedCarrier(OBSTACLE, np.eye(4), self.cell.obstacles.bodies))
+
+    def pose_of(self, carrier: Carrier) -> CarrierPose:
+        """Where a carrier stands.
+
+        Args:
+            carrier: One of the cell.
+
+        Returns:
+            Its pose, with the bounds of its error.
+        """
+        if carrier.name == POD:
+            return CarrierPose(self.T_world_pod, self.pod_error)
+        return self.carriers.get(carrier.name, CarrierPose(carrier.T_world_carrier))
 
     @property
     def standing(self) -> tuple[tuple[Body, Array], ...]:
-        """Everything that stands in the cell, with the pose (4, 4) in the world of what it is part of.
+        """Everything that stands in the cell, with the pose (4, 4) in the world of what it is part of."""
+        return tuple((body, each.T_world_carrier) for each in self.posed_carriers for body in each.bodies)
 
-        The pod's bodies first, in their order.
-        """
-        cell = self.cell
-        return (
-            *((body, self.T_world_pod) for body in cell.pod.bodies),
-            *((body, np.eye(4)) for body in (*cell.tote_bodies, *cell.obstacles.bodies)),
-        )
+    @property
+    def grown(self) -> tuple[tuple[Body, Array], ...]:
+        """Everything that stands, in the order of ``standing``, grown to wherever errors of poses may put it."""
+        return tuple((body, each.T_world_carrier) for each in self.posed_carriers for body in each.grown)
 
     @property
     def T_nominal_pod(self) -> Array:
@@ -132,15 +198,16 @@ class Scene:
         return self.cell.pod.displacement.allows(self.T_nominal_pod)
 
     def T_world_place(self, place: Place) -> Array:
-        """Pose of a place's frame as the pod stands now.
+        """Pose of a place's frame as its carrier stands now.
 
         Args:
-            place: A bin or the tote.
+            place: One of the cell.
 
         Returns:
             (4, 4) in the world.
         """
-        return place.in_world(self.T_world_pod)
+        T_world_carrier = self.pose_of(self.cell.carriers[place.carrier]).T_world_carrier
+        return np.asarray(T_world_carrier @ place.T_carrier_place)
 
     def find(self, id_or_name: str, location: str | None = None) -> PlacedItem:
         """Find an item by its id, or else by its name.
@@ -185,7 +252,7 @@ class Scene:
         return self.find(item_id).item
 
     def in_location(self, location: str) -> tuple[PlacedItem, ...]:
-        """All items of a bin or of the tote.
+        """All items of a place.
 
         Args:
             location: Name of a place.
@@ -218,7 +285,7 @@ class Scene:
         return replace(self, items=tuple(i for i in self.items if i.id != item_id))
 
 
-@lru_cache(maxsize=8)
-def _swept(pod: Pod, error: Displacement) -> tuple[Body, ...]:
-    """A pod's bodies, each grown to wherever an error of its pose may put it: the same in every look."""
-    return tuple(map(error.swept, pod.bodies)) if error != UNMOVED else tuple(pod.bodies)
+@lru_cache(maxsize=64)
+def _swept(bodies: tuple[Body, ...], error: Displacement) -> tuple[Body, ...]:
+    """A carrier's bodies, each grown to wherever an error of its pose may put it: the same in every look."""
+    return tuple(map(error.swept, bodies)) if error != UNMOVED else bodies

@@ -79,6 +79,23 @@ def _what_is_known(source: Source, item: PlacedItemModel | HeldModel, cell: Cell
     return f"; there are items of {' and '.join(sorted({str(year) for _, year in cell.items}))}"
 
 
+def check_carriers(source: Source, model: SceneModel, cell: Cell) -> None:
+    """Check that every pose is that of something in the cell, and that there is one of its pod.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        model: The scene as it stands in the file.
+        cell: Its cell.
+    """
+    own = [carrier.name for carrier in cell.own_carriers]
+    for name in model.places:
+        if name not in own:
+            hint = suggestion(name, own) if own else "the cell states no places"
+            source.add(("places", name), f"unknown place {shortened(name)!r}; {hint}")
+    if model.T_world_pod is None and cell.pod.bins:
+        source.add(("T_world_pod",), "expected where the pod stands now, got nothing; add it")
+
+
 def check_places(source: Source, scene: Scene) -> None:
     """Check that every item lies about where its location says, which catches poses in another frame.
 
@@ -148,19 +165,19 @@ def _ball(radius: float, z: float) -> PosedSolid:
 
 
 def check_standing(source: Source, scene: Scene) -> None:
-    """Check that no item stands in what does not move deeper than its pose, and the pod's, is uncertain.
+    """Check that no item stands in what does not move deeper than poses are uncertain.
 
     Args:
         source: Collects the mistakes with their places in the file.
         scene: The scene.
     """
-    pod_error = _pod_error(scene)
+    error = _largest_error(scene)
     every = PosedSolids.of(scene, scene.items, scene.standing)
     solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
     a, b = every.near(len(scene.items))
     deep: list[Mistake] = []
     for i, placed in enumerate(scene.items):
-        tolerance = SUNK + scene.noise.bound(placed.item) + pod_error
+        tolerance = SUNK + scene.noise.bound(placed.item) + error
         near = b[(a == i) & (b >= len(scene.items))].tolist()
         depths = [(overlap_depth(solids[i], solids[k], tolerance), every.names[k]) for k in near]
         depth, name = max(depths, default=(0.0, ""))
@@ -172,10 +189,16 @@ def check_standing(source: Source, scene: Scene) -> None:
     _add_alike(source, deep, "correct its pose", f"correct its pose, or all: {CONVENTION}")
 
 
-def _pod_error(scene: Scene) -> float:
-    """m, how far any body of the pod may be from where its pose says."""
-    corners = np.vstack([body.T_parent_shape[:2, 3] for body in scene.cell.pod.bodies])
-    return scene.pod_error.bound(float(np.linalg.norm(corners, axis=1).max()))
+def _largest_error(scene: Scene) -> float:
+    """m, how far the middle of any body of a carrier may be from where its pose says."""
+    return max(
+        (
+            carrier.error.bound(float(np.linalg.norm(body.T_parent_shape[:2, 3])))
+            for carrier in scene.posed_carriers
+            for body in carrier.bodies
+        ),
+        default=0.0,
+    )
 
 
 def check_floating(source: Source, scene: Scene) -> None:
@@ -191,7 +214,7 @@ def check_floating(source: Source, scene: Scene) -> None:
     if scene.cloud is not None:
         return
     every = PosedSolids.of(scene, scene.items, scene.standing)
-    reach = FLOATING + _pod_error(scene)
+    reach = FLOATING + _largest_error(scene)
     found = gaps(every, *every.near(len(scene.items), reach))
     close = found.width <= reach + every.bound[found.a] + every.bound[found.b]
     touching = {*found.a[close].tolist(), *found.b[close].tolist()}

@@ -31,8 +31,9 @@ from pickcli.files.yaml_reader import Source, read_yaml
 from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.cloud_file import read_points
-from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene import CarrierPose, HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_checks import (
+    check_carriers,
     check_floating,
     check_held,
     check_names,
@@ -40,7 +41,7 @@ from pickcli.scene.scene_checks import (
     check_places,
     check_standing,
 )
-from pickcli.scene.scene_schema import CloudModel, HeldModel, SceneModel, ScenePoseModel
+from pickcli.scene.scene_schema import CloudModel, HeldModel, PodErrorModel, SceneModel, ScenePoseModel
 
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length; it is normalised then
 
@@ -68,17 +69,26 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
             f"{path}: made for cell {model.cell.name} {model.cell.fingerprint}, but this is "
             f"{cell.name} {cell.scene_fingerprint}; {_remade(cell)}"
         )
+    check_carriers(source, model, cell)
     check_names(source, model, cell)
     scene = Scene(
         cell=cell,
-        T_world_pod=_pose(source, ("T_world_pod",), model.T_world_pod),
+        T_world_pod=(
+            cell.T_world_pod
+            if model.T_world_pod is None
+            else _pose(source, ("T_world_pod",), model.T_world_pod)
+        ),
         items=tuple(
             PlacedItem(m.id, cell.items[m.name, m.year], m.location, _pose(source, ("items", i), m))
             for i, m in enumerate(model.items)
         ),
         noise=PoseNoise(model.noise.position, model.noise.angle),
         seed=model.seed,
-        pod_error=Displacement(model.pod_error.x, model.pod_error.y, model.pod_error.yaw),
+        pod_error=_error(model.pod_error),
+        carriers={
+            name: CarrierPose(_pose(source, ("places", name), at), _error(at.error))
+            for name, at in model.places.items()
+        },
         held=_held(source, model.held, cell),
         cloud=_cloud(source, model.cloud),
     )
@@ -118,8 +128,8 @@ def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
 def scene_hash(scene: Scene) -> str:
     """SHA-256 of what the validity of a motion in a scene depends on.
 
-    The cell, what its cup bears, where the pod stands, the bounds of both errors, every item's figures and
-    pose, and what the cup holds; not the seed and not the order of the items. It survives writing and
+    The cell, what its cup bears, where its carriers stand, the bounds of all errors, every item's figures
+    and pose, and what the cup holds; not the seed and not the order of the items. It survives writing and
     reading.
 
     Args:
@@ -132,6 +142,7 @@ def scene_hash(scene: Scene) -> str:
         {
             **({} if scene.held is None else {"held": _held_content(scene.held)}),
             **({} if scene.cloud is None else {"cloud": _cloud_content(scene.cloud)}),
+            **({"places": _carriers_content(scene)} if scene.carriers else {}),
             "cell": scene.cell.fingerprint,
             "T_world_pod": _coarse(scene.T_world_pod),
             "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
@@ -149,6 +160,13 @@ def _grip_limits(grip: GripModel | None) -> dict[str, Any]:
     if isinstance(grip, SuctionCup):
         return {"cup limits": numbers(astuple(grip.limits))}
     return {"pinch limits": numbers([grip.limits.force, grip.limits.friction, *grip.limits.pad])}
+
+
+def _carriers_content(scene: Scene) -> dict[str, Any]:
+    return {
+        name: [_coarse(at.T_world_carrier), numbers(dataclasses.astuple(at.error))]
+        for name, at in scene.carriers.items()
+    }
 
 
 def _item_content(placed: PlacedItem) -> list[Any]:
@@ -199,6 +217,10 @@ def _cloud(source: Source, model: CloudModel | None) -> Cloud | None:
         return None
 
 
+def _error(model: PodErrorModel) -> Displacement:
+    return Displacement(model.x, model.y, model.yaw)
+
+
 def _pose(source: Source, key: tuple[str | int, ...], model: ScenePoseModel) -> Array:
     length = float(np.linalg.norm(model.quaternion))
     if abs(length - 1.0) > _UNIT_TOLERANCE:
@@ -223,8 +245,7 @@ def _to_text(scene: Scene, folder: Path) -> str:
         "format": "apc scene",
         "version": 1,
         "cell": {"name": scene.cell.name, "fingerprint": scene.cell.scene_fingerprint},
-        "T_world_pod": _pose_values(scene.T_world_pod),
-        "pod_error": dataclasses.asdict(scene.pod_error),
+        **_carriers_values(scene),
         "noise": {"position": scene.noise.position, "angle": scene.noise.angle},
         "seed": scene.seed,
     }
@@ -235,6 +256,22 @@ def _to_text(scene: Scene, folder: Path) -> str:
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
     items = ",\n".join("    " + json.dumps(_item_values(placed)) for placed in scene.items)
     return "\n".join(["{", *lines, '  "items": [', items, "  ]", "}"]) + "\n"
+
+
+def _carriers_values(scene: Scene) -> dict[str, Any]:
+    """Where the pod and the cell's own carriers stand, as far as the cell has them."""
+    values: dict[str, Any] = {}
+    if scene.cell.pod.bins:
+        values = {
+            "T_world_pod": _pose_values(scene.T_world_pod),
+            "pod_error": dataclasses.asdict(scene.pod_error),
+        }
+    if scene.carriers:
+        values["places"] = {
+            name: {**_pose_values(at.T_world_carrier), "error": dataclasses.asdict(at.error)}
+            for name, at in scene.carriers.items()
+        }
+    return values
 
 
 def held_values(held: HeldItem) -> dict[str, Any]:

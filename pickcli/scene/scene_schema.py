@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import Field
 
+from pickcli.cell.place_schema import MAX_PLACES
 from pickcli.files.schema import FileModel, Text, Vector
 
 Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
@@ -41,11 +42,17 @@ class NoiseModel(FileModel):
 
 
 class PodErrorModel(FileModel):
-    """Bounds of the error of the pod's pose on the floor, each either way."""
+    """Bounds of the error of a carrier's pose on the floor, each either way."""
 
     x: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m")
     y: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m")
     yaw: Annotated[float, Field(ge=0, le=MAX_POD_YAW)] = Field(default=0.0, description=POD_YAW)
+
+
+class CarrierPoseModel(ScenePoseModel):
+    """Where something that the cell names under ``places`` stands."""
+
+    error: PodErrorModel = Field(default=PodErrorModel(), description="bounds of the error of this pose")
 
 
 class PlacedItemModel(ScenePoseModel):
@@ -54,7 +61,7 @@ class PlacedItemModel(ScenePoseModel):
     id: Text = Field(description="a name of its own in this scene")
     name: Text = Field(description="an item's name")
     year: int = Field(description="2015 or 2016")
-    location: Text = Field(description="a bin's name, or 'tote'")
+    location: Text = Field(description="name of a place: of a bin, or 'tote'")
 
 
 class HeldModel(ScenePoseModel):
@@ -81,9 +88,14 @@ class SceneModel(FileModel):
     format: Literal["apc scene"] = Field(description="'apc scene'")
     version: Literal[1] = Field(description="1, the only version there is")
     cell: CellReference = Field(description="the cell's name and fingerprint")
-    T_world_pod: ScenePoseModel = Field(description="where the pod stands now")
+    T_world_pod: ScenePoseModel | None = Field(
+        default=None, description="where the pod stands now, if the cell has one"
+    )
     pod_error: PodErrorModel = Field(
         default=PodErrorModel(), description="bounds of the error of the pod's pose"
+    )
+    places: Annotated[dict[Text, CarrierPoseModel], Len(0, MAX_PLACES)] = Field(
+        default={}, description="where places stand, by name, that do not stand where the cell says"
     )
     noise: NoiseModel = Field(description="bounds of the error of the item poses")
     seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")

@@ -89,7 +89,7 @@ class Supports:
     ) -> tuple[SolidContact, ...]:
         """All solids whose gap to an item may be below a reach, as poses may be off.
 
-        The pod's bodies count as grown to wherever the error of its pose may put them.
+        Bodies of carriers count as grown to wherever the errors of their poses may put them.
 
         Args:
             item_id: Id of the item.
@@ -246,10 +246,8 @@ class Supports:
 
     @cached_property
     def _grown(self) -> PosedSolids:
-        """All solids as ``solids`` has them, but bodies of the pod grown by the error of its pose."""
-        scene = self.scene
-        pod = [(body, scene.T_world_pod) for body in scene.pod_bodies]
-        return PosedSolids.of(scene, scene.items, [*pod, *scene.standing[len(pod) :]])
+        """All solids as ``solids`` has them, but bodies of carriers grown by the errors of their poses."""
+        return PosedSolids.of(self.scene, self.scene.items, self.scene.grown)
 
     @cached_property
     def _bottom(self) -> Mapping[str, float]:
@@ -363,7 +361,7 @@ def supports_of(scene: Scene) -> Supports:
     """The support relation of a scene, from the poses and how well they are known. Cached by identity.
 
     Args:
-        scene: Items, the pod where it really stands, and the bounds of the error of the items' poses.
+        scene: Items, the carriers where they really stand, and the bounds of the error of the items' poses.
 
     Returns:
         All pairs that are no farther apart than those bounds allow for solids that touch.

@@ -14,6 +14,19 @@ STATIC_COLOURS: dict[str, Colour] = {
     "cloud": (0.80, 0.35, 0.20, 1.0),
     "obstacle": (0.60, 0.62, 0.65, 1.0),
 }
+_OWN: Colour = (0.45, 0.62, 0.48, 1.0)
+
+
+def static_colour(carrier: str) -> Colour:
+    """The colour of what stands still.
+
+    Args:
+        carrier: Name of the carrier that it is part of, or of obstacles.
+
+    Returns:
+        Red, green, blue and opacity; one for all carriers of a cell's own.
+    """
+    return STATIC_COLOURS.get(carrier, _OWN)
 
 
 def item_colour(item: Item) -> Colour:

@@ -11,7 +11,7 @@ from pickcli.cell.robot import JointType, Robot
 from pickcli.geometry import Array
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
-from pickcli.simulation.colours import STATIC_COLOURS, item_colour
+from pickcli.simulation.colours import STATIC_COLOURS, item_colour, static_colour
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds
 from pickcli.simulation.reality import Reality
@@ -50,7 +50,7 @@ def is_over(ground: tuple[Array, Array], point: Array) -> bool:
 
 
 def add_statics(engine: Engine, scene: Scene) -> None:
-    """Add the pod (where it really stands), the tote and the obstacles: one body per box.
+    """Add the carriers (where they really stand) and the obstacles: one body per box.
 
     A cloud is shown, but nothing meets it: what it was seen of is not known.
 
@@ -58,12 +58,9 @@ def add_statics(engine: Engine, scene: Scene) -> None:
         engine: Where they are added.
         scene: The scene.
     """
-    for body in scene.cell.pod.bodies:
-        engine.add_static(body, scene.T_world_pod, STATIC_COLOURS["pod"])
-    for body in scene.cell.tote_bodies:
-        engine.add_static(body, np.eye(4), STATIC_COLOURS["tote"])
-    for body in scene.cell.obstacles.bodies:
-        engine.add_static(body, np.eye(4), STATIC_COLOURS["obstacle"])
+    for carrier in scene.posed_carriers:
+        for body in carrier.bodies:
+            engine.add_static(body, carrier.T_world_carrier, static_colour(carrier.name))
     if scene.cloud is not None:
         engine.add_marks(*_thinned(scene.cloud.points), STATIC_COLOURS["cloud"])
 

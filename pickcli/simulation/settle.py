@@ -7,11 +7,12 @@ from itertools import combinations
 
 import numpy as np
 
+from pickcli.cell.station import OBSTACLE
 from pickcli.errors import Reason
 from pickcli.geometry import inverse
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
-from pickcli.simulation.colours import STATIC_COLOURS, item_colour
+from pickcli.simulation.colours import item_colour, static_colour
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds, location_of
 
@@ -31,7 +32,7 @@ def settle(scene: Scene, items: tuple[PlacedItem, ...]) -> tuple[PlacedItem, ...
     """Drop items of a scene from where they are until they rest.
 
     Args:
-        scene: Gives pod and tote; its own items are left out.
+        scene: Gives the carriers; its own items are left out.
         items: What is dropped.
 
     Returns:
@@ -40,10 +41,9 @@ def settle(scene: Scene, items: tuple[PlacedItem, ...]) -> tuple[PlacedItem, ...
     """
     engine = Engine(TIME_STEP)
     try:
-        for body in (*scene.cell.pod.bodies,):
-            engine.add_static(body, scene.T_world_pod, STATIC_COLOURS["pod"])
-        for body in scene.cell.tote_bodies:
-            engine.add_static(body, np.eye(4), STATIC_COLOURS["tote"])
+        for carrier in scene.posed_carriers:
+            for body in carrier.bodies if carrier.name != OBSTACLE else ():
+                engine.add_static(body, carrier.T_world_carrier, static_colour(carrier.name))
         for placed in items:
             engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))
         return _come_to_rest(engine, scene, items)

@@ -151,8 +151,12 @@ class _Pair:
         """Distance (m) of any point of a solid from where its pose says, at most."""
         if (name == self.part.name and self.part.is_held) or any(p.id == name for p in self.scene.items):
             return self.scene.noise.bound(self.scene.item(name))
-        for body in self.scene.pod_bodies:
-            if body.name == name:
-                reach = np.linalg.norm(body.T_parent_shape[:2, 3]) + np.linalg.norm(body.shape.extents) / 2
-                return self.scene.pod_error.bound(float(reach))
-        return 0.0
+        return next(
+            (
+                carrier.uncertainty(body)
+                for carrier in self.scene.posed_carriers
+                for body in carrier.grown
+                if body.name == name
+            ),
+            0.0,
+        )

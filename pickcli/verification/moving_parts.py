@@ -82,7 +82,7 @@ class Fixture:
 
 
 def fixtures(scene: Scene) -> tuple[Fixture, ...]:
-    """Pod, tote, obstacles and items: the pod grown by what its pose may be off, items with a slack of it.
+    """Carriers, obstacles and items: carriers grown by what their poses may be off, items with a slack of it.
 
     Args:
         scene: The scene.
@@ -90,9 +90,7 @@ def fixtures(scene: Scene) -> tuple[Fixture, ...]:
     Returns:
         The fixtures.
     """
-    cell = scene.cell
-    found = [_fixture(b.name, scene.T_world_pod @ b.T_parent_shape, b.shape) for b in scene.pod_bodies]
-    found += [_fixture(b.name, b.T_parent_shape, b.shape) for b in cell.tote_bodies + cell.obstacles.bodies]
+    found = [_fixture(body.name, T @ body.T_parent_shape, body.shape) for body, T in scene.grown]
     for placed in scene.items:
         bound = scene.noise.bound(placed.item)
         found.append(_fixture(placed.id, placed.T_world_item, placed.item.shape, bound))

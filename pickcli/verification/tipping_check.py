@@ -280,10 +280,10 @@ def _others(scene: Scene, placed: PlacedItem) -> Iterator[tuple[Shape, Array, fl
     for other in scene.in_location(placed.location):
         if other.id != placed.id:
             yield other.item.shape, other.T_world_item, scene.noise.bound(other.item)
-    pod = {body.name for body in scene.cell.pod.bodies}
-    for body, T in scene.standing:
-        reach = float(np.linalg.norm(body.T_parent_shape[:2, 3]) + np.linalg.norm(body.shape.extents) / 2)
-        yield body.shape, T @ body.T_parent_shape, scene.pod_error.bound(reach) if body.name in pod else 0.0
+    for carrier in scene.posed_carriers:
+        for body in carrier.bodies:
+            T = carrier.T_world_carrier @ body.T_parent_shape
+            yield body.shape, T, carrier.uncertainty(body)
 
 
 def _heights(shape: Shape, T: Array, columns: Array) -> tuple[Array, Array]:

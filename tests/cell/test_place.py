@@ -7,8 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.place import Carrier, Room
+from pickcli.cell.place import Room
+from pickcli.cell.station import POD, TOTE
 from pickcli.geometry import pose
+from pickcli.scene.scene import PoseNoise, Scene
 
 
 def test_a_cell_has_its_bins_and_the_tote_as_places(cell: Cell) -> None:
@@ -34,10 +36,11 @@ def test_the_way_in_leads_through_the_middle_of_the_mouth(cell: Cell) -> None:
 
 def test_a_place_stands_where_its_carrier_does(cell: Cell) -> None:
     moved = cell.T_world_pod @ pose((0.01, 0.02, 0.0), rpy=(0.0, 0.0, 0.03))
-    assert {place.carrier for place in cell.places.values()} == set(Carrier)
+    scene = Scene(cell, moved, (), PoseNoise())
+    assert {place.carrier for place in cell.places.values()} == {POD, TOTE}
     for place in cell.places.values():
-        T = place.in_world(moved)
-        if place.carrier is Carrier.POD:
+        T = scene.T_world_place(place)
+        if place.carrier == POD:
             assert_allclose(T, moved @ place.T_carrier_place)
         else:
             assert_allclose(T, cell.T_world_place(place))
@@ -48,7 +51,7 @@ def test_every_place_knows_which_bodies_carry_what_lies_in_it(cell: Cell) -> Non
     assert cell.places and pod and tote
     for place in cell.places.values():
         assert place.support
-        assert set(place.support) <= (pod if place.carrier is Carrier.POD else tote)
+        assert set(place.support) <= (pod if place.carrier == POD else tote)
 
 
 @pytest.mark.parametrize("name", ["bin_A", "bin_K", "tote"])

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pickcli.cell.place import Access, Carrier, Place, Room
+from pickcli.cell.place import Access, Place, Room
+from pickcli.cell.station import POD
 from pickcli.geometry import pose
 
 
@@ -13,4 +14,4 @@ def front_place(
     room = Room((0.0, 0.4361), y_range, -0.0108, -0.0297, 0.255, 0.236, 0.0116, 0.21)
     T_pod_bin = pose([0.0, 0.0, 1.5536])
     access = Access.from_front(width, height)
-    return Place("bin_B", Carrier.POD, T_pod_bin, access, room, ("slope", "flat"))
+    return Place("bin_B", POD, T_pod_bin, access, room, ("slope", "flat"))

@@ -15,13 +15,14 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement
+from pickcli.cell.shapes import Body
 from pickcli.collision.collision_world import build_world
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.commands.make_scene import command
 from pickcli.commands.pod_shift import parse_pod_shift
 from pickcli.errors import InputError
 from pickcli.geometry import inverse, transform_points
-from pickcli.scene.scene import PoseNoise
+from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.trial.pod_shift import random_shift, shifted_pod
@@ -33,6 +34,11 @@ from support.scripted_trial import scene_of
 CELL = load_cell("apc2016_delft")
 SCENE = scene_of(pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct")), CELL)
 seeds = st.integers(0, 2**31 - 1)
+
+
+def pod_bodies(scene: Scene) -> tuple[Body, ...]:
+    """The pod's bodies, each grown by the error of its pose."""
+    return scene.posed_carriers[0].grown
 
 
 @given(seeds)
@@ -57,7 +63,7 @@ def test_the_true_pod_is_inside_what_the_estimate_allows_for(seed: int) -> None:
     assert (seen.T_world_pod != true.T_world_pod).any()
     assert seen.pod_error.allows(inverse(seen.T_world_pod) @ true.T_world_pod)
     assert CELL.pod.bodies
-    for body, grown in zip(CELL.pod.bodies, seen.pod_bodies, strict=True):
+    for body, grown in zip(CELL.pod.bodies, pod_bodies(seen), strict=True):
         half = body.shape.extents / 2
         corners = half * np.array(np.meshgrid(*[[-1, 1]] * 3)).T.reshape(-1, 3)
         in_grown = inverse(seen.T_world_pod @ grown.T_parent_shape) @ true.T_world_pod @ body.T_parent_shape
@@ -74,7 +80,7 @@ def test_the_pod_is_estimated_once_and_items_are_seen_anew() -> None:
 def test_a_floor_is_not_raised_by_an_error_on_the_floor() -> None:
     seen = replace(SCENE, pod_error=Displacement(0.002, 0.002, 0.00524))
     assert CELL.pod.bodies
-    for body, grown in zip(CELL.pod.bodies, seen.pod_bodies, strict=True):
+    for body, grown in zip(CELL.pod.bodies, pod_bodies(seen), strict=True):
         growth = (grown.shape.extents - body.shape.extents) / 2
         assert (growth >= -1e-12).all() and growth.max() < 0.008
         level = np.abs(body.T_parent_shape[2, :3])  # of the vertical along the body's axes
@@ -83,7 +89,7 @@ def test_a_floor_is_not_raised_by_an_error_on_the_floor() -> None:
 
 def test_planner_and_verifier_count_with_wherever_the_pod_may_be() -> None:
     off = replace(SCENE, pod_error=Displacement(0.002, 0.002, 0.00524))
-    model, sizes = CollisionModel(CELL), [grown.shape.extents for grown in off.pod_bodies]
+    model, sizes = CollisionModel(CELL), [grown.shape.extents for grown in pod_bodies(off)]
     world = build_world(model, off)
     planned = [2 * half for half, kind in zip(world.half_extents, world.kinds, strict=True) if kind == "pod"]
     np.testing.assert_array_equal(planned, sizes)

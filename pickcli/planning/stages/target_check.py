@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.errors import Failures, Reason
-from pickcli.geometry import inverse
+from pickcli.geometry import Array, inverse
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.scene import PlacedItem
 from pickcli.scene.solid_overlap import TOUCH
 
 
@@ -41,18 +41,23 @@ def _contradictions(problem: PickProblem) -> tuple[Reason, ...]:
     """What the target overlaps with, as its pose says, deeper than poses may be off."""
     scene = problem.scene
     bound = {placed.id: scene.noise.bound(placed.item) for placed in scene.items}
-    pod_error = scene.pod_error.bound(_from_axis(scene, problem.target))
+    bound |= {
+        body.name: carrier.error.bound(_from_axis(carrier.T_world_carrier, problem.target))
+        for carrier in scene.posed_carriers
+        for body in carrier.bodies
+    }
+    ids = {placed.id for placed in scene.items}
     found = []
     for name, c in problem.contacts.near.items():
-        explained = TOUCH + problem.uncertainty + bound.get(name, pod_error)
+        explained = TOUCH + problem.uncertainty + bound[name]
         if -c.gap > explained:
             deep = f"{-1e3 * c.gap:.1f} mm inside {name}, {1e3 * explained:.1f} explained; look again"
-            blamed = name if name in bound else ""
+            blamed = name if name in ids else ""
             found.append(Reason("poses contradict each other", "at rest", deep, blamed))
     return tuple(found)
 
 
-def _from_axis(scene: Scene, placed: PlacedItem) -> float:
-    """How far from the pod's z axis any point of an item may be, m."""
-    p = (inverse(scene.T_world_pod) @ placed.T_world_item)[:2, 3]
+def _from_axis(T_world_carrier: Array, placed: PlacedItem) -> float:
+    """How far from the z axis of a carrier at a pose (4, 4) any point of an item may be, m."""
+    p = (inverse(T_world_carrier) @ placed.T_world_item)[:2, 3]
     return float(np.linalg.norm(p)) + float(np.linalg.norm(placed.item.shape.extents)) / 2

@@ -1,0 +1,117 @@
+"""Carriers of the user's own, from the figures in the cell file to solids and places."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import assert_never
+
+import numpy as np
+
+from pickcli.cell.grid import build_grid
+from pickcli.cell.place import Access, Place, Room
+from pickcli.cell.place_schema import BodiesModel, BoxModel, GridModel, PartModel, PlaceModel, TableModel
+from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.shapes import Body, Shape, ShapeKind, box, ring
+from pickcli.cell.station import Carrier
+from pickcli.geometry import Array, pose
+from pickcli.meshes.mesh_pieces import mesh_pieces
+
+BESIDE = 0.5  # m beside a table's top by which the way onto it is wider than the top: no wall stands there
+
+
+def build_carrier(name: str, figures: PlaceModel, folder: Path) -> Carrier:
+    """Solids and places of what a cell names under ``places``.
+
+    Args:
+        name: Its name there.
+        figures: As they stand in the cell file.
+        folder: The cell's, in which meshes lie.
+
+    Returns:
+        The carrier.
+
+    Raises:
+        InputError: If a mesh cannot be read.
+    """
+    T = pose(figures.T_world_place.xyz, rpy=figures.T_world_place.rpy)
+    own = figures.displacement
+    displacement = Displacement(own.x, own.y, own.yaw)
+    match figures:
+        case GridModel():
+            return build_grid(name, figures, T, displacement)
+        case BoxModel():
+            bodies, place = _box(name, figures)
+        case TableModel():
+            bodies, place = _table(name, figures)
+        case BodiesModel():
+            bodies, place = _of_bodies(name, figures, folder)
+        case _:
+            assert_never(figures)
+    return Carrier(name, T, tuple(bodies), {name: place}, displacement)
+
+
+def _box(name: str, figures: BoxModel) -> tuple[list[Body], Place]:
+    """A box, its origin in the middle of the inner floor."""
+    x, y, height = figures.inner
+    w = figures.wall_thickness
+    outer = (x / 2 + w, y / 2 + w)
+    floor = box(f"{name}_floor", (-outer[0], -outer[1], -w), (*outer, 0.0))
+    inner = (-x / 2, -y / 2, 0.0), (x / 2, y / 2, height)
+    walls = ring(f"{name}_wall", *inner, (-outer[0], -outer[1]), outer)
+    access, room = Access.from_above(x, y, height), Room.box(x, y, height)
+    return [floor, *walls], Place(name, name, np.eye(4), access, room, (floor.name,))
+
+
+def _table(name: str, figures: TableModel) -> tuple[list[Body], Place]:
+    """A board, its origin in the middle of the upper face."""
+    x, y, thickness = figures.size
+    top = box(f"{name}_top", (-x / 2, -y / 2, -thickness), (x / 2, y / 2, 0.0))
+    access = Access.from_above(x + 2 * BESIDE, y + 2 * BESIDE, 0.0)
+    return [top], Place(name, name, np.eye(4), access, Room.box(x, y, figures.height), (top.name,))
+
+
+def _of_bodies(name: str, figures: BodiesModel, folder: Path) -> tuple[list[Body], Place]:
+    """Bodies as they are stated, and the room between them."""
+    bodies = [body for part in figures.bodies for body in _part(part, folder)]
+    support = tuple(
+        body.name for part in figures.bodies if part.name in figures.support for body in _part(part, folder)
+    )
+    low, high = np.array(figures.room.lower), np.array(figures.room.upper)
+    (x, y, height), middle = (high - low).tolist(), (low + high) / 2
+    if figures.access == "front":
+        room = Room(
+            (0.0, x),
+            (-y / 2, y / 2),
+            -figures.lip,
+            -figures.lip,
+            height - figures.lip,
+            height - figures.lip,
+            0.0,
+            x,
+        )
+        access = Access.from_front(y, height - figures.lip)
+        T = pose((low[0], middle[1], low[2] + figures.lip))
+        return bodies, Place(name, name, T, access, room, support)
+    beside, rim = (0.0, height) if figures.walls else (2 * BESIDE, 0.0)
+    access = Access.from_above(x + beside, y + beside, rim)
+    T = pose((middle[0], middle[1], low[2]))
+    return bodies, Place(name, name, T, access, Room.box(x, y, height), support)
+
+
+def _part(part: PartModel, folder: Path) -> list[Body]:
+    """The body, or of a mesh the boxes around its convex pieces, which are numbered."""
+    T = pose(part.xyz, rpy=part.rpy)
+    if part.box is not None:
+        return [Body(part.name, Shape(ShapeKind.BOX, part.box), T)]
+    if part.cylinder is not None:
+        return [Body(part.name, Shape(ShapeKind.CYLINDER, part.cylinder), T)]
+    assert part.mesh is not None
+    pieces = mesh_pieces(folder / part.mesh, part.scale)
+    return [_around(f"{part.name}_{k}", points, T) for k, points in enumerate(pieces, start=1)]
+
+
+def _around(name: str, points: Array, T: Array) -> Body:
+    """The box, along the axes of the frame T (4, 4), around points (V, 3) in that frame."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = tuple(float(v) for v in high - low)
+    return Body(name, Shape(ShapeKind.BOX, size), T @ pose((low + high) / 2))
