@@ -147,7 +147,7 @@ def _cell(
         speed_scale=model.speed_scale,
         clearance=model.clearance,
         max_tool_speed=model.max_tool_speed,
-        own_carriers=tuple(build_carrier(name, m, path.parent) for name, m in model.places.items()),
+        own_carriers=tuple(build_carrier(name, m, folder) for name, m in model.places.items()),
     )
 
 

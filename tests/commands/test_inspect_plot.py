@@ -8,12 +8,15 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.drawing.cell_picture import cell_picture
+from pickcli.drawing.picture import Colour
 from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import write_roadmap
 from pickcli.scene.scene_file import write_scene
 from support.cell_copies import CellCopy
 from support.command_line import apc
+from support.place_cells import BENCH, CRATES, with_places
 
 
 @pytest.fixture
@@ -43,6 +46,16 @@ def test_other_pictures_and_other_files_are_refused(stored: Path) -> None:
     write_scene(empty_scene(load_cell("apc2016_delft")), scene)
     answer = apc("inspect", scene, "--plot", stored.with_suffix(".png"))
     assert answer.code == 3 and "this is: apc scene" in answer.err
+
+
+def test_a_cell_is_drawn_with_its_own_places(stored: Path, cell_copy: CellCopy) -> None:
+    cell = with_places(cell_copy, CRATES, BENCH).load()
+    answer = apc("inspect", cell_copy.folder, "--plot", stored.with_name("cell.html"))
+    assert answer.code == 0 and "crate_left: 300 x 240 x 140 mm, from above" in answer.out
+    assert b"crate_left" in stored.with_name("cell.html").read_bytes()
+    picture = cell_picture(cell)
+    assert {node.name for node in picture.nodes} == {*cell.configurations, *cell.places}
+    assert sum(solid.ink is Colour.PLACE for solid in picture.solids) == 11  # two crates of five, one top
 
 
 def test_a_file_of_another_cell_than_the_one_named_is_refused(stored: Path, cell_copy: CellCopy) -> None:
