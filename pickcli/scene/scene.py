@@ -184,7 +184,7 @@ class Scene:
 
     @property
     def grown(self) -> tuple[tuple[Body, Array], ...]:
-        """Everything that stands, in the order of ``standing``, grown to wherever errors of poses may put it."""
+        """Everything that stands, in the order of ``standing``, grown to wherever it may be by its error."""
         return tuple((body, each.T_world_carrier) for each in self.posed_carriers for body in each.grown)
 
     @property
