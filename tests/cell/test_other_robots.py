@@ -141,7 +141,8 @@ def test_a_limit_that_no_file_states_is_asked_for(tmp_path: Path, refused: Refus
     limits = path.parent / "joint_limits.yaml"
     limits.write_text(limits.read_text().replace("has_jerk_limits: true", "has_jerk_limits: false"))
     message = refused(lambda: load_cell(path))
-    assert message.count("max_jerk: expected a jerk limit in m/s3 or rad/s3, got nothing; add it") == 3
+    told = "max_jerk: expected a jerk limit in m/s3 or rad/s3, got nothing; state what the controller allows"
+    assert message.count(told) == 3
 
 
 def test_what_is_not_there_takes_all_that_hangs_on_it_along(tmp_path: Path) -> None:
