@@ -33,7 +33,8 @@ AXES = ("x", "y", "z", "yaw")
 DECIMALS = 4  # of a base pose, as it stands in a cell file
 
 _TURNS = np.arange(4) * (np.pi / 2)  # rad about the tip's own axis: a cup is round, any of these will do
-_N_SEEDS = 4  # starting points of inverse kinematics for each of them
+_N_SEEDS = 4  # starting points of inverse kinematics for each of them, in a round
+_ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,9 @@ class MountRanking:
         """
         cell = mounted(self.cell, T_world_base)
         empty = checker(CollisionModel(cell), self.tool_state, PayloadClass.EMPTY)
-        reach = _Reach(Arm(cell.robot), empty, self.tool_state, self._seeds, *reach_ball(cell.robot))
+        reach = _Reach(
+            Arm(cell.robot), empty, self.tool_state, self._seeds, *reach_ball(cell.robot), self._seeds[:0]
+        )
         return RankedMount(
             T_world_base,
             {
@@ -184,9 +187,9 @@ class MountRanking:
 
     @cached_property
     def _seeds(self) -> Array:
-        """(K, n) starting points of inverse kinematics, the same for all."""
+        """(K, n) starting points of inverse kinematics, the same for all base poses."""
         rng = derived_rng(self.settings.seed, "mount", "seeds")
-        return Arm(self.cell.robot).random_seeds(rng, _N_SEEDS)
+        return Arm(self.cell.robot).random_seeds(rng, _ROUNDS * len(_TURNS) * _N_SEEDS)
 
     @cached_property
     def _stood_in_now(self) -> frozenset[str]:
@@ -219,9 +222,11 @@ class _Reach:
         arm: The robot on that base pose.
         checker: Of the cell with the robot there.
         tool_state: State of the tool.
-        seeds: (K, n) starting points of inverse kinematics.
+        seeds: (K, n) starting points of inverse kinematics, others for each turn about the tip's axis, as
+            such a turn may move the last joint alone.
         center: (3,) m, middle of the ball that nothing of the robot leaves.
         radius: m.
+        last: (1, n) the configuration that reached a pose last; (0, n) before the first.
     """
 
     arm: Arm
@@ -230,18 +235,33 @@ class _Reach:
     seeds: Array
     center: Array
     radius: float
+    last: Array
 
     def has(self, T_world_tip: Array) -> bool:
         """Whether the tip gets there, turned about its own axis by some quarter turns, with nothing hit."""
         if np.linalg.norm(T_world_tip[:3, 3] - self.center) > self.radius:
             return False  # inverse kinematics takes longest where there is no solution
-        for turn in _TURNS:
-            T = T_world_tip @ pose(R=rotation_rpy(0.0, 0.0, turn))
-            for q in self.arm.solve(T, self.tool_state, self.seeds):
+        for seeds in np.split(self.seeds, _ROUNDS):
+            solutions = self._solutions(T_world_tip, seeds)
+            for q in solutions:
                 if self.checker.is_valid(q):
-                    self.seeds = np.vstack([q, self.seeds[-_N_SEEDS:]])
+                    self.last = q[None]
                     return True
+            if not len(solutions):
+                return False  # more starting points are worth their time where some led there, into something
         return False
+
+    def _solutions(self, T_world_tip: Array, seeds: Array) -> Array:
+        """(M, n) configurations that bring the tip there, turned about its own axis."""
+        found = [
+            self.arm.solve(
+                T_world_tip @ pose(R=rotation_rpy(0.0, 0.0, turn)),
+                self.tool_state,
+                np.vstack([self.last, mine]),
+            )
+            for turn, mine in zip(_TURNS, np.split(seeds, len(_TURNS)), strict=True)
+        ]
+        return np.concatenate(found)
 
 
 def mounted(cell: Cell, T_world_base: Array) -> Cell:

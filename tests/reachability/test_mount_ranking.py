@@ -56,8 +56,14 @@ def test_the_tip_never_leaves_the_ball() -> None:
 def test_what_is_near_is_reached_and_what_is_far_is_not(ur5e: Cell) -> None:
     near = ranking(ur5e, OVER_CRATES).judged(ur5e.robot.T_world_base, 1)
     assert near.shares == {"y -0.2": 1.0, "y 0.2": 1.0}
-    aside = ranking(ur5e, OVER_CRATES).judged(pose((0.45, 1.0, 0.75), R=ur5e.robot.T_world_base[:3, :3]), 1)
+    aside = ranking(ur5e, OVER_CRATES).judged(pose((0.3, 0.85, 0.75), R=ur5e.robot.T_world_base[:3, :3]), 1)
     assert aside.shares == {"y -0.2": 0.0, "y 0.2": 1.0} and aside.share == 0.5
+
+
+def test_what_a_turn_does_not_help_is_reached_by_other_seeds(ur5e: Cell) -> None:
+    """The last joint of a UR turns the cup alone: all else is left to the starting points."""
+    targets = {f"{y:.2f}": pose((0.45, y, 0.95), R=DOWN)[None] for y in np.linspace(-0.3, 0.3, 25)}
+    assert ranking(ur5e, targets).judged(ur5e.robot.T_world_base, 1).share == 1.0
 
 
 def test_a_pose_inside_something_is_not_reached(ur5e: Cell) -> None:
