@@ -222,7 +222,7 @@ class Cell:
         return np.asarray(self.carriers[place.carrier].T_world_carrier @ place.T_carrier_place)
 
     def item(self, name: str, year: int = 2016) -> Item:
-        """The item of a name: as it was in the given year if it is known there, else in the other year.
+        """The item of a name: as it was in the given year if it is known there, else in the latest.
 
         Args:
             name: Of the item.
@@ -234,7 +234,7 @@ class Cell:
         Raises:
             UnknownNameError: If there is none.
         """
-        for key in ((name, year), (name, 2016), (name, 2015)):
-            if key in self.items:
-                return self.items[key]
-        raise UnknownNameError("item", name, sorted({n for n, _ in self.items}))
+        years = [found for known, found in self.items if known == name]
+        if not years:
+            raise UnknownNameError("item", name, sorted({n for n, _ in self.items}))
+        return self.items[name, year if year in years else max(years)]

@@ -62,12 +62,13 @@ RENAMED = (
 )  # fmt: skip
 
 
-def load_cell(name_or_path: str | Path, arm: str | None = None) -> Cell:
+def load_cell(name_or_path: str | Path, arm: str | None = None, items: Path | None = None) -> Cell:
     """Load a cell as one arm sees it, every other arm parked.
 
     Args:
         name_or_path: A name under data/cells, a folder, or a cell.yaml.
         arm: Name of the arm; None in a cell that has only one.
+        items: A file of items beside those of the package, or a folder of such files.
 
     Returns:
         The cell.
@@ -77,14 +78,15 @@ def load_cell(name_or_path: str | Path, arm: str | None = None) -> Cell:
             is named.
         UnknownNameError: If there is no such cell, or no such arm in it.
     """
-    return load_workcell(name_or_path).cell(arm)
+    return load_workcell(name_or_path, items).cell(arm)
 
 
-def load_workcell(name_or_path: str | Path) -> Workcell:
+def load_workcell(name_or_path: str | Path, own_items: Path | None = None) -> Workcell:
     """Load a cell with all its arms.
 
     Args:
         name_or_path: A name under data/cells, a folder, or a cell.yaml.
+        own_items: A file of items beside those of the package, or a folder of such files.
 
     Returns:
         The cell of every arm.
@@ -99,7 +101,7 @@ def load_workcell(name_or_path: str | Path) -> Workcell:
     limits = add_joint_limits(source)
     model = validate(source, cell_model(source.data))
     check_arms(source, model)
-    urdf, items = _urdf(source, model, limits), load_items()
+    urdf, items = _urdf(source, model, limits), load_items(own_items)
     if model.arms:
         check_each_arm(source, model, urdf, items.values())
     else:

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.errors import InputError
 from pickcli.files.file_kind import ITEMS
 from pickcli.files.schema import FileModel, Number, validate
 from pickcli.files.yaml_reader import read_yaml
@@ -109,22 +110,44 @@ class ItemsModel(FileModel):
     items: dict[ItemName, ItemModel] = Field(description="the items by name")
 
 
-def load_items(folder: Path | None = None) -> dict[tuple[str, int], Item]:
-    """Load all items of all files in a folder.
+def load_items(own: Path | None = None) -> dict[tuple[str, int], Item]:
+    """Load the items that come with the package, and a user's own beside them.
 
     Args:
-        folder: data/items if None.
+        own: A file, or a folder of files, if there are any.
 
     Returns:
         Items by (name, year).
 
     Raises:
-        InputError: With every mistake in a file and its place.
+        InputError: With every mistake in a file and its place; an item that two files state; or a folder
+            without any file.
     """
     items: dict[tuple[str, int], Item] = {}
-    for path in sorted((folder or data_path() / "items").glob("*.yaml")):
-        items.update(read_items(path))
+    stated: dict[tuple[str, int], Path] = {}
+    for path in (*_files(data_path() / "items"), *(() if own is None else _files(own))):
+        found = read_items(path)
+        for key in found.keys() & stated.keys():
+            name, year = key
+            raise InputError(
+                f"{path}: items.{name}: {stated[key]} has a {name} of {year} already; choose another name "
+                "or year"
+            )
+        stated |= dict.fromkeys(found, path)
+        items |= found
     return items
+
+
+def _files(path: Path) -> list[Path]:
+    """The files of items that a path means: itself, or those in it. Raises InputError where there is none."""
+    if not path.is_dir():
+        return [path]
+    found = sorted(file for file in path.iterdir() if file.suffix in (".yaml", ".yml"))
+    if not found:
+        raise InputError(
+            f"{path}: no file of items (.yaml) is in this folder; name a file, or another folder"
+        )
+    return found
 
 
 def read_items(path: Path) -> dict[tuple[str, int], Item]:

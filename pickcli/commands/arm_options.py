@@ -59,25 +59,28 @@ class ArmRequest:
         standing: Where other arms stand, as ``ARM=NAME|q``.
         configurations: Named configurations that the arm must have, which tell it where nothing is said.
         is_of_plan: Whether the arm is that of a plan, which a cell without it makes stale.
+        items: The user's own items that the cell is loaded with.
     """
 
     arm: str | None = None
     standing: tuple[str, ...] = ()
     configurations: tuple[str, ...] = ()
     is_of_plan: bool = False
+    items: Path | None = None
 
     @classmethod
-    def of_plan(cls, plan: Plan, standing: Sequence[str]) -> ArmRequest:
+    def of_plan(cls, plan: Plan, standing: Sequence[str], items: Path | None = None) -> ArmRequest:
         """The request to see a cell as the arm of a plan does.
 
         Args:
             plan: The plan.
             standing: Where other arms stand, as ``ARM=NAME|q``.
+            items: The user's own items.
 
         Returns:
             The request.
         """
-        return cls(plan.arm or None, tuple(standing), is_of_plan=True)
+        return cls(plan.arm or None, tuple(standing), is_of_plan=True, items=items)
 
     def cell_of(self, workcell: Workcell) -> Cell:
         """The cell as the arm sees it.
@@ -132,7 +135,7 @@ def open_cell(name: str, request: ArmRequest) -> Cell:
     """
     from pickcli.cell.cell_file import load_workcell
 
-    return request.cell_of(load_workcell(name))
+    return request.cell_of(load_workcell(name, request.items))
 
 
 def seen_by_others(scene: Scene, request: ArmRequest) -> list[Scene]:
@@ -149,7 +152,7 @@ def seen_by_others(scene: Scene, request: ArmRequest) -> list[Scene]:
 
     if request.arm is not None or not scene.cell.others:
         return []
-    workcell = load_workcell(scene.cell.path)
+    workcell = load_workcell(scene.cell.path, request.items)
     names = [state.arm for state in scene.cell.others]
     able = [n for n in names if workcell.arms[n].configurations.keys() >= set(request.configurations)]
     standing = {n: tuple(s for s in request.standing if s.partition("=")[0] != n) for n in able}

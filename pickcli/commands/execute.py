@@ -59,10 +59,10 @@ if TYPE_CHECKING:
 @seed_option
 @json_option
 def command(
-    plan_path: Path, scene_path: Path | None, cell_name: str | None, planned_in: Path | None,
-    start: str | None, standing: tuple[str, ...], bridge: bool, unverified: bool,
-    reality_path: Path | None, video: Path | None,
-    overwrite: bool, roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool,
+    plan_path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
+    planned_in: Path | None, start: str | None, standing: tuple[str, ...], bridge: bool, unverified: bool,
+    reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
+    trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Run a plan in pybullet.
 
@@ -84,11 +84,20 @@ def command(
     from pickcli.simulation.world import World
 
     if video is not None:
-        inputs = (plan_path, scene_path, planned_in, reality_path, cell_name, roadmap, trajectories)
+        inputs = (
+            plan_path,
+            scene_path,
+            planned_in,
+            reality_path,
+            cell_name,
+            items_path,
+            roadmap,
+            trajectories,
+        )
         refuse_output(video, overwrite, *inputs)
     reality = read_reality(reality_path)
     plan = read_plan(plan_path)
-    arms = ArmRequest.of_plan(plan, standing)
+    arms = ArmRequest.of_plan(plan, standing, items_path)
     scene = scene_or_empty(scene_path, cell_name, arms)
     believed = scene if planned_in is None else open_scene(planned_in, cell_name, arms)
     refuse_held(scene, scene_path)

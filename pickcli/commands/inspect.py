@@ -13,7 +13,13 @@ from pickcli.commands.cell_summary import cell_summary
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
-from pickcli.commands.options import json_option, overwrite_option, refuse_missing, refuse_output
+from pickcli.commands.options import (
+    items_option,
+    json_option,
+    overwrite_option,
+    refuse_missing,
+    refuse_output,
+)
 from pickcli.commands.report import key_lines, plan_summary
 from pickcli.commands.scene_options import allowed, open_scene
 from pickcli.commands.stored_motion import motions_between
@@ -31,6 +37,7 @@ HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, a
 @click.option("--cell", "cell_name", metavar="NAME|DIR",
               help="The cell of a scene or drawing, or the one that a stored file has to be of.  "
                    "[default: the one under data/cells]")  # fmt: skip
+@items_option
 @click.option("--all", "is_all", is_flag=True,
               help="Of a roadmap or database also its solids, and every list to its end.")  # fmt: skip
 @click.option("--motion", "ends", nargs=2, metavar="START GOAL",
@@ -42,8 +49,8 @@ HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, a
 @overwrite_option
 @json_option
 def command(
-    path: Path, cell_name: str | None, is_all: bool, ends: tuple[str, str] | None, plot: Path | None,
-    arm: str | None, standing: tuple[str, ...], overwrite: bool, as_json: bool,
+    path: Path, cell_name: str | None, items_path: Path | None, is_all: bool, ends: tuple[str, str] | None,
+    plot: Path | None, arm: str | None, standing: tuple[str, ...], overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Show what is in a roadmap, database, plan, scene or cell.
 
@@ -61,7 +68,7 @@ def command(
         raise click.UsageError("--plot draws the whole file; leave out --motion, or --plot")
     if plot is not None:
         _check_plot(plot, overwrite, path, cell_name)
-    arms = ArmRequest(arm, standing)
+    arms = ArmRequest(arm, standing, items=items_path)
     with stage("reading"):
         summary = (
             _summary(path, cell_name, arms) if ends is None else motions_between(path, *ends, cell_name, arms)

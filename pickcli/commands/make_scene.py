@@ -12,6 +12,7 @@ from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     cell_option,
+    items_option,
     json_option,
     of_file,
     order_argument,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 @click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the pod's front.")
 @pod_shift_option(NONE)
 @cell_option
+@items_option
 @seed_option
 @json_option
 def command(
@@ -42,6 +44,7 @@ def command(
     picture: Path | None,
     pod_shift: Displacement | str | None,
     cell_name: str,
+    items_path: Path | None,
     seed: int,
     as_json: bool,
 ) -> None:
@@ -58,11 +61,11 @@ def command(
     from pickcli.scene.scene_file import scene_hash, write_scene
     from pickcli.trial.order_file import order_file, read_order
 
-    cell = load_workcell(cell_name).preferred  # a scene is of all arms
+    cell = load_workcell(cell_name, items_path).preferred  # a scene is of all arms
     cell.require_places()
     order = read_order(order_path, cell)
     T_world_pod = pod_pose(pod_shift or NONE, cell, seed)
-    inputs = (order_file(order_path), cell_name)
+    inputs = (order_file(order_path), cell_name, items_path)
     refuse_output(output, overwrite, *inputs)
     if picture is not None:
         refuse_output(picture, overwrite, *inputs)

@@ -34,6 +34,21 @@ def cell_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
+def items_option(function: F) -> F:
+    """Give a command the option --items FILE|FOLDER.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--items", "items_path", type=PATH, metavar="FILE|FOLDER",
+        help="Items of your own, beside those that come with the package (docs/how-to/my-item.md).",
+    )(function)  # fmt: skip
+
+
 def order_argument(function: F) -> F:
     """Give a command the argument ORDER, the path of a file or the name of one under data/tasks.
 

@@ -36,10 +36,9 @@ from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, s
 @json_option
 @output_option("plan")
 def command(
-    scene_path: Path | None, cell_name: str | None, start: str, goal: str,
-    arm: str | None, standing: tuple[str, ...], no_verify: bool,
-    roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool, output: Path,
-    overwrite: bool,
+    scene_path: Path | None, cell_name: str | None, items_path: Path | None, start: str, goal: str,
+    arm: str | None, standing: tuple[str, ...], no_verify: bool, roadmap: Path | None,
+    trajectories: Path | None, learn: bool, seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Plan a move between two configurations.
 
@@ -56,8 +55,8 @@ def command(
     from pickcli.planning.move import plan_move
     from pickcli.planning.start_state import Start
 
-    refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
-    scene = scene_or_empty(scene_path, cell_name, ArmRequest(arm, standing, (start, goal)))
+    refuse_output(output, overwrite, scene_path, cell_name, items_path, roadmap, trajectories)
+    scene = scene_or_empty(scene_path, cell_name, ArmRequest(arm, standing, (start, goal), items=items_path))
     refuse_held(scene, scene_path)
     q, tool_state = parse_configuration(scene.cell, start)
     q_goal, _ = parse_configuration(scene.cell, goal)

@@ -67,10 +67,10 @@ if TYPE_CHECKING:
 @json_option
 @output_option("plan")
 def command(
-    scene_path: Path, cell_name: str | None, bin_name: str, item: str, start: str, into: str,
-    neighbours: str, arm: str | None, standing: tuple[str, ...],
-    no_verify: bool, roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool,
-    output: Path, overwrite: bool,
+    scene_path: Path, cell_name: str | None, items_path: Path | None, bin_name: str, item: str, start: str,
+    into: str, neighbours: str, arm: str | None, standing: tuple[str, ...], no_verify: bool,
+    roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool, output: Path,
+    overwrite: bool,
 ) -> None:  # fmt: skip
     """Plan one pick, from leaving for the bin to the item in the tote, or in another bin.
 
@@ -84,8 +84,8 @@ def command(
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours
 
-    refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
-    arms = ArmRequest(arm, standing, (start,))
+    refuse_output(output, overwrite, scene_path, cell_name, items_path, roadmap, trajectories)
+    arms = ArmRequest(arm, standing, (start,), items=items_path)
     scene = open_scene(scene_path, cell_name, arms)
     scene.cell.require_places()
     refuse_held(scene, scene_path)

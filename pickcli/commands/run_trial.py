@@ -19,6 +19,7 @@ from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
     cell_option,
+    items_option,
     json_option,
     of_file,
     order_argument,
@@ -106,6 +107,7 @@ def standing(
 @pod_shift_option("random, unless --reality says otherwise")
 @reality_option
 @cell_option
+@items_option
 @arm_option()
 @artifact_options
 @jobs_option
@@ -114,9 +116,9 @@ def standing(
 @json_option
 def command(
     order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise,
-    pod_shift: Displacement | str | None, reality_path: Path | None, cell_name: str,
-    arm: str | None,
-    roadmap: Path | None, trajectories: Path | None, jobs: int | None, learn: bool, seed: int, as_json: bool,
+    pod_shift: Displacement | str | None, reality_path: Path | None, cell_name: str, items_path: Path | None,
+    arm: str | None, roadmap: Path | None, trajectories: Path | None, jobs: int | None, learn: bool,
+    seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order by the rules and keep score.
 
@@ -135,12 +137,12 @@ def command(
     from pickcli.trial.trial_folder import write_folder
     from pickcli.trial.trial_record import trial_record
 
-    cell, reality = open_cell(cell_name, ArmRequest(arm)), read_reality(reality_path)
+    cell, reality = open_cell(cell_name, ArmRequest(arm, items=items_path)), read_reality(reality_path)
     cell.require_places()
     order = require_pick(read_order(order_path, cell), str(order_path))
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
-    inputs = (order_file(order_path), reality_path, cell_name, roadmap, trajectories)
+    inputs = (order_file(order_path), reality_path, cell_name, items_path, roadmap, trajectories)
     _refuse_outputs(folder, overwrite, inputs)
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much

@@ -13,6 +13,7 @@ import click
 from pickcli.commands.arm_options import ArmRequest, open_cell
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
+from pickcli.commands.options import items_option
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def scene_options(function: F) -> F:
-    """Give a command the options --scene FILE, which it needs, and --cell NAME|DIR.
+    """Give a command the options --scene FILE, which it needs, --cell NAME|DIR and --items.
 
     Args:
         function: The command.
@@ -33,7 +34,7 @@ def scene_options(function: F) -> F:
     Returns:
         The command with the options.
     """
-    function = _cell_option(function)
+    function = _cell_option(items_option(function))
     return click.option(
         "--scene", "scene_path", type=PATH, metavar="FILE", required=True,
         help="Scene file (see apc make-scene).",
@@ -41,7 +42,7 @@ def scene_options(function: F) -> F:
 
 
 def scene_or_cell_options(function: F) -> F:
-    """Give a command the options --scene FILE and --cell NAME|DIR, of which it needs one.
+    """Give a command the options --scene FILE and --cell NAME|DIR, of which it needs one, and --items.
 
     Args:
         function: The command.
@@ -49,7 +50,7 @@ def scene_or_cell_options(function: F) -> F:
     Returns:
         The command with the options.
     """
-    function = _cell_option(function)
+    function = _cell_option(items_option(function))
     return click.option(
         "--scene", "scene_path", type=PATH, metavar="FILE",
         help="Scene file (see apc make-scene).  [default: --cell with nothing in it]",

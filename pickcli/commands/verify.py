@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 @click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
 @json_option
 def command(
-    plan_path: Path, scene_path: Path | None, cell_name: str | None, stopped_path: Path | None,
-    standing: tuple[str, ...], write: bool, as_json: bool,
+    plan_path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
+    stopped_path: Path | None, standing: tuple[str, ...], write: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Let the independent verifier check a plan.
 
@@ -51,7 +51,7 @@ def command(
     stopped = None if stopped_path is None else read_plan(stopped_path).trajectory
     if stopped is not None and plan.recovery is None:
         raise InputError(f"{plan_path}: is no way back after a stop, as --stopped says; leave that out")
-    scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing))
+    scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
     try:
         with stage("verification"):
             verdict = verify(plan, scene, stopped)

@@ -19,7 +19,7 @@ HEAVY = {
     *("dask", "distributed", "matplotlib", "plotly"),
 }
 EVERYWHERE = {"--verbose", "--debug"}  # described once for all commands
-CELL = {"--cell", "--arm", "--standing"}  # described once for all commands that have them
+CELL = {"--cell", "--items", "--arm", "--standing"}  # described once for all commands that have them
 RANDOM = {
     "init",
     "build-roadmap",
