@@ -38,22 +38,28 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "suggest-mount": {"cell_name": CELL},
     "compare-planners": {"cell_name": CELL},
     "make-order": {},
-    "make-scene": {"order_path": ORDER, "cell_name": CELL},
-    "plan-pick": {"scene_path": SCENE, "cell_name": CELL, "roadmap": STORE, "trajectories": STORE},
-    "plan-move": {"scene_path": SCENE, "cell_name": CELL, "roadmap": STORE, "trajectories": STORE},
-    "verify": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "stopped_path": PLAN},
+    "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
+    "plan-pick": {
+        "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
+    },
+    "plan-move": {
+        "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
+    },
+    "verify": {
+        "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "stopped_path": PLAN,
+    },
     "execute": {
-        "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "planned_in": SCENE,
+        "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "planned_in": SCENE,
         "reality_path": REALITY, "roadmap": STORE, "trajectories": STORE,
     },
     "run-trial": {
-        "order_path": ORDER, "reality_path": REALITY, "cell_name": CELL, "roadmap": STORE,
-        "trajectories": STORE,
+        "order_path": ORDER, "reality_path": REALITY, "cell_name": CELL, "items_path": ITEMS,
+        "roadmap": STORE, "trajectories": STORE,
     },
     "check": {"path": STORE, "cell_name": CELL},
     "refresh": {"path": STORE, "cell_name": CELL},
     "cache": {},
-    "inspect": {"path": None, "cell_name": CELL},
+    "inspect": {"path": None, "cell_name": CELL, "items_path": ITEMS},
 }  # fmt: skip
 WRITTEN = ("output", "folder", "picture", "video", "plot")  # and are told apart by refuse_output
 UNREAD = ("check", "cell_name")  # but where a file is damaged
