@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.tool import MOVING
 from pickcli.errors import InputError, StaleError
 from pickcli.kinematics.continuous_joints import turned_towards
@@ -52,6 +53,22 @@ def at_the_robot(plan: Plan, world: World) -> Plan:
     return replace(plan, trajectory=replace(trajectory, positions=trajectory.positions + by))
 
 
+def refuse_fingers(cell: Cell) -> None:
+    """Refuse to simulate fingers that move: those of a gripper stand as they do at the start.
+
+    Args:
+        cell: The cell.
+
+    Raises:
+        InputError: The arm's tool is a gripper.
+    """
+    if cell.robot.tool.gripper is not None:
+        raise InputError(
+            f"cell {cell.name}: fingers that move are not simulated yet; plan picks and verify them with it, "
+            "play its moves"
+        )
+
+
 def check_start(plan: Plan, world: World) -> None:
     """Check that a plan is for this cell and begins where the robot stands, its tool as it is.
 
@@ -62,9 +79,11 @@ def check_start(plan: Plan, world: World) -> None:
     Raises:
         StaleError: If the plan is for another cell, or another arm stands elsewhere than it was made for.
         StartError: If the robot is not where the plan begins.
-        InputError: If the tool is in another state than the plan begins with.
+        InputError: If the tool is in another state than the plan begins with, or the plan moves fingers.
     """
     cell = world.scene.cell
+    if plan.events:
+        refuse_fingers(cell)
     if why := other_arm_elsewhere(plan, cell):
         raise StaleError(f"the plan was {why}")
     if plan.cell_fingerprint != cell.fingerprint:

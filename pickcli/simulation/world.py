@@ -81,11 +81,6 @@ class World:
         self.meant: frozenset[str] = frozenset()  # what hangs in the cup now by the plan, sealed or not
         self.is_meeting = False  # the cup is being put on an item, which still stands where it stood
         self.robot = scene.cell.robot
-        if self.robot.tool.gripper is not None:
-            raise InputError(
-                f"cell {scene.cell.name}: fingers are not simulated yet; plan and verify with it, or play "
-                "moves of a cell without `tool`, whose fingers stand in robot.posture"
-            )
         self.engine = Engine(time_step)
         add_statics(self.engine, scene)
         add_items(self.engine, scene, true_masses(scene, reality, seed))

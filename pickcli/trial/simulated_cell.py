@@ -21,7 +21,7 @@ from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import execute, fall_of
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
-from pickcli.simulation.start_check import check_start
+from pickcli.simulation.start_check import check_start, refuse_fingers
 from pickcli.simulation.suction import Release
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind, disturbances
@@ -54,6 +54,7 @@ class SimulatedArena:
     """
 
     def __init__(self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0) -> None:
+        refuse_fingers(scene.cell)
         home = scene.cell.configurations[HOME]
         self._world = World(scene, home.q, home.tool_state, reality=reality, seed=seed)
         self._recorded = scene  # the truth when something was recorded last

@@ -22,6 +22,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
+from pickcli.simulation.start_check import check_start
 from pickcli.simulation.world import World
 from pickcli.verification.verify import verify
 from support.cell_copies import CellCopy
@@ -177,6 +178,11 @@ def test_a_gripper_that_opens_too_little_says_so(gripper_cell: Cell) -> None:
     assert "too wide for the gripper" in said and "the fingers open 20 mm" in said
 
 
-def test_fingers_are_not_simulated_and_it_says_so(gripper_cell: Cell, pick: Planned) -> None:
-    with pytest.raises(InputError, match="fingers are not simulated yet"):
-        World(pick.scene, gripper_cell.configurations["home"].q)
+def test_fingers_that_move_are_not_simulated_and_it_says_so(gripper_cell: Cell, pick: Planned) -> None:
+    first = pick.plan.trajectory.positions[0]
+    world = World(pick.scene, first, pick.plan.segments[0].tool_state)
+    try:
+        with pytest.raises(InputError, match="fingers that move are not simulated yet"):
+            check_start(pick.plan, world)
+    finally:
+        world.close()

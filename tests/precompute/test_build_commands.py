@@ -19,13 +19,13 @@ from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.store import describe
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
-from support.small_cell import small_cell
+from support.small_cell import alone, small_cell
 
 
 @pytest.fixture(autouse=True)
 def few_configurations(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = small_cell("home", "bin_A", "tote", "tote_10h")
-    monkeypatch.setattr(cell_file, "load_cell", lambda name: cell)
+    monkeypatch.setattr(cell_file, "load_workcell", lambda *_: alone(cell))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_without_options_it_is_what_a_trial_builds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     cell = small_cell("home", "bin_A")
-    monkeypatch.setattr(cell_file, "load_cell", lambda name: cell)
+    monkeypatch.setattr(cell_file, "load_workcell", lambda *_: alone(cell))
     told, made = tmp_path / "told.h5", tmp_path / "made.h5"
     assert CliRunner().invoke(command, ["-o", str(told), "--jobs", "1"]).exit_code == 0
     make(cell, made)

@@ -29,7 +29,7 @@ from pickcli.roadmap.database_tables import DATABASE
 from pickcli.roadmap.store import read_database, read_gaps, read_missing, read_roadmap, surveyed
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
 from support.changed_cell import built, moved_divider, new_obstacle, no_tote, refreshed, with_parts
-from support.small_cell import LEAST_EFFORT, small_cell
+from support.small_cell import LEAST_EFFORT, alone, small_cell
 
 NAMES = ("home", "bin_A", "bin_E", "cam_A", "cam_E", "tote", "tote_10h")
 
@@ -226,7 +226,7 @@ def test_a_file_of_another_format_version_is_refused(
     path.write_bytes(old["motions"])
     later = replace(DATABASE, version=DATABASE.version + 1)
     monkeypatch.setattr("pickcli.roadmap.store.FORMATS", (later,))
-    monkeypatch.setattr(cell_file, "load_cell", lambda name: cell)
+    monkeypatch.setattr(cell_file, "load_workcell", lambda *_: alone(cell))
     outcome = CliRunner().invoke(command, [str(path)])
     assert isinstance(outcome.exception, StaleError)
     assert f"of version {DATABASE.version}, this is version {later.version}" in str(outcome.exception)
@@ -239,7 +239,7 @@ def test_the_command_tells_what_changed(
     path = tmp_path / "motions.h5"
     for arguments in (["--jobs", "1"], ["--jobs", "1", "--json"]):
         path.write_bytes(old["motions"])
-        monkeypatch.setattr(cell_file, "load_cell", lambda name: moved_divider(cell))
+        monkeypatch.setattr(cell_file, "load_workcell", lambda *_: alone(moved_divider(cell)))
         outcome = CliRunner().invoke(command, [str(path), *arguments])
         assert outcome.exit_code == 0
         if "--json" in arguments:

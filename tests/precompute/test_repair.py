@@ -21,7 +21,7 @@ from pickcli.precompute import artifact_files
 from pickcli.precompute.repair import Repair, repair
 from pickcli.roadmap.store import how_made, read_database, surveyed, write_database
 from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
-from support.small_cell import small_cell
+from support.small_cell import alone, small_cell
 from support.stored_kind import KINDS
 from support.stored_kind import cell as stored_cell
 
@@ -138,7 +138,7 @@ def _without_last_joint(motion: CoarseMotion) -> CoarseMotion:
 def test_the_command_names_the_damage_and_repairs_it(
     good: dict[str, bytes], cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cell_file, "load_cell", lambda name: cell)
+    monkeypatch.setattr(cell_file, "load_workcell", lambda *_: alone(cell))
     content = good["motions"]
     path = _damaged(tmp_path / "motions.h5", content, len(content) // 2, 20)
     first = CliRunner().invoke(check, [str(path), "--json"])

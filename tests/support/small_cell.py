@@ -6,7 +6,8 @@ from dataclasses import fields, replace
 from typing import Any
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import load_cell
+from pickcli.cell.cell_file import load_cell, load_workcell
+from pickcli.cell.workcell import Workcell
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 FEW = ("home", "bin_A", "bin_E", "bin_L", "cam_E", "tote", "drop_00", "tote_10h")
@@ -21,3 +22,8 @@ def small_cell(*names: str) -> Cell:
     cell = load_cell("apc2016_delft")
     wanted = names or FEW
     return replace(cell, configurations={k: v for k, v in cell.configurations.items() if k in wanted})
+
+
+def alone(cell: Cell) -> Workcell:
+    """A cell with one arm, as commands load it."""
+    return replace(load_workcell("apc2016_delft"), arms={"": cell})
