@@ -40,13 +40,24 @@ class ArmSource(Source):
         """
         if key[:2] == ("robot", "posture") and key[-1] in self.elsewhere:
             return
+        super().add(self.stated(key), text)
+
+    def stated(self, key: Key) -> Key:
+        """Where a value of the arm stands in the file.
+
+        Args:
+            key: Where it would stand in the file of a cell with this arm alone.
+
+        Returns:
+            Where it stands.
+        """
         if key[:2] in (("robot", "joints"), ("robot", "tip")):
-            key = ("arms", self.arm, *key[1:])
-        elif key[:1] == ("tool",):
-            key = ("arms", self.arm, *key)
-        elif key[:1] == ("configurations",) and isinstance(key[1], int):
-            key = ("configurations", self.configurations[key[1]], *key[2:])
-        super().add(key, text)
+            return ("arms", self.arm, *key[1:])
+        if key[:1] == ("tool",):
+            return ("arms", self.arm, *key)
+        if key[:1] == ("configurations",) and len(key) > 1 and isinstance(key[1], int):
+            return ("configurations", self.configurations[key[1]], *key[2:])
+        return key
 
 
 def check_arms(source: Source, model: CellModel) -> None:
@@ -91,12 +102,8 @@ def check_each_arm(source: Source, model: CellModel, robot: Urdf, items: Collect
         InputError: With every disagreement.
     """
     for name in model.arms:
-        own = tuple(i for i, c in enumerate(model.configurations) if c.arm == name)
-        seen = replace(
-            source_of_arm(source, name),
-            configurations=own,
-            elsewhere=frozenset(_posture_of_others(model, name, robot)),
-        )
+        others = frozenset(_posture_of_others(model, name, robot))
+        seen = replace(source_of_arm(source, name), elsewhere=others)
         with suppress(InputError):  # what is wrong with the other arms is told too
             alone = model_of_arm(model, name, robot)
             check_consistency(seen, alone, robot)
@@ -116,7 +123,8 @@ def source_of_arm(source: Source, arm: str) -> ArmSource:
         The same values with the same places.
     """
     known = {field.name: getattr(source, field.name) for field in fields(Source)}
-    return ArmSource(**known | {"problems": []}, arm=arm)
+    own = tuple(i for i, c in enumerate(source.data["configurations"]) if c.get("arm") == arm)
+    return ArmSource(**known | {"problems": []}, arm=arm, configurations=own)
 
 
 def model_of_arm(model: CellModel, name: str, robot: Urdf) -> CellModel:

@@ -118,6 +118,7 @@ class Cell:
         max_tool_speed: m/s of the tool's tip, in every motion; None without a limit.
         arm: Name of the arm; empty where the cell has only one.
         others: Where all other arms stand, in the order of the cell file.
+        warnings: What is probably wrong in its file, a line each, with the place.
         fingerprint: SHA-256 over all that the validity of a motion depends on.
         parked_fingerprint: Over the fingerprints of all arms, each with the others parked; empty where the
             cell has only one.
@@ -140,6 +141,7 @@ class Cell:
     arm: str = ""
     others: tuple[ArmState, ...] = ()
     own_carriers: tuple[Carrier, ...] = ()
+    warnings: tuple[str, ...] = ()
     fingerprint: str = field(default="")
     parked_fingerprint: str = field(default="")
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from pickcli.cell.arm_consistency import (
+    ArmSource,
     check_arms,
     check_each_arm,
     check_side_by_side,
@@ -26,6 +28,7 @@ from pickcli.cell.cell_schema import (
     SuctionModel,
     cell_model,
 )
+from pickcli.cell.configuration_check import warn_of_configurations, warn_of_missing_configurations
 from pickcli.cell.consistency import check_consistency, check_parts
 from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
@@ -37,6 +40,7 @@ from pickcli.cell.items_file import load_items
 from pickcli.cell.joint_limits_file import add_joint_limits, refuse_unknown_joints
 from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.planning_group import mounted, planning_group, stripped, with_tip
+from pickcli.cell.plausibility import warn_of_figures
 from pickcli.cell.pod import build_pod
 from pickcli.cell.robot import Joint, JointType, Limits, Robot, joint_motion
 from pickcli.cell.robot_tree import prefixed, side_by_side
@@ -49,6 +53,7 @@ from pickcli.cell.urdf import Urdf, read_urdf
 from pickcli.cell.workcell import Parking, Workcell
 from pickcli.errors import UnknownNameError
 from pickcli.files.file_kind import CELL
+from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.schema import validate
 from pickcli.files.yaml_reader import Key, Source, read_yaml
 from pickcli.geometry import Array, pose
@@ -82,7 +87,7 @@ def load_cell(name_or_path: str | Path, arm: str | None = None, items: Path | No
 
 
 def load_workcell(name_or_path: str | Path, own_items: Path | None = None) -> Workcell:
-    """Load a cell with all its arms.
+    """Load a cell with all its arms. What is probably wrong in it is logged as warnings.
 
     Args:
         name_or_path: A name under data/cells, a folder, or a cell.yaml.
@@ -110,7 +115,10 @@ def load_workcell(name_or_path: str | Path, own_items: Path | None = None) -> Wo
     disabled = _disabled(source, model, urdf)
     models = {name: model_of_arm(model, name, urdf) for name in model.arms} or {"": model}
     return Workcell.of(
-        {name: _cell(path.parent, each, urdf, disabled, items) for name, each in models.items()},
+        {
+            name: _cell(source_of_arm(source, name) if name else source, each, urdf, disabled, items)
+            for name, each in models.items()
+        },
         [Parking(name, arm.parked, arm.preference) for name, arm in model.arms.items()],
         urdf,
         model.robot.posture,
@@ -118,15 +126,16 @@ def load_workcell(name_or_path: str | Path, own_items: Path | None = None) -> Wo
 
 
 def _cell(
-    folder: Path,
+    source: Source,
     model: CellModel,
     urdf: Urdf,
     disabled: Sequence[AllowedPair],
     items: dict[tuple[str, int], Item],
 ) -> Cell:
     """The cell of its only arm."""
+    folder = source.path.parent
     tool = _tool(model, urdf)
-    return Cell(
+    cell = Cell(
         name=model.name,
         path=folder,
         robot=_robot(folder, model, urdf, tool),
@@ -151,6 +160,13 @@ def _cell(
         max_tool_speed=model.max_tool_speed,
         own_carriers=tuple(build_carrier(name, m, folder) for name, m in model.places.items()),
     )
+    warnings = FileWarnings.of(source)
+    warn_of_figures(warnings, cell, model)
+    warn_of_configurations(warnings, cell)
+    if not isinstance(source, ArmSource):  # of several arms each waits at places of its own
+        warn_of_missing_configurations(warnings, cell)
+    warnings.log()
+    return replace(cell, warnings=tuple(warnings.lines))
 
 
 def cell_names() -> list[str]:

@@ -7,11 +7,13 @@ from typing import Annotated, Any, Literal, TypeVar
 from annotated_types import Len
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
+from pickcli.cell.cell_warnings import CELL_WARNINGS
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.place_schema import MAX_PLACES, PlaceModel
 from pickcli.cell.pose_schema import BoundsModel as BoundsModel
 from pickcli.cell.pose_schema import Name
 from pickcli.cell.pose_schema import PoseModel as PoseModel
+from pickcli.files.file_warnings import refuse_unknown_kinds
 from pickcli.files.schema import (
     Angle,
     FileModel,
@@ -343,6 +345,15 @@ class CellModel(FileModel):
     configurations: Annotated[tuple[ConfigurationModel, ...], Len(0, MAX_CONFIGURATIONS)] = Field(
         description="named configurations"
     )
+    accepted_warnings: Annotated[tuple[Text, ...], Len(0, MAX_CONFIGURATIONS)] = Field(
+        (), description="warnings that are meant, as KIND or KIND:SUBJECT"
+    )
+
+    @field_validator("accepted_warnings")
+    @classmethod
+    def _known_kinds(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        refuse_unknown_kinds(names, CELL_WARNINGS)
+        return names
 
     @field_validator("max_tool_speed", mode="before")
     @classmethod

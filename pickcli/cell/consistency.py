@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pickcli.cell.cell_schema import CellModel, ToolModel
+from pickcli.cell.cell_schema import CellModel, JointLimitModel, ToolModel
 from pickcli.cell.pod import build_pod
 from pickcli.cell.references import refer, unique
 from pickcli.cell.robot import JointType
@@ -140,8 +140,16 @@ def _check_configurations(source: Source, model: CellModel, robot: Urdf) -> None
                 continue
             is_continuous = joint.type is JointType.CONTINUOUS
             lower, upper = (-MAX_TURN, MAX_TURN) if is_continuous else (joint.lower, joint.upper)
+            lower, upper = _narrowed(model.joint_limits.get(joint.name), lower, upper)
             if not lower <= value <= upper:
                 unit = "m" if joint.type is JointType.PRISMATIC else "rad"
                 text = f"expected {joint.name} in {lower:g} to {upper:g} {unit}, got {value:g}; "
                 text += "angles are in rad, not degrees" if unit == "rad" else "lengths are in m, not mm"
                 source.add(("configurations", i, "q", j), text)
+
+
+def _narrowed(limit: JointLimitModel | None, lower: float, upper: float) -> tuple[float, float]:
+    """Position limits of a joint, rad or m, as the cell narrows them."""
+    low = None if limit is None else limit.min_position
+    high = None if limit is None else limit.max_position
+    return lower if low is None else low, upper if high is None else high

@@ -6,19 +6,22 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from annotated_types import Len
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
 from pickcli.files.file_kind import ITEMS
-from pickcli.files.schema import FileModel, Number, validate
+from pickcli.files.file_warnings import FileWarnings, refuse_unknown_kinds
+from pickcli.files.schema import FileModel, Number, Text, validate
 from pickcli.files.yaml_reader import read_yaml
 
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Interval = Annotated[tuple[Number, ...], Len(2, 2)]
 ItemSize = Annotated[float, Field(gt=0, le=2)]  # m: what a shelf and one arm have to do with
+LIGHT, HEAVY = 10.0, 4000.0  # kg/m3: of foam, and of metal that fills most of its box
+WARNINGS = ("odd_density",)  # the kinds of warnings about a file of items
 ItemName = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[a-z0-9_]+$")]
 
 
@@ -108,6 +111,15 @@ class ItemsModel(FileModel):
     version: Literal[1] = Field(description="1, the only version there is")
     year: Annotated[int, Field(ge=2015, le=2100)] = Field(description="the year whose rules give the bonus")
     items: dict[ItemName, ItemModel] = Field(description="the items by name")
+    accepted_warnings: Annotated[tuple[Text, ...], Len(0, 1000)] = Field(
+        (), description="warnings that are meant, as KIND or KIND:ITEM"
+    )
+
+    @field_validator("accepted_warnings")
+    @classmethod
+    def _known_kinds(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        refuse_unknown_kinds(names, WARNINGS)
+        return names
 
 
 def load_items(own: Path | None = None) -> dict[tuple[str, int], Item]:
@@ -151,7 +163,7 @@ def _files(path: Path) -> list[Path]:
 
 
 def read_items(path: Path) -> dict[tuple[str, int], Item]:
-    """Read the items of one file.
+    """Read the items of one file. What is probably wrong in it is logged as warnings.
 
     Args:
         path: The file.
@@ -162,8 +174,24 @@ def read_items(path: Path) -> dict[tuple[str, int], Item]:
     Raises:
         InputError: With every mistake and its place.
     """
-    model = validate(read_yaml(path, ITEMS), ItemsModel)
+    source = read_yaml(path, ITEMS)
+    model = validate(source, ItemsModel)
+    warnings = FileWarnings.of(source)
+    for name, item in model.items.items():
+        _warn_of_density(warnings, name, item)
+    warnings.log()
     return {(name, model.year): _item(name, model.year, item) for name, item in model.items.items()}
+
+
+def _warn_of_density(warnings: FileWarnings, name: str, item: ItemModel) -> None:
+    """Warn of a mass that does not go with the size."""
+    density = item.mass / item.shape.volume
+    if not LIGHT <= density <= HEAVY:
+        size = " x ".join(f"{1e3 * side:.3g}" for side in item.shape.extents)
+        text = f"{name} of {size} mm and {item.mass:g} kg has {density:.3g} kg/m3, "
+        text += "as solid metal" if density > HEAVY else "less than foam"
+        text += "; are sizes in m and masses in kg?"
+        warnings.add("odd_density", name, ("items", name, "mass"), text)
 
 
 def _item(name: str, year: int, model: ItemModel) -> Item:

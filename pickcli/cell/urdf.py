@@ -96,6 +96,9 @@ def read_urdf(path: Path, folder: Path | None = None, packages: Mapping[str, Pat
     robot = read_xml(path)
     if robot.tag != "robot":
         raise robot.error("expected <robot> as the outermost element")
+    for element in robot.children:
+        if element.tag.startswith("xacro:"):
+            raise element.error("not expanded; run xacro on it, or give it to apc init --urdf")
     mistakes = XmlMistakes(path)
     meshes = MeshNames(path, path.parent if folder is None else folder, packages or {})
     link_elements = _by_name(robot, "link", mistakes)

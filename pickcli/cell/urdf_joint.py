@@ -83,7 +83,7 @@ def _limits(element: Element, kind: JointType) -> tuple[float, float]:
     limit = element.one("limit")
     lower, upper = limit.number("lower"), limit.number("upper")
     if lower >= upper:
-        raise limit.error(f"expected lower under upper, got {lower:g} and {upper:g}")
+        raise limit.error(f"expected lower under upper, got {lower:g} and {upper:g}; swap them")
     most, unit = (MAX_TRAVEL, "m, not mm") if kind is JointType.PRISMATIC else (MAX_TURN, "rad, not degrees")
     if max(-lower, upper) > most:
         raise limit.error(f"expected within {most:g} of 0, got {lower:g} and {upper:g}; limits are in {unit}")

@@ -1,8 +1,7 @@
-"""``apc check``: every byte of a roadmap or trajectory database, and making it whole again."""
+"""``apc check``: mistakes in what people write, damage in what was stored, and making it whole again."""
 
 from __future__ import annotations
 
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +10,17 @@ import click
 from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
+from pickcli.commands.checked_texts import (
+    CheckOptions,
+    check_text,
+    kind_of_text,
+    refuse_options_of_cells,
+    refuse_picture,
+)
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH
-from pickcli.commands.options import cell_option, json_option, refuse_missing
+from pickcli.commands.option_types import PATH, NumberType
+from pickcli.commands.options import DEFAULT_CELL, json_option, overwrite_option, refuse_missing
 from pickcli.errors import DamagedError
 
 if TYPE_CHECKING:
@@ -22,42 +28,60 @@ if TYPE_CHECKING:
     from pickcli.precompute.repair import Repair
     from pickcli.storage.integrity_scan import IntegrityReport
 
-YARDSTICK = "yardstick"  # the kind of configurations that no motion goes to
-HEAD = 4096  # bytes, in which a cell file names its format
 MOST_LINES = 20  # damaged blocks that are listed for people
 
 
 @click.command("check", cls=Command)
 @click.argument("path", metavar="FILE", type=PATH)
+@click.option("--strict", is_flag=True, help="Take warnings for mistakes: exit code 3.")
+@click.option("--picture", type=PATH, metavar="FILE",
+              help="Of a cell also draw what is reached: .png, or .html to turn about.")  # fmt: skip
+@overwrite_option
+@click.option("--poses", type=NumberType(1, 10000), default=60, show_default=True,
+              help="Tool poses by which each place of a cell is judged.")  # fmt: skip
 @click.option("--repair", "is_repair", is_flag=True, help="Compute again what is lost, and only that.")
-@cell_option
+@click.option("--cell", "cell_name", metavar="NAME|DIR",
+              help=f"Cell of FILE.  [default: the one it names, or {DEFAULT_CELL}]")  # fmt: skip
 @arm_option()
 @standing_option
 @jobs_option
 @json_option
 def command(
-    path: Path, is_repair: bool, cell_name: str, arm: str | None, standing: tuple[str, ...],
-    jobs: int | None, as_json: bool,
+    path: Path, strict: bool, picture: Path | None, overwrite: bool, poses: int, is_repair: bool,
+    cell_name: str | None, arm: str | None, standing: tuple[str, ...], jobs: int | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Find damage in a roadmap or trajectory database, or mistakes in a cell.
+    """Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.
 
-    Of a cell (its name, folder or cell.yaml) everything is read, and whether the arm can stand in its named
-    configurations; exit code 3 where not. Of a stored file every damaged block is named, and what is lost
+    Of a cell (its name, folder or cell.yaml) everything is read, whether the arm can stand in its named
+    configurations, and how much of each place it reaches. What is wrong ends with exit code 3; what may be
+    meant is a warning, with --strict as well. Of a stored file every damaged block is named, and what is lost
     with it. With --repair the file is made whole again: what is intact is kept, the rest computed anew, for
     the same cell. Exit code 4 where damage is left.
 
     \b
     Example:
       apc check trajectories.h5 --repair
-      apc check my_robot
+      apc check my_robot --strict --picture reach.png
+      apc check scene.json
     """
+    refuse_missing(path, (".h5", ".json", ".yaml"))
+    arms, kind = ArmRequest(arm, standing), kind_of_text(path)
+    if kind is None:
+        refuse_options_of_cells(strict, picture)
+        cell = open_cell(cell_name or DEFAULT_CELL, arms)
+        _check_stored(path, cell, is_repair, jobs, as_json)
+        return
+    if is_repair:
+        raise click.UsageError("--repair is for roadmaps and trajectory databases; edit this file instead")
+    if picture is not None:
+        refuse_picture(kind, picture, overwrite, path, cell_name)
+    check_text(path, kind, CheckOptions(cell_name, arms, strict, poses, picture, overwrite, as_json))
+
+
+def _check_stored(path: Path, cell: Cell, is_repair: bool, jobs: int | None, as_json: bool) -> None:
+    """Look at every byte of a roadmap or trajectory database. Raises DamagedError where damage is left."""
     from pickcli.roadmap.store import describe, surveyed
 
-    refuse_missing(path, (".h5",))
-    if _is_cell(path):
-        _check_cell(path, as_json)
-        return
-    cell = open_cell(cell_name, ArmRequest(arm, standing))
     with stage("reading of every byte"):
         found = surveyed(path, cell)
     done = None
@@ -72,46 +96,6 @@ def command(
     if found.damage and done is None:
         what = found.cut_off or f"damaged in {_places(len(found.damage))}"
         raise DamagedError(f"{path}: {what}; add --repair, or build it again")
-
-
-def _is_cell(path: Path) -> bool:
-    """Whether a path means a cell: a folder, the name of one under data/cells, or a cell file."""
-    from pickcli.cell.cell_file import cell_names
-    from pickcli.files.bounded_reading import refuse_special_file
-    from pickcli.files.file_kind import CELL, kind_of
-
-    if path.is_dir() or str(path) in cell_names():
-        return True
-    with suppress(OSError):  # who reads it then says why it cannot be
-        refuse_special_file(path)
-        with path.open("rb") as file:
-            return kind_of(file.read(HEAD)) == CELL
-    return False
-
-
-def _check_cell(path: Path, as_json: bool) -> None:
-    """Read a cell, and have the arm stand in its configurations. Raises InputError with every mistake."""
-    from pickcli.cell.cell_file import load_workcell
-    from pickcli.errors import InputError
-    from pickcli.precompute.empty_cell_checkers import why_not_free
-
-    workcell, told, n_meant = load_workcell(path), list[str](), 0
-    for arm, cell in workcell.arms.items():
-        with stage("standing in every configuration"):
-            reasons = why_not_free(cell)
-        meant = [named.name for named in cell.configurations.values() if named.kind != YARDSTICK]
-        n_meant += len(meant)
-        of_arm = f" of arm {arm}" if arm else ""
-        told += [
-            f"configuration {name}{of_arm} is not free, {reasons[name]}" for name in meant if name in reasons
-        ]
-    cell = workcell.preferred
-    if told:
-        raise InputError("\n".join(f"{cell.path / 'cell.yaml'}: {text}" for text in told))
-    if as_json:
-        emit_json({"path": str(path), "fingerprint": cell.scene_fingerprint, "configurations": n_meant})
-    else:
-        click.echo(f"{path}: a cell without mistakes; all {n_meant} configurations are free")
 
 
 def _places(n: int) -> str:

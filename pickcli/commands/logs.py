@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
+from pickcli.errors import printable
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -54,12 +56,37 @@ def show(level: int) -> None:
         level: Level of ``logging`` from which on it appears.
     """
     logger = logging.getLogger(NAME)
-    if logger.handlers:
-        logger.setLevel(min(level, logger.level))
-        return
-    logger.addHandler(_handler())
-    logger.setLevel(level)
+    if not any(not isinstance(handler, _Warnings) for handler in logger.handlers):
+        logger.addHandler(_handler())
+        logger.setLevel(level)
+        logger.propagate = False
+    logger.setLevel(min(level, logger.level))
+
+
+def show_warnings() -> None:
+    """Let warnings appear on stderr as errors do, each once, whether or not anything else that is logged."""
+    logger = logging.getLogger(NAME)
+    logger.addHandler(_Warnings(logging.WARNING))
     logger.propagate = False
+
+
+class _Warnings(logging.Handler):
+    """Writes each warning once, in a line of its own."""
+
+    def __init__(self, level: int) -> None:
+        super().__init__(level)
+        self._told: set[str] = set()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a warning that was not written before.
+
+        Args:
+            record: The warning.
+        """
+        text = record.getMessage()
+        if text not in self._told:
+            self._told.add(text)
+            click.echo(f"apc: warning: {printable(text)}", err=True)
 
 
 def stderr_console() -> Console:
@@ -79,13 +106,16 @@ def _console_of(stream: TextIO) -> Console:
 
 
 def _handler() -> logging.Handler:
-    """What writes to stderr: in columns on a terminal, else one line per message."""
+    """What writes all but warnings to stderr: in columns on a terminal, else one line per message."""
+    handler: logging.Handler
     if sys.stderr.isatty():
         from rich.logging import RichHandler
 
-        return RichHandler(console=stderr_console(), show_path=False)
-    handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+        handler = RichHandler(console=stderr_console(), show_path=False)
+    else:
+        handler = logging.StreamHandler(sys.stderr)
+        handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    handler.addFilter(lambda record: record.levelno < logging.WARNING)
     return handler
 
 

@@ -16,7 +16,7 @@ from click.exceptions import Exit
 
 from pickcli import __version__
 from pickcli.commands.command import Terminated, exit_code, how_to_go_on
-from pickcli.commands.logs import hide, log_options
+from pickcli.commands.logs import hide, log_options, show_warnings
 from pickcli.errors import ApcError, printable, suggestion
 
 _log = logging.getLogger(__name__)
@@ -37,7 +37,7 @@ COMMANDS: dict[str, str] = {
     "verify": "Let the independent verifier check a plan.",
     "execute": "Run a plan in pybullet.",
     "run-trial": "Play a whole order by the rules and keep score.",
-    "check": "Find damage in a roadmap or trajectory database, or mistakes in a cell.",
+    "check": "Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.",
     "refresh": "Make a roadmap or trajectory database right for a cell that changed.",
     "cache": "Show what is in the cache of built files, or delete it.",
     "inspect": "Show what is in a roadmap, database, plan, scene or cell.",
@@ -128,6 +128,7 @@ def main() -> None:
     _open_closed_streams()
     with suppress(AttributeError):  # not every stream can be told
         sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    show_warnings()
     before, began = signal.signal(signal.SIGTERM, _terminate), time.perf_counter()
     try:
         code = _flushed(_outcome())

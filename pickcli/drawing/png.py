@@ -87,6 +87,8 @@ def _add(axes: Any, kind: Any, parts: list[Array], style: dict[str, Any]) -> Non
 def _draw_node(axes: Any, node: DrawnNode) -> None:
     size = 6.5 if node.is_main else 4.5
     axes.plot(*node.place[:, None], "o", color=node.ink, markersize=size, zorder=4)
+    if not node.name:
+        return
     halo = [withStroke(linewidth=1.8, foreground="white", alpha=0.8)]
     axes.text(
         *node.place,

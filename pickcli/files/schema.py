@@ -128,6 +128,8 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
     if kind == UNKNOWN_TAG:
         return f"expected {_kinds(model, key)}, got {_short(detail['ctx']['tag'])}; correct it"
     if kind == "extra_forbidden":
+        if str(key[-1]).isdecimal():
+            return "unknown key, the rest of a number with a decimal comma; write a point"
         known = sorted(_fields(model, key[:-1]))
         return f"unknown key; {suggestion(str(key[-1]), known)}"
     if kind == "value_error":
@@ -189,7 +191,7 @@ def _is_far_off(detail: Any) -> bool:
     """Whether a figure is too large in its amount: a negative one where none may be is no matter of units."""
     if detail["type"] == "greater_than_equal":
         return float(detail["ctx"]["ge"]) < 0.0
-    return str(detail["type"]) == "less_than_equal"
+    return detail["type"] in ("less_than", "less_than_equal")
 
 
 def _unit(meaning: str) -> str:

@@ -126,7 +126,8 @@ class Element:
         except ValueError:
             values = ()
         if len(values) != n or not all(map(math.isfinite, values)):
-            raise self.error(f"{attribute}: expected {n} finite number{'s' * (n > 1)}, got {text!r}")
+            point = "; write a decimal point, no comma" if "," in text else ""
+            raise self.error(f"{attribute}: expected {n} finite number{'s' * (n > 1)}, got {text!r}{point}")
         return values
 
     def number(self, attribute: str) -> float:

@@ -99,6 +99,17 @@ class Source:
         path, line, column = self.place(key)
         self.problems.append(Problem(line, column, f"{name_of(key)}: {text}" if key else text, path))
 
+    def stated(self, key: Key) -> Key:
+        """Where a value stands in the file, if it is told to stand elsewhere.
+
+        Args:
+            key: Of the value.
+
+        Returns:
+            The same key, unless the file is seen by a part of it.
+        """
+        return key
+
     def place(self, key: Key) -> tuple[Path | None, int, int]:
         """Where a value stands, or its nearest parent that does.
 

@@ -1,5 +1,6 @@
-"""Named configurations ranked by how much of a bin each reaches.
+"""How much of a place is reached: by the arm at all, and from named configurations, which are ranked by it.
 
-Read `configuration_ranking`; `bin_pose_sampling` draws what has to be reached, `ranked_configuration` is the
+`cell_check` is what `apc check` asks of a cell, by `place_reachability`. Read `configuration_ranking` for the
+configurations; `bin_pose_sampling` draws what has to be reached, `ranked_configuration` is the
 result.
 """

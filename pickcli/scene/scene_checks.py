@@ -22,6 +22,7 @@ Mistake: TypeAlias = tuple[Key, str]  # where it stands in the file, and what is
 SUNK = 0.005  # m: as deep as an item may stand in what does not give way, beyond its uncertainty
 FLOATING = 0.01  # m: as far as an item may be from everything, beyond its uncertainty
 CONVENTION = "positions are in m, quaternions x, y, z, w"
+ONE_POSE = f"correct its pose ({CONVENTION})"
 FEW = 3  # mistakes of one kind that are told one by one
 MANY = 20  # of which no more are looked for
 _POINT = 1e-4  # m, radius of a ball that stands for a point
@@ -122,7 +123,7 @@ def check_places(source: Source, scene: Scene) -> None:
             sunk.append((("items", i, "position"), text))
     frame = "poses are those of the item's middle in the world frame (docs/formats/scene.md)"
     _add_alike(source, astray_items, frame, f"is T_world_pod where the pod stands? {frame}")
-    _add_alike(source, sunk, "correct its pose", f"correct its pose, or all: {CONVENTION}")
+    _add_alike(source, sunk, ONE_POSE, f"correct its pose, or all: {CONVENTION}")
 
 
 def _add_alike(source: Source, mistakes: Sequence[Mistake], advice: str, if_many: str) -> None:
@@ -186,7 +187,7 @@ def check_standing(source: Source, scene: Scene) -> None:
             deep.append((("items", i, "position"), what))
         if len(deep) > MANY or source.is_full:
             break
-    _add_alike(source, deep, "correct its pose", f"correct its pose, or all: {CONVENTION}")
+    _add_alike(source, deep, ONE_POSE, f"correct its pose, or all: {CONVENTION}")
 
 
 def _largest_error(scene: Scene) -> float:

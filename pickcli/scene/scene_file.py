@@ -18,14 +18,15 @@ from typing import Any
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import load_cell
+from pickcli.cell.cell_file import cell_names, load_cell
 from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.tool import GripModel, SuctionCup
-from pickcli.errors import InputError, StaleError
+from pickcli.errors import InputError, StaleError, suggestion
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import SCENE
+from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.schema import validate
 from pickcli.files.yaml_reader import Source, read_yaml
 from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
@@ -42,6 +43,7 @@ from pickcli.scene.scene_checks import (
     check_standing,
 )
 from pickcli.scene.scene_schema import CloudModel, HeldModel, PodErrorModel, SceneModel, ScenePoseModel
+from pickcli.scene.scene_warnings import warn_of_noise
 
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length; it is normalised then
 
@@ -63,7 +65,7 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     """
     source = read_yaml(Path(path), SCENE, is_json=True)  # so that every value has a line and a column
     model = validate(source, SceneModel)
-    cell = cell or load(model.cell.name)
+    cell = cell or _cell_named(source, model.cell.name, load)
     if model.cell.fingerprint != cell.scene_fingerprint:
         raise StaleError(
             f"{path}: made for cell {model.cell.name} {model.cell.fingerprint}, but this is "
@@ -100,6 +102,9 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     source.check()  # what is told to be elsewhere need not be told to float there
     check_floating(source, scene)
     source.check()
+    warnings = FileWarnings.of(source)
+    warn_of_noise(warnings, scene)
+    warnings.log()
     return scene
 
 
@@ -108,6 +113,15 @@ def _remade(cell: Cell) -> str:
     if cell.places:
         return "make the scene again"
     return "if its poses are still right, write that fingerprint into it"
+
+
+def _cell_named(source: Source, name: str, load: Callable[[str], Cell]) -> Cell:
+    """The cell that a scene names. Raises InputError where there is none."""
+    if name not in cell_names():
+        hint = f"{suggestion(name, cell_names())} (for a cell elsewhere: --cell)"
+        source.add(("cell", "name"), f"unknown cell {name!r}; {hint}")
+        source.check()
+    return load(name)
 
 
 def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from annotated_types import Len
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from pickcli.cell.place_schema import MAX_PLACES
+from pickcli.files.file_warnings import refuse_unknown_kinds
 from pickcli.files.schema import FileModel, Text, Vector
+from pickcli.scene.scene_warnings import WARNINGS
 
 Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
 MAX_ITEMS = 300
@@ -102,3 +104,12 @@ class SceneModel(FileModel):
     held: HeldModel | None = Field(default=None, description="what is in the cup")
     cloud: CloudModel | None = Field(default=None, description="what a sensor saw besides all this")
     items: Annotated[tuple[PlacedItemModel, ...], Len(0, MAX_ITEMS)] = Field(description="the items")
+    accepted_warnings: Annotated[tuple[Text, ...], Len(0, MAX_ITEMS)] = Field(
+        default=(), description="warnings that are meant, as KIND or KIND:SUBJECT"
+    )
+
+    @field_validator("accepted_warnings")
+    @classmethod
+    def _known_kinds(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        refuse_unknown_kinds(names, WARNINGS)
+        return names

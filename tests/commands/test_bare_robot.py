@@ -155,7 +155,7 @@ def test_spheres_and_configurations_are_told(cell: Path, tmp_path: Path) -> None
     content = yaml.safe_load((bent / "cell.yaml").read_text())
     content["obstacles"].append({"name": "box", "lower": [-1.5, -0.2, 1.2], "upper": [-0.9, 0.6, 2.0]})
     (bent / "cell.yaml").write_text(yaml.safe_dump(content))
-    refused(apc("check", bent), 3, "cell.yaml: configuration home is not free", "box")
+    refused(apc("check", bent), 3, "cell.yaml:8:3: configurations[0].q: home is not free", "box")
 
 
 def test_a_robot_without_tool_says_where_its_chain_ends(tmp_path: Path) -> None:

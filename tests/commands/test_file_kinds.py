@@ -63,7 +63,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
 }  # fmt: skip
 WRITTEN = ("output", "folder", "picture", "video", "plot")  # and are told apart by refuse_output
 UNREAD = ("check", "cell_name")  # but where a file is damaged
-CHECKED = (STORE, CELL)  # by apc check
+CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS)  # by apc check
 SHOWN = (STORE, PLAN, SCENE, CELL)  # by apc inspect
 
 

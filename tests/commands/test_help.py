@@ -65,11 +65,14 @@ def test_examples_use_options_that_exist(name: str) -> None:
         assert used <= options(name)
 
 
+OUTPUTS = {"--output", "--video", "--plot", "--picture"}
+
+
 @pytest.mark.parametrize("name", cli.COMMANDS)
 def test_shared_options_are_there(name: str) -> None:
     assert "--json" in options(name)
     assert ("--seed" in options(name)) == (name in RANDOM)
-    assert ("--overwrite" in options(name)) == bool({"--output", "--video", "--plot"} & options(name))
+    assert ("--overwrite" in options(name)) == bool(OUTPUTS & options(name))
 
 
 @pytest.mark.parametrize("name", cli.COMMANDS)

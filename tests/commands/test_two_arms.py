@@ -130,7 +130,7 @@ def test_a_parked_arm_that_collides_is_found_by_check(tmp_path: Path) -> None:
     changed["obstacles"] = [{"name": "cart", "lower": [-0.3, -1.2, 0.0], "upper": [0.4, -0.6, 0.5]}]
     write_cell(folder, changed)
     told = apc("check", folder)
-    refused(told, 3, "configuration parked of arm right is not free", "cart")
+    refused(told, 3, "parked of arm right is not free", "cart")
     move = apc("plan-move", "--cell", folder, "--from", "home", "--to", "parked", "-o", tmp_path / "m.json")
     refused(move, 3, "arm right cannot stand at", "cart")
 

@@ -24,6 +24,7 @@ def write_bare_robot(folder: Path) -> Path:
     for key in ("tool", "pod", "tote"):
         del content[key]
     content["devices"] = {}
+    content["accepted_warnings"] = ["no_mass"]
     content["robot"] |= {"tip": "flange", "unshaped": ["flange"]}
     (cell / "cell.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
     return cell

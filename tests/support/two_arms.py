@@ -91,6 +91,7 @@ def content() -> dict[str, Any]:
         "joint_limits": {joint: dict(LIMIT) for joint in both},
         "speed_scale": 1.0,
         "clearance": 0.005,
+        "accepted_warnings": ["no_mass"],
         "arms": {
             side: {
                 "joints": joints(side),

@@ -1,0 +1,23 @@
+"""The kinds of warnings about a cell, by which its file accepts those that are meant."""
+
+# Every kind of warning about a cell file, and what it is about.
+CELL_WARNINGS = {
+    "slow_device": "a device's lead",
+    "useless_device": "a device that no plan could switch",
+    "no_device": "a device that a pick needs",
+    "weak_or_strong_cup": "what a cup bears, against its size",
+    "large_cup": "the size of a cup",
+    "odd_gripper": "what a gripper bears",
+    "odd_clearance": "the clearance",
+    "no_seal_time": "the time to seal",
+    "fast_joint": "limits of a joint",
+    "strong_motor": "a motor's force",
+    "no_mass": "a link without a mass",
+    "tilted_pod": "a pod that leans",
+    "blocked_place": "an obstacle in a place",
+    "no_configuration": "a place, or home, without a configuration",
+    "astray": "a configuration far from its place",
+    "untested_pair": "an allowed pair that is far apart",
+    "out_of_reach": "a place that the tool hardly reaches",
+    "poor_configuration": "a configuration from which little of its place is reached",
+}

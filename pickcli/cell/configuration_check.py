@@ -1,0 +1,100 @@
+"""Named configurations against the places that they are named for: far from them, one of the two is wrong.
+
+A base that is turned away from its shelf, moved or upside down, an axis of the wrong sign, a pod in another
+frame: each puts the tool of every configuration somewhere else, whatever the figures look like.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.cell import Cell, NamedConfiguration
+from pickcli.cell.place import Place
+from pickcli.cell.robot import joint_motion
+from pickcli.files.file_warnings import FileWarnings
+from pickcli.files.yaml_reader import Key
+from pickcli.geometry import Array, inverse
+
+ASTRAY = 0.6  # m from the mouth of its place to the tip; Team Delft's wait 0.3 m before the bins
+BEHIND = -0.2  # cosine between where the tool points and the way into the place: it points away below this
+WAITING = ("bin", "tote", "drop")  # kinds of configurations from which a place is entered
+
+
+def warn_of_configurations(warnings: FileWarnings, cell: Cell) -> None:
+    """Warn of configurations far from their places.
+
+    Args:
+        warnings: Collects them.
+        cell: The cell.
+    """
+    if not cell.places or cell.robot.tool.suction_cup is None:
+        return
+    astray: dict[str, tuple[Key, str]] = {}
+    for i, named in enumerate(cell.configurations.values()):
+        if (place := _place_of(cell, named)) is not None and (text := _why_astray(cell, named, place)):
+            astray[named.name] = (("configurations", i, "q"), f"{named.name} {text}")
+    cause = "do T_world_base, T_world_pod and the URDF's axes say where things are?"
+    warnings.add_alike("astray", astray, ("robot", "T_world_base"), cause)
+
+
+def warn_of_missing_configurations(warnings: FileWarnings, cell: Cell) -> None:
+    """Warn of bins without a configuration, and of a cell without home.
+
+    Args:
+        warnings: Collects them.
+        cell: The cell, of its only arm.
+    """
+    if not cell.places or cell.robot.tool.suction_cup is None:
+        return
+    names = {named.name for named in cell.configurations.values() if named.kind == "bin"}
+    advice = "apc suggest-configurations finds one"
+    missing: dict[str, tuple[Key, str]] = {
+        name: (("configurations",), f"none of kind bin is called {name}; {advice}")
+        for name in cell.pod.bins
+        if name not in names
+    }
+    warnings.add_alike("no_configuration", missing, ("configurations",), "name each after its bin")
+    if not any(named.kind == "home" for named in cell.configurations.values()):
+        text = "none is of kind home, where picks begin and trials end; add one"
+        warnings.add("no_configuration", "home", ("configurations",), text)
+
+
+def _place_of(cell: Cell, named: NamedConfiguration) -> Place | None:
+    """The place that a configuration waits at, if it is one of those."""
+    if named.kind not in WAITING:
+        return None
+    if named.kind == "bin":
+        return cell.places.get(named.name)
+    return None if cell.tote is None else cell.tote.place
+
+
+def _why_astray(cell: Cell, named: NamedConfiguration, place: Place) -> str:
+    """How far the tip is from the place's mouth, or that it points away; "" where it may enter."""
+    T_world_tip = _tip(cell, named)
+    access = place.access
+    T_mouth_tip = inverse(cell.T_world_place(place) @ access.T_place_mouth) @ T_world_tip
+    tip = T_mouth_tip[:3, 3]
+    half = np.array([0.0, access.width / 2, access.height / 2])
+    away = float(np.linalg.norm(tip - np.clip(tip, -half, half)))
+    if away > ASTRAY:
+        x, y, z = T_world_tip[:3, 3]
+        return f"has the tip at [{x:.2f}, {y:.2f}, {z:.2f}], {away:.2f} m from the mouth of {place.name}"
+    lance = T_mouth_tip[:3, :3] @ cell.robot.tool.lance_axis(named.tool_state)
+    if float(lance[0]) < BEHIND:
+        return f"has the tool point away from {place.name}"
+    return ""
+
+
+def _tip(cell: Cell, named: NamedConfiguration) -> Array:
+    """(4, 4) pose of the tip in the world, by the joints from the root to the cup."""
+    robot = cell.robot
+    positions = dict(zip(robot.joint_names, named.q, strict=True))
+    if robot.tool.joint is not None:
+        positions[robot.tool.joint] = robot.tool.position(named.tool_state)
+    joint_of = {joint.child: joint for joint in robot.joints}
+    T, link = robot.tool.T_cup_tip, robot.tool.cup_link
+    while link in joint_of:
+        joint = joint_of[link]
+        T = joint.T_parent_joint @ joint_motion(joint, float(positions.get(joint.name, 0.0))) @ T
+        link = joint.parent
+    return np.asarray(robot.T_world_base @ T)

@@ -1,0 +1,175 @@
+"""Figures that a cell may have and hardly any has: told as warnings, with what is probably meant."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_schema import CellModel, GripperModel, SuctionModel
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.place import Place
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.files.file_warnings import FileWarnings
+from pickcli.files.yaml_reader import Key
+from pickcli.geometry import transform_points
+
+SLOW = 5.0  # s, of a device; an ejector builds its vacuum up in less
+ATMOSPHERE = 101_325.0  # Pa: no cup is held by more
+WEAK = 10_000.0  # Pa, of a cup: a tenth of what ejectors reach
+LARGE_CUP = {"cup_radius": 0.1, "cup_stroke": 0.05, "cup_length": 0.3}  # m
+NEAR_CLEARANCE, FAR_CLEARANCE = 0.0005, 0.03  # m: what a robot's repeatability takes, and a finger's room
+FAST = {"m": (5.0, 100.0), "rad": (15.0, 200.0)}  # speed and acceleration of the quickest arms that are sold
+STRONG = 10_000.0  # N or Nm, above the largest arms' shoulders
+FIRM, STICKY = 500.0, 1.2  # N of a pad, and friction of one
+LEAN = 0.1  # rad
+INTRUSION = 0.005  # m
+
+# What a pick commands: kinds of devices, and the actions that each has to have.
+NEEDED = {DeviceKind.PUMP: ("on", "off"), DeviceKind.VALVE: ("on", "off"), DeviceKind.SENSOR: ("read",)}
+
+
+def warn_of_figures(warnings: FileWarnings, cell: Cell, model: CellModel) -> None:
+    """Warn of figures that are possible and probably not meant.
+
+    Args:
+        warnings: Collects them.
+        cell: The cell.
+        model: As it stands in the file.
+    """
+    _devices(warnings, cell)
+    if isinstance(model.tool, SuctionModel):
+        _cup(warnings, model.tool)
+    elif isinstance(model.tool, GripperModel):
+        _gripper(warnings, model.tool)
+    _clearance(warnings, model)
+    _limits(warnings, cell)
+    _masses(warnings, cell)
+    _pod(warnings, cell)
+    _blocked(warnings, cell)
+
+
+def _devices(warnings: FileWarnings, cell: Cell) -> None:
+    for name, device in cell.devices.items():
+        if device.lead > SLOW:
+            text = f"{device.lead:g} s pass before every pick until it takes effect; is it in s?"
+            warnings.add("slow_device", name, ("devices", name, "lead"), text)
+        missing = [action for action in NEEDED.get(device.kind, ()) if action not in device.actions]
+        if missing:
+            text = f"a {device.kind} is switched by {' and '.join(missing)}; name its actions so"
+            warnings.add("useless_device", name, ("devices", name, "actions"), text)
+    if cell.robot.tool.suction_cup is None or not cell.places:
+        return
+    for kind in (DeviceKind.PUMP, DeviceKind.VALVE):
+        if not any(device.kind is kind for device in cell.devices.values()):
+            text = f"no {kind} is among them, and nothing can be picked without one; add it"
+            warnings.add("no_device", kind, ("devices",), text)
+
+
+def _cup(warnings: FileWarnings, tool: SuctionModel) -> None:
+    for name, most in LARGE_CUP.items():
+        value = getattr(tool, name)
+        if value > most:
+            text = f"{1e3 * value:g} mm is large for a cup; is it in m?"
+            warnings.add("large_cup", name, ("tool", name), text)
+    area = math.pi * tool.cup_radius**2
+    pressure = tool.max_pull / area
+    size = f"a cup of {1e3 * tool.cup_radius:g} mm radius"
+    if pressure > ATMOSPHERE:
+        text = f"{size} bears {ATMOSPHERE * area:.3g} N in perfect vacuum, not {tool.max_pull:g}; correct one"
+        warnings.add("weak_or_strong_cup", "max_pull", ("tool", "max_pull"), text)
+    elif pressure < WEAK:
+        text = f"{tool.max_pull:g} N is {pressure / 1e3:.1f} kPa under {size}; is it in N, not kg?"
+        warnings.add("weak_or_strong_cup", "max_pull", ("tool", "max_pull"), text)
+    if tool.max_moment > 2.0 * tool.max_pull * tool.cup_radius:
+        most = tool.max_pull * tool.cup_radius
+        text = f"{size} that bears {tool.max_pull:g} N peels off at about {most:.3g} Nm, not "
+        text += f"{tool.max_moment:g}; is it in Nm?"
+        warnings.add("weak_or_strong_cup", "max_moment", ("tool", "max_moment"), text)
+    if tool.max_shear > 2.0 * tool.max_pull:
+        text = f"{tool.max_shear:g} N across a cup that pulls {tool.max_pull:g} N needs a friction of "
+        text += f"{tool.max_shear / tool.max_pull:.3g}; correct one"
+        warnings.add("weak_or_strong_cup", "max_shear", ("tool", "max_shear"), text)
+    if tool.seal_time == 0.0:
+        text = "the cup moves an item at once, before it has sealed; state what the vacuum takes"
+        warnings.add("no_seal_time", "tool", ("tool", "seal_time"), text)
+
+
+def _gripper(warnings: FileWarnings, tool: GripperModel) -> None:
+    if tool.force > FIRM:
+        text = f"{tool.force:g} N is more than parallel grippers for items have; is it in N?"
+        warnings.add("odd_gripper", "force", ("tool", "force"), text)
+    if tool.friction > STICKY:
+        text = f"{tool.friction:g} is more than rubber has on paper; what slips is planned as if it held"
+        warnings.add("odd_gripper", "friction", ("tool", "friction"), text)
+
+
+def _clearance(warnings: FileWarnings, model: CellModel) -> None:
+    if not NEAR_CLEARANCE <= model.clearance <= FAR_CLEARANCE:
+        text = f"every motion keeps {1e3 * model.clearance:g} mm from everything: "
+        text += "nothing is left for what a robot is off by" if model.clearance < FAR_CLEARANCE else ""
+        text += "the tool enters no bin any more; is it in m?" if model.clearance > FAR_CLEARANCE else ""
+        warnings.add("odd_clearance", "clearance", ("clearance",), text)
+
+
+def _limits(warnings: FileWarnings, cell: Cell) -> None:
+    robot, limits = cell.robot, cell.robot.limits
+    rates = zip(robot.joint_names, robot.units, limits.velocity, limits.acceleration, strict=True)
+    for name, unit, velocity, acceleration in rates:
+        fast, steep = FAST[unit]
+        wrong = "mm" if unit == "m" else "degrees"
+        if velocity > fast:
+            text = f"{velocity:g} {unit}/s is quicker than arms that are sold; is it in {unit}, not {wrong}?"
+            warnings.add("fast_joint", name, ("joint_limits", name, "max_velocity"), text)
+        if acceleration > steep:
+            text = f"{acceleration:g} {unit}/s2 is more than arms that are sold have; "
+            text += f"is it in {unit}, not {wrong}?"
+            warnings.add("fast_joint", name, ("joint_limits", name, "max_acceleration"), text)
+    for name, force in robot.motor_forces.items():
+        if force > STRONG:
+            text = f"{force:g} is more than the largest arms have; is it in N or Nm, not Nmm?"
+            warnings.add("strong_motor", name, ("robot", "motor_forces", name), text)
+
+
+def _masses(warnings: FileWarnings, cell: Cell) -> None:
+    """Links that are moved, have a shape and weigh nothing."""
+    moved: set[str] = set()
+    for joint in cell.robot.joints:
+        if joint.parent in moved or joint.name in cell.robot.joint_names:
+            moved.add(joint.child)
+    found: dict[str, tuple[Key, str]] = {
+        link.name: (
+            ("robot", "urdf"),
+            f"link {link.name!r} has no <inertial>: it weighs nothing in the simulation; state its mass",
+        )
+        for link in cell.robot.links
+        if link.name in moved and link.shapes and link.mass == 0.0
+    }
+    warnings.add_alike("no_mass", found, ("robot", "urdf"), "state the masses of the links in the URDF")
+
+
+def _pod(warnings: FileWarnings, cell: Cell) -> None:
+    lean = math.acos(min(1.0, max(-1.0, float(cell.T_world_pod[2, 2]))))
+    if cell.pod.bins and lean > LEAN:
+        text = f"the shelf leans by {math.degrees(lean):.0f} degrees, and nothing lies in it any more; "
+        warnings.add("tilted_pod", "pod", ("pod", "T_world_pod"), f"{text}is rpy in rad, roll first?")
+
+
+def _blocked(warnings: FileWarnings, cell: Cell) -> None:
+    """Obstacles that reach into the room of a place."""
+    for i, body in enumerate(cell.obstacles.bodies):
+        into = [name for name, place in cell.places.items() if _reaches_into(cell, place, body)]
+        if into:
+            text = f"{body.name} stands in {', '.join(into)}, where items should; correct its corners"
+            warnings.add("blocked_place", body.name, ("obstacles", i), text)
+
+
+def _reaches_into(cell: Cell, place: Place, body: Body) -> bool:
+    """Whether the boxes around a place's room and around a body, along the world's axes, share some depth."""
+    T_world_place = cell.T_world_place(place)
+    middle = transform_points(T_world_place, (place.room.low + place.room.high)[None] / 2)[0]
+    half = Shape(ShapeKind.BOX, tuple(place.room.size)).reach(T_world_place[:3, :3])
+    reach = body.shape.reach(body.T_parent_shape[:3, :3])
+    apart = np.abs(middle - body.T_parent_shape[:3, 3])
+    return bool((half + reach - apart > INTRUSION).all())

@@ -1,0 +1,242 @@
+"""What ``apc check`` says of files that people write: cells, scenes, orders and files of items."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pickcli.commands.arm_options import ArmRequest, open_cell
+from pickcli.commands.command import emit_json
+from pickcli.commands.logs import stage
+from pickcli.commands.options import DEFAULT_CELL, refuse_output
+from pickcli.commands.progress_bar import progress
+from pickcli.commands.scene_options import open_scene
+from pickcli.commands.table import table_lines
+from pickcli.errors import InputError
+from pickcli.files.file_kind import CELL, ITEMS, ORDER, PLAN, SCENE, STORE, FileKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pickcli.reachability.cell_check import CellCheck
+
+HEAD = 4096  # bytes, in which a text of ours names its format
+TEXTS = (CELL, SCENE, ORDER, ITEMS)
+_log = logging.getLogger(__name__)
+
+
+def kind_of_text(path: Path) -> FileKind | None:
+    """Tell which of the texts that people write a path means.
+
+    Args:
+        path: A folder, the name of a cell under data/cells, or a file.
+
+    Returns:
+        The kind; None for anything else, also for what cannot be read.
+
+    Raises:
+        InputError: It is a plan.
+    """
+    from pickcli.cell.cell_file import cell_names
+    from pickcli.files.bounded_reading import refuse_special_file
+    from pickcli.files.file_kind import kind_of
+
+    if path.is_dir() or str(path) in cell_names():
+        return CELL
+    with suppress(OSError):  # who reads it then says why it cannot be
+        refuse_special_file(path)
+        with path.open("rb") as file:
+            kind = kind_of(file.read(HEAD))
+            if kind is PLAN:
+                wanted = f"a cell, a scene, an order, items, or {STORE.name}"
+                raise InputError(f"{path}: is a plan, but {wanted} is wanted here (apc verify checks plans)")
+            return kind if kind in TEXTS else None
+    return None
+
+
+def refuse_options_of_cells(strict: bool, picture: Path | None) -> None:
+    """Refuse options that mean nothing for a stored file.
+
+    Args:
+        strict: Whether warnings are taken for mistakes.
+        picture: What is drawn.
+
+    Raises:
+        UsageError: One of them was given.
+    """
+    if strict or picture is not None:
+        option = "--strict" if strict else "--picture"
+        raise click.UsageError(f"{option} is for cells, scenes, orders and items; leave it out")
+
+
+def refuse_picture(kind: FileKind, picture: Path, overwrite: bool, *inputs: Path | str | None) -> None:
+    """Refuse, before any work, what could not be drawn in the end.
+
+    Args:
+        kind: What is checked.
+        picture: The picture's file.
+        overwrite: Whether a file that is there may be replaced.
+        *inputs: What the command reads.
+
+    Raises:
+        UsageError: What is checked is no cell.
+        InputError: The picture cannot be written there.
+    """
+    from pickcli.drawing.draw import refuse_suffix
+
+    if kind is not CELL:
+        raise click.UsageError("--picture draws what is reached in a cell; leave it out")
+    refuse_suffix(picture)
+    refuse_output(picture, overwrite, *inputs)
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """How a text is checked.
+
+    Attributes:
+        cell_name: The cell of a scene or order; None for the scene's own, or the default.
+        arms: What the command line says of the cell's arms.
+        strict: Whether warnings are taken for mistakes.
+        poses: Tool poses by which each place of a cell is judged.
+        picture: Where to draw what a cell's arm reaches.
+        overwrite: Whether a file that is there may be replaced.
+        as_json: Whether JSON is printed.
+    """
+
+    cell_name: str | None
+    arms: ArmRequest
+    strict: bool
+    poses: int
+    picture: Path | None
+    overwrite: bool
+    as_json: bool
+
+
+def check_text(path: Path, kind: FileKind, options: CheckOptions) -> None:
+    """Check a cell, scene, order or file of items, and say what was found.
+
+    Args:
+        path: Of the file; of a cell also its name or folder.
+        kind: What it is.
+        options: How.
+
+    Raises:
+        InputError: With every mistake, or with the number of warnings where these are taken for mistakes.
+    """
+    check = {CELL: _checked_cell, SCENE: _checked_scene, ORDER: _checked_order, ITEMS: _checked_items}[kind]
+    with _heard() as warnings:
+        told = check(path, options)
+    n, what = len(warnings), told.pop("text")
+    counted = f"{n} warning{'s' * (n > 1)}"
+    if options.as_json:
+        emit_json({"path": str(path), **told, "warnings": warnings})
+    else:
+        click.echo(f"{path}: {f'with {counted}' if warnings else 'without mistakes'}; {what}")
+    if options.strict and warnings:
+        raise InputError(f"{path}: {counted}, and --strict takes none")
+
+
+@contextmanager
+def _heard() -> Iterator[list[str]]:
+    """The warnings that are logged meanwhile, each once."""
+    heard: list[str] = []
+
+    def hear(record: logging.LogRecord) -> bool:
+        if record.levelno == logging.WARNING and record.getMessage() not in heard:
+            heard.append(record.getMessage())
+        return False
+
+    listener = logging.Handler(logging.WARNING)
+    listener.addFilter(hear)
+    logger = logging.getLogger("pickcli")
+    logger.addHandler(listener)
+    try:
+        yield heard
+    finally:
+        logger.removeHandler(listener)
+
+
+def _checked_cell(path: Path, options: CheckOptions) -> dict[str, Any]:
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.reachability.cell_check import check_cell
+
+    workcell = load_workcell(path)
+    with stage("standing in every configuration, reaching into every place"), progress("reaching") as report:
+        found = check_cell(workcell, options.poses, on_progress=report)
+    for line in found.warnings:
+        _log.warning("%s", line)
+    if options.picture is not None:
+        _draw(found, options.picture, options.overwrite)
+    if found.reaches and not options.as_json:
+        click.echo("\n".join(_reach_table(found)))
+    if found.mistakes:
+        raise InputError("\n".join(found.mistakes))
+    return {
+        "text": f"all {found.n_free} configurations are free",
+        "fingerprint": workcell.preferred.scene_fingerprint,
+        "configurations": found.n_free,
+        "reach": [
+            {
+                "arm": each.arm or None,
+                "place": each.place,
+                "tool_poses": len(each.tips),
+                "share": each.share,
+                "configuration": each.configuration or None,
+                "share_in_line": each.share_in_line,
+            }
+            for each in found.reaches
+        ],
+        "picture": None if options.picture is None else str(options.picture),
+    }
+
+
+def _reach_table(found: CellCheck) -> list[str]:
+    """A row per place: the share of tool poses that the arm reaches, and in a line from where it waits."""
+    rows = []
+    for each in found.reaches:
+        in_line = "-" if each.share_in_line is None else f"{each.share_in_line:.0%}"
+        waits = each.configuration or "-"
+        name = f"{each.place}, arm {each.arm}" if each.arm else each.place
+        rows.append([name, f"{each.share:.0%}", waits, in_line, str(len(each.tips))])
+    return table_lines(("place", "reached", "from", "in a line", "tool poses"), rows)
+
+
+def _draw(found: CellCheck, picture: Path, overwrite: bool) -> None:
+    from pickcli.drawing.draw import write_picture
+    from pickcli.drawing.place_picture import reach_picture
+
+    write_picture(reach_picture(found.cell, found.reaches), picture, overwrite)
+
+
+def _checked_scene(path: Path, options: CheckOptions) -> dict[str, Any]:
+    from pickcli.scene.scene_file import scene_hash
+
+    scene = open_scene(path, options.cell_name, options.arms)
+    return {
+        "text": f"{len(scene.items)} items, none of which floats, overlaps or stands in anything",
+        "scene_hash": scene_hash(scene),
+        "n_items": len(scene.items),
+    }
+
+
+def _checked_order(path: Path, options: CheckOptions) -> dict[str, Any]:
+    from pickcli.trial.order_file import read_order
+
+    order = read_order(path, open_cell(options.cell_name or DEFAULT_CELL, options.arms))
+    n = len(order.work_order)
+    return {"text": f"an order of {n} targets", "targets": n}
+
+
+def _checked_items(path: Path, options: CheckOptions) -> dict[str, Any]:
+    from pickcli.cell.items_file import read_items
+
+    if options.cell_name is not None:
+        raise click.UsageError("--cell is of no use for a file of items; leave it out")
+    n = len(read_items(path))
+    return {"text": f"{n} items", "n_items": n}

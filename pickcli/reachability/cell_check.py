@@ -1,0 +1,185 @@
+"""What is wrong with a cell that reads well: found by standing in configurations, reaching into places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from pickcli.cell.arm_consistency import source_of_arm
+from pickcli.cell.cell import AllowedPair, Cell
+from pickcli.cell.shapes import Body
+from pickcli.cell.station import NO_POD, Obstacles
+from pickcli.cell.workcell import Workcell
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.files.file_kind import CELL
+from pickcli.files.file_warnings import FEW, FileWarnings
+from pickcli.files.yaml_reader import Key, Source, name_of, read_yaml
+from pickcli.precompute.empty_cell_checkers import checker, why_not_free
+from pickcli.progress import Progress, ProgressObserver, nobody
+from pickcli.reachability.place_reachability import N_POSES, PlaceReachability, ReachabilityCheck
+from pickcli.roadmap.trajectory_database import PayloadClass
+
+ENOUGH = 0.5  # share of the tool poses in a place below which it is out of reach
+ENOUGH_IN_LINE = 0.25  # share of them below which its configuration is a poor one
+YARDSTICK = "yardstick"  # the kind of configurations that no motion goes to
+
+
+@dataclass(frozen=True, eq=False)
+class CellCheck:
+    """What a look at a cell has found.
+
+    Attributes:
+        cell: The cell, as its preferred arm sees it.
+        mistakes: Lines with what cannot be meant.
+        warnings: Lines with what may be meant, those of its figures first.
+        reaches: What each arm reaches of each place.
+        n_free: Number of configurations that are free.
+    """
+
+    cell: Cell
+    mistakes: tuple[str, ...]
+    warnings: tuple[str, ...]
+    reaches: tuple[PlaceReachability, ...]
+    n_free: int
+
+
+def check_cell(
+    workcell: Workcell, n_poses: int = N_POSES, seed: int = 0, on_progress: ProgressObserver = nobody
+) -> CellCheck:
+    """Look at a cell.
+
+    Args:
+        workcell: The cell.
+        n_poses: Tool poses by which each place is judged.
+        seed: Of the poses.
+        on_progress: Told of each place.
+
+    Returns:
+        What was found.
+    """
+    whole = read_yaml(workcell.preferred.path / "cell.yaml", CELL)
+    mistakes, warnings, n_free = list[str](), list[str](), 0
+    reaches: list[PlaceReachability] = []
+    for arm, cell in workcell.arms.items():
+        source = source_of_arm(whole, arm) if arm else whole
+        noted = FileWarnings.of(source)
+        blocked = why_not_free(cell)
+        meant = [named.name for named in cell.configurations.values() if named.kind != YARDSTICK]
+        not_free = {name: blocked[name] for name in meant if name in blocked}
+        n_free += len(meant) - len(not_free)
+        mistakes += _mistakes(source, cell, not_free)
+        _warn_of_pairs(noted, cell, not_free)
+        reached = tuple(_reaches(cell, n_poses, seed, on_progress))
+        _warn_of_configurations(noted, cell, reached)
+        reaches += reached
+        warnings += [*cell.warnings, *noted.lines]
+    if reaches and not any(each.share for each in reaches):
+        mistakes.append(_out_of_reach(whole, len({each.place for each in reaches})))
+    elif reaches:
+        noted = FileWarnings.of(whole)
+        _warn_of_reach(noted, workcell.preferred, reaches)
+        warnings += noted.lines
+    lines = tuple(dict.fromkeys(warnings))
+    return CellCheck(workcell.preferred, tuple(mistakes), lines, tuple(reaches), n_free)
+
+
+def _mistakes(source: Source, cell: Cell, not_free: dict[str, str]) -> Iterator[str]:
+    """Configurations that are not free; of many the first, as they have one cause."""
+    told = list(not_free.items())[: None if len(not_free) <= FEW else 1]
+    names = list(cell.configurations)
+    for name, why in told:
+        key: Key = source.stated(("configurations", names.index(name), "q"))
+        of_arm = f" of arm {cell.arm}" if cell.arm else ""
+        _, line, column = source.place(key)
+        text = f"{source.path}:{line}:{column}: {name_of(key)}: {name}{of_arm} is not free, {why}"
+        if len(not_free) > len(told):
+            text += (
+                f", and {len(not_free) - 1} more configurations are not; look at T_world_base, T_world_pod "
+                "and the obstacles"
+            )
+        else:
+            text += "; move it, or what it meets"
+        yield text
+
+
+def _out_of_reach(source: Source, n_places: int) -> str:
+    """The mistake of a cell whose arm reaches nothing."""
+    _, line, column = source.place(("robot", "T_world_base"))
+    return (
+        f"{source.path}:{line}:{column}: robot.T_world_base: the arm reaches none of the {n_places} places; "
+        "turn or move its base, or the places, until it stands before them (x, y, z in m, roll, pitch, yaw "
+        "in rad)"
+    )
+
+
+def _reaches(
+    cell: Cell, n_poses: int, seed: int, on_progress: ProgressObserver
+) -> Iterator[PlaceReachability]:
+    if cell.robot.tool.suction_cup is None:
+        return
+    survey = ReachabilityCheck(cell, cell.robot.tool.default_state, n_poses, seed)
+    for i, place in enumerate(cell.places.values()):
+        on_progress(Progress(i, len(cell.places), f"reaching into {place.name}"))
+        yield survey.judged(place)
+
+
+def _warn_of_reach(warnings: FileWarnings, cell: Cell, reaches: Sequence[PlaceReachability]) -> None:
+    """Places that no arm reaches well."""
+    far: dict[str, tuple[Key, str]] = {}
+    for place in cell.places:
+        each = max((r for r in reaches if r.place == place), key=lambda r: r.share)
+        if not len(each.tips):
+            text = f"the tool fits into {place} nowhere; correct the size of the place, or of the tool"
+            far[place] = (_key_of(cell, place), text)
+        elif each.share < ENOUGH:
+            text = f"the arm reaches {each.share:.0%} of {len(each.tips)} tool poses in {place}"
+            far[place] = (_key_of(cell, place), text)
+    cause = "does the base stand before them, turned towards them?"
+    warnings.add_alike("out_of_reach", far, ("robot", "T_world_base"), cause)
+
+
+def _warn_of_configurations(warnings: FileWarnings, cell: Cell, reaches: Sequence[PlaceReachability]) -> None:
+    """Configurations from which little of what the arm reaches is reached in a line."""
+    poor: dict[str, tuple[Key, str]] = {}
+    names = list(cell.configurations)
+    for each in reaches:
+        if each.share < ENOUGH or each.share_in_line is None or each.share_in_line >= ENOUGH_IN_LINE:
+            continue
+        key = ("configurations", names.index(each.configuration), "q")
+        text = f"from {each.configuration} a straight line leads to {each.share_in_line:.0%} of the tool "
+        text += f"poses in {each.place}; apc suggest-configurations finds a better one"
+        poor[each.configuration] = (key, text)
+    warnings.add_alike("poor_configuration", poor, ("configurations",), "are they those of this cell?")
+
+
+def _key_of(cell: Cell, place: str) -> Key:
+    """Where a place stands in the file."""
+    if place in cell.pod.bins:
+        return ("pod",)
+    return ("tote",) if cell.tote is not None and place == cell.tote.place.name else ("places", place)
+
+
+def _warn_of_pairs(warnings: FileWarnings, cell: Cell, not_free: dict[str, str]) -> None:
+    """Allowed pairs of a link and an obstacle that are apart somewhere may meet elsewhere, untested."""
+    obstacles = {body.name: body for body in cell.obstacles.bodies}
+    for i, pair in enumerate(cell.allowed_pairs):
+        body = obstacles.get(pair.b) or obstacles.get(pair.a)
+        if body is not None and (name := _apart_in(cell, pair, body, not_free)):
+            text = f"{pair.a} and {pair.b} are apart in {name}, and are never tested where they may meet; "
+            subject = f"{pair.a}-{pair.b}"
+            warnings.add("untested_pair", subject, ("allowed_pairs", i), f"{text}leave the pair out")
+
+
+def _apart_in(cell: Cell, pair: AllowedPair, body: Body, not_free: dict[str, str]) -> str:
+    """The first free configuration in which the robot does not meet an obstacle; "" without one."""
+    alone = replace(
+        cell,
+        pod=NO_POD,
+        tote=None,
+        obstacles=Obstacles((body,)),
+        allowed_pairs=tuple(each for each in cell.allowed_pairs if each is not pair),
+    )
+    model = CollisionModel(alone)
+    by_state = {state: checker(model, state, PayloadClass.EMPTY) for state in cell.robot.tool.states}
+    free = (each for each in cell.configurations.values() if each.name not in not_free)
+    return next((each.name for each in free if by_state[each.tool_state].is_valid(each.q)), "")

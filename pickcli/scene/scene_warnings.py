@@ -1,0 +1,25 @@
+"""What a scene may say and hardly any says: told as warnings, which its file can accept."""
+
+from __future__ import annotations
+
+from pickcli.files.file_warnings import FileWarnings
+from pickcli.scene.scene import Scene
+
+WARNINGS = ("large_noise",)  # the kinds of warnings about a scene file
+VAGUE = 0.02  # m, rounded up from what cameras over a shelf are off by
+ASKEW = 0.2  # rad
+
+
+def warn_of_noise(warnings: FileWarnings, scene: Scene) -> None:
+    """Warn of poses that are stated too loosely for anything to be picked.
+
+    Args:
+        warnings: Collects them.
+        scene: The scene.
+    """
+    if scene.noise.position > VAGUE:
+        text = f"every item counts as {1e3 * scene.noise.position:g} mm larger all around; is it in m?"
+        warnings.add("large_noise", "position", ("noise", "position"), text)
+    if scene.noise.angle > ASKEW:
+        text = f"every item may be turned by {scene.noise.angle:g} rad either way; is it in rad, not degrees?"
+        warnings.add("large_noise", "angle", ("noise", "angle"), text)

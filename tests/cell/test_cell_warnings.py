@@ -1,0 +1,81 @@
+"""Figures that a cell may have and hardly any has, told by whatever reads it."""
+
+from __future__ import annotations
+
+import logging
+import re
+
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import cell_names, load_cell
+from pickcli.cell.cell_warnings import CELL_WARNINGS
+from pickcli.cell.data_path import data_path
+from support.cell_copies import CellCopy
+
+
+@pytest.mark.parametrize("name", cell_names())
+def test_the_cells_that_ship_have_none(name: str) -> None:
+    assert load_cell(name).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "taken", "told", "name"),
+    [
+        ("lead: 2.0", "lead: 5", "lead: 5.01", "slow_device:pump"),
+        ("clearance: 0.003", "clearance: 0.03", "clearance: 0.0301", "odd_clearance:clearance"),
+        ("clearance: 0.003", "clearance: 0.0005", "clearance: 0.0004", "odd_clearance:clearance"),
+        ("max_velocity: 6.8", "max_velocity: 15", "max_velocity: 15.1", "fast_joint:joint_t"),
+        ("max_velocity: 1.0", "max_velocity: 5", "max_velocity: 5.1", "fast_joint:rail"),
+        ("max_acceleration: 10.0", "max_acceleration: 200", "max_acceleration: 201", "fast_joint:joint_t"),
+        ("max_pull: 42.0", "max_pull: 71", "max_pull: 72", "weak_or_strong_cup:max_pull"),
+        ("max_moment: 0.6", "max_moment: 1.25", "max_moment: 1.27", "weak_or_strong_cup:max_moment"),
+        ("max_shear: 21.0", "max_shear: 84", "max_shear: 84.1", "weak_or_strong_cup:max_shear"),
+        ("cup_stroke: 0.008", "cup_stroke: 0.05", "cup_stroke: 0.051", "large_cup:cup_stroke"),
+        ("rail: 1000,", "rail: 10000,", "rail: 10001,", "strong_motor:rail"),
+        ("-0.404, 0.567]}", "-0.404, 0.584]}", "-0.404, 0.586]}", "blocked_place:table"),
+        ("xyz: [0, 0, 0], rpy: [0, 0, 0]}", "xyz: [0, 0, 0], rpy: [0, 0.09, 0]}",
+         "xyz: [0, 0, 0], rpy: [0, 0.11, 0]}", "tilted_pod:pod"),
+        ("[-1.758, 0, 0], rpy", "[-1.95, 0, 0], rpy", "[-2.09, 0, 0], rpy", "astray"),
+    ],
+)  # fmt: skip
+def test_a_figure_is_odd_from_its_bound_on(
+    cell_copy: CellCopy, old: str, taken: str, told: str, name: str
+) -> None:
+    cell_copy.yaml.replace(old, taken)
+    assert cell_copy.load().warnings == ()
+    line = cell_copy.yaml.replace(taken, told)
+    (warning,) = cell_copy.load().warnings
+    assert re.search(
+        rf"cell\.yaml:{line}:\d+: .*\(if it is meant, add {name} to accepted_warnings\)", warning
+    )
+    cell_copy.yaml.replace("untested_pair:carriage-rail_drive", name)
+    assert cell_copy.load().warnings == ()
+
+
+def test_a_warning_is_logged_and_changes_no_fingerprint(
+    cell_copy: CellCopy, cell: Cell, caplog: pytest.LogCaptureFixture
+) -> None:
+    cell_copy.yaml.replace("lead: 2.0", "lead: 20")
+    with caplog.at_level(logging.WARNING, logger="pickcli"):
+        read = cell_copy.load()
+    assert [record.getMessage() for record in caplog.records] == list(read.warnings)
+    assert read.fingerprint == cell.fingerprint
+
+
+def test_a_configuration_elsewhere_is_astray(cell_copy: CellCopy) -> None:
+    cell_copy.yaml.replace("q: [0.0908, 0.0299, 0.6293, 0.0067, -1.4746, -0.0187, 0.4940",
+                           "q: [1.1000, 0.0299, 0.6293, 0.0067, -1.4746, -0.0187, -1.9100")  # fmt: skip
+    (warning,) = cell_copy.load().warnings
+    assert "bin_E" in warning and "astray:bin_E" in warning
+
+
+def test_an_unknown_kind_is_refused(cell_copy: CellCopy) -> None:
+    cell_copy.yaml.replace("untested_pair:carriage-rail_drive", "untested_pairs")
+    with pytest.raises(Exception, match=r"no warning is called 'untested_pairs'; did you mean"):
+        cell_copy.load()
+
+
+def test_every_kind_is_in_the_docs() -> None:
+    docs = (data_path().parent / "docs" / "formats" / "cell.md").read_text()
+    assert [kind for kind in CELL_WARNINGS if f"`{kind}`" not in docs] == []

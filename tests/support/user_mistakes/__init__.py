@@ -1,0 +1,1 @@
+"""Mistakes that users make, as data: what is changed, what is called, what is said."""

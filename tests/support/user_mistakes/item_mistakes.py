@@ -1,0 +1,166 @@
+"""Mistakes in a file of items."""
+
+from __future__ import annotations
+
+from support.user_mistakes.mistake import Mistake, Replacement
+
+BONES = "box: [0.206, 0.136, 0.033]"
+DISAGREE = "the teams disagree: Delft took it by suction (class deformable), KTH by gripper only"
+WHY_NOT = 'why_not: "cloth that air passes"'
+SHIRT = "mass: 0.0575"
+
+
+def _items(name: str, told: str, *changes: Replacement, strict: bool = False) -> Mistake:
+    """A mistake in a file of items that ``apc check`` finds; with ``--strict`` where it may be meant."""
+    return Mistake(name, "check ITEMS" + " --strict" * strict, told, items=changes)
+
+
+ITEM_MISTAKES = (
+    _items(
+        "box in mm",
+        "items.barkely_hide_bones.box[0]: expected … to 2, got 206; lengths are in m, not mm",
+        (BONES, "box: [206, 136, 33]"),
+    ),
+    _items(
+        "box in cm",
+        "items.barkely_hide_bones.box[0]: expected … to 2, got 20.6; lengths are in m, not mm",
+        (BONES, "box: [20.6, 13.6, 3.3]"),
+    ),
+    _items(
+        "box ten times too large",
+        "items.barkely_hide_bones.mass: … than foam; are sizes in m and masses in kg?",
+        (BONES, "box: [1.206, 1.136, 0.933]"),
+        strict=True,
+    ),
+    _items(
+        "box with two numbers",
+        "items.barkely_hide_bones.box: expected … in m: at least 3 entries, got 2; correct it",
+        (BONES, "box: [0.206, 0.136]"),
+    ),
+    _items(
+        "box with a negative side",
+        "items.barkely_hide_bones.box[1]: expected … m: greater than 0, got -0.136; correct it",
+        (BONES, "box: [0.206, -0.136, 0.033]"),
+    ),
+    _items(
+        "box with a side of 0",
+        "items.barkely_hide_bones.box[1]: expected … z] in m: greater than 0, got 0; correct it",
+        (BONES, "box: [0.206, 0, 0.033]"),
+    ),
+    _items(
+        "two shapes",
+        "items.barkely_hide_bones: expected exactly one of box, cylinder and sphere; keep one",
+        (BONES, BONES + "\n    sphere: [0.1]"),
+    ),
+    _items(
+        "no shape",
+        "items.barkely_hide_bones: expected exactly one of box, cylinder and sphere; keep one",
+        (BONES, ""),
+    ),
+    _items(
+        "mass in g",
+        "items.cherokee_easy_tee_shirt.mass: expected … to 20, got 57.5; masses are in kg, not g",
+        (SHIRT, "mass: 57.5"),
+    ),
+    _items(
+        "a light mass in g",
+        "items.cherokee_easy_tee_shirt.mass: … metal; are sizes in m and masses in kg?",
+        (SHIRT, "mass: 8"),
+        strict=True,
+    ),
+    _items(
+        "mass in pounds as text",
+        'items.cherokee_easy_tee_shirt.mass: expected … a valid number, got "0.12 lb"; correct it',
+        (SHIRT, 'mass: "0.12 lb"'),
+    ),
+    _items(
+        "mass 0",
+        "items.cherokee_easy_tee_shirt.mass: expected a mass in kg: greater than 0, got 0; correct it",
+        (SHIRT, "mass: 0"),
+    ),
+    _items(
+        "mass negative",
+        "items.cherokee_easy_tee_shirt.mass: expected … kg: greater than 0, got -0.0575; correct it",
+        (SHIRT, "mass: -0.0575"),
+    ),
+    _items(
+        "bonus of 2.5",
+        "items.cherokee_easy_tee_shirt.bonus: expected … to 10: a valid integer, got 2.5; correct it",
+        (
+            'bonus: 1\n    seal: 0.0\n    why_not: "cloth that air passes"',
+            'bonus: 2.5\n    seal: 0.0\n    why_not: "cloth that air passes"',
+        ),
+    ),
+    _items(
+        "seal in percent",
+        "items.barkely_hide_bones.seals.+z: expected … less than or equal to 1, got 50; correct it",
+        (
+            BONES + '\n    mass: 0.08\n    bonus: 0\n    seal: 0.0\n    seals: {"+z": 0.5',
+            BONES + '\n    mass: 0.08\n    bonus: 0\n    seal: 0.0\n    seals: {"+z": 50',
+        ),
+    ),
+    _items(
+        "a face that the shape lacks",
+        "items.barkely_hide_bones: expected faces of its shape (+x, -x, +y, -y, +z, -z), got mantle",
+        (
+            'seals: {"+z": 0.5, "-z": 0.5}\n    seal_source: "loose bag under a header',
+            'seals: {mantle: 0.5}\n    seal_source: "loose bag under a header',
+        ),
+    ),
+    _items(
+        "no reason why nothing seals",
+        "items.cherokee_easy_tee_shirt: expected … seals, and only there; add or remove it",
+        (
+            f'    {WHY_NOT}\n    seal_source: "{DISAGREE}"',
+            f'    seal_source: "{DISAGREE}"',
+        ),
+    ),
+    _items(
+        "a name with capitals",
+        'items.Cherokee_Tee: expected the items by … got "Cherokee_Tee"; correct it',
+        ("  cherokee_easy_tee_shirt:", "  Cherokee_Tee:"),
+    ),
+    _items(
+        "a name twice",
+        "items.barkely_hide_bones: stands twice; keep one",
+        ("  cherokee_easy_tee_shirt:", "  barkely_hide_bones:"),
+    ),
+    _items(
+        "year as text",
+        'year: expected the year whose rules give the bonus: a valid integer, got "2016"; correct it',
+        ("year: 2016", 'year: "2016"'),
+    ),
+    _items(
+        "year far off",
+        "year: expected the year whose rules give the … than or equal to 2015, got 16; correct it",
+        ("year: 2016", "year: 16"),
+    ),
+    _items(
+        "a misspelt key",
+        "items.cherokee_easy_tee_shirt.mass: expected a mass in kg, got nothing; add it",
+        (SHIRT, "masse: 0.0575"),
+    ),
+    _items(
+        "indentation lost",
+        "not YAML: did not find expected key; is a bracket open, or the file cut off?",
+        ("  cherokee_easy_tee_shirt:\n    box", "  cherokee_easy_tee_shirt:\n  box"),
+    ),
+    _items(
+        "an inset in mm",
+        "items.cherokee_easy_tee_shirt.seal_inset: … to 0.5, got 5; lengths are in m, not mm",
+        (
+            '    seal_inset: 0.005\n    folded: "folded to 0.22',
+            '    seal_inset: 5\n    folded: "folded to 0.22',
+        ),
+    ),
+    _items(
+        "an area inside out",
+        "items.clorox_utility_brush: expected [least, greatest] for x of +z, got [0.045, -0.045]",
+        ('"+z": {x: [-0.045, 0.045], y', '"+z": {x: [0.045, -0.045], y'),
+    ),
+    _items(
+        "no source",
+        "items.cherokee_easy_tee_shirt.source: … the figures come from, got nothing; add it",
+        ('    source: "size: team_pfn; mass: 55 to 60 g on duke\'s scale"\n', ""),
+    ),
+)
