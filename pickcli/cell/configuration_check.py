@@ -63,7 +63,7 @@ def _place_of(cell: Cell, named: NamedConfiguration) -> Place | None:
     """The place that a configuration waits at, if it is one of those."""
     if named.kind not in WAITING:
         return None
-    if named.kind == "bin":
+    if named.kind == "bin" or named.name in cell.places:
         return cell.places.get(named.name)
     return None if cell.tote is None else cell.tote.place
 

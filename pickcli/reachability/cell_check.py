@@ -18,6 +18,7 @@ from pickcli.precompute.empty_cell_checkers import checker, why_not_free
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.place_reachability import N_POSES, PlaceReachability, ReachabilityCheck
 from pickcli.roadmap.trajectory_database import PayloadClass
+from pickcli.scene.scene import TOTE
 
 ENOUGH = 0.5  # share of the tool poses in a place below which it is out of reach
 ENOUGH_IN_LINE = 0.25  # share of them below which its configuration is a poor one
@@ -156,7 +157,8 @@ def _key_of(cell: Cell, place: str) -> Key:
     """Where a place stands in the file."""
     if place in cell.pod.bins:
         return ("pod",)
-    return ("tote",) if cell.tote is not None and place == cell.tote.place.name else ("places", place)
+    own = (carrier.name for carrier in cell.own_carriers if place in carrier.places)
+    return ("places", next(own)) if place != TOTE else ("tote",)
 
 
 def _warn_of_pairs(warnings: FileWarnings, cell: Cell, not_free: dict[str, str]) -> None:
@@ -176,6 +178,7 @@ def _apart_in(cell: Cell, pair: AllowedPair, body: Body, not_free: dict[str, str
         cell,
         pod=NO_POD,
         tote=None,
+        own_carriers=(),
         obstacles=Obstacles((body,)),
         allowed_pairs=tuple(each for each in cell.allowed_pairs if each is not pair),
     )
