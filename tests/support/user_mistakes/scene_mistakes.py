@@ -239,7 +239,7 @@ SCENE_MISTAKES = (
     ),
     _scene(
         "a cell that is not there",
-        "cell.name: unknown cell 'apc2017'; did you mean 'apc2016_delft'? … --cell",
+        "cell.name: unknown cell 'apc2017'; … --cell",
         _put("cell", "name", value="apc2017"),
     ),
     _scene(
