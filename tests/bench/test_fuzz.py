@@ -15,7 +15,7 @@ from bench.fuzz.sandbox import FAILURES, Limits, Outcome, tried
 from bench.fuzz.targets import Kind, kinds, sound
 from pickcli.errors import InputError, WorkerLostError
 
-SMALL = Limits(seconds=0.3, megabytes=100)
+SMALL = Limits(seconds=1.0, megabytes=100)
 
 
 def _refuse() -> None:
