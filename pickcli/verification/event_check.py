@@ -180,6 +180,8 @@ def _release(
     """The valve closes where the item is released, the pump stops, and nothing lets the vacuum go before."""
     valves, pumps = find(DeviceKind.VALVE, "off"), find(DeviceKind.PUMP, "off")
     yield from _needed("valve off", valves, last.t_start, last.t_end)
+    if not valves:
+        yield from _needed("pump off", pumps, last.t_end)
     for valve in valves:
         yield from _near(plan, scene, last, valve.trigger, CLOSES_WITHIN, "valve off")
         yield from _slow(plan, scene, last, valve)

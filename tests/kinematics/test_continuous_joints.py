@@ -132,7 +132,7 @@ Change = Callable[[dict[str, Any]], object]
     ("change", "bounds"),
     [
         (lambda limits: limits.update(min_position=-4.0, max_position=5.0), (-4.0, 5.0)),
-        (lambda limits: limits.update(max_position=1.0), (-np.pi, 1.0)),
+        (lambda limits: limits.update(max_position=3.0), (-np.pi, 3.0)),
     ],
 )
 def test_a_cell_may_narrow_a_continuous_joint(

@@ -321,8 +321,9 @@ def test_the_pump_is_not_off_before_the_valve_and_both_are_needed() -> None:
     assert found(valve, command(1.5)) == found(valve, command(3.0)) == []
     assert found(valve, command(1.2, took=0.5)) == ["vacuum lost"]
     assert found(valve, command(1.2)) == ["event at the wrong time", "vacuum lost"]
-    assert found(command(1.5)) == ["event missing"]
-    assert found(valve) == ["event missing"]
+    assert found(command(1.5)) == ["event missing", "event at the wrong time"]
+    assert found(valve) == found(command(2.0)) == ["event missing"]
+    assert found() == ["event missing", "event missing"]
 
 
 # The state of the tool
