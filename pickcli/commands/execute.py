@@ -84,17 +84,10 @@ def command(
     from pickcli.simulation.world import World
 
     if video is not None:
-        inputs = (
-            plan_path,
-            scene_path,
-            planned_in,
-            reality_path,
-            cell_name,
-            items_path,
-            roadmap,
-            trajectories,
-        )
-        refuse_output(video, overwrite, *inputs)
+        refuse_output(
+            video, overwrite,
+            plan_path, scene_path, planned_in, reality_path, cell_name, items_path, roadmap, trajectories,
+        )  # fmt: skip
     reality = read_reality(reality_path)
     plan = read_plan(plan_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
