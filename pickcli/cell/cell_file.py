@@ -22,32 +22,29 @@ from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
 from pickcli.cell.cell_schema import (
     BoundsModel,
     CellModel,
-    GripperModel,
     JointLimitModel,
     PoseModel,
-    SuctionModel,
     cell_model,
 )
 from pickcli.cell.configuration_check import warn_of_configurations, warn_of_missing_configurations
 from pickcli.cell.consistency import check_consistency, check_parts
-from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device
-from pickcli.cell.gripper import Finger, ParallelGripper
-from pickcli.cell.gripper_consistency import check_hand, check_stroke, finger_joint, finger_sign, opening_sign
+from pickcli.cell.gripper_consistency import check_hand, check_stroke
 from pickcli.cell.item import Item
 from pickcli.cell.items_file import load_items
 from pickcli.cell.joint_limits_file import add_joint_limits, refuse_unknown_joints
-from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.planning_group import mounted, planning_group, stripped, with_tip
 from pickcli.cell.plausibility import warn_of_figures
 from pickcli.cell.pod import build_pod
-from pickcli.cell.robot import Joint, JointType, Limits, Robot, joint_motion
+from pickcli.cell.robot import Joint, JointType, Limits, Robot
 from pickcli.cell.robot_tree import prefixed, side_by_side
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.srdf import read_srdf
 from pickcli.cell.station import NO_POD, Obstacles
-from pickcli.cell.tool import FIXED, SuctionCup, Tool, ToolState
+from pickcli.cell.tool import Tool, ToolState
+from pickcli.cell.tool_builder import build_tool
+from pickcli.cell.tool_schema import GripperModel, SuctionModel
 from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import Urdf, read_urdf
 from pickcli.cell.workcell import Parking, Workcell
@@ -134,7 +131,7 @@ def _cell(
 ) -> Cell:
     """The cell of its only arm."""
     folder = source.path.parent
-    tool = _tool(model, urdf)
+    tool = build_tool(model.tool, model.tip, urdf)
     cell = Cell(
         name=model.name,
         path=folder,
@@ -328,81 +325,6 @@ def _bounds(limit: JointLimitModel, joint: Joint) -> tuple[float, float]:
 
 def _or(stated: float | None, otherwise: float) -> float:
     return otherwise if stated is None else stated
-
-
-def _tool(model: CellModel, robot: Urdf) -> Tool:
-    tool = model.tool
-    if tool is None:
-        return Tool.bare(model.tip)
-    if isinstance(tool, GripperModel):
-        return _gripper_tool(tool, robot)
-    positions = {ToolState(name): angle for name, angle in (tool.states or {FIXED.name: 0.0}).items()}
-    T_cup_tip = pose((0.0, 0.0, tool.cup_length))
-    return Tool(
-        flange_link=tool.flange_link,
-        lance_link=tool.lance_link,
-        cup_link=tool.cup_link,
-        joint=tool.joint,
-        positions=positions,
-        T_flange_tip={s: _T_flange_cup(tool, robot, angle) @ T_cup_tip for s, angle in positions.items()},
-        T_cup_tip=T_cup_tip,
-        grip=_cup(tool),
-    )
-
-
-def _gripper_tool(tool: GripperModel, robot: Urdf) -> Tool:
-    """The tool whose frame is the last link of the chain, wherever the fingers stand."""
-    states = {ToolState(name): width for name, width in tool.states.items()}
-    T_flange_tip = _T_flange_cup(tool, robot)
-    along, deep = tool.pad_size
-    return Tool(
-        flange_link=tool.flange_link,
-        lance_link=tool.lance_link,
-        cup_link=tool.cup_link,
-        joint=None,
-        positions=states,
-        T_flange_tip=dict.fromkeys(states, T_flange_tip),
-        T_cup_tip=np.eye(4),
-        grip=ParallelGripper(
-            fingers=(_finger(tool, robot, 0), _finger(tool, robot, 1)),
-            pad=(along, deep),
-            gap=tool.pad_gap,
-            limits=PinchLimits(tool.force, tool.friction, (along, deep)),
-            closing_speed=tool.closing_speed,
-            contact_speed=tool.contact_speed,
-        ),
-    )
-
-
-def _finger(tool: GripperModel, robot: Urdf, k: int) -> Finger:
-    link = tool.fingers[k]
-    side, opening = finger_sign(tool, robot, link), opening_sign(tool, robot, link)
-    return Finger(link, finger_joint(robot, link).name, side, opening)
-
-
-def _cup(tool: SuctionModel) -> SuctionCup:
-    return SuctionCup(
-        radius=tool.cup_radius,
-        stroke=tool.cup_stroke,
-        stiffness=tool.cup_stiffness,
-        tilt=tool.cup_tilt,
-        limits=CupLimits(
-            max_pull=tool.max_pull,
-            max_shear=tool.max_shear,
-            max_moment=tool.max_moment,
-            max_twist=_or(tool.max_twist, twist_of(tool.max_shear, tool.cup_radius)),
-        ),
-        contact_speed=tool.contact_speed,
-        take_up=tool.take_up,
-        take_up_speed=tool.take_up_speed,
-        seal_time=tool.seal_time,
-    )
-
-
-def _T_flange_cup(tool: SuctionModel | GripperModel, robot: Urdf, position: float = 0.0) -> Array:
-    """Pose (4, 4) of the chain's last link in the flange link, its last joint at a position in rad or m."""
-    fixed, last = robot.way(tool.cup_link)[-2:]
-    return fixed.T_parent_joint @ last.T_parent_joint @ joint_motion(last, position)
 
 
 def _pose(model: PoseModel) -> Array:

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pickcli.cell.cell_schema import CellModel, JointLimitModel, ToolModel
+from pickcli.cell.cell_schema import CellModel, JointLimitModel
 from pickcli.cell.pod import build_pod
 from pickcli.cell.references import refer, unique
 from pickcli.cell.robot import JointType
 from pickcli.cell.robot_consistency import check_robot
 from pickcli.cell.station_consistency import check_places, check_pod, check_tote, own_bodies
 from pickcli.cell.tool_consistency import check_devices, check_mount, check_tip, check_tool, tool_states
+from pickcli.cell.tool_schema import ToolModel
 from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import Urdf
 from pickcli.cell.urdf_origin import MAX_TURN

@@ -6,12 +6,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pickcli.cell.cell_schema import CellModel, GripperModel
+from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.item import Item
 from pickcli.cell.references import refer
 from pickcli.cell.robot import Joint, JointType, joint_motion
 from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.tool import MOVING
+from pickcli.cell.tool_schema import GripperModel
 from pickcli.cell.urdf import Urdf
 from pickcli.files.yaml_reader import Source
 from pickcli.geometry import Array, inverse, pose

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pickcli.cell.cell_schema import CellModel, GripperModel, SuctionModel, ToolModel
+from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.gripper_consistency import check_gripper
 from pickcli.cell.references import refer
 from pickcli.cell.tool import FIXED, MOVING
+from pickcli.cell.tool_schema import GripperModel, SuctionModel, ToolModel
 from pickcli.cell.urdf import Urdf
 from pickcli.files.yaml_reader import Key, Source
 

@@ -1,0 +1,99 @@
+"""The tool of an arm, made from what a cell file states of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.cup_limits import CupLimits, twist_of
+from pickcli.cell.gripper import Finger, ParallelGripper
+from pickcli.cell.gripper_consistency import finger_joint, finger_sign, opening_sign
+from pickcli.cell.pinch_limits import PinchLimits
+from pickcli.cell.robot import joint_motion
+from pickcli.cell.tool import FIXED, SuctionCup, Tool, ToolState
+from pickcli.cell.tool_schema import GripperModel, SuctionModel
+from pickcli.cell.urdf import Urdf
+from pickcli.geometry import Array, pose
+
+
+def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) -> Tool:
+    """Make the tool of an arm.
+
+    Args:
+        tool: What the cell states of it; None where nothing is mounted.
+        tip: Name of the chain's last link, which is the tip where nothing is mounted.
+        robot: The robot with the tool.
+
+    Returns:
+        The tool.
+    """
+    if tool is None:
+        return Tool.bare(tip)
+    if isinstance(tool, GripperModel):
+        return _gripper_tool(tool, robot)
+    positions = {ToolState(name): angle for name, angle in (tool.states or {FIXED.name: 0.0}).items()}
+    T_cup_tip = pose((0.0, 0.0, tool.cup_length))
+    return Tool(
+        flange_link=tool.flange_link,
+        lance_link=tool.lance_link,
+        cup_link=tool.cup_link,
+        joint=tool.joint,
+        positions=positions,
+        T_flange_tip={s: _T_flange_cup(tool, robot, angle) @ T_cup_tip for s, angle in positions.items()},
+        T_cup_tip=T_cup_tip,
+        grip=_cup(tool),
+    )
+
+
+def _gripper_tool(tool: GripperModel, robot: Urdf) -> Tool:
+    """The tool whose frame is the last link of the chain, wherever the fingers stand."""
+    states = {ToolState(name): width for name, width in tool.states.items()}
+    T_flange_tip = _T_flange_cup(tool, robot)
+    along, deep = tool.pad_size
+    return Tool(
+        flange_link=tool.flange_link,
+        lance_link=tool.lance_link,
+        cup_link=tool.cup_link,
+        joint=None,
+        positions=states,
+        T_flange_tip=dict.fromkeys(states, T_flange_tip),
+        T_cup_tip=np.eye(4),
+        grip=ParallelGripper(
+            fingers=(_finger(tool, robot, 0), _finger(tool, robot, 1)),
+            pad=(along, deep),
+            gap=tool.pad_gap,
+            limits=PinchLimits(tool.force, tool.friction, (along, deep)),
+            closing_speed=tool.closing_speed,
+            contact_speed=tool.contact_speed,
+        ),
+    )
+
+
+def _finger(tool: GripperModel, robot: Urdf, k: int) -> Finger:
+    link = tool.fingers[k]
+    side, opening = finger_sign(tool, robot, link), opening_sign(tool, robot, link)
+    return Finger(link, finger_joint(robot, link).name, side, opening)
+
+
+def _cup(tool: SuctionModel) -> SuctionCup:
+    return SuctionCup(
+        radius=tool.cup_radius,
+        stroke=tool.cup_stroke,
+        stiffness=tool.cup_stiffness,
+        tilt=tool.cup_tilt,
+        limits=CupLimits(
+            max_pull=tool.max_pull,
+            max_shear=tool.max_shear,
+            max_moment=tool.max_moment,
+            max_twist=twist_of(tool.max_shear, tool.cup_radius) if tool.max_twist is None else tool.max_twist,
+        ),
+        contact_speed=tool.contact_speed,
+        take_up=tool.take_up,
+        take_up_speed=tool.take_up_speed,
+        seal_time=tool.seal_time,
+    )
+
+
+def _T_flange_cup(tool: SuctionModel | GripperModel, robot: Urdf, position: float = 0.0) -> Array:
+    """Pose (4, 4) of the chain's last link in the flange link, its last joint at a position in rad or m."""
+    fixed, last = robot.way(tool.cup_link)[-2:]
+    return fixed.T_parent_joint @ last.T_parent_joint @ joint_motion(last, position)
