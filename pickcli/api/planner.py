@@ -23,12 +23,12 @@ from pickcli.kinematics.continuous_joints import ways_round
 from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.planning.assembly.stitching import stitch_run
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import COARSE, plan_coarse
-from pickcli.planning.stitching import stitch_run
 from pickcli.precompute.artifact_cache import read_stored
 from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.scene.scene import TOTE, Scene

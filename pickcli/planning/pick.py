@@ -6,13 +6,13 @@ import time
 
 from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
+from pickcli.planning.assembly.stitching import stitch_pick
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
-from pickcli.planning.stitching import stitch_pick
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 

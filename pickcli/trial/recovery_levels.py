@@ -15,7 +15,7 @@ from pickcli.cell.tool import MOVING
 from pickcli.errors import NoPlanError
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
-from pickcli.planning.retrace import ItemRecovery, StoppedMotion
+from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed

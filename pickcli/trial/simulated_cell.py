@@ -12,8 +12,8 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.recovery_plan import plan_recovery
-from pickcli.planning.retrace import ItemRecovery, StoppedMotion, bring_item
+from pickcli.planning.recovery.recovery_plan import plan_recovery
+from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene

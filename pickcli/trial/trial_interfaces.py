@@ -14,7 +14,7 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.retrace import ItemRecovery, StoppedMotion
+from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.trial.disturbance import Disturbance

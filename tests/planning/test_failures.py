@@ -15,8 +15,8 @@ from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import pose
 from pickcli.io_events.resolve import ResolvedEvents
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning import certified_timing, events
-from pickcli.planning.certified_timing import CertifiedRun, carried_run, proven_run
+from pickcli.planning.assembly import certified_timing, events
+from pickcli.planning.assembly.certified_timing import CertifiedRun, carried_run, proven_run
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext

@@ -19,8 +19,8 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.recovery_plan import plan_recovery
-from pickcli.planning.retrace import ItemRecovery, StoppedMotion, bring_item
+from pickcli.planning.recovery.recovery_plan import plan_recovery
+from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.planning.stages import grasp_selection
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene

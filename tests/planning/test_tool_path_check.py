@@ -15,10 +15,10 @@ from pickcli.errors import Failures
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.kernel import line_deviation
 from pickcli.motion.segment import SegmentKind, SegmentLimits
-from pickcli.planning import certified_timing
-from pickcli.planning.certified_timing import proven_run
+from pickcli.planning.assembly import certified_timing
+from pickcli.planning.assembly.certified_timing import proven_run
+from pickcli.planning.assembly.tool_path_check import OFF_ANGLE, OFF_LINE, broken_promise, mended
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.tool_path_check import OFF_ANGLE, OFF_LINE, broken_promise, mended
 from pickcli.scene.scene import PoseNoise, Scene
 from support.tool_states import STRAIGHT
 

@@ -13,7 +13,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.motion.plan import Plan
 from pickcli.planning.move import plan_move
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.retrace import StoppedMotion, back_to_start
+from pickcli.planning.recovery.retrace import StoppedMotion, back_to_start
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash

@@ -13,7 +13,7 @@ from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.retrace import ItemRecovery, StoppedMotion
+from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.contacts import Collision

@@ -10,7 +10,7 @@ import pytest
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.retrace import ItemRecovery, StoppedMotion, bring_item
+from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.structure_check import check_structure

@@ -22,13 +22,13 @@ from pickcli.geometry import Array, inverse
 from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind, SegmentLimits
-from pickcli.planning.jog import plan_jog
+from pickcli.planning.assembly.stitching import stitch_run
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.recovery_rules import RecoveryRules, rules_at
-from pickcli.planning.retrace import StoppedMotion, back_to_start
+from pickcli.planning.recovery.jog import plan_jog
+from pickcli.planning.recovery.recovery_rules import RecoveryRules, rules_at
+from pickcli.planning.recovery.retrace import StoppedMotion, back_to_start
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
-from pickcli.planning.stitching import stitch_run
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash

@@ -12,8 +12,8 @@ from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.recovery_rules import RecoveryRules
-from pickcli.planning.stitching import stitch_run
+from pickcli.planning.assembly.stitching import stitch_run
+from pickcli.planning.recovery.recovery_rules import RecoveryRules
 
 JOG = 0.012  # m that the link or tool that moves farthest goes in a jog
 JOG_STEP = 1e-4  # rad or m, of the differences that give the direction of a jog

@@ -18,12 +18,12 @@ from pickcli.io_events.bind import device_of
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.certified_timing import carried_runs, proven_run
-from pickcli.planning.events import schedule
+from pickcli.planning.assembly.certified_timing import carried_runs, proven_run
+from pickcli.planning.assembly.events import schedule
+from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.tool_path_check import thrown
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import concatenate

@@ -15,11 +15,11 @@ from pickcli.geometry import Array
 from pickcli.grasping.holding import CupLoad, Hold
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
-from pickcli.planning.cup_load import carried_load, path_load
+from pickcli.planning.assembly.cup_load import carried_load, path_load
+from pickcli.planning.assembly.timed_motion_validation import prove
+from pickcli.planning.assembly.tool_path_check import broken_promise, mended
 from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.timed_motion_validation import prove
-from pickcli.planning.tool_path_check import broken_promise, mended
 from pickcli.scene.scene import Scene
 from pickcli.timing.path_constraint import PathConstraint
 from pickcli.timing.timed_run import TimedRun, time_run
