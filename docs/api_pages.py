@@ -12,16 +12,18 @@ FOLDER = Path("reference") / "api"
 
 
 def modules_of(package: Path) -> list[str]:
-    """Dotted names of a package's public modules, the package itself first."""
-    name = f"{PACKAGE.name}.{package.name}"
-    return [name, *(f"{name}.{path.stem}" for path in sorted(package.glob("[a-z]*.py")))]
+    """Dotted names of a package and its public modules, then those of the folders in it."""
+    name = ".".join([PACKAGE.name, *package.relative_to(PACKAGE).parts])
+    own = [name, *(f"{name}.{path.stem}" for path in sorted(package.glob("[a-z]*.py")))]
+    folders = sorted(path.parent for path in package.glob("*/__init__.py"))
+    return [*own, *(module for folder in folders for module in modules_of(folder))]
 
 
 def page(package: Path) -> str:
     """The Markdown of a package's page."""
     lines = [f"# {package.name}", ""]
     for module in modules_of(package):
-        title = [] if module.endswith(f".{package.name}") and module.count(".") == 1 else [f"## {module}", ""]
+        title = [] if module.count(".") == 1 else [f"## {module}", ""]
         lines += [*title, "```{eval-rst}", f".. automodule:: {module}", "```", ""]
     return "\n".join(lines)
 

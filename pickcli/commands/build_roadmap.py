@@ -17,7 +17,7 @@ from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 
 if TYPE_CHECKING:
-    from pickcli.precompute.roadmap_report import RoadmapReport
+    from pickcli.precompute.roadmap_builder import RoadmapReport
     from pickcli.precompute.route_redundancy import RouteRedundancy
     from pickcli.roadmap.graph import Roadmap
 

@@ -14,9 +14,8 @@ from pickcli.jobs.job_run import Build, RunOptions
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.precompute.database_builder import TrajectoryReport, build_trajectories
 from pickcli.precompute.provenance import configurations_digest
-from pickcli.precompute.roadmap_builder import build_roadmap
+from pickcli.precompute.roadmap_builder import RoadmapReport, build_roadmap
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
-from pickcli.precompute.roadmap_report import RoadmapReport
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.store import write_database, write_roadmap
 from pickcli.trajopt.trajectory_settings import TrajectorySettings

@@ -17,12 +17,11 @@ from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.coarse_motion_job import record_of, task_key
 from pickcli.precompute.database_builder import TrajectoryReport
 from pickcli.precompute.experience import LEARNED
-from pickcli.precompute.roadmap_report import RoadmapReport
+from pickcli.precompute.roadmap_builder import RoadmapReport
 from pickcli.precompute.roadmap_settings import RoadmapSettings
+from pickcli.roadmap.common_columns import reason_row, row_mark
 from pickcli.roadmap.database_tables import DATABASE
-from pickcli.roadmap.pod_validity_columns import row_mark
 from pickcli.roadmap.recovered_content import intact_missing, intact_motions
-from pickcli.roadmap.stored_reasons import reason_row
 from pickcli.storage.integrity_scan import IntegrityReport
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 

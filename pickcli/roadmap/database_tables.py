@@ -12,8 +12,16 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
-from pickcli.roadmap.pod_validity_columns import MARK, mark_columns, marks_of, row_mark
-from pickcli.roadmap.stored_reasons import reason_columns, reason_row, reason_rows, reason_table
+from pickcli.roadmap.common_columns import (
+    MARK,
+    mark_columns,
+    marks_of,
+    reason_columns,
+    reason_row,
+    reason_rows,
+    reason_table,
+    row_mark,
+)
 from pickcli.roadmap.trajectory_database import (
     CoarseMotion,
     MotionKey,

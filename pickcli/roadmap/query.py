@@ -15,7 +15,6 @@ from pickcli.path_planning.path_cost import edge_costs, estimated_duration
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.roadmap.connection import PlanningProblem
-from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_search import RoadmapRoute, search_roadmap
 from pickcli.seeds import derived_seed
@@ -70,11 +69,40 @@ def query(problem: PlanningProblem, label: str = "coarse motion") -> CoarseRoute
         NoPlanError: An end is not free, or the planner gave up; with the reasons.
     """
     space, q_start, goals = problem.space, problem.q_start, problem.goals
-    free = free_goals(problem.checker, space, q_start, goals, label)
+    free = _free_goals(problem, label)
     order = sorted(free, key=lambda g: _cost(space, np.stack([q_start, goals[g]])))
     usable = replace(problem, goals=goals[order])
     route = _straight(usable) or _quickest(usable, label)
     return replace(route, goal=order[route.goal])
+
+
+def _free_goals(problem: PlanningProblem, label: str) -> list[int]:
+    """Indices of the usable goals, at least one; NoPlanError if none is, or the start is not."""
+    if (reason := _why_not(problem, problem.q_start, "start")) is not None:
+        raise NoPlanError(label, [reason])
+    reasons = [_why_not(problem, goal, f"goal {g}") for g, goal in enumerate(problem.goals)]
+    free = [g for g, reason in enumerate(reasons) if reason is None]
+    if not free:
+        raise NoPlanError(label, [reason for reason in reasons if reason is not None])
+    return free
+
+
+def _why_not(problem: PlanningProblem, q: Array, where: str) -> Reason | None:
+    """What makes a configuration (n,) unusable, or None."""
+    if not problem.space.holds(q):
+        return Reason("joint limit", where, _outside(problem.space, q))
+    if not problem.checker.is_valid(q):
+        return problem.checker.explain(q).at(where)
+    return None
+
+
+def _outside(space: JointSpace, q: Array) -> str:
+    """Which joint breaks its limit by how much."""
+    if np.shape(q) != (space.n,) or not np.all(np.isfinite(q)):
+        return f"expected {space.n} finite numbers"
+    excess = np.maximum(space.lower - q, q - space.upper)
+    j = int(np.argmax(excess))
+    return f"{space.joint_names[j]} at {q[j]:.4f} is {excess[j]:.2g} outside of its limits"
 
 
 def _straight(problem: PlanningProblem) -> CoarseRoute | None:

@@ -13,11 +13,10 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
 from pickcli.roadmap import validate
+from pickcli.roadmap.common_columns import reason_row, row_mark
 from pickcli.roadmap.database_tables import DATABASE, Missing, missing_row, motion_of
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.pod_validity_columns import row_mark
 from pickcli.roadmap.roadmap_tables import one_state
-from pickcli.roadmap.stored_reasons import reason_row
 from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
 from pickcli.storage.integrity_scan import IntegrityReport
 

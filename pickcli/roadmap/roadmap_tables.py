@@ -10,9 +10,15 @@ import numpy as np
 
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import Reason
+from pickcli.roadmap.common_columns import (
+    MARK,
+    mark_columns,
+    marks_of,
+    reason_columns,
+    reason_rows,
+    reason_table,
+)
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.pod_validity_columns import MARK, mark_columns, marks_of
-from pickcli.roadmap.stored_reasons import reason_columns, reason_rows, reason_table
 from pickcli.storage.table_format import INDEX, NUMBER, TEXT, Columns, FileContent, FileFormat, Table
 from pickcli.storage.table_reader import StoredFile
 
