@@ -21,7 +21,8 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.robot import Joint, Robot
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import Carrier
-from pickcli.cell.tool import GripModel, SuctionCup
+from pickcli.cell.suction_cup import SuctionCup
+from pickcli.cell.tool import GripModel
 from pickcli.geometry import Array
 
 _DIGITS = 9  # 1 nm and 1 nrad: below any meaning, above the noise of reading a number twice

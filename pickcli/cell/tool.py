@@ -12,6 +12,7 @@ from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.pinch_limits import PinchLimits
+from pickcli.cell.suction_cup import SuctionCup
 from pickcli.errors import InputError
 from pickcli.geometry import Array, cross
 
@@ -67,33 +68,6 @@ MOVING = ToolState("moving")
 
 # The state of a tool that has only one, where the cell names none.
 FIXED = ToolState("fixed")
-
-
-@dataclass(frozen=True, eq=False)
-class SuctionCup:
-    """The figures of a suction cup.
-
-    Attributes:
-        radius: m.
-        stroke: m, how far the bellows compress.
-        stiffness: N/m along the axis while relaxed.
-        tilt: rad, how far from square on a face the lip still seals.
-        limits: What the seal bears.
-        contact_speed: m/s, fastest final approach.
-        take_up: m of a lift in which the sealed cup gives way until it bears the item's weight.
-        take_up_speed: m/s, fastest in that stretch where the weight bends the cup.
-        seal_time: s at rest on the item before it is moved, for the vacuum to build up under the cup.
-    """
-
-    radius: float
-    stroke: float
-    stiffness: float
-    tilt: float
-    limits: CupLimits
-    contact_speed: float
-    take_up: float
-    take_up_speed: float
-    seal_time: float
 
 
 GripLimits: TypeAlias = CupLimits | PinchLimits

@@ -9,7 +9,8 @@ from pickcli.cell.gripper import Finger, ParallelGripper
 from pickcli.cell.gripper_consistency import finger_joint, finger_sign, opening_sign
 from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.robot import joint_motion
-from pickcli.cell.tool import FIXED, SuctionCup, Tool, ToolState
+from pickcli.cell.suction_cup import SuctionCup
+from pickcli.cell.tool import FIXED, Tool, ToolState
 from pickcli.cell.tool_schema import GripperModel, SuctionModel
 from pickcli.cell.urdf import Urdf
 from pickcli.geometry import Array, pose

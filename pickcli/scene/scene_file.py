@@ -22,7 +22,8 @@ from pickcli.cell.cell_file import cell_names, load_cell
 from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement
-from pickcli.cell.tool import GripModel, SuctionCup
+from pickcli.cell.suction_cup import SuctionCup
+from pickcli.cell.tool import GripModel
 from pickcli.errors import InputError, StaleError, suggestion
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import SCENE

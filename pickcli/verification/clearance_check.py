@@ -1,26 +1,22 @@
 """The smallest clearance of the whole motion, proven: branch and bound over pairs and time.
 
-Between two states a and b of a pair whose distances are d_a and d_b, and which moves at most w relative
-to each other in between, no distance is below (d_a + d_b - w) / 2 (Piyavskii and Shubert's bound for
-Lipschitz functions). The stretch with the lowest bound is always split next, so fcl is asked only where
-things are near, and when the lowest bound left is as high as the smallest distance measured, nothing in
-the whole motion can be nearer. Where two neighbouring states do not prove the clearance that is kept, more
-are looked at in between. Bounds of all pairs at once (``broad_phase``) leave few stretches to ask fcl about.
+Of every pair the distances between two states have a lower bound (``pair_distance``). The stretch with the
+lowest bound is always split next, so fcl is asked only where things are near, and when the lowest bound left
+is as high as the smallest distance measured, nothing in the whole motion can be nearer. Where two
+neighbouring states do not prove the clearance that is kept, more are looked at in between. Bounds of all
+pairs at once (``broad_phase``) leave few stretches to ask fcl about.
 """
 
 from __future__ import annotations
 
 import heapq
-from bisect import bisect_left, bisect_right, insort
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from itertools import chain, count, pairwise
 
 import numpy as np
 
 from pickcli.errors import Reason
-from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.verification.broad_phase import (
     Stretches,
@@ -32,126 +28,17 @@ from pickcli.verification.broad_phase import (
 )
 from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.pair_distance import FINER, Pair
 from pickcli.verification.solid_arrays import Indices, SolidArrays
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 
 FAR = 0.05  # m, clearances beyond it are not told apart
 RESOLUTION = 2e-4  # m, how far below the smallest measured clearance the proven one may lie
-FINER = 16  # parts into which a stretch between two states is cut where they do not prove the clearance
 ROUNDING = 1e-5  # m by which a measured distance may fall short of the clearance
 UNPROVEN = 1e-4  # m by which a bound between two of the finer states may
 MAX_REASONS = 20
 FIRST_BELOW = 0.002  # m, bounds lower than it are the first to be tightened; then twice as much, and so on
-
-
-@dataclass(eq=False)
-class Pair:
-    """Two solids, at least one of which moves, over the states of one segment.
-
-    Attributes:
-        segment: Index of the segment.
-        a: The solid that moves.
-        b: The other, which may move, too.
-        states: The motion's states.
-        reach: (n,) m per unit of each joint, of one relative to the other.
-        measured: Exact distances in m, by state.
-    """
-
-    segment: int
-    a: Part
-    b: Part | Fixture
-    states: States
-    reach: Array
-    measured: dict[int, float] = field(default_factory=dict)
-    _order: list[int] = field(default_factory=list)  # of the states that were measured
-
-    @cached_property
-    def travel(self) -> Array:
-        """(N,) m, an upper bound of how far the two moved relative to each other up to each state."""
-        return np.asarray(self.states.travel @ self.reach)
-
-    @property
-    def names(self) -> str:
-        """Both names, for people."""
-        return f"{self.a.name} and {self.b.name}"
-
-    def distance(self, i: int) -> float:
-        """Exact distance at a state.
-
-        Args:
-            i: Index of the state.
-
-        Returns:
-            m; 0 where they touch or overlap.
-        """
-        if i not in self.measured:
-            self._place(i)
-            slack = self.a.slack + self.b.slack
-            self.measured[i] = max(0.0, self.a.solid.distance(self.b.solid) - slack)
-            insort(self._order, i)
-        return self.measured[i]
-
-    def depth(self, i: int) -> float:
-        """Depth of overlap at a state.
-
-        Args:
-            i: Index of the state.
-
-        Returns:
-            m.
-        """
-        self._place(i)
-        inside = self.a.solid.depth(self.b.solid) or -self.a.solid.distance(self.b.solid)
-        return inside + self.a.slack + self.b.slack
-
-    def _place(self, i: int) -> None:
-        for part in (self.a, self.b):
-            if isinstance(part, Part):
-                part.solid.place(self.states.links[part.link, i] @ part.T_link_shape)
-
-    def bound(self, i: int, j: int) -> float:
-        """Lower bound of all distances between two states.
-
-        Args:
-            i: Index of the one state.
-            j: Index of the other.
-
-        Returns:
-            m.
-        """
-        way = float(self.travel[j] - self.travel[i])
-        return (self.distance(i) + self.distance(j) - way) / 2
-
-    def known(self, i: int, j: int) -> float:
-        """Lower bound of all distances between two states, from what was measured around them.
-
-        Args:
-            i: Index of the one state.
-            j: Index of the other.
-
-        Returns:
-            m; -infinity where nothing was measured.
-        """
-        begin, end = bisect_right(self._order, i), bisect_left(self._order, j)
-        before, after = self._order[max(begin - 1, 0) : begin], self._order[end : end + 1]
-        bounds = [self.measured[k] - float(self.travel[j] - self.travel[k]) for k in before]
-        bounds += [self.measured[k] - float(self.travel[k] - self.travel[i]) for k in after]
-        bounds += [self.bound(k, m) for k in before for m in after]
-        return max(bounds, default=-np.inf)
-
-    def finer(self, i: int) -> tuple[float, float]:
-        """The smallest distance between a state and the next, measured at more states in between.
-
-        Args:
-            i: Index of the first state.
-
-        Returns:
-            The smallest distance that was measured, and a lower bound of all, m.
-        """
-        pair = Pair(self.segment, self.a, self.b, self.states.finer(i, FINER), self.reach)
-        measured = min(pair.distance(k) for k in range(FINER + 1))
-        return measured, min(pair.bound(k, k + 1) for k in range(FINER))
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,9 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.verification.clearance_check import (
     FAR,
-    FINER,
     RESOLUTION,
     ROUNDING,
     Clearance,
-    Pair,
     check_clearance,
 )
 from pickcli.verification.exemptions import exemptions
@@ -28,6 +26,7 @@ from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.forward_kinematics import link_poses
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import Fixture, Part, parts, parts_of_segments
+from pickcli.verification.pair_distance import FINER, Pair
 from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import MAX_STEP
 from pickcli.verification.static_solids import plan_fixtures
