@@ -24,7 +24,7 @@ from pickcli.commands.report import key_lines, plan_summary
 from pickcli.commands.scene_options import allowed, open_scene
 from pickcli.commands.stored_motion import motions_between
 from pickcli.commands.summary_text import in_words, on_a_screen
-from pickcli.commands.table import stdout_width
+from pickcli.commands.table import told_width
 
 if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
@@ -79,7 +79,7 @@ def command(
         emit_json(summary)
     else:
         told = in_words(summary) if is_all else on_a_screen(in_words(summary))
-        click.echo("\n".join(key_lines(told, stdout_width())))
+        click.echo("\n".join(key_lines(told, told_width())))
 
 
 def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None:

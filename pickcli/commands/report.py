@@ -7,22 +7,24 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pickcli.commands.table import FILE_WIDTH
 from pickcli.errors import printable
 
 if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
 
 KEY_WIDTH = 18  # characters of the widest key
-LINE_WIDTH = 110  # columns where nobody says how many there are
-LEAST_ROOM = 30  # columns beside a key that a value has at least
+LEAST_ROOM = 30  # columns that a value has beside its key; where there are fewer, it stands below
+INDENT = "    "  # of a value that stands below its key
 
 
-def key_lines(summary: Mapping[str, Any], width: int = LINE_WIDTH) -> list[str]:
+def key_lines(summary: Mapping[str, Any], width: int | None = None) -> list[str]:
     """Write ``key: value`` lines; what is long or nested goes on below its key.
 
     Args:
         summary: What is told, by key.
-        width: Columns that a line may have, as far as words can be parted.
+        width: Columns that a line may have; a word that is longer is folded. None where nobody says how many
+            there are: then words stay whole, for programs that search for them.
 
     Returns:
         The lines.
@@ -30,26 +32,31 @@ def key_lines(summary: Mapping[str, Any], width: int = LINE_WIDTH) -> list[str]:
     return [
         line
         for key, value in summary.items()
-        for line in _below(f"{printable(key):>{KEY_WIDTH}}", value, width)
+        for line in _below(f"{printable(key):>{KEY_WIDTH}}", value, width or FILE_WIDTH, width is not None)
     ]
 
 
-def _below(key: str, value: Any, width: int) -> list[str]:
-    """The lines of a value, the first beside its key and the others below that."""
-    first, *rest = _entries(value, max(width - len(key) - 2, LEAST_ROOM))
+def _below(key: str, value: Any, width: int, is_folded: bool) -> list[str]:
+    """The lines of a value, the first beside its key if there is room, the others below that."""
+    room = width - len(key) - 2
+    first, *rest = _entries(value, max(room, 1), is_folded)
+    if room < LEAST_ROOM and (rest or len(first) > room):
+        below = _entries(value, max(width - len(INDENT), 1), is_folded)
+        return [f"{key}:", *(f"{INDENT}{line}" for line in below)]
     return [f"{key}: {first}", *(f"{'':>{len(key)}}  {line}" for line in rest)]
 
 
-def _entries(value: Any, width: int) -> list[str]:
+def _entries(value: Any, width: int, is_folded: bool) -> list[str]:
     """The lines of one value, at least one."""
     if isinstance(value, dict):
-        return [line for key, v in value.items() for line in _below(printable(key), v, width)] or ["none"]
+        lines = [line for key, v in value.items() for line in _below(printable(key), v, width, is_folded)]
+        return lines or ["none"]
     if isinstance(value, list):
         texts = [_in_words(v) for v in value]
         if not any(" " in text for text in texts):  # words stand side by side, phrases below each other
             texts = [" ".join(texts)] if texts else ["none"]
-        return [line for text in texts for line in _wrapped(text, width)]
-    return _wrapped(_in_words(value), width)
+        return [line for text in texts for line in _wrapped(text, width, is_folded)]
+    return _wrapped(_in_words(value), width, is_folded)
 
 
 def _in_words(value: Any) -> str:
@@ -65,9 +72,9 @@ def _in_words(value: Any) -> str:
     return printable(str(value))
 
 
-def _wrapped(text: str, width: int) -> list[str]:
-    """A text in lines of at most so many columns, as far as words can be parted."""
-    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) or [text]
+def _wrapped(text: str, width: int, is_folded: bool) -> list[str]:
+    """A text in lines of so many columns at most; unless it is folded, a longer word is a longer line."""
+    return textwrap.wrap(text, width, break_long_words=is_folded, break_on_hyphens=False) or [text]
 
 
 def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:

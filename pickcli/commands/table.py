@@ -14,14 +14,23 @@ if TYPE_CHECKING:
 FILE_WIDTH = 100  # columns of what does not go to a terminal, where COLUMNS says nothing else
 
 
+def told_width() -> int | None:
+    """Find out how wide stdout is.
+
+    Returns:
+        Columns of the terminal that stdout is, else those that COLUMNS says; None where nothing says so.
+    """
+    is_told = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdecimal()
+    return get_terminal_size().columns if is_told else None
+
+
 def stdout_width() -> int:
     """Measure the width of stdout.
 
     Returns:
-        Columns of the terminal that stdout is, else those that COLUMNS says, or those of a file.
+        Its columns, those of a file where nothing says how many there are.
     """
-    is_told = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdecimal()
-    return get_terminal_size().columns if is_told else FILE_WIDTH
+    return told_width() or FILE_WIDTH
 
 
 def stdout_console() -> Console:

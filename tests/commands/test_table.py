@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pickcli.commands.report import key_lines
-from pickcli.commands.table import stdout_width, table_lines
+from pickcli.commands.table import stdout_width, table_lines, told_width
 from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from support.command_line import apc
@@ -63,10 +63,35 @@ def test_inspect_shows_a_stored_file_on_one_screen(stored: Path) -> None:
     assert f"nodes: {told['nodes']}" in brief.out and told["cell_fingerprint"] in brief.out
 
 
+FINGERPRINT = "0123456789abcdef" * 4
+LONG = {"cell_fingerprint": FINGERPRINT, "pairs": {"a link - another link": "why they may touch " * 3}}
+
+
+@pytest.mark.parametrize("width", [27, 60, 80])
+def test_what_is_longer_than_a_terminal_is_wide_is_folded_and_whole(width: int) -> None:
+    lines = key_lines(LONG, width)
+    assert max(map(len, lines)) <= width
+    folded = "".join("".join(lines).split())
+    assert FINGERPRINT in folded and folded.count("whytheymaytouch") == 3
+
+
+def test_without_a_terminal_words_stay_whole() -> None:
+    lines = key_lines({"path": "/a" * 100})
+    assert lines[-1].endswith("/a" * 100)
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_inspect_of_a_cell_fits_a_narrow_terminal(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    lines = apc("inspect", "apc2016_delft").out.splitlines()
+    assert len(lines) > 50 and max(map(len, lines)) <= width
+
+
 def test_a_pipe_has_the_width_that_columns_says(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
+    assert (stdout_width(), told_width()) == (100, None)
     assert max(map(len, apc("inspect", "apc2016_delft").out.splitlines())) <= 100
     monkeypatch.setenv("COLUMNS", "60")
-    assert stdout_width() == 60
+    assert stdout_width() == told_width() == 60
     rows = [["a" * 70, "b" * 70]]
     assert table_lines(("x", "y"), rows)[1].split() == rows[0]  # a row is a line, however long
