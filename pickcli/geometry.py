@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 
 GRAVITY = 9.81  # m/s^2, against the world's z
+_SAME_DIRECTION = 1e-12  # sine of the angle between two directions that are as good as one
 _LOCKED = 1e-9  # cosine of a pitch at which roll and yaw turn about the same axis
 
 
@@ -55,6 +56,23 @@ def to_rpy(R: Array) -> Array:
     if level < _LOCKED:
         return np.array([np.arctan2(-R[1, 2], R[1, 1]), pitch, 0.0])
     return np.array([np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])])
+
+
+def least_turn(a: Array, b: Array) -> Array:
+    """The rotation by the least angle that brings one direction to another.
+
+    Args:
+        a: (3,) unit vector.
+        b: (3,) unit vector.
+
+    Returns:
+        (3, 3), ``least_turn(a, b) @ a == b``; about any axis across, where b is opposite to a.
+    """
+    axis, cosine = np.cross(a, b), float(a @ b)
+    sine = float(np.linalg.norm(axis))
+    if sine < _SAME_DIRECTION:
+        return np.eye(3) if cosine > 0.0 else rotation_axis_angle(perpendiculars(a)[0], float(np.pi))
+    return rotation_axis_angle(axis / sine, float(np.arctan2(sine, cosine)))
 
 
 def rotation_axis_angle(axis: Sequence[float] | Array, angle: float) -> Array:

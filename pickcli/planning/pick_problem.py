@@ -27,7 +27,7 @@ class PickQuery:
     Attributes:
         out_of: Place that is picked from.
         item: Instance id or name of the target.
-        into: Where the item is brought, the tote or a bin, onto its floor.
+        into: Place where the item is brought.
         exclude: Grasps that failed before, or kinds of them.
         neighbours: What motions inside the place do about other items.
     """
@@ -46,7 +46,7 @@ class PickProblem:
     Attributes:
         context: The cell, its models and its precomputed files.
         scene: Poses as perceived; their noise bounds inflate the shapes.
-        place: Where the target is, a bin or the tote.
+        place: Where the target is.
         target: The item that is picked.
         destination: Where the target is brought.
         neighbours: What motions inside the place do about other items.
@@ -75,12 +75,12 @@ class PickProblem:
             The problem, with the places and the target that the query names.
 
         Raises:
-            UnknownNameError: If the bin, the item, or the place where it is brought is not there.
+            UnknownNameError: If a place or the item is not there.
         """
         places = context.cell.places
-        for name, kind in ((query.out_of, "bin"), (query.into, "place")):
+        for name in (query.out_of, query.into):
             if name not in places:
-                raise UnknownNameError(kind, name, list(places))
+                raise UnknownNameError("place", name, list(places))
         target = scene.find(query.item, query.out_of)
         place, destination = places[query.out_of], places[query.into]
         return cls(context, scene, place, target, destination, query.neighbours, seed)
@@ -99,9 +99,9 @@ class PickProblem:
 
     @property
     def label(self) -> str:
-        """What plans and messages call the pick: "pick ITEM from PLACE", and into which bin, if into one."""
+        """What plans and messages call the pick: "pick ITEM from PLACE", and where to, but for the tote."""
         told = f"pick {self.target.id} from {self.place.name}"
-        return told if self.destination.access.is_from_above else f"{told} into {self.destination.name}"
+        return told if self.destination.name == TOTE else f"{told} into {self.destination.name}"
 
     @cached_property
     def T_world_entry(self) -> Array:

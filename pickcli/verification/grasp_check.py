@@ -140,9 +140,10 @@ def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iter
 
 
 def _kind(scene: Scene, grasp: Grasp) -> Iterator[Reason]:
-    """The kind is that of the pod's axis which the cup's, where it takes the item, is nearest to."""
-    T_pod_tip = inverse(scene.T_world_pod) @ scene.find(grasp.item).T_world_item @ grasp.T_item_tip
-    into, aside, up = T_pod_tip[:3, 2]
+    """The kind is that of the place's axis which the cup's, where it takes the item, is nearest to."""
+    placed = scene.find(grasp.item)
+    T_world_place = scene.T_world_place(scene.cell.places[placed.location])
+    into, aside, up = (inverse(T_world_place) @ placed.T_world_item @ grasp.T_item_tip)[:3, 2]
     kind = max((into, "frontal"), (-up, "top-down"), (abs(aside), "side"))[1]
     if grasp.kind != kind:
         yield Reason("wrong kind", "grasp", f"{grasp.kind} stated, by the cup's axis it is {kind}")

@@ -1,4 +1,4 @@
-"""Where the item is let go: in the tote, below the drop limit, or in a bin, just over its floor."""
+"""Where the item is let go: between walls, below the drop limit, or elsewhere just over the floor."""
 
 from __future__ import annotations
 
@@ -7,16 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.place import Place
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
-from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 from pickcli.verification.contact_exemptions import releases
-from pickcli.verification.static_solids import bin_at, release_pose
+from pickcli.verification.static_solids import is_dropped_into, place_at, release_pose
 
-DROP_LIMIT = 0.3  # m from the item's bottom to the tote's floor (rules of 2016)
-SET_DOWN = 0.02  # m from its bottom to the floor of a bin, on top of its uncertainty: it must not tumble
+DROP_LIMIT = 0.3  # m from the item's bottom to the floor between walls (rules of 2016)
+SET_DOWN = (
+    0.02  # m from its bottom to the floor of any other place, on top of its uncertainty: it must not tumble
+)
 
 
 def check_release(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
@@ -41,9 +44,16 @@ def check_release(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[R
 def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterable[Reason]:
     assert plan.grasp is not None
     T = release_pose(plan, scene, k, T_tip_item)
-    where = bin_at(scene, T)
-    placed = PlacedItem(plan.grasp.item, scene.item(plan.grasp.item), where or TOTE, T)
-    return _in_tote(scene, placed) if where is None else (*_in_bin(scene, placed), *_tumbles(scene, placed))
+    place = place_at(scene, T)
+    if place is None:
+        yield Reason("released outside of every place", plan.grasp.item, "the cell has no place there")
+        return
+    placed = PlacedItem(plan.grasp.item, scene.item(plan.grasp.item), place.name, T)
+    if is_dropped_into(place):
+        yield from _dropped(scene, place, placed)
+        return
+    yield from _off_floor(scene, place, placed)
+    yield from _tumbles(scene, placed)
 
 
 def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
@@ -57,35 +67,38 @@ def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
         yield Reason("would fall over", placed.id, detail)
 
 
-def _in_tote(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
-    tote = scene.cell.tote
-    if tote is None:
-        yield Reason("released outside of every place", placed.id, "the cell has no tote")
-        return
-    T = inverse(tote.place.T_carrier_place) @ placed.T_world_item
-    reach = placed.item.shape.reach(T[:3, :3])
-    low, high = T[:3, 3] - reach, T[:3, 3] + reach
-    half = np.array(tote.place.room.size[:2]) / 2
-    beyond = float(np.maximum(high[:2] - half, -half - low[:2]).max())
+def _dropped(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reason]:
+    """What is let go over a place with walls is between them, and does not fall too far."""
+    low, _, beyond = _box_in(scene, place, placed)
     if beyond > 0.0:
-        yield Reason("released beyond the tote's walls", placed.id, f"by {beyond * 1e3:.0f} mm")
-    if low[2] > DROP_LIMIT:
+        yield Reason(f"released beyond the {place.name}'s walls", placed.id, f"by {beyond * 1e3:.0f} mm")
+    fall = low[2] - place.room.floor_back
+    if fall > DROP_LIMIT:
         yield Reason(
-            "released too high", placed.id, f"{low[2]:.3f} m over the floor, the limit is {DROP_LIMIT}"
+            "released too high", placed.id, f"{fall:.3f} m over the floor, the limit is {DROP_LIMIT}"
         )
 
 
-def _in_bin(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
-    bin_name = placed.location
-    cell_bin = scene.cell.pod.bins[bin_name]
-    T = inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item
-    reach = placed.item.shape.reach(T[:3, :3])
-    low = T[:3, 3] - reach
-    if low[0] < 0.0:
-        out = f"{-low[0] * 1e3:.0f} mm out of {bin_name}"
+def _off_floor(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reason]:
+    """What is set down is wholly in its place, and just over the floor."""
+    low, high, beyond = _box_in(scene, place, placed)
+    if place.access.is_from_above:
+        if beyond > 0.0:
+            yield Reason(f"released beyond the {place.name}'s edge", placed.id, f"by {beyond * 1e3:.0f} mm")
+    elif low[0] < 0.0:
+        out = f"{-low[0] * 1e3:.0f} mm out of {place.name}"
         yield Reason("released beyond the bin's mouth", placed.id, out)
-    floor = float(cell_bin.room.floor_at(low[0] + 2 * reach[0]))
+    floor = float(place.room.floor_at(high[0]))
     most = SET_DOWN + scene.noise.bound(placed.item)
     if low[2] - floor > most:
-        over = f"{1e3 * (low[2] - floor):.0f} mm over the floor of {bin_name}, at most {most * 1e3:.0f}"
+        over = f"{1e3 * (low[2] - floor):.0f} mm over the floor of {place.name}, at most {most * 1e3:.0f}"
         yield Reason("released too high", placed.id, over)
+
+
+def _box_in(scene: Scene, place: Place, placed: PlacedItem) -> tuple[Array, Array, float]:
+    """The box around an item in the frame of a place: both corners (3,), and m that it is beside the room."""
+    T = inverse(scene.T_world_place(place)) @ placed.T_world_item
+    reach = placed.item.shape.reach(T[:3, :3])
+    low, high = T[:3, 3] - reach, T[:3, 3] + reach
+    room = place.room
+    return low, high, float(np.maximum(high[:2] - room.high[:2], room.low[:2] - low[:2]).max())

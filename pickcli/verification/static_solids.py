@@ -1,4 +1,4 @@
-"""Solids that stand in each segment: an item that is set down in a bin stands there from then on."""
+"""Solids that stand in each segment: an item that is set down in a place stands there from then on."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.item import Item
+from pickcli.cell.place import Place
 from pickcli.geometry import Array, inverse, rotation_angle
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import PlacedItem, Scene
@@ -24,7 +25,7 @@ class PlanFixtures:
     Attributes:
         plan: The plan.
         before: What stands before the release.
-        set_down: What stands after the release, if that is in a bin; else the item falls into the tote and is
+        set_down: What stands after the release, if the item is set down; else it falls between walls, and is
             not followed.
         cloud: What stands in all segments: points of the scene's cloud.
     """
@@ -35,7 +36,7 @@ class PlanFixtures:
     cloud: tuple[Fixture, ...] = ()
 
     def of(self, k: int) -> tuple[Fixture, ...]:
-        """All that stands during a segment, without what is in the cup or fell into the tote.
+        """All that stands during a segment, without what is in the cup or fell between walls.
 
         Args:
             k: Index of the segment.
@@ -65,11 +66,11 @@ def plan_fixtures(plan: Plan, scene: Scene, T_tip_item: Array | None) -> PlanFix
     if not ends or plan.grasp is None or T_tip_item is None:
         return PlanFixtures(plan, before, None)
     T = release_pose(plan, scene, ends[0], T_tip_item)
-    where = bin_at(scene, T)
-    if where is None:
+    place = place_at(scene, T)
+    if place is None or is_dropped_into(place):
         return PlanFixtures(plan, before, None)
     name = plan.grasp.item
-    placed = PlacedItem(name, scene.item(name), where, T)
+    placed = PlacedItem(name, scene.item(name), place.name, T)
     return PlanFixtures(plan, before, fixtures(replace(scene, items=(*scene.without(name).items, placed))))
 
 
@@ -112,17 +113,43 @@ def release_pose(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Array:
     return np.asarray(tip_poses(robot, link_poses(robot, q), segment.tool_state)[0] @ T_tip_item)
 
 
-def bin_at(scene: Scene, T_world_item: Array) -> str | None:
-    """The bin that an item's centre is in.
+def place_at(scene: Scene, T_world_item: Array) -> Place | None:
+    """The place that an item is let go in.
 
     Args:
         scene: The scene.
         T_world_item: (4, 4) pose of the item.
 
     Returns:
-        Name of the bin, or None.
+        The place from the front in whose room its centre is; else, of those that are open above, the one that
+        its centre is over, the highest where there are several, or that it is least beside. None where there
+        is none.
     """
-    for name, place in scene.cell.pod.bins.items():
-        if place.holds((inverse(scene.T_world_place(place)) @ T_world_item)[:3, 3]):
-            return name
-    return None
+    places = scene.cell.places.values()
+    at = {place.name: (inverse(scene.T_world_place(place)) @ T_world_item)[:3, 3] for place in places}
+    for place in places:
+        if not place.access.is_from_above and place.holds(at[place.name]):
+            return place
+    open_above = [place for place in places if place.access.is_from_above]
+    return min(open_above, key=lambda place: _beside(place, at[place.name]), default=None)
+
+
+def _beside(place: Place, p: Array) -> tuple[float, float]:
+    """How far a point (3,) in the frame of a place is beside its room, and over its floor, m."""
+    low, high = place.room.low[:2], place.room.high[:2]
+    beside = float(np.linalg.norm(np.maximum(np.maximum(low - p[:2], p[:2] - high), 0.0)))
+    over = float(p[2]) - place.room.floor_back
+    return beside, over if over > 0.0 else np.inf
+
+
+def is_dropped_into(place: Place) -> bool:
+    """Whether items are let go over a place, and fall into it: its walls keep them in.
+
+    Args:
+        place: The place.
+
+    Returns:
+        True if they are; else they are set down.
+    """
+    rim = float(place.access.T_place_mouth[2, 3])
+    return place.access.is_from_above and rim > place.room.floor_back

@@ -49,7 +49,7 @@ ITEM_CHECKS = (  # of a plan that takes or carries an item
     "planned contacts: only where the item is taken and set down, no deeper than noise and bellows",
     "support: nothing rests or leans on what is taken, and no cup from above tips it over what carries it",
     "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
-    "release: inside the tote's walls, below the drop limit; or inside a bin, just over its floor",
+    "release: between walls that are open above, below the drop limit; or in a place, just over its floor",
 )
 RECOVERY_CHECKS = (
     "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",

@@ -1,4 +1,4 @@
-"""Where an item is dropped into a place that is open above: low over the least pile, between the walls."""
+"""Where an item is dropped into a place that walls surround: low over the least pile, between the walls."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.place import Place
-from pickcli.cell.shapes import ShapeKind
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import IN_LINE, MOVING, ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
@@ -22,7 +22,7 @@ from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
 
 WALL = 0.02  # m between the held item's box and the walls, where there is room
@@ -62,7 +62,10 @@ class DropPlacement:
 
 @dataclass(frozen=True, eq=False)
 class _Pile:
-    """What lies in a place, as boxes along the world's axes, and the room around it. In m, in the world."""
+    """What lies in a place, as boxes along the place's axes, and the room around it.
+
+    In m, in a frame that has the origin of the world and the axes of the place.
+    """
 
     centres: Array  # (K, 2)
     half: Array  # (K, 2)
@@ -78,15 +81,22 @@ class _Pile:
     @classmethod
     def of(cls, scene: Scene, place: Place) -> _Pile:
         placed = scene.in_location(place.name)
-        reach = [i.item.shape.reach(i.T_world_item[:3, :3]) + scene.noise.bound(i.item) for i in placed]
-        at = np.array([i.T_world_item[:3, 3] for i in placed]).reshape(-1, 3)
-        half = np.array(reach).reshape(-1, 3)
         room, T_world_place = place.room, scene.T_world_place(place)
-        middle = (T_world_place @ [*(room.low + room.high)[:2] / 2, 0.0, 1.0])[:2]
+        R_place_world = T_world_place[:3, :3].T
+        R = [R_place_world @ i.T_world_item[:3, :3] for i in placed]
+        reach = [
+            i.item.shape.reach(R_item) + scene.noise.bound(i.item)
+            for i, R_item in zip(placed, R, strict=True)
+        ]
+        at = np.array([R_place_world @ i.T_world_item[:3, 3] for i in placed]).reshape(-1, 3)
+        half = np.array(reach).reshape(-1, 3)
+        origin = (T_world_place @ [*(room.low + room.high)[:2] / 2, 0.0, 1.0])[:3]
+        middle = (R_place_world @ origin)[:2]
         floor = float(T_world_place[2, 3]) + room.floor_back
-        rim = floor + float(room.size[2])
+        rim = float(T_world_place[2, 3] + place.access.T_place_mouth[2, 3])
         tops = at[:, 2] + half[:, 2]
-        ridges, crowns = np.array([_crown(i) for i in placed]).reshape(-1, 2, 2).swapaxes(0, 1)
+        crowned = [_crown(i.item.shape, R_item) for i, R_item in zip(placed, R, strict=True)]
+        ridges, crowns = np.array(crowned).reshape(-1, 2, 2).swapaxes(0, 1)
         items, half_room = tuple(i.id for i in placed), room.size[:2] / 2
         return cls(at[:, :2], half[:, :2], ridges, crowns, tops, items, middle, half_room, floor, rim)
 
@@ -128,7 +138,7 @@ class _Pile:
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
-    """Release poses for A tool orientations at G places each. In m, in the world."""
+    """Release poses for A tool orientations at G places each. In m, in the frame of the pile."""
 
     centres: Array  # (A, G, 2) of the item
     tip: Array  # (A, G) height of the tip
@@ -174,10 +184,10 @@ class _Grid:
         order = [k for k in np.argsort(cost, kind="stable").tolist() if np.isfinite(cost[k])]
         return [(int(orientations[k // few.shape[1]]), int(few.flat[k])) for k in order]
 
-    def placement(self, R: Array, T_item: Array, a: int, g: int) -> DropPlacement:
+    def placement(self, R_world_place: Array, R: Array, T_item: Array, a: int, g: int) -> DropPlacement:
         """Orientation a at its place g."""
         release = pose([*(self.centres[a, g] - T_item[:2, 3]), self.tip[a, g]], R=R)
-        return DropPlacement(release, float(self.rise[a, g]), float(self.cost[a, g]))
+        return DropPlacement(pose(R=R_world_place) @ release, float(self.rise[a, g]), float(self.cost[a, g]))
 
 
 def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
@@ -274,7 +284,7 @@ def drop_placements(
 
     Args:
         scene: Poses as perceived.
-        place: Where the item is brought, with the axes of the world.
+        place: Where the item is brought.
         held: The item in the cup.
         tool_state: State of the tool.
         n_most: Most placements.
@@ -292,30 +302,30 @@ def drop_placements(
     chosen = grid.best(np.flatnonzero(room.min(axis=1) >= LEAST_WALL))
     if not chosen:
         return Failures(tuple(dict.fromkeys(_why_none(held, reach[:, :2], grid, pile, place))))
-    return tuple(grid.placement(R[a], T_item[a], a, g) for a, g in chosen[:n_most])
+    R_world_place = scene.T_world_place(place)[:3, :3]
+    return tuple(grid.placement(R_world_place, R[a], T_item[a], a, g) for a, g in chosen[:n_most])
 
 
 @cache
 def _orientations(is_level: bool) -> tuple[Array, Array]:
-    """Tool orientations (A, 3, 3) with the cup pointing straight down, after what each costs (A,).
+    """Tool orientations (A, 3, 3) in the place, the cup pointing straight down, after what each costs (A,).
 
     A level lance that points across the place, as the arm comes, is the easiest to reach.
 
     Args:
         is_level: Whether the lance lies level then, or stands upright.
     """
-    down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the world
+    down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the place
     turns = np.array([a for a in YAWS if not is_level or abs(a) <= LEVEL_LANCE])
     price = LANCE_TURN_COST if is_level else 0.0
     return price * np.abs(turns), np.stack([rotation_axis_angle((0.0, 0.0, 1.0), a) @ down for a in turns])
 
 
-def _crown(placed: PlacedItem) -> Array:
-    """Direction (2,) and half extents (2,) of what is as high as the top of an item.
+def _crown(shape: Shape, R: Array) -> Array:
+    """Direction (2,) and half extents (2,) of what is as high as the top of an item that lies at R (3, 3).
 
     Of a lying roll that is its ridge, of a ball a point, else the whole.
     """
-    shape, R = placed.item.shape, placed.T_world_item[:3, :3]
     if shape.kind is ShapeKind.SPHERE:
         return np.array([[1.0, 0.0], [0.0, 0.0]])
     lies = float(np.linalg.norm(R[:2, 2]))

@@ -1,7 +1,7 @@
-"""Where an item can be set down from the front: free floor, level, at the back and beside a wall.
+"""Where an item can be set down: free floor, level, behind a mouth at the back and beside a wall.
 
-The item keeps the way it stands, so that whatever can hold it where it is can set it down there. It must keep
-its balance there, and what can roll must lie on level ground.
+The item keeps the way it stands to the way in, so that whatever can hold it where it is can set it down
+there. It must keep its balance there, and what can roll must lie on level ground.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pickcli.cell.place import Place
 from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.collision.stage_contacts import while_resting_on
 from pickcli.errors import Failures, Reason
-from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.geometry import Array, least_turn, pose, rotation_axis_angle
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
@@ -39,7 +39,7 @@ LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is 
 
 
 def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
-    """Find motions that set the item down on the floor of its destination, from the front.
+    """Find motions that set the item down on the floor of its destination.
 
     It goes by a pick from there, backwards: what leads to an item lying there and brings it out also brings
     it in and leads away from it, so the lines, their proofs and the reasons for failures are those of a pick.
@@ -54,7 +54,7 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
     context, target, destination = problem.context, problem.target, problem.destination
     placements: list[PlacedItem] = []
     failures = Failures()
-    for R_place_item in _orientations(problem):
+    for R_place_item in _orientations(problem, chosen):
         there = floor_placements(context, problem.scene, target, R_place_item, destination)
         if isinstance(there, Failures):
             failures += there
@@ -88,16 +88,27 @@ def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> G
     return plan_grasp_motion(back, lines, back.context.cell.robot.tool.contact_speed, rng)
 
 
-def _orientations(problem: PickProblem) -> list[Array]:
-    """How the target may stand in a bin, (3, 3) each: as it stands where it is taken from.
+def _orientations(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
+    """How the target may stand at its destination, (3, 3) each: as it stands where it is taken from.
 
     What is taken out of a place from above by its upper side goes into a bin with that side to the front, and
-    may be turned about the way in.
+    may be turned about the way in. On a table the side that the cup holds is up.
     """
+    if problem.destination.access.is_from_above:
+        return _hanging(problem, chosen)
     R_entry_item = problem.T_entry_item[:3, :3]
     if not problem.place.access.is_from_above:
         return [R_entry_item]
     return [rotation_axis_angle((1.0, 0.0, 0.0), turn) @ R_entry_item for turn in QUARTER_TURNS]
+
+
+def _hanging(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
+    """How the target may stand where the cup points down, turned as little as can be, or by quarter turns."""
+    R_place_world = problem.scene.T_world_place(problem.destination)[:3, :3].T
+    R_place_item = R_place_world @ problem.target.T_world_item[:3, :3]
+    down = np.array([0.0, 0.0, -1.0])
+    upright = least_turn(R_place_item @ chosen.grasp.T_item_tip[:3, 2], down) @ R_place_item
+    return [rotation_axis_angle(down, turn) @ upright for turn in QUARTER_TURNS]
 
 
 def _too_close(back: PickProblem, where: str) -> Failures:
@@ -186,10 +197,12 @@ def _levelled(R: Array) -> Array:
 def _spots(place: Place, half: Array, hover: float) -> Array:
     """(K, 6) displacements from the place's origin to spots on its floor, as of a free flyer.
 
-    As far back and as near a wall as possible first. half: (3,) of the box around the item, level
+    Behind a mouth as far back and as near a wall as possible first, on a table as near its middle: what
+    stands there is easiest to reach. half: (3,) of the box around the item, level
     """
-    low, high = place.room.y_range
-    along_x = _grid(FROM_MOUTH + half[0], place.room.depth - half[0])
+    (front, back), (low, high) = place.room.x_range, place.room.y_range
+    is_from_above = place.access.is_from_above
+    along_x = _grid(front + (0.0 if is_from_above else FROM_MOUTH) + half[0], back - half[0])
     along_y = _grid(low + half[1], high - half[1])
     x, y = (axis.ravel() for axis in np.meshgrid(along_x, along_y, indexing="ij"))
     height, pitch = place.room.rest(x, half[0])
@@ -197,7 +210,10 @@ def _spots(place: Place, half: Array, hover: float) -> Array:
     above = half[2] + hover
     none = np.zeros(len(x))
     at = (x + above * np.sin(pitch), y, height + above * np.cos(pitch), none, pitch, none)
-    cost = place.room.depth - x + np.minimum(y - along_y.min(initial=0.0), along_y.max(initial=0.0) - y)
+    if is_from_above:
+        cost = np.hypot(x - (front + back) / 2, y - (low + high) / 2).round(6)
+    else:
+        cost = place.room.depth - x + np.minimum(y - along_y.min(initial=0.0), along_y.max(initial=0.0) - y)
     return np.column_stack(at)[np.argsort(cost, kind="stable")]
 
 
