@@ -220,9 +220,10 @@ class Place:
         return np.asarray(self.access.T_place_mouth @ pose((0.0, 0.0, -self.access.height / 2)))
 
     @property
-    def has_walls(self) -> bool:
-        """Whether walls keep what is let go over the place in it, so that it may drop a little."""
-        return bool(self.access.T_place_mouth[2, 3] > self.room.floor_back)
+    def is_open_box(self) -> bool:
+        """Whether it is open above between walls: what is let go over it may drop a little, and stays in it."""
+        has_walls = self.access.T_place_mouth[2, 3] > self.room.floor_back
+        return self.access.is_from_above and bool(has_walls)
 
     def holds(self, p: Array, above: float = 0.0) -> bool:
         """Whether a point is in the box around the room.

@@ -14,12 +14,10 @@ from pickcli.motion.plan import Plan
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 from pickcli.verification.contact_exemptions import releases
-from pickcli.verification.static_solids import is_dropped_into, place_at, release_pose
+from pickcli.verification.static_solids import place_at, release_pose
 
 DROP_LIMIT = 0.3  # m from the item's bottom to the floor between walls (rules of 2016)
-SET_DOWN = (
-    0.02  # m from its bottom to the floor of any other place, on top of its uncertainty: it must not tumble
-)
+SET_DOWN = 0.02  # m to the floor of any other place, on top of the item's uncertainty: it must not tumble
 
 
 def check_release(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
@@ -49,7 +47,7 @@ def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterable[Reason]
         yield Reason("released outside of every place", plan.grasp.item, "the cell has no place there")
         return
     placed = PlacedItem(plan.grasp.item, scene.item(plan.grasp.item), place.name, T)
-    if is_dropped_into(place):
+    if place.is_open_box:
         yield from _dropped(scene, place, placed)
         return
     yield from _off_floor(scene, place, placed)

@@ -67,7 +67,7 @@ def plan_fixtures(plan: Plan, scene: Scene, T_tip_item: Array | None) -> PlanFix
         return PlanFixtures(plan, before, None)
     T = release_pose(plan, scene, ends[0], T_tip_item)
     place = place_at(scene, T)
-    if place is None or is_dropped_into(place):
+    if place is None or place.is_open_box:
         return PlanFixtures(plan, before, None)
     name = plan.grasp.item
     placed = PlacedItem(name, scene.item(name), place.name, T)
@@ -140,16 +140,3 @@ def _beside(place: Place, p: Array) -> tuple[float, float]:
     beside = float(np.linalg.norm(np.maximum(np.maximum(low - p[:2], p[:2] - high), 0.0)))
     over = float(p[2]) - place.room.floor_back
     return beside, over if over > 0.0 else np.inf
-
-
-def is_dropped_into(place: Place) -> bool:
-    """Whether items are let go over a place, and fall into it: its walls keep them in.
-
-    Args:
-        place: The place.
-
-    Returns:
-        True if they are; else they are set down.
-    """
-    rim = float(place.access.T_place_mouth[2, 3])
-    return place.access.is_from_above and rim > place.room.floor_back

@@ -102,7 +102,7 @@ def test_the_way_through_the_mouth_is_free(own: Cell, name: str) -> None:
 
 
 def test_walls_keep_things_in_a_crate_and_not_on_a_bench(own: Cell) -> None:
-    assert own.places["crate_left"].has_walls and not own.places["bench"].has_walls
+    assert own.places["crate_left"].is_open_box and not own.places["bench"].is_open_box
 
 
 def test_names_of_a_grid_may_be_stated(cell_copy: CellCopy) -> None:

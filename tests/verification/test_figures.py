@@ -22,7 +22,7 @@ from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.verification.event_check import check_io
 from pickcli.verification.grasp_check import _face_at, _meets, _seal
 from pickcli.verification.joint_limit_check import check_limits
-from pickcli.verification.release_check import _in_bin, _in_tote
+from pickcli.verification.release_check import _dropped, _off_floor
 from pickcli.verification.structure_check import check_structure
 from support.handmade_plans import CRAYOLA, SEAL_TIME, bound, cell, make_scene, pick
 from support.plan_mutations import moved_event, segment, with_event, with_grasp, with_segment
@@ -378,17 +378,15 @@ def test_an_item_is_let_go_within_the_walls_of_the_tote(axis: int, side: float) 
     for beyond, problem in ((-1e-4, []), (1e-4, ["released beyond the tote's walls"])):
         p = np.array([0.0, 0.0, 0.1])
         p[axis] = side * (half[axis] - size[axis] / 2 + beyond)
-        assert (
-            whats(_in_tote(scene, put(item, TOTE, cell().places["tote"].T_carrier_place @ pose(p))))
-            == problem
-        )
+        T = cell().places[TOTE].T_carrier_place @ pose(p)
+        assert whats(_dropped(scene, cell().places[TOTE], put(item, TOTE, T))) == problem
 
 
 def test_an_item_falls_at_most_30_cm_into_the_tote() -> None:
     scene, item = placed()
     for low, problem in ((0.2999, []), (0.3001, ["released too high"])):
         T = cell().places["tote"].T_carrier_place @ pose((0.0, 0.0, low + 0.06))
-        assert whats(_in_tote(scene, put(item, TOTE, T))) == problem
+        assert whats(_dropped(scene, cell().places[TOTE], put(item, TOTE, T))) == problem
 
 
 def test_an_item_is_set_down_in_a_bin_within_2_cm_and_its_noise() -> None:
@@ -402,7 +400,7 @@ def test_an_item_is_set_down_in_a_bin_within_2_cm_and_its_noise() -> None:
         )
         for over, problem in ((0.0219, []), (0.0221, ["released too high"])):
             T = scene.T_world_place(cell_bin) @ pose((x, 0.0, float(floor) + 0.06 + over))
-            assert whats(_in_bin(scene, put(item, "bin_B", T))) == problem
+            assert whats(_off_floor(scene, cell_bin, put(item, "bin_B", T))) == problem
     for front, problem in ((1e-4, []), (-1e-4, ["released beyond the bin's mouth"])):
         T = scene.T_world_place(cell_bin) @ pose((0.1 + front, 0.0, cell_bin.room.floor_back + 0.06))
-        assert whats(_in_bin(scene, put(item, "bin_B", T))) == problem
+        assert whats(_off_floor(scene, cell_bin, put(item, "bin_B", T))) == problem

@@ -19,7 +19,6 @@ def plan_placement(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
     Returns:
         The motions, the best placement first; or every reason why there is none.
     """
-    access, has_walls = problem.destination.access, problem.destination.has_walls
-    if access.is_from_above and has_walls:  # which keep in what rolls
+    if problem.destination.is_open_box:
         return plan_drops(problem, chosen)
     return plan_set_downs(problem, chosen)
