@@ -221,7 +221,7 @@ class Place:
 
     @property
     def is_open_box(self) -> bool:
-        """Whether it is open above between walls: what is let go over it may drop a little, and stays in it."""
+        """Whether it is open above, between walls: what is let go over it may drop a little, and stays."""
         has_walls = self.access.T_place_mouth[2, 3] > self.room.floor_back
         return self.access.is_from_above and bool(has_walls)
 

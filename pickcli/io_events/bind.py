@@ -81,18 +81,22 @@ def bind_tool_states(
 
 
 def _grasp(segments: Sequence[Segment], devices: Mapping[str, Device], seal_time: float) -> tuple[Event, ...]:
-    """Pump and valve on for the moment the cup is pressed on; the sensor read at the end of the retreat."""
+    """Pump and valve on for the moment the cup is pressed on; the sensor read when the item is out.
+
+    That is at the end of the retreat, or of the lift where nothing surrounds what is lifted.
+    """
     contact = _last(segments, SegmentKind.CONTACT)
     if contact is None:
         return ()
     pressed = Anchor(AnchorKind.SEGMENT_END, contact, -seal_time)
     pump, valve = device_of(devices, DeviceKind.PUMP), device_of(devices, DeviceKind.VALVE)
     events = (_event(pump, "on", pressed), _event(valve, "on", pressed))
-    retreat = _last(segments, SegmentKind.RETREAT)
-    if retreat is None:
+    ways_out = [_last(segments, kind) for kind in (SegmentKind.RETREAT, SegmentKind.LIFT)]
+    out = next((k for k in ways_out if k is not None), None)
+    if out is None:
         return events
     sensor = device_of(devices, DeviceKind.SENSOR)
-    return (*events, _event(sensor, "read", Anchor(AnchorKind.SEGMENT_END, retreat)))
+    return (*events, _event(sensor, "read", Anchor(AnchorKind.SEGMENT_END, out)))
 
 
 def _release(
