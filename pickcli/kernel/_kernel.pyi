@@ -5,6 +5,7 @@ Any array-like goes in; C-contiguous arrays of the named dtype are read in place
 Wrong shapes and values raise ValueError naming the argument.
 """
 
+from collections.abc import Sequence
 import enum
 
 import numpy
@@ -599,6 +600,235 @@ class BlendedPolyline:
         """
         Upper bounds (M,) of the Euclidean distance from the polyline on intervals start (M,) to end (M,).
         """
+
+class JointState:
+    """Positions and velocities of all joints at one time."""
+
+    def __init__(self, q: numpy.typing.NDArray[numpy.float64], v: numpy.typing.NDArray[numpy.float64]) -> None:
+        """The state at q (n,), rad or m, with velocities v (n,)."""
+
+    @staticmethod
+    def at_rest(q: numpy.typing.NDArray[numpy.float64]) -> JointState:
+        """The state at rest in q (n,)."""
+
+    @property
+    def q(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) rad or m."""
+
+    @property
+    def v(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) rad/s or m/s."""
+
+class ParabolicLimits:
+    """What each joint may do."""
+
+    def __init__(self, velocity: numpy.typing.NDArray[numpy.float64], acceleration: numpy.typing.NDArray[numpy.float64], jerk: numpy.typing.NDArray[numpy.float64], pause: float) -> None:
+        """
+        State limits.
+
+        Args:
+            velocity: (n,) rad/s or m/s.
+            acceleration: (n,) rad/s^2 or m/s^2.
+            jerk: (n,) rad/s^3 or m/s^3.
+            pause: s without acceleration between a ramp up and a ramp down.
+        """
+
+    @property
+    def velocity(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) rad/s or m/s."""
+
+    @property
+    def acceleration(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) rad/s^2 or m/s^2."""
+
+    @property
+    def jerk(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) rad/s^3 or m/s^3."""
+
+    @property
+    def pause(self) -> float:
+        """s without acceleration between a ramp up and a ramp down."""
+
+class ParabolicSegment:
+    """
+    Ramps of n joints in one common time, with a cruise in between.
+
+    Each joint ramps to a speed of its own, keeps it, and ramps to its final speed. All joints start and end together
+    and are otherwise independent, so only the slowest one needs its limits; the others have time to spare (Hauser and
+    Ng-Thow-Hing 2010, with the speeds of all joints free at both ends). Ramps begin and end on ticks, so a filtered
+    motion never switches between two ticks.
+    """
+
+    def __init__(self, q0: numpy.typing.NDArray[numpy.float64], v0: numpy.typing.NDArray[numpy.float64], speed: numpy.typing.NDArray[numpy.float64], v1: numpy.typing.NDArray[numpy.float64], up: numpy.typing.NDArray[numpy.float64], down: numpy.typing.NDArray[numpy.float64], duration: float) -> None:
+        """
+        Make a segment.
+
+        Args:
+            q0: (n,) positions at the start, rad or m.
+            v0: (n,) velocities at the start.
+            speed: (n,) velocities of the cruise.
+            v1: (n,) velocities at the end.
+            up: (n,) s from the start, in which the velocity changes from v0 to speed.
+            down: (n,) s before the end, in which the velocity changes from speed to v1.
+            duration: s.
+        """
+
+    @property
+    def q0(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) positions at the start."""
+
+    @property
+    def speed(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) velocities of the cruise."""
+
+    @property
+    def up(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) s of the first ramp, from the start."""
+
+    @property
+    def down(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) s of the last ramp, before the end."""
+
+    @property
+    def duration(self) -> float:
+        """s."""
+
+    def evaluate(self, t: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+        """Positions and velocities (M, n) at t (M,), s since the segment began."""
+
+    def state(self, t: float) -> JointState:
+        """Positions and velocities at t s since the segment began."""
+
+    def part(self, start: float, end: float) -> ParabolicSegment:
+        """The segment between two times, s since it began."""
+
+class ParabolicTrajectory:
+    """
+    Parabolic segments, each beginning as the one before it ends; at rest at both ends.
+
+    Accelerations jump between the segments and inside them; filter_jerk makes a trajectory with limited jerk of it.
+    """
+
+    def __init__(self, segments: Sequence[ParabolicSegment]) -> None:
+        """Join segments, in their order."""
+
+    @property
+    def segments(self) -> list[ParabolicSegment]:
+        """The segments, in their order."""
+
+    @property
+    def duration(self) -> float:
+        """s from rest to rest, before jerk is limited."""
+
+    def total(self, limits: ParabolicLimits) -> float:
+        """Duration once the jerk limits are kept, s: with the jerk window."""
+
+    def state(self, t: float) -> JointState:
+        """Positions and velocities at t s since the start."""
+
+    def between(self, start: float, end: float) -> list[ParabolicSegment]:
+        """
+        The segments between two times, cut where the times fall into them.
+
+        Args:
+            start: s since the start, on a tick.
+            end: s since the start, on a tick.
+        """
+
+    def replaced(self, start: float, end: float, segments: Sequence[ParabolicSegment]) -> ParabolicTrajectory:
+        """
+        The trajectory with other segments between two times.
+
+        Args:
+            start: s since the start, on a tick.
+            end: s since the start, on a tick.
+            segments: Segments that lead from the state at start to the state at end.
+        """
+
+def steer_min_time(start: JointState, end: JointState, limits: ParabolicLimits, at_most: float) -> ParabolicSegment | None:
+    """
+    The segment of least time between two states, without regard to obstacles.
+
+    Args:
+        start: State in which it begins.
+        end: State in which it ends.
+        limits: Velocity and acceleration limits, and the pause.
+        at_most: Longest duration that is wanted, s.
+
+    Returns:
+        The segment; None if it takes longer than at_most, or if a joint has no segment of any of the times tried.
+    """
+
+def steer_fixed_time(start: JointState, end: JointState, limits: ParabolicLimits, duration: float) -> ParabolicSegment | None:
+    """
+    The segment of a given duration between two states.
+
+    Args:
+        start: State in which it begins.
+        end: State in which it ends.
+        limits: Velocity and acceleration limits, and the pause.
+        duration: s, a whole number of ticks.
+
+    Returns:
+        The segment, or None if a joint has none of that duration.
+    """
+
+def steer_via(start: JointState, middles: Sequence[JointState], end: JointState, limits: ParabolicLimits, there: float, back: float) -> tuple[ParabolicSegment, ParabolicSegment] | None:
+    """
+    Two segments by way of a state in between, which every joint chooses on its own.
+
+    Every joint takes the first of the middle states for which it has both segments.
+
+    Args:
+        start: State in which the first segment begins.
+        middles: States to choose from, the preferred first.
+        end: State in which the second segment ends.
+        limits: Velocity and acceleration limits, and the pause.
+        there: Duration of the first segment, s.
+        back: Duration of the second segment, s.
+
+    Returns:
+        Both segments, or None if a joint has no choice.
+    """
+
+def tube(segments: Sequence[ParabolicSegment], step: float) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+    """
+    Chords of segments, and how far the segments leave them.
+
+    A curve of acceleration a leaves a chord of h s by a h^2 / 8 at most.
+
+    Args:
+        segments: Segments, one after the other.
+        step: Longest chord, s.
+
+    Returns:
+        Chord ends (K, n) and slack (K - 1, n): on each chord the motion stays within the slack, joint by joint.
+    """
+
+def parabolic_positions(segments: Sequence[ParabolicSegment], t: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Positions (M, n) on segments, one after the other, at increasing t (M,), s since the first began.
+    """
+
+def parabolic_accelerations(segments: Sequence[ParabolicSegment]) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Accelerations (K, n) on segments, one after the other, a row for each of K ticks.
+    """
+
+def jerk_window(segments: Sequence[ParabolicSegment], limits: ParabolicLimits) -> float:
+    """
+    Time over which segments must be averaged to keep the jerk limits: a pause, or up to two.
+
+    The jerk of an average over w s is the change of acceleration in w s, over w. Over two pauses it keeps the limit
+    whatever the segments do; over one, unless a joint turns from ramp to ramp.
+
+    Args:
+        segments: Segments, one after the other.
+        limits: Acceleration and jerk limits, and the pause.
+
+    Returns:
+        s, a whole number of ticks.
+    """
 
 def simd() -> str:
     """

@@ -14,6 +14,7 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
+from pickcli.kernel import ParabolicTrajectory
 from pickcli.motion.path import JointPath
 from pickcli.motion.segment import PathSegment, SegmentKind, SegmentLimits
 from pickcli.motion.trajectory import Trajectory
@@ -28,8 +29,7 @@ from pickcli.timing.timed_run import time_run
 from pickcli.trajopt.certified_clearance import is_proven
 from pickcli.trajopt.jerk_filter import filter_jerk
 from pickcli.trajopt.minimum_time_search import MinimumTimeSearch
-from pickcli.trajopt.parabolic_segment import ParabolicLimits
-from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.trajopt.parabolic_segment import parabolic_limits
 from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
@@ -208,7 +208,7 @@ class MinimumTimeEntry:
             What was found, or None.
         """
         began = time.perf_counter()
-        pace, proof = ParabolicLimits.of(query.limits), TrajectoryValidator(query.proving, query.space)
+        pace, proof = parabolic_limits(query.limits), TrajectoryValidator(query.proving, query.space)
         search = MinimumTimeSearch(
             TrajectoryValidator(query.planning, query.space), query.planning, pace, query.ends, self.settings
         )

@@ -20,6 +20,7 @@ from pickcli.cell.tool import MOVING
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
+from pickcli.kernel import ParabolicLimits, ParabolicTrajectory
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.empty_cell_checkers import RESERVE, CheckerKey, checkers
@@ -28,8 +29,7 @@ from pickcli.seeds import derived_seed
 from pickcli.trajopt.certified_clearance import is_proven, proven_clearance
 from pickcli.trajopt.jerk_filter import filter_jerk
 from pickcli.trajopt.minimum_time_search import MinimumTimeSearch
-from pickcli.trajopt.parabolic_segment import TICK, ParabolicLimits
-from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.trajopt.parabolic_segment import TICK, parabolic_limits
 from pickcli.trajopt.path_fitting import fit_polyline
 from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
@@ -169,7 +169,7 @@ class CoarseMotionPlanner:
 
     @cached_property
     def _pace(self) -> ParabolicLimits:
-        return ParabolicLimits.of(self._limits)
+        return parabolic_limits(self._limits)
 
     @cached_property
     def _space(self) -> JointSpace:

@@ -7,17 +7,24 @@ this in the time of the line.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pickcli.geometry import Array
+from pickcli.kernel import (
+    JointState,
+    ParabolicLimits,
+    ParabolicSegment,
+    ParabolicTrajectory,
+    parabolic_positions,
+    steer_fixed_time,
+    steer_via,
+)
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.trajopt.parabolic_segment import TICK, JointState, ParabolicLimits, ParabolicSegment
-from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.trajopt.parabolic_segment import TICK
 from pickcli.trajopt.perturbations import perturbed_state, random_interval
-from pickcli.trajopt.steering import steer_fixed_time, steer_via
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 Clearances = Callable[[Array], Array]
@@ -44,27 +51,19 @@ class CollisionDepth:
     margin: float
     space: JointSpace
 
-    def over(self, segments: tuple[ParabolicSegment, ...], times: Array) -> Array:
+    def over(self, segments: Sequence[ParabolicSegment], times: Array) -> Array:
         """The depth of a motion at given times.
 
         Args:
             segments: K or more parabolic segments, one after the other.
-            times: (K,) s since the first segment began.
+            times: (K,) s since the first segment began, increasing.
 
         Returns:
             (K,) what is missing to the margin in m, plus what the joints exceed their limits by (rad or m).
         """
-        ends = np.cumsum([segment.duration for segment in segments])
-        # A time at the end is the last segment's.
-        of = np.minimum(ends.searchsorted(times, side="right"), len(segments) - 1)
-        Q = np.concatenate(
-            [
-                segment.evaluate(times[of == k] - (ends[k] - segment.duration))[0]
-                for k, segment in enumerate(segments)
-            ]
-        )
-        if not len(Q):
+        if not len(times):
             return np.zeros(0)
+        Q = parabolic_positions(segments, times)
         outside = np.maximum(np.maximum(self.space.lower - Q, Q - self.space.upper), 0.0).sum(axis=1)
         return np.asarray(np.maximum(self.margin - self.clearances(Q), 0.0) + outside)
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
+from pickcli.kernel import ParabolicLimits, ParabolicTrajectory, jerk_window, parabolic_accelerations
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.limit_check import check_limits, measure_limits
-from pickcli.trajopt.parabolic_segment import TICK, ParabolicLimits
-from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory, accelerations, jerk_window
+from pickcli.trajopt.parabolic_segment import TICK
 
 _SAME = 1e-7  # relative to what a jerk limit changes in a tick: accelerations on one line
 
@@ -74,7 +74,8 @@ def _on_ticks(motion: ParabolicTrajectory, n_rest: int) -> tuple[Array, Array, A
     q = np.concatenate([row[0] for row in rows] + [last.q[None]])
     v = np.concatenate([row[1] for row in rows] + [np.zeros((1, q.shape[1]))])
     pads = ((n_rest, n_rest), (0, 0))
-    return np.pad(q, pads, mode="edge"), np.pad(v, pads), np.pad(accelerations(motion.segments), pads)
+    a = parabolic_accelerations(motion.segments)
+    return np.pad(q, pads, mode="edge"), np.pad(v, pads), np.pad(a, pads)
 
 
 def _travel(q: Array, v: Array, a: Array) -> Array:

@@ -12,21 +12,19 @@ import numpy as np
 
 from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array
+from pickcli.kernel import (
+    JointState,
+    ParabolicLimits,
+    ParabolicSegment,
+    ParabolicTrajectory,
+    steer_min_time,
+)
 from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.seeds import derived_seed
 from pickcli.trajopt.collision_descent import CollisionDepth, descend_collisions
-from pickcli.trajopt.parabolic_segment import (
-    JointState,
-    ParabolicLimits,
-    ParabolicSegment,
-    resting_segment,
-    straight_segment,
-    ticks_up,
-)
-from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
-from pickcli.trajopt.steering import steer_min_time
+from pickcli.trajopt.parabolic_segment import resting_segment, straight_segment, ticks_up
 from pickcli.trajopt.time_shortcutting import shortcut_time
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
@@ -34,7 +32,6 @@ from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 _CALM = 1.002  # times the least duration: what the straight line, which is calmest, may take
 _LADDER = (1.01, 1.03, 1.06, 1.1, 1.15, 1.25, 1.5)  # durations to press into, times the least
 _ROOM = 0.002  # m of clearance beyond the checker's margin that bending aims at
-_FAR = 0.05  # m, nothing farther is looked at
 
 
 class HasDuration(Protocol):
@@ -157,7 +154,7 @@ class MinimumTimeSearch:
         """Duration (s) of the motion on which every joint runs on its own.
 
         This is the time of the slowest joint, or up to 32 ticks more if another joint has no segment of just
-        that time (see ``steering``).
+        that time (see ``steer_min_time``).
         """
         return self._direct.duration
 
@@ -178,7 +175,7 @@ class MinimumTimeSearch:
         return CollisionDepth(self._clearances, self.checker.margin + _ROOM, self.proof.space)
 
     def _clearances(self, Q: Array) -> Array:
-        return np.asarray(self.checker.kernel.clearances(np.ascontiguousarray(Q), _FAR))
+        return self.checker.clearances(Q, self.checker.margin + _ROOM)
 
     def _planned(self, seed: int) -> Iterator[ParabolicTrajectory]:
         """What the planner finds, shortened, then from stops at each corner to a motion that has none."""

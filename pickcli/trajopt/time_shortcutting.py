@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.trajopt.parabolic_segment import TICK, ParabolicLimits, ParabolicSegment
-from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.kernel import ParabolicLimits, ParabolicSegment, ParabolicTrajectory, steer_min_time
+from pickcli.trajopt.parabolic_segment import TICK
 from pickcli.trajopt.perturbations import perturbed_state, random_interval
-from pickcli.trajopt.steering import steer_min_time
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 _FIRST, _LAST = (

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
+from pickcli.kernel import ParabolicSegment, tube
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.trajopt.parabolic_segment import ParabolicSegment
-from pickcli.trajopt.parabolic_trajectory import tube
 
 _CHORDS = (0.04, 0.01, 0.0025)  # s: shorter ones where a proof needs less slack
 
@@ -28,7 +27,7 @@ class TrajectoryValidator:
     checker: MotionValidator
     space: JointSpace
 
-    def is_valid(self, segments: tuple[ParabolicSegment, ...]) -> bool:
+    def is_valid(self, segments: Sequence[ParabolicSegment]) -> bool:
         """Whether every instant of segments is proven free and inside the position limits.
 
         Args:

@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.geometry import Array
+from pickcli.kernel import ParabolicLimits
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.trajopt.collision_descent import CollisionDepth, descend_collisions
-from pickcli.trajopt.parabolic_segment import ParabolicLimits, resting_segment
+from pickcli.trajopt.parabolic_segment import resting_segment
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 from support.fake_validator import FakeValidator
 

@@ -8,23 +8,24 @@ from hypothesis import strategies as st
 
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
+from pickcli.kernel import (
+    JointState,
+    ParabolicSegment,
+    ParabolicTrajectory,
+    jerk_window,
+    parabolic_accelerations,
+    steer_min_time,
+    tube,
+)
 from pickcli.timing.limit_check import measure_limits
 from pickcli.trajopt.jerk_filter import filter_jerk
-from pickcli.trajopt.parabolic_segment import (
-    JointState,
-    ParabolicLimits,
-    ParabolicSegment,
-    resting_segment,
-    straight_segment,
-)
-from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory, accelerations, jerk_window, tube
-from pickcli.trajopt.steering import steer_min_time
+from pickcli.trajopt.parabolic_segment import parabolic_limits, resting_segment, straight_segment
 from pickcli.trajopt.time_lower_bound import lower_bound
 
 LIMITS = Limits(
     np.full(2, -9.0), np.full(2, 9.0), np.array([1.0, 2.2]), np.array([2.0, 5.0]), np.array([40.0, 100.0])
 )
-PACE = ParabolicLimits.of(LIMITS)
+PACE = parabolic_limits(LIMITS)
 NAMES = ("a", "b")
 share = st.floats(-1.0, 1.0)
 two = st.tuples(share, share).map(np.array)
@@ -101,4 +102,5 @@ def test_a_motion_can_be_cut_and_joined() -> None:
     assert joined.duration == motion.duration
     for t in np.linspace(0.0, motion.duration, 40):
         np.testing.assert_allclose(joined.state(float(t)).q, motion.state(float(t)).q, atol=1e-9)
-    np.testing.assert_allclose(accelerations(joined.segments), accelerations(motion.segments), atol=1e-7)
+    found, expected = (parabolic_accelerations(each.segments) for each in (joined, motion))
+    np.testing.assert_allclose(found, expected, atol=1e-7)

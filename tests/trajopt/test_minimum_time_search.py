@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pickcli.kernel import ParabolicLimits, ParabolicTrajectory
 from pickcli.trajopt.minimum_time_search import MinimumTimeSearch
-from pickcli.trajopt.parabolic_segment import ParabolicLimits
-from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 PACE = ParabolicLimits(np.ones(1), np.ones(1), np.full(1, 20.0), 0.05)

@@ -9,18 +9,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.geometry import Array
-from pickcli.trajopt.parabolic_segment import (
-    TICK,
+from pickcli.kernel import (
     JointState,
     ParabolicLimits,
     ParabolicSegment,
-    straight_segment,
+    parabolic_accelerations,
+    steer_fixed_time,
+    steer_min_time,
+    steer_via,
 )
-from pickcli.trajopt.steering import least_time, steer_fixed_time, steer_min_time, steer_via
+from pickcli.trajopt.parabolic_segment import TICK, straight_segment
+from support import parabolic_reference
+from support.parabolic_reference import least_time
 
-PACE = ParabolicLimits(
-    np.array([1.0, 2.2, 3.4]), np.array([2.0, 5.0, 7.0]), np.array([40.0, 100.0, 140.0]), 0.05
-)
+FIGURES = (np.array([1.0, 2.2, 3.4]), np.array([2.0, 5.0, 7.0]), np.array([40.0, 100.0, 140.0]), 0.05)
+PACE, OWN = ParabolicLimits(*FIGURES), parabolic_reference.ParabolicLimits(*FIGURES)
 share = st.floats(-1.0, 1.0)
 three = st.tuples(share, share, share).map(np.array)
 states = st.builds(lambda q, v: JointState(2 * q, v * PACE.velocity), three, three)
@@ -35,7 +38,7 @@ def assert_leads(segment: ParabolicSegment, start: JointState, end: JointState) 
     t = np.linspace(0.0, segment.duration, 200)
     q, v = segment.evaluate(t)
     assert np.all(np.abs(v) <= PACE.velocity * (1 + 1e-8))
-    assert np.all(np.abs(segment.acceleration(t)) <= PACE.acceleration * (1 + 1e-8))
+    assert np.all(np.abs(parabolic_accelerations([segment])) <= PACE.acceleration * (1 + 1e-8))
     # What it says of velocity and acceleration is what its position does.
     fine = np.linspace(0.0, segment.duration, 2001)
     q, v = segment.evaluate(fine)
@@ -51,7 +54,7 @@ def test_the_fastest_leg_leads_from_state_to_state_and_none_is_faster_than_its_s
     if segment is None:
         return  # a joint that would have to wait and cannot; from rest there is always one, see below
     assert_leads(segment, start, end)
-    assert segment.duration >= least_time(end.q - start.q, start.v, end.v, PACE).max() - TICK
+    assert segment.duration >= least_time(end.q - start.q, start.v, end.v, OWN).max() - TICK
 
 
 @given(three, three)
@@ -60,7 +63,7 @@ def test_from_rest_to_rest_there_is_a_leg_within_two_ticks_of_the_slowest_joints
 ) -> None:
     segment = steer_min_time(JointState.at_rest(q0), JointState.at_rest(q1), PACE, np.inf)
     assert segment is not None
-    slowest = least_time(q1 - q0, np.zeros(3), np.zeros(3), PACE).max()
+    slowest = least_time(q1 - q0, np.zeros(3), np.zeros(3), OWN).max()
     assert slowest - 1e-9 <= segment.duration <= max(slowest, TICK) + 4 * TICK
 
 
@@ -69,7 +72,7 @@ thousandths = st.integers(-1000, 1000).map(lambda k: k / 1000)
 
 @given(thousandths, thousandths, thousandths)
 def test_without_pause_a_joint_is_as_fast_as_ruckig_says(d: float, v0: float, v1: float) -> None:
-    pace = ParabolicLimits(np.ones(1), np.full(1, 2.0), np.full(1, np.inf), 0.0)
+    pace = parabolic_reference.ParabolicLimits(np.ones(1), np.full(1, 2.0), np.full(1, np.inf), 0.0)
     given_, plan = ruckig.InputParameter(1), ruckig.Trajectory(1)
     given_.current_position, given_.target_position = [0.0], [2 * d]
     given_.current_velocity, given_.target_velocity = [v0], [v1]

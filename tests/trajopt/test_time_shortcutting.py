@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from pickcli.geometry import Array
+from pickcli.kernel import JointState, ParabolicLimits, ParabolicTrajectory, steer_min_time
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.trajopt.collision_descent import CollisionDepth, descend_collisions
-from pickcli.trajopt.parabolic_segment import JointState, ParabolicLimits, resting_segment, straight_segment
-from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
-from pickcli.trajopt.steering import steer_min_time
+from pickcli.trajopt.parabolic_segment import resting_segment, straight_segment
 from pickcli.trajopt.time_shortcutting import shortcut_time
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 from support.fake_validator import FakeValidator

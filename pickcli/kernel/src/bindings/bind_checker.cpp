@@ -193,8 +193,7 @@ nb::object clearances(const Checker& checker, nb::handle Q_in, double max_distan
   std::vector<double> out(static_cast<std::size_t>(Q.rows()));
   {
     nb::gil_scoped_release unlocked;
-    for (std::size_t i = 0; i < out.size(); ++i)
-      out[i] = checker.clearance(Q.data() + i * static_cast<std::size_t>(checker.n()), max_distance).distance;
+    checker.clearances(Q.data(), Q.rows(), max_distance, out.data());
   }
   const std::size_t n_rows = out.size();
   return to_numpy(std::move(out), {n_rows});

@@ -17,6 +17,7 @@ Wrong shapes and values raise ValueError naming the argument.)";
   apc::bind_planning(m);
   apc::bind_timing(m);
   apc::bind_blend(m);
+  apc::bind_parabolic(m);
   m.def("simd", &apc::simd_name,
         R"(Which build of the batch test runs: "avx2" or "baseline". Both give the same bits.)");
   m.def(

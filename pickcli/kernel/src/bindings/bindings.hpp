@@ -10,5 +10,6 @@ void bind_checker(nanobind::module_& m);
 void bind_planning(nanobind::module_& m);
 void bind_timing(nanobind::module_& m);
 void bind_blend(nanobind::module_& m);
+void bind_parabolic(nanobind::module_& m);
 
 }  // namespace apc

@@ -58,6 +58,9 @@ class Checker {
   //! The nearest pair at q (n), in double precision and signed; distance is at most max_distance.
   Contact clearance(const double* q, double max_distance) const;
 
+  //! Its distances at the rows of Q (n_rows, n): what the batch test proves free at max_distance is not measured.
+  void clearances(const double* Q, int n_rows, double max_distance, double* out) const;
+
  private:
   //! Tries to prove eight edges between nine rows of Q at once, each whole and as if it moved as far as any of
   //! them: a trajectory's many short ones mostly are.

@@ -1,6 +1,7 @@
 //! \file
 //! Exact signed clearance in double precision.
 #include <algorithm>
+#include <memory>
 
 #include "collision/checker.hpp"
 
@@ -90,6 +91,14 @@ class NearestPair {
 
 Contact Checker::clearance(const double* q, double max_distance) const {
   return NearestPair(*this, q, max_distance).best();
+}
+
+void Checker::clearances(const double* Q, int n_rows, double max_distance, double* out) const {
+  const std::size_t n = static_cast<std::size_t>(this->n()), K = static_cast<std::size_t>(n_rows);
+  const auto is_far = std::make_unique<bool[]>(K);
+  are_free(Q, n_rows, max_distance, is_far.get());
+  for (std::size_t i = 0; i < K; ++i)
+    out[i] = is_far[i] ? max_distance : clearance(Q + i * n, max_distance).distance;
 }
 
 }  // namespace apc
