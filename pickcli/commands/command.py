@@ -15,6 +15,11 @@ from pickcli.errors import ApcError, NoPlanError, RejectedError
 _RESULT = f"{__name__}.result"  # where a result waits in a click context until its command ends
 
 
+def _is_told_once(option: click.Option) -> bool:
+    """Whether an option has one value, so that a second one would silently replace the first."""
+    return not option.is_flag and not option.multiple
+
+
 class Terminated(KeyboardInterrupt):
     """SIGTERM, which ends a command as Ctrl-C does: so that it can say what is kept and how it goes on."""
 
@@ -43,7 +48,7 @@ class Command(click.Command):
         try:
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for parameter, times in Counter(order).items():
-                if isinstance(parameter, click.Option) and not parameter.is_flag and times > 1:
+                if isinstance(parameter, click.Option) and _is_told_once(parameter) and times > 1:
                     raise click.UsageError(f"{parameter.opts[-1]} is given {times} times; keep one", ctx)
             return super().parse_args(ctx, args)
         except (ApcError, click.UsageError) as error:

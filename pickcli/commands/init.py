@@ -46,13 +46,17 @@ FIGURE = "[JOINT=]NUMBER"
               help="N or Nm, likewise; for simulation only.")  # fmt: skip
 @click.option("--accept-unshaped", is_flag=True,
               help="Leave links untested that have no collision shape.")  # fmt: skip
+@click.option("--tool", metavar="KIND", help="What is mounted: suction, or gripper (as the URDF has it).")
+@click.option("--tool-figure", "tool_figures", metavar="KEY=NUMBER", multiple=True,
+              help="Figure of the tool, e.g. friction=0.5; may be repeated.")  # fmt: skip
 @seed_option
 @json_option
 def command(
     folder: Path, urdf: Path, srdf: Path | None, group: str | None, tip: str | None, without: tuple[str, ...],
     package_path: tuple[str, ...], xacro_arguments: tuple[str, ...], joint_limits: Path | None,
     velocities: tuple[str, ...], accelerations: tuple[str, ...], jerks: tuple[str, ...],
-    forces: tuple[str, ...], accept_unshaped: bool, seed: int, as_json: bool,
+    forces: tuple[str, ...], accept_unshaped: bool, tool: str | None, tool_figures: tuple[str, ...],
+    seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Write a cell for a robot, from its URDF.
 
@@ -70,6 +74,7 @@ def command(
     from pickcli.robot_setup.cell_setup import SetupOptions, set_up_cell
     from pickcli.robot_setup.sphere_excess import sphere_excess
     from pickcli.robot_setup.stated_limits import EFFORT
+    from pickcli.robot_setup.suggested_tool import figure_of
 
     figures = {"velocity": velocities, "acceleration": accelerations, "jerk": jerks, EFFORT: forces}
     named = [text for text in package_path if "=" in text]
@@ -85,6 +90,8 @@ def command(
         joint_limits=joint_limits,
         figures=[_figure(kind, text) for kind, texts in figures.items() for text in texts],
         accepts_unshaped=accept_unshaped,
+        tool=tool,
+        tool_figures=dict(map(figure_of, tool_figures)),
         seed=seed,
     )
     if folder.parent.is_dir():
@@ -130,7 +137,7 @@ def _summary(made: CellSetup, spheres: list[SphereExcess]) -> dict[str, Any]:
         "path": str(made.folder),
         "group": chain.group or None,
         "joints": list(chain.joints),
-        "tip": chain.tip,
+        "tip": made.cell.robot.tool.cup_link,
         "standing": {joint.name: joint.position for joint in draft.standing},
         "unshaped": list(draft.unshaped),
         "spheres": sum(each.n_spheres for each in spheres),
@@ -155,6 +162,12 @@ def _lines(made: CellSetup, spheres: list[SphereExcess]) -> list[str]:
     lines = [f"chain: {', '.join(chain.joints)}; tip {chain.tip} ({why})"]
     if draft.standing:
         lines.append(f"stand still: {', '.join(f'{j.name} at {j.position:g}' for j in draft.standing)}")
+    if made.cell.robot.tool.gripper is not None:
+        least, most = made.cell.robot.tool.range
+        along, deep = (1e3 * side for side in made.cell.robot.tool.gripper.pad)
+        lines.append(
+            f"gripper: opens from {1e3 * least:g} to {1e3 * most:g} mm, pads of {along:g} x {deep:g} mm"
+        )
     if spheres:
         worst = max(spheres, key=lambda each: each.max_excess)
         lines.append(

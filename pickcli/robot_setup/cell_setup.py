@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import re
 import shutil
 import tempfile
@@ -22,6 +23,7 @@ from pickcli.cell.srdf import Srdf, read_srdf
 from pickcli.cell.urdf import Urdf, read_urdf
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, UnknownNameError, shortened
+from pickcli.files import file_warnings
 from pickcli.files.schema import MAX_TEXT
 from pickcli.files.yaml_reader import Source
 from pickcli.precompute.empty_cell_checkers import checker
@@ -39,8 +41,11 @@ from pickcli.robot_setup.stated_limits import (
     without_those_of_file,
 )
 from pickcli.robot_setup.suggested_configurations import N_CANDIDATES, samples, states_of_srdf, suggest
+from pickcli.robot_setup.suggested_tool import TOOL_URDF, SuggestedTool, suggest_tool
 
 URDF, SRDF, LIMITS, CELL = "robot.urdf", "robot.srdf", "joint_limits.yaml", "cell.yaml"
+_log = logging.getLogger(__name__)
+
 STEPS = 3  # that are told of as progress
 STAND_IN = 1.0  # of limits that are missing, while nothing but the robot's shape is looked at
 
@@ -76,6 +81,8 @@ class SetupOptions:
         joint_limits: A ROS ``joint_limits.yaml``.
         figures: Limits that are stated on top of these.
         accepts_unshaped: Whether links without a collision shape may stay untested.
+        tool: Kind of the tool, "suction" or "gripper"; None where nothing is to be mounted.
+        tool_figures: What is stated of it, by the keys of a cell file.
         seed: Of all samples.
     """
 
@@ -90,6 +97,8 @@ class SetupOptions:
     joint_limits: Path | None = None
     figures: Sequence[StatedLimit] = ()
     accepts_unshaped: bool = False
+    tool: str | None = None
+    tool_figures: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
 
 
@@ -140,9 +149,23 @@ def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserv
     if not folder.parent.is_dir():
         raise InputError(f"{folder}: the folder {folder.parent} does not exist; make it first")
     with _staging(folder, request) as staging:
-        made = _made(staging, folder, request, on_progress)
+        with _unheard():
+            made = _made(staging, folder, request, on_progress)
         staging.rename(folder)
+    for line in () if made.left else made.cell.warnings:
+        _log.warning("%s", line.replace(str(staging), str(folder)))
     return replace(made, cell=replace(made.cell, path=folder))
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """No warnings of cells that are not finished: the finished one is warned of in the end."""
+    log = logging.getLogger(file_warnings.__name__)
+    log.disabled = True
+    try:
+        yield
+    finally:
+        log.disabled = False
 
 
 @contextmanager
@@ -184,6 +207,7 @@ def _made(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
     left = tuple(draft.left())
     if not left:
         cell = load_cell(staging)
+    notes += [draft.tool.note] if draft.tool is not None and draft.tool.note else []
     notes += [
         f"{pair.a} and {pair.b} are allowed or nothing could be planned, but their shapes do collide in some "
         "configurations; smaller collision shapes in the URDF would tell these apart"
@@ -266,6 +290,7 @@ def _draft(
 ) -> CellText:  # fmt: skip
     """All but pairs and configurations, for which the robot has to stand."""
     chain = choose_chain(robot, srdf, request.group, request.tip)
+    tool = _tool(request, robot, chain, staging)
     limits = limits_of_urdf(robot, staging / URDF, chain.joints)
     if file is not None:
         limits = without_those_of_file(limits, file)
@@ -278,12 +303,45 @@ def _draft(
         packages=files.packages,
         without=tuple(request.without),
         chain=chain,
-        standing=tuple(_standing(robot, srdf, chain)),
-        unshaped=_unshaped(robot, chain),
+        standing=tuple(_standing(robot, srdf, chain, () if tool is None else tool.joints)),
+        unshaped=_unshaped(robot, chain, None if tool is None else tool.flange),
         accepts_unshaped=request.accepts_unshaped,
         limits=limits,
         limits_file=None if file is None else LIMITS,
+        tool=tool,
     )
+
+
+def _tool(request: SetupOptions, robot: Urdf, chain: PlannedChain, staging: Path) -> SuggestedTool | None:
+    """What is mounted, its URDF written. Raises InputError where there is no such tool."""
+    if request.tool is None:
+        if request.tool_figures:
+            raise InputError(
+                f"{next(iter(request.tool_figures))} is of a tool; add --tool suction or gripper"
+            )
+        _refuse_middle(robot, chain)
+        return None
+    tool = suggest_tool(request.tool, robot, chain).with_figures(request.tool_figures)
+    if tool.urdf is not None:
+        (staging / TOOL_URDF).write_text(tool.urdf)
+    return tool
+
+
+def _refuse_middle(robot: Urdf, chain: PlannedChain) -> None:
+    """Refuse a tip that something with a shape hangs on: a bare arm ends there. Raises InputError."""
+    hanging = [
+        link
+        for link in robot.links
+        if robot.links[link].shapes and chain.tip in {joint.parent for joint in robot.way(link)}
+    ]
+    if hanging:
+        first = next(joint.child for joint in robot.way(hanging[0]) if joint.parent == chain.tip)
+        free = [f"--tip {link}" for link in chain.other_tips if not robot.children(link)]
+        raise InputError(
+            f"{first} hangs on {chain.tip}, and an arm ends with its tip; add "
+            f"{' or '.join([*free, '--tool gripper', '--tool suction'])}, or leave it out with --without "
+            f"{first}"
+        )
 
 
 def _cell_name(folder: Path) -> str:
@@ -291,10 +349,12 @@ def _cell_name(folder: Path) -> str:
     return plain if re.match("[A-Za-z]", plain) else f"cell_{plain}"
 
 
-def _standing(robot: Urdf, srdf: Srdf | None, chain: PlannedChain) -> Iterator[JointPosture]:
+def _standing(
+    robot: Urdf, srdf: Srdf | None, chain: PlannedChain, of_tool: Sequence[str]
+) -> Iterator[JointPosture]:
     """Where the joints stand that are not planned: as a state of the SRDF says, else at 0 or next to it."""
     for name, joint in robot.driven(robot.joints.values()).items():
-        if name in chain.joints:
+        if name in chain.joints or name in of_tool:
             continue
         states = [] if srdf is None else [s for s in srdf.states if name in s.positions]
         state = next((s for s in states if joint.lower <= s.positions[name] <= joint.upper), None)
@@ -304,8 +364,11 @@ def _standing(robot: Urdf, srdf: Srdf | None, chain: PlannedChain) -> Iterator[J
             yield JointPosture(name, float(np.clip(0.0, joint.lower, joint.upper)), "as near to 0 as it goes")
 
 
-def _unshaped(robot: Urdf, chain: PlannedChain) -> tuple[str, ...]:
-    """Links of which nothing would be tested: drawn without a shape, or alone on their joint without one."""
+def _unshaped(robot: Urdf, chain: PlannedChain, flange: str | None) -> tuple[str, ...]:
+    """Links of which nothing would be tested: drawn without a shape, or alone on their joint without one.
+
+    The tool has shapes, and moves with its flange.
+    """
     found = list(robot.unshaped)
     moved: dict[str, list[str]] = {}
     for link in robot.links:
@@ -313,7 +376,8 @@ def _unshaped(robot: Urdf, chain: PlannedChain) -> tuple[str, ...]:
         if movers:
             moved.setdefault(movers[-1], []).append(link)
     for links in moved.values():
-        if not any(robot.links[link].shapes for link in links) and not set(links) & set(found):
+        is_shaped = flange in links or any(robot.links[link].shapes for link in links)
+        if not is_shaped and not set(links) & set(found):
             found.append(links[0])
     return tuple(found)
 
@@ -321,7 +385,8 @@ def _unshaped(robot: Urdf, chain: PlannedChain) -> tuple[str, ...]:
 def _probed(staging: Path, draft: CellText) -> Cell:
     """The cell as far as its shape goes, with stand-ins for limits that are missing."""
     limits = {name: _stood_in(each) for name, each in draft.limits.items()}
-    (staging / CELL).write_text(replace(draft, limits=limits, accepts_unshaped=True).text())
+    tool = None if draft.tool is None else draft.tool.stood_in(STAND_IN)
+    (staging / CELL).write_text(replace(draft, limits=limits, tool=tool, accepts_unshaped=True).text())
     return load_cell(staging)
 
 

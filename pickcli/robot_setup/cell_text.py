@@ -10,6 +10,7 @@ from pickcli.cell.cell import AllowedPair
 from pickcli.files.yaml_reader import quoted
 from pickcli.robot_setup.chain_selection import PlannedChain
 from pickcli.robot_setup.stated_limits import FILL_IN, KINDS, StatedLimits
+from pickcli.robot_setup.suggested_tool import SuggestedTool
 
 SCHEMA = "cell.schema.json"
 
@@ -30,10 +31,10 @@ clearance: 0.003  # kept by every planned motion from everything around it, and 
 # Boxes that stand still, e.g. the table that the robot stands on:
 #   - {name: table, lower: [-0.5, -0.5, -0.05], upper: [0.5, 0.5, -0.01]}
 obstacles: []
-
-# Switched devices of a tool, e.g. its pump; tool, pod and tote are added as docs/formats/cell.md says.
-devices: {}
 """
+NO_TOOL = """
+# Switched devices of a tool, e.g. its pump; tool, pod and tote are added as docs/formats/cell.md says.
+devices: {}"""
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,7 @@ class CellText:
         accepts_unshaped: Whether they may stay untested.
         limits: Of the planned joints, by name.
         limits_file: Path of a ``joint_limits.yaml`` from its folder; None without one.
+        tool: What is mounted; None where nothing is.
         pairs: Links that are never tested against each other.
         configurations: Named configurations.
     """
@@ -99,6 +101,7 @@ class CellText:
     accepts_unshaped: bool
     limits: dict[str, StatedLimits]
     limits_file: str | None
+    tool: SuggestedTool | None = None
     pairs: tuple[AllowedPair, ...] = ()
     configurations: tuple[SuggestedConfiguration, ...] = ()
 
@@ -109,7 +112,7 @@ class CellText:
             YAML with comments.
         """
         lines = [HEAD.format(name=quoted(self.name), source=self.source, schema=SCHEMA), *self._robot(), ""]
-        lines += [*self._limits(), TAIL, *self._pairs(), "", *self._configurations()]
+        lines += [*self._limits(), TAIL, *self._tool(), "", *self._pairs(), "", *self._configurations()]
         return "\n".join(lines) + "\n"
 
     def left(self) -> Iterator[str]:
@@ -134,6 +137,8 @@ class CellText:
                     f"joint_limits: max_{kind} of {', '.join(blank)}: no file states it; add --joint-limits "
                     f"FILE, or --max-{kind} with your figure"
                 )
+        if self.tool is not None:
+            yield from self.tool.left()
 
     def _robot(self) -> Iterator[str]:
         chain = self.chain
@@ -149,7 +154,8 @@ class CellText:
         yield "  T_world_base: {xyz: [0, 0, 0], rpy: [0, 0, 0]}"
         yield f"  joints: [{', '.join(map(quoted, chain.joints))}]  # the order of every q; {why}"
         others = f"; {', '.join(chain.other_tips)} would do as well" if chain.other_tips else ""
-        yield f"  tip: {quoted(chain.tip)}  # the frame at the end{others}"
+        if self.tool is None:
+            yield f"  tip: {quoted(chain.tip)}  # the frame at the end{others}"
         if self.standing:
             yield "  posture:  # where the joints stand that are not planned"
             yield from (f"    {quoted(j.name)}: {j.position:g}  # {j.source}" for j in self.standing)
@@ -176,6 +182,14 @@ class CellText:
             if lines:
                 yield f"  {quoted(name)}:"
                 yield from (f"    {line}" for line in lines)
+
+    def _tool(self) -> Iterator[str]:
+        if self.tool is None:
+            yield NO_TOOL.lstrip()
+            return
+        yield from self.tool.lines()
+        yield ""
+        yield from self.tool.device_lines()
 
     def _pairs(self) -> Iterator[str]:
         yield "# Links that are never tested against each other. Those that a joint connects need none. Pairs"

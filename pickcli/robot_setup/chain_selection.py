@@ -58,7 +58,7 @@ def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | N
         group, joints = _likeliest(robot, srdf, fingers)
     if not joints:
         raise InputError(f"--tip {tip}: no joint moves this link; name one at the end of the arm")
-    ends = _rigid_with_last(robot, joints[-1])
+    ends = rigid_with(robot, joints[-1])
     if tip is not None and not set(joints) <= robot.driven(robot.way(tip)).keys():
         listed = ", ".join(ends)
         raise InputError(f"--tip {tip}: is not at the end of {_told(joints)}; name one of {listed}")
@@ -66,7 +66,7 @@ def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | N
         (name for end in ends for j in robot.children(end) for name in _below(robot, j)), fingers
     )
     if tip is not None and behind:
-        listed = ", ".join(_rigid_with_last(robot, behind[-1]))
+        listed = ", ".join(rigid_with(robot, behind[-1]))
         raise InputError(
             f"--tip {tip}: is in the middle of the arm, before {_told(behind)}; name a link at its "
             f"end: {listed}"
@@ -117,6 +117,24 @@ def finger_joints(robot: Urdf, srdf: Srdf | None) -> frozenset[str]:
         if len(branches) > 1 and all(len(branch) < before for branch in branches):
             found |= {name for joint in robot.children(link) for name in _below(robot, joint)}
     return frozenset(found)
+
+
+def rigid_with(robot: Urdf, last: str) -> tuple[str, ...]:
+    """The links that a joint moves and no joint after it.
+
+    Args:
+        robot: The robot.
+        last: Name of the joint.
+
+    Returns:
+        Names of the links, the joint's own first.
+    """
+    ahead = [next(joint.child for joint in robot.joints.values() if joint.name == last)]
+    found = []
+    while ahead:
+        found.append(ahead.pop(0))
+        ahead += [j.child for j in robot.children(found[-1]) if j.type is JointType.FIXED]
+    return tuple(found)
 
 
 def _members(robot: Urdf, groups: Mapping[str, Group], name: str, within: frozenset[str]) -> Iterable[str]:
@@ -181,7 +199,7 @@ def _likeliest(robot: Urdf, srdf: Srdf | None, fingers: frozenset[str]) -> tuple
         raise InputError("no joint of the robot moves by itself, so nothing can be planned")
     longest = {link: chain for link, chain in chains.items() if len(chain) == most}
     if len(set(longest.values())) > 1:
-        ends = {_likeliest_tip(robot, srdf, "", _rigid_with_last(robot, c[-1])): c for c in longest.values()}
+        ends = {_likeliest_tip(robot, srdf, "", rigid_with(robot, c[-1])): c for c in longest.values()}
         raise InputError(f"which arm? name the link at its end with --tip; {_candidates(ends)}")
     return "", next(iter(longest.values()))
 
@@ -203,16 +221,6 @@ def _as_chain(robot: Urdf, joints: tuple[str, ...]) -> tuple[str, ...] | None:
         if joints and len(chain) == len(joints):
             return chain
     return None
-
-
-def _rigid_with_last(robot: Urdf, last: str) -> tuple[str, ...]:
-    """The links that the last joint moves and no joint after it."""
-    ahead = [next(joint.child for joint in robot.joints.values() if joint.name == last)]
-    found = []
-    while ahead:
-        found.append(ahead.pop(0))
-        ahead += [j.child for j in robot.children(found[-1]) if j.type is JointType.FIXED]
-    return tuple(found)
 
 
 def _likeliest_tip(robot: Urdf, srdf: Srdf | None, group: str, ends: tuple[str, ...]) -> str:

@@ -1,0 +1,151 @@
+"""The flat pads of two fingers, found in their collision shapes: where both are flat, opposite each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.geometry import Array
+
+CELL = 0.0005  # m, side of the cells that pads are made of
+MOST_CELLS = 200  # along a side; longer fingers have larger cells
+FLAT = 0.0003  # m that the face of a pad may be uneven
+DEEP = 0.002  # m behind its face in which a pad is solid
+LEAST = 0.003  # m, the shorter side of what is called a pad
+
+_N_SIDES = 64  # of the prism that stands for a cylinder
+
+
+@dataclass(frozen=True, eq=False)
+class FingerPads:
+    """Two pads of one size that face each other.
+
+    Attributes:
+        middle: (3,) m, the middle between both, in the frame in which the fingers were given.
+        size: m, their sides along x and z of that frame.
+        gap: m between their faces along y.
+    """
+
+    middle: Array
+    size: tuple[float, float]
+    gap: float
+
+
+def find_pads(upper: Sequence[Body], lower: Sequence[Body]) -> FingerPads | None:
+    """Find the largest rectangle that is flat and solid on both fingers.
+
+    Args:
+        upper: Shapes of the finger on the side of +y, their ``T_parent_shape`` in a frame whose y points
+            along which the fingers close.
+        lower: Shapes of the finger on the side of -y, in the same frame.
+
+    Returns:
+        The pads; None where no such rectangle is ``LEAST`` wide.
+    """
+    corners = [_box_around(shapes) for shapes in (upper, lower)]
+    low = np.max([low for low, _ in corners], axis=0)
+    high = np.min([high for _, high in corners], axis=0)
+    if (high - low < LEAST).any():
+        return None
+    n = np.minimum(np.floor((high - low) / CELL), MOST_CELLS).astype(int)
+    sides = (high - low) / n
+    x, z = (low[k] + sides[k] * (np.arange(n[k]) + 0.5) for k in range(2))
+    columns = np.stack(np.meshgrid(x, z, indexing="ij"), axis=-1).reshape(-1, 2)
+    above, below = _inner_face(upper, columns, 1.0), _inner_face(lower, columns, -1.0)
+    if above is None or below is None:
+        return None
+    first, last = _largest_rectangle((above[1] & below[1]).reshape(*n))
+    size = sides * (last - first - 1)  # the cells at the rim are in by their middles only
+    if size.min() < LEAST:
+        return None
+    middle = low + sides * (first + last) / 2
+    face, opposite = above[0], below[0]
+    center = np.array([middle[0], (face + opposite) / 2, middle[1]])
+    return FingerPads(center, (float(size[0]), float(size[1])), float(face - opposite))
+
+
+def _box_around(shapes: Sequence[Body]) -> tuple[Array, Array]:
+    """Lower and upper corner (2,), (2,) of a finger along x and z."""
+    ends = [(body.T_parent_shape[:3, 3], body.shape.reach(body.T_parent_shape[:3, :3])) for body in shapes]
+    low = np.min([center - half for center, half in ends], axis=0)
+    high = np.max([center + half for center, half in ends], axis=0)
+    return low[[0, 2]], high[[0, 2]]
+
+
+def _inner_face(
+    shapes: Sequence[Body], columns: Array, side: float
+) -> tuple[float, NDArray[np.bool_]] | None:
+    """Where along y a finger begins, and over which columns (N, 2) its face is flat there and solid behind.
+
+    What is on the side of -y is looked at from there, mirrored. None where no column meets the finger.
+    """
+    spans = [_span(body, columns, side) for body in shapes]
+    begins = np.min([begin for begin, _ in spans], axis=0)
+    if not np.isfinite(begins).any():
+        return None
+    face = float(begins.min())
+    is_solid = np.any([(begin <= face + FLAT) & (end >= face + DEEP) for begin, end in spans], axis=0)
+    return side * face, is_solid
+
+
+def _span(body: Body, columns: Array, side: float) -> tuple[Array, Array]:
+    """Where lines along y, at x and z (N, 2), enter a solid and leave it, (N,) each. Infinite: a miss."""
+    T = body.T_parent_shape
+    normals, offsets = _planes(body.shape)
+    normals = normals @ T[:3, :3].T
+    offsets = offsets - normals @ T[:3, 3]
+    along = side * normals[:, 1]
+    across = columns @ normals[:, [0, 2]].T + offsets  # of the point at y = 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = -across / along
+    enters = np.where(along < 0.0, t, -np.inf).max(axis=1)
+    leaves = np.where(along > 0.0, t, np.inf).min(axis=1)
+    misses = ((along == 0.0) & (across > 0.0)).any(axis=1) | (enters > leaves)
+    return np.where(misses, np.inf, enters), np.where(misses, -np.inf, leaves)
+
+
+def _planes(shape: Shape) -> tuple[Array, Array]:
+    """Outward normals (M, 3) and offsets (M,) of a convex solid, ``normal @ p + offset <= 0`` inside it.
+
+    A cylinder is the prism inside it; a ball has no flat side, and its planes hold nothing.
+    """
+    if shape.kind is ShapeKind.HULL:
+        from scipy.spatial import ConvexHull  # only where a finger has meshes
+
+        planes = ConvexHull(np.array(shape.vertices)).equations
+        return planes[:, :3], planes[:, 3]
+    if shape.kind is ShapeKind.BOX:
+        return np.vstack([np.eye(3), -np.eye(3)]), -np.tile(np.array(shape.size) / 2, 2)
+    if shape.kind is ShapeKind.SPHERE:
+        return np.vstack([np.eye(3), -np.eye(3)]), np.ones(6)
+    radius, length = shape.size
+    angles = np.arange(_N_SIDES) * (2 * np.pi / _N_SIDES)
+    around = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(_N_SIDES)])
+    inner = radius * np.cos(np.pi / _N_SIDES)
+    ends = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+    return np.vstack([around, ends]), -np.concatenate([np.full(_N_SIDES, inner), [length / 2] * 2])
+
+
+def _largest_rectangle(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """First and past-the-last row and column, (2,) each, of the largest rectangle that is all true.
+
+    Under every row the true cells that end in it are a histogram, whose largest rectangle a stack finds.
+    """
+    best, found = 0, (np.zeros(2, dtype=int), np.zeros(2, dtype=int))
+    heights = np.zeros(mask.shape[1] + 1, dtype=int)
+    for row, cells in enumerate(mask):
+        heights[:-1] = np.where(cells, heights[:-1] + 1, 0)
+        open_from: list[tuple[int, int]] = []
+        for column, height in enumerate(heights.tolist()):
+            begin = column
+            while open_from and open_from[-1][1] >= height:
+                begin, tall = open_from.pop()
+                if tall * (column - begin) > best:
+                    best = tall * (column - begin)
+                    found = np.array([row + 1 - tall, begin]), np.array([row + 1, column])
+            open_from.append((begin, height))
+    return found

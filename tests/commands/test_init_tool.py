@@ -1,0 +1,183 @@
+"""``apc init --tool``: a cup at the flange, or the gripper that the URDF has, and what is left to fill in."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell_file import load_cell
+from pickcli.geometry import rotation_rpy
+from support.command_line import apc, refused
+from support.new_robots import write_branching, write_gripper_arm
+
+LIMITS = ("--max-acceleration", "5", "--max-jerk", "50", "--max-velocity", "1.5", "--motor-force", "50")
+FIGURES = ("--tool-figure", "force=40", "--tool-figure", "friction=0.5", "--tool-figure", "closing_speed=0.1")
+
+
+def test_a_cup_is_mounted_at_the_flange_with_figures_to_measure(tmp_path: Path) -> None:
+    cell = tmp_path / "arm"
+    words = ("--urdf", write_branching(tmp_path), "--tip", "flange", *LIMITS)
+    made = apc("init", cell, *words, "--tool", "suction")
+    assert made.code == 0 and "left to fill in" not in made.out, made.err
+    assert "note:" not in made.out  # the branching robot's fingers hang before the flange
+    tool = load_cell(cell).robot.tool
+    assert tool.suction_cup is not None and tool.flange_link == "flange"
+    np.testing.assert_allclose(tool.tip_in_flange(tool.default_state)[:3, 3], (0.0, 0.0, 0.23))
+    section = (cell / "cell.yaml").read_text().partition("tool:\n")[2].partition("\n\n")[0]
+    for key in ("cup_stroke", "cup_tilt", "max_pull", "max_shear", "max_moment", "seal_time"):
+        assert re.search(rf"^  {key}: .*; measure yours$", section, re.M), key
+    assert apc("check", cell).code == 0
+    move = tmp_path / "move.json"
+    planned = apc("plan-move", "--cell", cell, "--from", "home", "--to", "parked", "-o", move)
+    assert planned.code == 0 and "certified" in planned.out, planned.err
+
+
+def test_a_stated_figure_is_written_in_place_of_the_usual_one(tmp_path: Path) -> None:
+    words = ("--urdf", write_branching(tmp_path), *LIMITS, "--tool", "suction")
+    made = apc(
+        "init", tmp_path / "arm", *words, "--tool-figure", "max_pull=12", "--tool-figure", "cup_tilt=0.05"
+    )
+    assert made.code == 0, made.err
+    text = (tmp_path / "arm" / "cell.yaml").read_text()
+    assert "max_pull: 12  # N along the axis at full vacuum; as asked for" in text
+    assert load_cell(tmp_path / "arm").robot.tool.cup.tilt == 0.05
+
+
+def test_a_cup_beside_fingers_is_told_of(tmp_path: Path) -> None:
+    words = ("--urdf", write_gripper_arm(tmp_path), *LIMITS, "--tool", "suction")
+    made = apc("init", tmp_path / "arm", *words)
+    assert made.code == 0 and "note: slide_one stay beside the cup" in made.out, made.err
+    without = apc("init", tmp_path / "bare", *words, "--without", "hand")
+    assert without.code == 0 and "note:" not in without.out, without.err
+
+
+def test_a_cup_points_along_the_last_joint_where_z_of_the_flange_does_not(tmp_path: Path) -> None:
+    urdf = write_gripper_arm(tmp_path)
+    turned = urdf.read_text().replace('<child link="tool0"/><origin xyz="0 0 0.03"/>',
+                                      '<child link="tool0"/><origin xyz="0 0.03 0"/>')  # fmt: skip
+    urdf.write_text(turned)
+    made = apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--tool", "suction", "--without", "hand")
+    assert made.code == 0, made.err
+    tool = load_cell(tmp_path / "arm").robot.tool
+    np.testing.assert_allclose(tool.tip_in_flange(tool.default_state)[:3, 2], (0.0, 1.0, 0.0), atol=1e-4)
+
+
+@pytest.mark.parametrize("out", [0.006, 0.011])
+def test_a_gripper_is_read_from_the_urdf(out: float, tmp_path: Path) -> None:
+    cell, urdf = tmp_path / "arm", write_gripper_arm(tmp_path, out)
+    made = apc("init", cell, "--urdf", urdf, *LIMITS, "--tool", "gripper", *FIGURES)
+    assert made.code == 0 and "left to fill in" not in made.out, made.err
+    tool = load_cell(cell).robot.tool
+    assert tool.gripper is not None and tool.joints == ("slide_one", "slide_other")
+    assert (tool.flange_link, tool.lance_link) == ("tool0", "hand")
+    gap = 2 * (out - 0.006)
+    assert tool.gripper.gap == pytest.approx(gap)
+    assert tool.range == pytest.approx((gap, gap + 0.08))
+    # Both pads are 80 x 20 mm, 60 mm out of a hand that lies on its side, its x out of the flange.
+    assert sorted(tool.gripper.pad) == pytest.approx([0.02, 0.08], abs=0.0015)
+    T = tool.tip_in_flange(tool.default_state)
+    np.testing.assert_allclose(T[:3, 3], (0.0, 0.0, 0.1), atol=6e-4)
+    np.testing.assert_allclose(T[:3, 2], (0.0, 0.0, 1.0), atol=1e-4)
+    np.testing.assert_allclose(abs(T[:3, 1]), abs(rotation_rpy(0, -np.pi / 2, 0)[:, 2]), atol=1e-4)
+    assert apc("check", cell).code == 0
+
+
+def test_what_no_urdf_states_of_a_gripper_is_left_to_fill_in(tmp_path: Path) -> None:
+    cell = tmp_path / "arm"
+    words = ("--urdf", write_gripper_arm(tmp_path), *LIMITS, "--tool", "gripper")
+    made = apc("init", cell, *words, "--json")
+    assert made.code == 0, made.err
+    left = json.loads(made.out)["left_to_fill_in"]
+    keys = ["tool.force", "tool.friction", "tool.closing_speed", "devices.gripper.lead"]
+    assert [each.partition(":")[0] for each in left] == keys
+    refused(apc("check", cell), 3, *keys)
+    text = (cell / "cell.yaml").read_text()
+    for key, value in {"force": 40, "friction": 0.5, "closing_speed": 0.1, "lead": 0.9}.items():
+        text = re.sub(rf"(?m)^( +{key}):  # fill in", rf"\1: {value}  #", text)
+    (cell / "cell.yaml").write_text(text)
+    assert apc("check", cell).code == 0
+
+
+REVOLUTE = {"kind": "revolute"}
+GRIPPER = ("--tool", "gripper")
+MISTAKES = {
+    "a kind that is none": (
+        {}, ("--tool", "griper"), "--tool: unknown kind of tool 'griper'; did you mean 'gripper'?",
+    ),
+    "no fingers": (
+        {}, (*GRIPPER, "--without", "hand"),
+        "no finger slides in what is beyond the arm (wrist, tool0); name a URDF that has the gripper",
+    ),
+    "fingers that turn": (
+        REVOLUTE, (*GRIPPER, "--tip", "tool0"), "there only turn slide_one, slide_other",
+    ),
+    "fingers that cross": (
+        {"axis": "0 1 -1"}, GRIPPER, "slide_one and slide_other do not move along one line",
+    ),
+    "no pads": (
+        {"pad": "0.001"}, GRIPPER, "nothing that is flat over 3 mm; give them a <collision>",
+    ),
+    "a figure of nothing": (
+        {}, (*GRIPPER, "--tool-figure", "force=0"), "expected KEY=NUMBER with a number",
+    ),
+    "a tip in the hand's way": ({}, ("--tip", "tool0"), "hand hangs on tool0, and an arm ends with its tip"),
+    "a figure that is none": ({}, (*GRIPPER, "--tool-figure", "froce=4"), "did you mean 'force'?"),
+    "a figure of no tool": (
+        {}, ("--tool-figure", "force=4"), "force is of a tool; add --tool suction or gripper",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_told_and_nothing_is_written(mistake: str, tmp_path: Path) -> None:
+    robot, words, told = MISTAKES[mistake]
+    urdf = write_gripper_arm(tmp_path, **robot)  # type: ignore[arg-type]
+    refused(apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, *words), 3, told)
+    assert not (tmp_path / "arm").exists()
+
+
+def test_shapes_that_hang_on_a_finger_are_told_of(tmp_path: Path) -> None:
+    urdf = write_gripper_arm(tmp_path)
+    tip = '<link name="tip"><collision><geometry><sphere radius="0.01"/></geometry></collision></link>'
+    joint = '<joint name="tip_joint" type="fixed"><parent link="one"/><child link="tip"/></joint>'
+    urdf.write_text(urdf.read_text().replace("</robot>", f"{tip}{joint}</robot>"))
+    refused(
+        apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--tool", "gripper"), 3, "tip hangs on one;"
+    )
+
+
+def test_three_fingers_are_too_many(tmp_path: Path) -> None:
+    urdf = write_gripper_arm(tmp_path)
+    third = '<link name="third"><collision><geometry><sphere radius="0.01"/></geometry></collision></link>'
+    joint = '<joint name="slide_third" type="prismatic"><parent link="hand"/><child link="third"/>'
+    joint += '<axis xyz="0 1 0"/>'
+    limit = '<limit lower="0" upper="0.04" effort="20" velocity="0.1"/><mimic joint="slide_one"/></joint>'
+    urdf.write_text(urdf.read_text().replace("</robot>", f"{third}{joint}{limit}</robot>"))
+    told = "expected two fingers in one hand, got slide_one, slide_other, slide_third in hand; leave out"
+    refused(apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--tool", "gripper"), 3, told)
+
+
+def test_options_that_may_be_repeated_are(tmp_path: Path) -> None:
+    words = (
+        "--urdf",
+        write_gripper_arm(tmp_path),
+        "--max-jerk",
+        "pan=50",
+        "--max-jerk",
+        "lift=40",
+        "--tool",
+        "suction",
+    )
+    made = apc("init", tmp_path / "arm", *words, "--json")
+    assert made.code == 0, made.err
+    assert any("max_jerk of bend:" in each for each in json.loads(made.out)["left_to_fill_in"])
+
+
+def test_a_warning_names_the_folder_that_is_written(tmp_path: Path) -> None:
+    made = apc("init", tmp_path / "arm", "--urdf", write_gripper_arm(tmp_path), *LIMITS, "--tool", "suction")
+    assert made.code == 0 and made.err.count("has no <inertial>") in (1, 2, 3, 4), made.err
+    assert f"{tmp_path / 'arm' / 'cell.yaml'}:" in made.err and "/.arm." not in made.err
