@@ -16,9 +16,10 @@ from pathlib import Path
 from bench.mutants.mutate import Mutant, mutants
 from bench.mutants.reach import Reach, measured
 from bench.mutants.trial import ROOT, survives
+from bench.mutants.warm import WarmTests
 from pickcli.seeds import derived_rng
 
-GOAL = 0.9  # of all mutants
+GOAL = 0.9  # of the mutants of each package
 PATIENCE = 4.0  # times the CPU time of the tests without a fault
 
 
@@ -54,6 +55,8 @@ PACKAGES = (
             "tests/files/test_atomic_write.py", "tests/files/test_bounded_reading.py",
             "tests/cell/test_default_cell.py", "tests/cell/test_parts_agree.py",
             "tests/cell/test_tool_states.py", "tests/cell/test_other_robots.py",
+            "tests/cell/test_gripper.py", "tests/cell/test_own_places.py",
+            "tests/cell/test_shelf_and_tote.py",
         ),
     ),
     Package(
@@ -91,7 +94,8 @@ PACKAGES = (
          "tests/verification/test_held_from_start.py", "tests/verification/test_tipping_check.py",
          "tests/verification/test_fcl_solids.py", "tests/verification/test_event_bounds.py",
          "tests/verification/test_tipping_geometry.py", "tests/verification/test_separation.py",
-         "tests/verification/test_load_model.py", "tests/verification/test_recovery_bounds.py"),
+         "tests/verification/test_load_model.py", "tests/verification/test_recovery_bounds.py",
+         "tests/verification/test_fingers.py"),
     ),
     Package(
         "contact rules",
@@ -121,19 +125,22 @@ class Tried:
 
 
 def main() -> None:
-    """Try the mutants and print what was found."""
+    """Try the mutants and print what was found, by package and of all."""
     options = _options()
-    n_all = n_found = 0
+    lines, every = [], []
     for package in PACKAGES:
         if options.only is not None and options.only not in package.name:
             continue
         chosen = sample(package, options.mutants, options.seed)
         tried = _tried(package, chosen, 60.0 * options.minutes)
-        n_all, n_found = n_all + tried.n, n_found + tried.n_found
         untried = f", {len(chosen) - tried.n} not tried in time" if tried.n < len(chosen) else ""
-        print(_line(package.name, tried.n_found, tried.n) + untried, flush=True)
-    print(_line("all", n_found, n_all))
-    sys.exit(0 if n_found >= GOAL * n_all else 1)
+        lines.append(_line(package.name, tried) + untried)
+        every.append(tried)
+        print(lines[-1], flush=True)
+    left = tuple(each for tried in every for each in tried.left)
+    print("\nFound by its own tests", *lines, sep="\n")
+    print(_line("all", Tried(sum(tried.n_found for tried in every), left)))
+    sys.exit(0 if all(tried.n_found >= GOAL * tried.n for tried in every) else 1)
 
 
 def _options() -> argparse.Namespace:
@@ -141,25 +148,35 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--mutants", type=int, default=30, help="of each package")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", help="packages whose name holds this text")
-    parser.add_argument("--minutes", type=float, default=float("inf"), help="of each package, at most")
+    parser.add_argument(
+        "--minutes", type=float, default=float("inf"), help="of each package, at most, once its tests ran"
+    )
     return parser.parse_args()
 
 
 def _tried(package: Package, chosen: list[tuple[str, Mutant]], seconds: float) -> Tried:
     """Try mutants in their order until the time is over; tells each that is left, and how it stands."""
     tests = [test for test in package.tests if (ROOT / test).exists()]
-    began, reach, tried = time.monotonic(), _reach(package, tests), Tried()
+    reach, warm, tried = _reach(package, tests), WarmTests(tests), Tried()
+    began = time.monotonic()
     for module, mutant in chosen:
         if time.monotonic() - began > seconds:
             break
-        names, most = reach.of(module, mutant.line), PATIENCE * reach.cpu_s + 5.0
-        if survives(_path(module), mutant.source(), names, most):
+        if _survives(module, mutant, reach, warm):
             tried = replace(tried, left=(*tried.left, (module, mutant)))
             print(f"  survived: pickcli/{module}.py:{mutant}", flush=True)
         else:
             tried = replace(tried, n_found=tried.n_found + 1)
-        print(f"  {_line(package.name, tried.n_found, tried.n)}", file=sys.stderr, flush=True)
+        print(f"  {_line(package.name, tried)}", file=sys.stderr, flush=True)
+    warm.close()
     return tried
+
+
+def _survives(module: str, mutant: Mutant, reach: Reach, warm: WarmTests) -> bool:
+    """Whether no test notices a mutant; where what runs before the tests ran it, in a process of its own."""
+    path, source, most = _path(module), mutant.source(), PATIENCE * reach.cpu_s + 5.0
+    ran, everyone = reach.of(module, mutant.line)
+    return warm.survives(path, source, ran, most) and (not everyone or survives(path, source, everyone, most))
 
 
 def sample(package: Package, n: int, seed: int) -> list[tuple[str, Mutant]]:
@@ -181,8 +198,9 @@ def _path(module: str) -> Path:
     return ROOT / "pickcli" / f"{module}.py"
 
 
-def _line(name: str, n_found: int, n: int) -> str:
-    return f"{name:<18} {n_found:>4} of {n:>4} found, {100.0 * n_found / max(n, 1):5.1f} %"
+def _line(name: str, tried: Tried) -> str:
+    share = 100.0 * tried.n_found / max(tried.n, 1)
+    return f"{name:<18} {tried.n_found:>4} of {tried.n:>4} found, {share:5.1f} %"
 
 
 if __name__ == "__main__":

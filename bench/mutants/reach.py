@@ -29,18 +29,21 @@ class Reach:
     names: dict[str, dict[int, frozenset[str]]]
     cpu_s: float
 
-    def of(self, module: str, line: int) -> list[str]:
-        """Names of the tests that may notice a fault in a line: those that ran it, the quick ones first.
+    def of(self, module: str, line: int) -> tuple[list[str], list[str]]:
+        """Names of the tests that may notice a fault in a line, the quick ones first.
 
-        What runs when the module is imported may matter to all tests; those that run the module come first.
         A line without code of its own belongs to the one before.
+
+        Returns:
+            Those that ran it; and where what runs before the tests ran it too, which may matter to any of
+            them, all tests, those that run the module first.
         """
         lines = self.names[module]
         ran = lines.get(max((known for known in lines if known <= line), default=0), frozenset())
-        if _IMPORT not in ran:
-            return sorted(ran & self.seconds.keys(), key=self.seconds.__getitem__)
-        runs = frozenset[str]().union(*lines.values())
-        return sorted(self.seconds, key=lambda name: (name not in runs, self.seconds[name]))
+        tests = sorted(self.seconds, key=self.seconds.__getitem__)
+        runs = frozenset[str]().union(*lines.values()) if _IMPORT in ran else frozenset[str]()
+        everyone = sorted(tests, key=lambda name: name not in runs) if runs else []
+        return [name for name in tests if name in ran], everyone
 
 
 def measured(modules: Sequence[str], tests: Sequence[str]) -> Reach | None:

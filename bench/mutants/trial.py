@@ -81,15 +81,20 @@ def in_child(run: Callable[[], int], seconds: float) -> tuple[bool, float]:
 def _be_child(run: Callable[[], int], seconds: float) -> None:
     code = 1
     try:
-        null = os.open(os.devnull, os.O_RDWR)
-        for stream in (0, 1, 2):
-            os.dup2(null, stream)
+        silence()
         limit = max(1, round(seconds))
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
         signal.signal(signal.SIGXCPU, signal.SIG_DFL)
         code = run()
     finally:
         os._exit(code)
+
+
+def silence() -> None:
+    """Nothing that this process prints is seen from here on."""
+    null = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(null, stream)
 
 
 def tested(tests: Sequence[str], plugins: Sequence[object]) -> int:

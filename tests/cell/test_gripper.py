@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import product
 
 import numpy as np
 import pytest
@@ -140,6 +139,19 @@ def test_mistakes_are_told_where_they_stand(cell_copy: CellCopy, refused: Refuse
     assert problem in refused(copy.load)
 
 
+@pytest.mark.parametrize(("closed", "least"), [("0.0", 0.4), ("0.02", 0.3), ("0.03", 0.25)])
+def test_fingers_have_as_long_as_the_widest_way_between_their_states_takes(
+    cell_copy: CellCopy, refused: Refused, closed: str, least: float
+) -> None:
+    """Open at 80 mm, and 0.2 m/s of both together."""
+    copy = with_gripper(cell_copy)
+    copy.yaml.replace("closed: 0.0}", f"closed: {closed}}}")
+    copy.yaml.replace("lead: 0.5", f"lead: {least + 1e-6}")
+    copy.load()
+    copy.yaml.replace(f"lead: {least + 1e-6}", f"lead: {least - 1e-3}")
+    assert f"fingers.lead: expected at least {least:g} s" in refused(copy.load)
+
+
 def test_what_is_moved_by_fingers_is_in_the_fingerprint_and_what_they_bear_is_not(
     cell_copy: CellCopy,
 ) -> None:
@@ -159,8 +171,7 @@ def test_a_square_pad_twists_by_what_the_books_say() -> None:
 def test_the_mean_distance_is_that_of_points_all_over_the_pad(a: float, b: float) -> None:
     n = 200
     at = (np.arange(n) + 0.5) / n - 0.5
-    points = np.array([*product(a * at, b * at)])
-    assert_allclose(mean_distance(a, b), np.linalg.norm(points, axis=1).mean(), rtol=1e-3)
+    assert_allclose(mean_distance(a, b), np.hypot(*np.meshgrid(a * at, b * at)).mean(), rtol=1e-3)
 
 
 LIMITS = PinchLimits(FORCE, FRICTION, PAD)

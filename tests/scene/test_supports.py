@@ -340,3 +340,18 @@ def test_what_may_stand_beside_what_is_narrow_stands_on_it(cell: Cell) -> None:
     exact, noisy = (of(cell, rail, plank, noise=noise).footing("plank") for noise in (EXACT, NOISY))
     assert np.ptp(exact[:, 1]) == pytest.approx(0.009, abs=1e-6)
     assert noisy == pytest.approx(exact)
+
+
+def test_the_footing_is_as_much_smaller_as_both_poses_may_be_off(cell: Cell) -> None:
+    """A plank across a block, each of which may be 2 mm off: 4 mm less on either side of the block."""
+    block = at(cell, "block", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    plank = at(cell, "plank", shaped(cell, (0.2, 0.06, 0.02)), 0.3, 0.0, 0.06)
+    found = of(cell, block, plank, noise=PoseNoise(0.002, 0.0)).footing("plank")
+    local = (found - plank.T_world_item[:3, 3]) @ plank.T_world_item[:3, :3]
+    np.testing.assert_allclose(np.ptp(local, axis=0), (0.092, 0.06, 0.0), atol=1e-6)
+
+
+def test_what_is_over_nothing_has_no_footing(cell: Cell) -> None:
+    beyond = at(cell, "beyond", shaped(cell, (0.1, 0.1, 0.05)), 9.0, 0.0, 0.025)
+    supports = of(cell, beyond)
+    assert supports.carriers("beyond") == () and supports.footing("beyond").shape == (0, 3)

@@ -189,6 +189,22 @@ def test_what_was_near_may_come_nearer_by_a_millimetre_than_it_has_been(
         assert nearest[cups[0].name, "ball"] == pytest.approx(min(CLEAR, most), abs=1e-4)
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_of_a_cup_that_turns_the_part_that_reaches_farthest_says_when_it_may_be_near_again(
+    order: int,
+) -> None:
+    """It goes away, comes nearer than it was and goes away again; the other part would not have moved at all."""
+    scene, ball = ball_beside_the_cup(0.0005)
+    plan = rail(-0.02, 0.0188, -0.02)
+    states, cup = states_of(plan), next(p for p in parts(scene, plan.segments[0], None) if p.is_cup)
+    turned = [cup, replace(cup, reach=np.zeros_like(cup.reach))][::order]
+    nearest = {(cup.name, "ball"): -np.inf}
+    found = _followed(states, turned, ball, range(len(states.times)), CLEAR, nearest)
+    assert found is not None and found.what == "closes again"
+    apart = float(found.detail.split(" s, ")[1].split(" mm apart after 3.0")[0])
+    assert 1.7 <= apart <= 2.0, "a millimetre nearer than it was, and the rail stops 0.3 mm farther on"
+
+
 def test_a_ball_is_as_near_as_it_says_and_its_pose_may_be_off() -> None:
     for apart in (-0.002, 0.0005, 0.004):
         scene, ball = ball_beside_the_cup(apart)

@@ -1,0 +1,119 @@
+"""A process in which everything is imported and every test collected: a fork of it tries a mutant at once.
+
+A fork puts the mutant's code into the functions that there are. That shows what a fresh import of the mutant
+would, as long as nothing ran the line before the tests began.
+"""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import types
+from collections.abc import Iterator, Sequence
+from functools import partial
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import pytest
+
+from bench.mutants.trial import in_child, silence, tested
+
+_Name = tuple[str, int]  # of a function in its module, and which of those of that name it is
+
+
+class WarmTests:
+    """Tests that are collected once, and run in a fork for every mutant."""
+
+    def __init__(self, tests: Sequence[str]) -> None:
+        """Collect them.
+
+        tests: files of tests
+        """
+        context = multiprocessing.get_context("fork")
+        self._to, there = context.Pipe()
+        self._process = context.Process(target=_serve, args=(tests, there), daemon=False)
+        self._process.start()
+
+    def survives(self, path: Path, source: str, names: Sequence[str], seconds: float) -> bool:
+        """Whether tests pass with this source in place of the module's functions.
+
+        names: of the tests, in the order in which they run
+        seconds: CPU time after which a mutant counts as found: it runs on for ever
+        """
+        self._to.send((path, source, names, seconds))
+        return bool(self._to.recv())
+
+    def close(self) -> None:
+        """End the process."""
+        self._to.send(None)
+        self._process.join()
+
+
+def _serve(tests: Sequence[str], asked: Connection) -> None:
+    silence()
+    tested(tests, [_Loop(asked)])
+
+
+class _Loop:
+    """A plugin of pytest that runs, instead of all tests once, some of them for every mutant."""
+
+    def __init__(self, asked: Connection) -> None:
+        self._asked = asked
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Try mutants until there are no more."""
+        items = {item.nodeid: item for item in session.items}
+        functions = [each for each in gc.get_objects() if isinstance(each, types.FunctionType)]
+        gc.freeze()
+        while (mutant := self._asked.recv()) is not None:
+            path, source, names, seconds = mutant
+            changed = [each for each in functions if each.__code__.co_filename == str(path)]
+            chosen = [items[name] for name in names]
+            passes, _ = in_child(partial(_run_with, source, changed, path, session, chosen), seconds)
+            self._asked.send(passes)
+        return True
+
+
+def _run_with(
+    source: str,
+    functions: Sequence[types.FunctionType],
+    path: Path,
+    session: pytest.Session,
+    items: Sequence[pytest.Item],
+) -> int:
+    """Run tests with another source of a module until one fails; returns how many did."""
+    put(source, functions, path)
+    for item, following in zip(items, [*items[1:], None], strict=True):
+        item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+        if session.testsfailed:
+            break
+    return session.testsfailed
+
+
+def put(source: str, functions: Sequence[types.FunctionType], path: Path) -> None:
+    """Give functions of a module the code that another source has under their names.
+
+    functions: of the module that is imported from the path
+    """
+    was = dict(_codes(compile(path.read_text(), str(path), "exec")))
+    names = {(code.co_qualname, code.co_firstlineno): name for name, code in was.items()}
+    codes = dict(_codes(compile(source, str(path), "exec")))
+    for function in functions:
+        code = function.__code__
+        function.__code__ = codes[names[code.co_qualname, code.co_firstlineno]]
+
+
+def _codes(module: types.CodeType) -> Iterator[tuple[_Name, types.CodeType]]:
+    """The code of every function of a module, nested ones too, by name, in their order."""
+    met: dict[str, int] = {}
+    for code in _nested(module):
+        rank = met[code.co_qualname] = met.get(code.co_qualname, -1) + 1
+        yield (code.co_qualname, rank), code
+
+
+def _nested(code: types.CodeType) -> Iterator[types.CodeType]:
+    for const in code.co_consts:
+        if isinstance(const, types.CodeType):
+            yield const
+            yield from _nested(const)
