@@ -190,10 +190,8 @@ def test_what_was_near_may_come_nearer_by_a_millimetre_than_it_has_been(
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_of_a_cup_that_turns_the_part_that_reaches_farthest_says_when_it_may_be_near_again(
-    order: int,
-) -> None:
-    """It goes away, comes nearer than it was and goes away again; the other part would not have moved at all."""
+def test_of_several_parts_the_one_that_reaches_farthest_says_when_they_may_be_near(order: int) -> None:
+    """They go away, come nearer than they were and go away again; one of them would not have moved at all."""
     scene, ball = ball_beside_the_cup(0.0005)
     plan = rail(-0.02, 0.0188, -0.02)
     states, cup = states_of(plan), next(p for p in parts(scene, plan.segments[0], None) if p.is_cup)
