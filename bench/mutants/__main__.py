@@ -125,18 +125,21 @@ class Tried:
 
 
 def main() -> None:
-    """Try the mutants and print what was found, by package and of all."""
-    options = _options()
-    lines, every = [], []
+    """Try the mutants and print what was found, by package and seed and of all."""
+    options, lines, every = _options(), list[str](), list[Tried]()
     for package in PACKAGES:
         if options.only is not None and options.only not in package.name:
             continue
-        chosen = sample(package, options.mutants, options.seed)
-        tried = _tried(package, chosen, 60.0 * options.minutes)
-        untried = f", {len(chosen) - tried.n} not tried in time" if tried.n < len(chosen) else ""
-        lines.append(_line(package.name, tried) + untried)
-        every.append(tried)
-        print(lines[-1], flush=True)
+        tests = [test for test in package.tests if (ROOT / test).exists()]
+        reach, warm = _reach(package, tests), WarmTests(tests)
+        for seed in options.seed:
+            chosen = sample(package, options.mutants, seed)
+            tried = _tried(package, chosen, 60.0 * options.minutes, reach, warm)
+            untried = f", {len(chosen) - tried.n} not tried in time" if tried.n < len(chosen) else ""
+            lines.append(f"{_line(package.name, tried)} of seed {seed}{untried}")
+            every.append(tried)
+            print(lines[-1], flush=True)
+        warm.close()
     left = tuple(each for tried in every for each in tried.left)
     print("\nFound by its own tests", *lines, sep="\n")
     print(_line("all", Tried(sum(tried.n_found for tried in every), left)))
@@ -145,20 +148,23 @@ def main() -> None:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m bench.mutants", description=__doc__)
-    parser.add_argument("--mutants", type=int, default=30, help="of each package")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--mutants", type=int, default=30, help="of each package and seed")
+    parser.add_argument("--seed", type=int, nargs="+", default=[1])
     parser.add_argument("--only", help="packages whose name holds this text")
     parser.add_argument(
-        "--minutes", type=float, default=float("inf"), help="of each package, at most, once its tests ran"
+        "--minutes",
+        type=float,
+        default=float("inf"),
+        help="of each package and seed, at most, once its tests ran",
     )
     return parser.parse_args()
 
 
-def _tried(package: Package, chosen: list[tuple[str, Mutant]], seconds: float) -> Tried:
+def _tried(
+    package: Package, chosen: list[tuple[str, Mutant]], seconds: float, reach: Reach, warm: WarmTests
+) -> Tried:
     """Try mutants in their order until the time is over; tells each that is left, and how it stands."""
-    tests = [test for test in package.tests if (ROOT / test).exists()]
-    reach, warm, tried = _reach(package, tests), WarmTests(tests), Tried()
-    began = time.monotonic()
+    began, tried = time.monotonic(), Tried()
     for module, mutant in chosen:
         if time.monotonic() - began > seconds:
             break
@@ -168,7 +174,6 @@ def _tried(package: Package, chosen: list[tuple[str, Mutant]], seconds: float) -
         else:
             tried = replace(tried, n_found=tried.n_found + 1)
         print(f"  {_line(package.name, tried)}", file=sys.stderr, flush=True)
-    warm.close()
     return tried
 
 

@@ -68,22 +68,21 @@ class _Loop:
         gc.freeze()
         while (mutant := self._asked.recv()) is not None:
             path, source, names, seconds = mutant
-            changed = [each for each in functions if each.__code__.co_filename == str(path)]
+            mutated = codes(source, path, [f for f in functions if f.__code__.co_filename == str(path)])
             chosen = [items[name] for name in names]
-            passes, _ = in_child(partial(_run_with, source, changed, path, session, chosen), seconds)
+            passes, _ = in_child(partial(_run_with, mutated, session, chosen), seconds)
             self._asked.send(passes)
         return True
 
 
 def _run_with(
-    source: str,
-    functions: Sequence[types.FunctionType],
-    path: Path,
+    mutated: Sequence[tuple[types.FunctionType, types.CodeType]],
     session: pytest.Session,
     items: Sequence[pytest.Item],
 ) -> int:
-    """Run tests with another source of a module until one fails; returns how many did."""
-    put(source, functions, path)
+    """Run tests with other code in functions until one fails; returns how many did."""
+    for function, code in mutated:
+        function.__code__ = code
     for item, following in zip(items, [*items[1:], None], strict=True):
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
         if session.testsfailed:
@@ -91,17 +90,19 @@ def _run_with(
     return session.testsfailed
 
 
-def put(source: str, functions: Sequence[types.FunctionType], path: Path) -> None:
-    """Give functions of a module the code that another source has under their names.
+def codes(
+    source: str, path: Path, functions: Sequence[types.FunctionType]
+) -> list[tuple[types.FunctionType, types.CodeType]]:
+    """What another source of a module has in place of the code of its functions.
 
-    functions: of the module that is imported from the path
+    path: of the module as it was imported
+    functions: of that
     """
-    was = dict(_codes(compile(path.read_text(), str(path), "exec")))
-    names = {(code.co_qualname, code.co_firstlineno): name for name, code in was.items()}
-    codes = dict(_codes(compile(source, str(path), "exec")))
-    for function in functions:
-        code = function.__code__
-        function.__code__ = codes[names[code.co_qualname, code.co_firstlineno]]
+    was = _codes(compile(path.read_text(), str(path), "exec"))
+    names = {(code.co_qualname, code.co_firstlineno): name for name, code in was}
+    new = dict(_codes(compile(source, str(path), "exec")))
+    places = [(f.__code__.co_qualname, f.__code__.co_firstlineno) for f in functions]
+    return [(f, new[names[place]]) for f, place in zip(functions, places, strict=True)]
 
 
 def _codes(module: types.CodeType) -> Iterator[tuple[_Name, types.CodeType]]:

@@ -26,6 +26,7 @@ from pickcli.verification.forward_kinematics import tip_poses
 from pickcli.verification.moving_parts import Fixture, Part
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
+from pickcli.verification.straightness_check import every_millisecond
 
 CLOSING = 0.001  # m that a pair may come nearer: between two states it cannot be told any finer
 SLOW = 0.1  # of the velocity limits
@@ -33,10 +34,7 @@ JOG_WAY = 0.03  # m that any link and the tool may go in a jog
 INWARDS = 0.015  # m deeper into the pod than it has been: what it takes to come free of a lip
 OFF_PATH = 0.005  # rad or m, of any joint, between a way back and the motion that it goes back along
 LEFT_OUT = 4 * OFF_PATH  # rad or m of that motion that may be left out at once, where it turns round
-PATH_STEP, PATH_WAY = (
-    1e-3,
-    OFF_PATH / 10,
-)  # s between samples of that, and rad or m where it goes slowly or rests
+PATH_WAY = OFF_PATH / 10  # rad or m between samples of that, but never more than a millisecond
 IGNORES_ERROR = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
 
 
@@ -119,10 +117,9 @@ def _strayed(Q: Array, stopped: Trajectory) -> tuple[int, str] | None:
     than once: all samples that are near enough, that do not come later than one where the configuration
     before may have been, and between which and that one no more of the motion lies than may be left out.
     """
-    n = int(np.ceil(stopped.duration / PATH_STEP)) + 1
-    path = stopped.sample(np.linspace(0.0, stopped.duration, n))
+    path = stopped.sample(every_millisecond(0.0, stopped.duration))
     gone = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path, axis=0)).max(axis=1))])
-    kept = np.unique(np.append(np.unique(gone // PATH_WAY, return_index=True)[1], n - 1))
+    kept = np.unique(np.append(np.unique(gone // PATH_WAY, return_index=True)[1], len(path) - 1))
     path, gone = path[kept], gone[kept]
     steps = np.abs(np.diff(Q, axis=0, prepend=Q[:1])).max(axis=1)
     tree, may_be_at = cKDTree(path), np.arange(len(path))

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ast
+from pathlib import Path
+from typing import Any
 
 from bench.mutants.__main__ import PACKAGES, sample
 from bench.mutants.mutate import mutants
 from bench.mutants.reach import Reach
+from bench.mutants.warm import codes
 
 LOADS = next(p for p in PACKAGES if p.name == "load rules")
 
@@ -41,3 +44,38 @@ def test_of_the_tests_that_run_a_line_the_quick_ones_come_first_and_all_run_what
     assert reach.of("m", 5) == reach.of("m", 4), "a continued line"
     assert reach.of("m", 6) == (["slow"], [])
     assert reach.of("m", 2) == ([], ["quick", "slow", "other"])
+
+
+PROPERTY = """class A:
+    @property
+    def x(self):
+        return self._x
+
+    @x.setter
+    def x(self, to):
+        self._x = to + 1
+
+
+def f(x):
+    def inner():
+
+        return x + 1
+    return inner()
+"""
+
+
+def test_code_finds_the_function_that_it_is_of(tmp_path: Path) -> None:
+    """Methods, both halves of a property and functions in functions, though the other source is shorter."""
+    path, tried = tmp_path / "module.py", mutants(PROPERTY)
+    path.write_text(PROPERTY)
+    found = []
+    for mutant in tried:
+        names: dict[str, Any] = {}
+        exec(compile(PROPERTY, str(path), "exec"), names)
+        a, f = names["A"](), names["f"]
+        for function, code in codes(mutant.source(), path, [f, names["A"].x.fget, names["A"].x.fset]):
+            function.__code__ = code
+        a.x = 1
+        found.append((a.x, f(1)))
+    assert [mutant.line for mutant in tried] == [8, 8, 14, 14]
+    assert sorted(found) == [(0, 2), (2, 0), (2, 3), (3, 2)]

@@ -122,6 +122,17 @@ def test_a_way_out_leads_at_most_15_mm_deeper_than_it_has_been(
     assert told(rail(*ways, level=level), pod_at(depth)) == ["leads into the pod"] * is_refused
 
 
+@pytest.mark.parametrize("level", [RecoveryLevel.OPENING, RecoveryLevel.SLOWLY, RecoveryLevel.BACKWARDS])
+def test_a_way_that_leads_into_the_pod_is_told_with_how_deep_and_when_and_what_a_way_back_lacks(
+    level: RecoveryLevel,
+) -> None:
+    """Out by 50 mm and in by 30 mm; it begins 100 mm inside."""
+    plan = rail(-0.05, 0.03, -0.01, level=level)
+    (reason,) = check_recovery(plan, pod_at(0.1), states_of(plan), 0.05, NEAR, None)
+    assert "again, 30 mm at 2.000 s; at most 15 mm" in reason.detail
+    assert ("apc verify --stopped" in reason.detail) is (level is RecoveryLevel.BACKWARDS)
+
+
 def test_a_slow_way_out_begins_in_the_pod_or_near_to_something() -> None:
     for level in (RecoveryLevel.OPENING, RecoveryLevel.BACKWARDS, *SLOW_LEVELS):
         for depth in (-1.0, -1e-6, 1e-6):
