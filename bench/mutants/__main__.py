@@ -180,7 +180,7 @@ def _tried(
 def _survives(module: str, mutant: Mutant, reach: Reach, warm: WarmTests) -> bool:
     """Whether no test notices a mutant; where what runs before the tests ran it, in a process of its own."""
     path, source, most = _path(module), mutant.source(), PATIENCE * reach.cpu_s + 5.0
-    ran, everyone = reach.of(module, mutant.line)
+    ran, everyone = reach.of(module, mutant.line, mutant.last)
     return warm.survives(path, source, ran, most) and (not everyone or survives(path, source, everyone, most))
 
 

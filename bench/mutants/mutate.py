@@ -27,6 +27,7 @@ class Mutant:
     """One fault.
 
     line: of the original
+    last: line of the original where what is changed ends
     was, now: the piece of code before and after
     tree: of the whole module, without the fault
     place: where the fault is put
@@ -34,6 +35,7 @@ class Mutant:
     """
 
     line: int
+    last: int
     was: str
     now: str
     tree: ast.Module = field(compare=False, repr=False)
@@ -76,7 +78,8 @@ def mutants(source: str) -> list[Mutant]:
     found = []
     for place, node, edit in _sites(tree):
         fault = ast.fix_missing_locations(ast.copy_location(edit(node), node))
-        found.append(Mutant(node.lineno, _told(node), _told(fault), tree, place, fault))
+        last = (node.test if isinstance(node, ast.If) else node).end_lineno
+        found.append(Mutant(node.lineno, last, _told(node), _told(fault), tree, place, fault))
     return sorted(found, key=lambda mutant: (mutant.line, mutant.was, mutant.now))
 
 

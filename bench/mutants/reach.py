@@ -29,17 +29,18 @@ class Reach:
     names: dict[str, dict[int, frozenset[str]]]
     cpu_s: float
 
-    def of(self, module: str, line: int) -> tuple[list[str], list[str]]:
-        """Names of the tests that may notice a fault in a line, the quick ones first.
+    def of(self, module: str, first: int, last: int) -> tuple[list[str], list[str]]:
+        """Names of the tests that may notice a fault in some lines, the quick ones first.
 
-        A line without code of its own belongs to the one before.
+        Where none of them has code of its own they belong to the one before.
 
         Returns:
-            Those that ran it; and where what runs before the tests ran it too, which may matter to any of
+            Those that ran one; and where what runs before the tests ran one too, which may matter to any of
             them, all tests, those that run the module first.
         """
         lines = self.names[module]
-        ran = lines.get(max((known for known in lines if known <= line), default=0), frozenset())
+        known = lines.keys() & range(first, last + 1) or [max((k for k in lines if k < first), default=0)]
+        ran = frozenset[str]().union(*(lines.get(line, ()) for line in known))
         tests = sorted(self.seconds, key=self.seconds.__getitem__)
         runs = frozenset[str]().union(*lines.values()) if _IMPORT in ran else frozenset[str]()
         everyone = sorted(tests, key=lambda name: name not in runs) if runs else []

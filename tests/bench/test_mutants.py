@@ -40,10 +40,10 @@ def test_every_mutant_is_another_module_and_has_no_fault_but_its_own() -> None:
 def test_of_the_tests_that_run_a_line_the_quick_ones_come_first_and_all_run_what_an_import_runs() -> None:
     lines = {1: frozenset({""}), 4: frozenset({"slow", "quick"}), 6: frozenset({"slow"})}
     reach = Reach({"slow": 2.0, "other": 0.1, "quick": 0.5}, {"m": lines}, cpu_s=2.6)
-    assert reach.of("m", 4) == (["quick", "slow"], [])
-    assert reach.of("m", 5) == reach.of("m", 4), "a continued line"
-    assert reach.of("m", 6) == (["slow"], [])
-    assert reach.of("m", 2) == ([], ["quick", "slow", "other"])
+    assert reach.of("m", 4, 4) == (["quick", "slow"], [])
+    assert reach.of("m", 5, 5) == reach.of("m", 4, 4), "a continued line"
+    assert reach.of("m", 5, 6) == reach.of("m", 6, 9) == (["slow"], [])
+    assert reach.of("m", 2, 3) == ([], ["quick", "slow", "other"])
 
 
 PROPERTY = """class A:
