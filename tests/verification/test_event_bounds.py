@@ -307,6 +307,33 @@ def test_the_tool_is_near_where_its_segment_ends(t: float, is_far: bool) -> None
         assert whats(_near(plan, SCENE, plan.segments[0], t, most, "valve off")) == refused
 
 
+@pytest.mark.parametrize(("t", "is_lost"), [(3.9, False), (4.5, True), (5.5, True), (7.9, True)])
+@pytest.mark.parametrize("device", [PUMP, VALVE])
+def test_what_was_taken_is_held_from_the_first_segment_on(device: str, t: float, is_lost: bool) -> None:
+    """From 4 s, in the lift as later, until it is let go at 8 s."""
+    release = [event(VALVE, "off", 8.0), event(PUMP, "off", 10.0)]
+    on = [event(PUMP, "on", 3.0), event(VALVE, "on", 3.0), event(READ, "read", 6.5)]
+    off = event(device, "off", t + cell().devices[device].lead)
+    held = [(kind, 1.0, CRAYOLA) for kind in (LIFT, TRANSFER, TRANSFER, PLACE)]
+    plan = plan_of((CONTACT, 4.0, None), *held, (TRANSIT, 2.0, None), events=[*on, off, *release])
+    found = [r for r in check_io(plan, SCENE) if r.what == "vacuum lost" and "still held" in r.detail]
+    assert bool(found) is is_lost
+
+
+@pytest.mark.parametrize(("moved", "is_refused"), [(1e-6, False), (-1e-6, False), (1.01e-6, True)])
+def test_a_joint_that_rests_may_move_by_a_micrometre_or_microrad(moved: float, is_refused: bool) -> None:
+    joint = HOME.tolist().index(0.0)
+    plan = plan_of((CONTACT, 1.0, None), moves=[(1.0, moved, 0.0)], joint=joint)
+    assert whats(_rests(plan, 0.0, 1.0)) == ["no time to seal"] * is_refused
+
+
+def test_a_wrong_trigger_is_told_with_the_right_one() -> None:
+    """The valve is to be closed at 2 s; it is commanded its lead before that."""
+    asked = replace(event(VALVE, "off", 2.0), t_trigger=1.5)
+    (reason,) = check_io(plan_of((TRANSIT, 4.0, None), events=[asked]), SCENE)
+    assert reason.detail == f"at 1.500 s, anchor less lead is {2.0 - cell().devices[VALVE].lead:.3f} s"
+
+
 def test_the_pump_is_not_off_before_the_valve_and_both_are_needed() -> None:
     plan = plan_of((PLACE, 2.0, CRAYOLA), (TRANSIT, 2.0, None))
     (place, _) = plan.segments
