@@ -78,7 +78,7 @@ def mutants(source: str) -> list[Mutant]:
     found = []
     for place, node, edit in _sites(tree):
         fault = ast.fix_missing_locations(ast.copy_location(edit(node), node))
-        last = (node.test if isinstance(node, ast.If) else node).end_lineno
+        last = (node.test if isinstance(node, ast.If) else node).end_lineno or node.lineno
         found.append(Mutant(node.lineno, last, _told(node), _told(fault), tree, place, fault))
     return sorted(found, key=lambda mutant: (mutant.line, mutant.was, mutant.now))
 
