@@ -13,9 +13,10 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.broad_phase import Stretches
-from pickcli.verification.clearance_check import Pair, _reason, _Search
+from pickcli.verification.clearance_check import _reason, _Search
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.moving_parts import Fixture, parts
+from pickcli.verification.pair_distance import Pair
 from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import States
 from support.handmade_plans import Builder, cell, make_scene, move_plan
