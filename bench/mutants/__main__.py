@@ -95,7 +95,8 @@ PACKAGES = (
          "tests/verification/test_fcl_solids.py", "tests/verification/test_event_bounds.py",
          "tests/verification/test_tipping_geometry.py", "tests/verification/test_separation.py",
          "tests/verification/test_load_model.py", "tests/verification/test_recovery_bounds.py",
-         "tests/verification/test_fingers.py", "tests/verification/test_clearance_bounds.py"),
+         "tests/verification/test_fingers.py", "tests/verification/test_clearance_bounds.py",
+         "tests/verification/test_at_the_limit.py"),
     ),
     Package(
         "contact rules",

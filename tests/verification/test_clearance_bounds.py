@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.broad_phase import Stretches
@@ -48,7 +49,7 @@ PLAN = waiting()
 def evenly(n: int, way: float) -> States:
     """n states, a second apart, from each of which to the next every pair moves by so many m."""
     links = np.zeros((1, n, 4, 4))
-    travel = way * np.arange(n)[:, None]
+    travel: Array = way * np.arange(float(n))[:, None]
     return States(np.arange(float(n)), np.zeros((n, 1)), links, travel, way, cell().robot, PLAN.trajectory)
 
 
@@ -103,7 +104,7 @@ def test_a_stretch_that_proves_nothing_is_split_and_no_reason() -> None:
     search._heap.clear()
     assert search._measure(pair, 0, 2) and search._reasons == {}
     ((bound, _, _, i, j, is_measured),) = search._heap
-    assert (bound, i, j, is_measured) == (pytest.approx(-0.019), 0, 2, True)
+    assert bound == pytest.approx(-0.019) and (i, j, is_measured) == (0, 2, True)
     assert search._proven == 0.05 and search._smallest == 0.001
 
 
