@@ -32,7 +32,7 @@ def main() -> None:
                 flush=True,
             )
             failures += [(kind, result) for result in results if result.outcome in FAILURES]
-    _tell(failures)
+    _tell(failures, options.seed)
     sys.exit(1 if failures else 0)
 
 
@@ -47,14 +47,14 @@ def _options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _tell(failures: list[tuple[Kind, Result]]) -> None:
+def _tell(failures: list[tuple[Kind, Result]], seed: int) -> None:
     """Each place that failed once, with the case that does it again."""
     seen: dict[str, list[tuple[Kind, Result]]] = {}
     for kind, result in failures:
         seen.setdefault(f"{kind.name}: {result.outcome}: {result.where}", []).append((kind, result))
     print(f"{len(failures)} failures" + (f" in {len(seen)} places" if failures else ""))
     for what, found in list(seen.items())[:TOLD]:
-        again = f'--only "{found[0][0].name}" --cases 1 --first {found[0][1].case}'
+        again = f'--only "{found[0][0].name}" --cases 1 --first {found[0][1].case} --seed {seed}'
         print(f"  {len(found)} x {what}\n    python -m bench.fuzz {again}")
 
 

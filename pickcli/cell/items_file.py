@@ -19,7 +19,7 @@ from pickcli.files.yaml_reader import read_yaml
 
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Interval = Annotated[tuple[Number, ...], Len(2, 2)]
-ItemSize = Annotated[float, Field(gt=0, le=2)]  # m: what a shelf and one arm have to do with
+ItemSize = Annotated[float, Field(ge=1e-4, le=2)]  # m: from foil to what a shelf and one arm have to do with
 LIGHT, HEAVY = 10.0, 4000.0  # kg/m3: of foam, and of metal that fills most of its box
 WARNINGS = ("odd_density",)  # the kinds of warnings about a file of items
 ItemName = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[a-z0-9_]+$")]

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 from pickcli.errors import InputError, shortened
 
 MAX_DIGITS = 20  # of a whole number
-_CONSTANT = re.compile(r'"(?:[^"\\]|\\.)*"|(-?\b(?:NaN|Infinity)\b)')
+_CONSTANT = re.compile(r'"(?:[^"\\]|\\.)*"|(-?(?:NaN|Infinity))')
 _YAML = re.compile(r"---|- |[A-Za-z_][\w ]*:(\s|$)")  # how a text of YAML begins
 _PYTHON = {"None": "null", "True": "true", "False": "false"}
 

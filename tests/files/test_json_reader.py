@@ -64,6 +64,7 @@ def test_any_text_is_json_or_an_input_error(text: str) -> None:
         ('{"a": True}', "1:7", "True is Python; JSON writes true"),
         ('{"a": FALSE}', "1:7", "JSON writes false in small letters, got FALSE"),
         ('{"NaN": 1,\n"a": NaN}', "2:6", "NaN is not JSON; write a finite number"),
+        ('{"a": NaNs}', "1:7", "NaN is not JSON"),
         ('["Infinity", -Infinity]', "1:14", "-Infinity is not JSON"),
         ("[" + "x" * 5000 + "]", "1:2", "x... must stand in double quotes"),
     ],
