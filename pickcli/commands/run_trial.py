@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell
+from pickcli.commands.arm_options import arm_option
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.experience_session import experience_session, learn_option
+from pickcli.commands.experience_session import ExperienceSession, experience_session, learn_option
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
@@ -32,14 +33,16 @@ from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import stdout_console
-from pickcli.errors import TrialAbortedError
+from pickcli.errors import InputError, TrialAbortedError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
+    from pickcli.cell.workcell import Workcell
     from pickcli.geometry import Array
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import Reality
+    from pickcli.trial.simulated_cell import ArmPlanner
     from pickcli.trial.trial_result import TrialResult
 
 MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
@@ -108,7 +111,7 @@ def standing(
 @reality_option
 @cell_option
 @items_option
-@arm_option()
+@arm_option("all of the cell's, one at a time")
 @artifact_options
 @jobs_option
 @learn_option
@@ -130,6 +133,7 @@ def command(
     Example:
       apc run-trial jsk_pick_sample --seed 3 -o runs/mine
     """
+    from pickcli.cell.cell_file import load_workcell
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.attempt_runner import TrialSettings
     from pickcli.trial.loop import require_pick, run_trial
@@ -137,8 +141,11 @@ def command(
     from pickcli.trial.trial_folder import write_folder
     from pickcli.trial.trial_record import trial_record
 
-    cell, reality = open_cell(cell_name, ArmRequest(arm, items=items_path)), read_reality(reality_path)
-    cell.require_places()
+    workcell, reality = load_workcell(cell_name, items_path), read_reality(reality_path)
+    cells = _cells_that_play(workcell, arm, roadmap, trajectories)
+    cell = cells[0]
+    for each in cells:
+        each.require_places()
     order = require_pick(read_order(order_path, cell), str(order_path))
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
@@ -149,18 +156,27 @@ def command(
     from pickcli.trial.simulated_cell import SimulatedArena, interfaces_of
 
     refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
-    planner = load_planner(cell, roadmap, trajectories, build_missing=True, jobs=jobs)
+    planners = [load_planner(each, roadmap, trajectories, build_missing=True, jobs=jobs) for each in cells]
     with stage("stowing"), progress("placing the items") as report, of_file(order_path):
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
-    arena = SimulatedArena(scene, reality, seed)
+    arena = SimulatedArena(scene, reality, seed, workcell.parked.get(cell.arm))
     click.get_current_context().call_on_close(arena.close)
     pictures = {"before": arena.picture()}
     began = time.perf_counter()
-    with experience_session(planner, roadmap, trajectories, learn) as session:
+    with ExitStack() as stack:
+        sessions = [
+            stack.enter_context(experience_session(planner, roadmap, trajectories, learn))
+            for planner in planners
+        ]
         settings = TrialSettings(seed, pose_noise, reality)
-        interfaces = interfaces_of(session.planner, arena, session.recorder)
+        interfaces = interfaces_of((_planner_of(workcell, session) for session in sessions), arena)
+
+        def keep_edges() -> None:
+            for session in sessions:
+                session.keep_edges()
+
         with stage("trial"), progress("picking") as report:
-            result = run_trial(order, interfaces, settings, report, after_attempt=session.keep_edges)
+            result = run_trial(order, interfaces, settings, report, after_attempt=keep_edges)
         record = trial_record(result, order_path.name, time.perf_counter() - began)
         pictures["after"] = arena.picture()
         if as_json:  # before it is written, for which there may be no room
@@ -172,6 +188,30 @@ def command(
             click.echo("\n".join(f"wrote {path}" for path in paths))
     if not result.is_clean:
         raise TrialAbortedError(_what_went_wrong(result))
+
+
+def _cells_that_play(
+    workcell: Workcell, arm: str | None, roadmap: Path | None, trajectories: Path | None
+) -> list[Cell]:
+    """The cell as each arm sees it that plays: the one that is named, else all, the preferred one first."""
+    if arm is not None or not workcell.parked:
+        return [workcell.cell(arm)]
+    for option, path in (("--roadmap", roadmap), ("--trajectories", trajectories)):
+        if path is not None:
+            raise InputError(
+                f"{option}: a file is of one arm, and cell {workcell.name} plays with "
+                f"{' and '.join(workcell.arms)}; name one with --arm, or leave it to the cache"
+            )
+    return list(workcell.arms.values())
+
+
+def _planner_of(workcell: Workcell, session: ExperienceSession) -> ArmPlanner:
+    from pickcli.trial.simulated_cell import ArmPlanner
+
+    arm = session.planner.cell.arm
+    return ArmPlanner(
+        session.planner, session.recorder, workcell.parked.get(arm), workcell.preferences.get(arm, 0)
+    )
 
 
 def _refuse_outputs(folder: Path, overwrite: bool, inputs: Sequence[Path | str | None]) -> None:

@@ -41,6 +41,12 @@ class ArmSuitability:
         """Whether the arm reaches a grasp that would hold."""
         return self.n_reached > 0
 
+    @property
+    def reason(self) -> Reason:
+        """Why the arm cannot do it, where it is not able."""
+        far = Reason("out of reach", f"arm {self.arm}", f"none of {self.n_grasps} grasps is reached")
+        return far if self.against is None else self.against.within(f"arm {self.arm}")
+
     def __str__(self) -> str:
         """One line for people."""
         if self.against is not None:

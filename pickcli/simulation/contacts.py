@@ -45,12 +45,20 @@ class ContactLog:
         exempt: Pairs (link, body or other link) that are never counted.
         max_press: N, what the bellows push with at most. A contact of the cup above that is not a planned
             one, nor is one of the held item above ``HELD_PRESS``.
+        earlier: Collisions of before, which are kept.
     """
 
-    def __init__(self, robot: str, cup: str, exempt: frozenset[tuple[str, str]], max_press: float) -> None:
+    def __init__(
+        self,
+        robot: str,
+        cup: str,
+        exempt: frozenset[tuple[str, str]],
+        max_press: float,
+        earlier: Iterable[Collision] = (),
+    ) -> None:
         self._robot, self._cup, self._exempt, self._max_press = robot, cup, exempt, max_press
         self._open: dict[tuple[str, str], Collision] = {}
-        self._closed: list[Collision] = []
+        self._closed = list(earlier)
 
     @property
     def collisions(self) -> tuple[Collision, ...]:

@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import InputError, UnknownNameError
@@ -20,7 +21,7 @@ from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.bellows import SOLID_DEPTH, Bellows
 from pickcli.simulation.bushing import RIGID, Stiffness
-from pickcli.simulation.contacts import ContactLog
+from pickcli.simulation.contacts import Collision, ContactLog
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import location_of
 from pickcli.simulation.reality import DEFAULT, Reality
@@ -87,17 +88,35 @@ class World:
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
         self._looks_at_rest = {placed.id: 0 for placed in scene.items}
         self._ground = ground_of(scene)
-        self._load_robot(q, tool_state or self.robot.tool.default_state)
+        self._mount(q, tool_state or self.robot.tool.default_state)
+
+    def close(self) -> None:
+        """Free the engine."""
+        self.engine.close()
+
+    def let_move(self, cell: Cell, q: Array, tool_state: ToolState) -> None:
+        """Let another arm of the robot move from now on; all others stand where its cell says.
+
+        Time, items and the record of contacts go on.
+
+        Args:
+            cell: The cell as that arm sees it.
+            q: (n,) configuration in which it stands.
+            tool_state: State of its tool.
+        """
+        self.engine.remove(ROBOT)
+        self.scene, self.robot = replace(self.scene, cell=cell), cell.robot
+        self._mount(q, tool_state, self.contacts.collisions)
+
+    def _mount(self, q: Array, tool_state: ToolState, earlier: tuple[Collision, ...] = ()) -> None:
+        """Put the robot into the world, with what its arm is moved and watched by. earlier: collisions."""
+        self._load_robot(q, tool_state)
         self._uncollided: frozenset[str] = frozenset()
         exempt = self._apply_allowed_pairs()
         self.suction = self._build_suction()
         tool, cup = self.robot.tool, self.robot.tool.suction_cup
         max_press = 0.0 if cup is None else cup.stiffness * cup.stroke
-        self.contacts = ContactLog(ROBOT, tool.cup_link, exempt, max_press)
-
-    def close(self) -> None:
-        """Free the engine."""
-        self.engine.close()
+        self.contacts = ContactLog(ROBOT, tool.cup_link, exempt, max_press, earlier)
 
     def _build_suction(self) -> Suction:
         tool, is_compliant = self.robot.tool, self.reality.compliant_cup

@@ -11,7 +11,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from pickcli.errors import NoPlanError
+from pickcli.cell.cell import Cell
+from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
@@ -132,16 +133,35 @@ class AttemptRunner:
         self.interfaces.arena.wait(duration)
         self.clock = self.clock.moved(duration)
 
+    @property
+    def arm(self) -> str:
+        """Name of the arm that may move, all others being parked; empty where there is only one."""
+        return self._seen.cell.arm
+
+    def let_move(self, arm: str) -> None:
+        """Let another arm move from now on. What was seen stays seen: a move that parks an arm moves nothing.
+
+        Args:
+            arm: Name of the arm.
+
+        Raises:
+            InputError: The one that moved does not stand where it is parked.
+        """
+        cell = self.interfaces.cells[arm]
+        self.interfaces.arena.let_move(cell)
+        self._seen = replace(self._seen, cell=cell)
+        self.has_seen = True
+
     def charge(self) -> None:
         """Charge one more planning call to the clock."""
         self.clock = self.clock.planned()
 
     def plan(self, scene: Scene, attempt: Attempt, exclude: Sequence[Grasp | GraspKind] = ()) -> Plan:
-        """Call the planner once, charged to the clock.
+        """Call the planner, charged to the clock: once, or for one able arm after the other.
 
         Args:
             scene: The scene as it is seen.
-            attempt: What is to be moved, from where and where to.
+            attempt: What is to be moved, from where and where to, and the arms as they are ranked for it.
             exclude: Grasps and kinds of grasps that are not to be used.
 
         Returns:
@@ -150,12 +170,49 @@ class AttemptRunner:
         Raises:
             NoPlanError: There is none; with the reasons.
         """
-        self.charge()
-        arena = self.interfaces.arena
+        query, seed = _query(attempt, exclude), self._seed(attempt)
+        if not attempt.arms:
+            self.charge()
+            return self.interfaces.plan(scene, query, self._start(scene.cell), seed)
+        failures = Failures(tuple(arm.reason for arm in attempt.arms if not arm.is_able))
+        for arm in attempt.arms:
+            if arm.is_able and self.has_time_to_plan:
+                self.charge()
+                seen = self._seen_by(arm.arm, scene)
+                try:
+                    return self.interfaces.plan(seen, query, self._start(seen.cell), seed)
+                except NoPlanError as error:
+                    failures += error.failures.within(f"arm {arm.arm}")
+        raise NoPlanError(f"pick {attempt.item} from {attempt.out_of}", failures)
+
+    def ranked(self, attempt: Attempt, scene: Scene) -> Attempt:
+        """Rank the arms for an attempt, if there are several.
+
+        Args:
+            attempt: What is to be moved, from where and where to.
+            scene: The scene as it is seen.
+
+        Returns:
+            The attempt with the arms in the order in which they are to be tried.
+        """
+        scenes = [self._seen_by(arm, scene) for arm in self.interfaces.cells]
+        return replace(attempt, arms=self.interfaces.rank(scenes, _query(attempt), self._seed(attempt)))
+
+    def _seen_by(self, arm: str, scene: Scene) -> Scene:
+        """A scene as an arm sees it; the same one where there is only one arm."""
+        return replace(scene, cell=self.interfaces.cells[arm]) if self.interfaces.cells else scene
+
+    def _start(self, cell: Cell) -> Start:
+        """Where the arm of a cell stands: as measured if it is the one that may move, else parked."""
+        if cell.arm == self.arm:
+            arena = self.interfaces.arena
+            return Start(arena.q, arena.tool_state)
+        parked = next(state for state in self._seen.cell.others if state.arm == cell.arm)
+        return Start(parked.q, parked.tool_state)
+
+    def _seed(self, attempt: Attempt) -> int:
         names = (attempt.item, attempt.number, *(() if attempt.into == TOTE else (attempt.into,)))
-        seed = derived_seed("plan", self.settings.seed, *names)
-        query = PickQuery(attempt.out_of, attempt.item, attempt.into, tuple(exclude))
-        return self.interfaces.plan(scene, query, Start(arena.q, arena.tool_state), seed)
+        return derived_seed("plan", self.settings.seed, *names)
 
     def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
         """Plan an attempt.
@@ -169,6 +226,7 @@ class AttemptRunner:
             The attempt with its plan, or with the reason why there is none.
         """
         began = time.perf_counter()
+        attempt = self.ranked(attempt, scene)
         try:
             plan = self.plan(scene, attempt, exclude)
         except NoPlanError as error:
@@ -189,13 +247,20 @@ class AttemptRunner:
         Returns:
             The attempt with its execution, or as rejected.
         """
+        from pickcli.trial.arm_turns import hand_over
+
         verified = self._verified(attempt, scene)
-        return verified if verified.outcome is Outcome.REJECTED else self._executed(verified)
+        if verified.outcome is Outcome.REJECTED:
+            return verified
+        assert verified.plan is not None
+        if verified.plan.arm != self.arm:
+            verified = hand_over(self, verified)
+        return verified if verified.plan is None else self._executed(verified)
 
     def _verified(self, attempt: Attempt, scene: Scene) -> Attempt:
         assert attempt.plan is not None
         began = time.perf_counter()
-        certified = self.certified(attempt.plan, scene)
+        certified = self.certified(attempt.plan, self._seen_by(attempt.plan.arm, scene))
         statistics = {**attempt.statistics, "verification_ms": _ms_since(began)}
         if isinstance(certified, str):
             return replace(attempt, outcome=Outcome.REJECTED, reason=certified, statistics=statistics)
@@ -281,6 +346,10 @@ class AttemptRunner:
         if arena.held == item:
             return HELD
         return next((p.location for p in arena.now().items if p.id == item), OUTSIDE)
+
+
+def _query(attempt: Attempt, exclude: Sequence[Grasp | GraspKind] = ()) -> PickQuery:
+    return PickQuery(attempt.out_of, attempt.item, attempt.into, tuple(exclude))
 
 
 def _ms_since(began: float) -> float:

@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
+from pickcli.grasping.holdable import may_hold
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.trial.order_file import Target
 
@@ -60,8 +62,8 @@ def in_the_way(
     return tuple(away)
 
 
-def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem) -> tuple[str, ...]:
-    """List the other items of the bin that the tool might hold.
+def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem, tools: Sequence[Tool]) -> tuple[str, ...]:
+    """List the other items of the bin that a tool might hold.
 
     Any of them that can be moved may give room to what cannot be yet.
 
@@ -69,13 +71,14 @@ def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem) -> tuple[str
         what_if: Plans the pick in a scene.
         scene: The scene as it is seen.
         target: The target as it is seen.
+        tools: Of every arm.
 
     Returns:
         Ids, the item nearest to the mouth first; () where the target cannot be picked without all of them
         either.
     """
     here = from_the_mouth(scene, scene.in_location(target.location))
-    others = tuple(p.id for p in here if p.item.suction and p.id != target.id)
+    others = tuple(p.id for p in here if p.id != target.id and may_hold(tools, p.item))
     return others if others and _blamed(what_if, scene, others) is None else ()
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import cache
 
 from pickcli.errors import InputError, NoPlanError
+from pickcli.grasping.holdable import may_hold
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
@@ -119,7 +120,8 @@ class _Trial:
         self.before = interfaces.arena.now()
         cell = self.before.cell
         self.bonus = item_bonuses(cell, order)
-        self.jobs = jobs_of(order, cell, self.bonus)
+        self.tools = [each.robot.tool for each in (interfaces.cells or {"": cell}).values()]
+        self.jobs = jobs_of(order, cell, self.bonus, self.tools)
         self.open = {job.index: job for job in self.jobs}
         limit = TIME_LIMIT[order.year] if settings.time_limit is None else settings.time_limit
         self.runner = AttemptRunner(interfaces, settings, limit, self._say)
@@ -229,6 +231,7 @@ class _Trial:
             out_of=placed.location,
         )
         self.runner.say(wanted, "looking for what is in the way")
+        wanted = self.runner.ranked(wanted, scene)
         exclude = self.in_vain.get(placed.id, ())
         is_reachable = False
 
@@ -249,7 +252,7 @@ class _Trial:
 
         @cache
         def others() -> tuple[str, ...]:  # costs a planning call: asked for when nothing blamed can be moved
-            return worth_moving(what_if, scene, placed)
+            return worth_moving(what_if, scene, placed, self.tools)
 
         def promising() -> Iterator[str]:
             yield from queue
@@ -258,7 +261,7 @@ class _Trial:
         asked = set[str]()
         while self.runner.has_time_to_plan:
             left = (name for name in promising() if name not in asked)
-            name = next((name for name in left if scene.find(name).item.suction), None)
+            name = next((name for name in left if may_hold(self.tools, scene.find(name).item)), None)
             if name is None:
                 return
             asked.add(name)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from pickcli.cell.cell import ArmState, Cell
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
-from pickcli.errors import InputError
+from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.planning.arm_choice import ArmSuitability, rank_arms
+from pickcli.planning.move import plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.recovery.recovery_plan import plan_recovery
@@ -17,6 +20,7 @@ from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
+from pickcli.simulation.arm_turn import let_move
 from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import execute, fall_of
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
@@ -30,7 +34,7 @@ from pickcli.trial.trial_interfaces import LET_GO_TIME, ExecutionResult, TrialIn
 from pickcli.verification.verify import verify
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -44,19 +48,39 @@ FALL_STEP = 0.02  # s
 FALLING = 0.2  # m/s
 
 
-class SimulatedArena:
-    """A world in pybullet, with the robot at home.
+@dataclass(frozen=True, eq=False)
+class ArmPlanner:
+    """What plans for one arm.
 
-    Args:
-        scene: Where the items truly are.
-        reality: Levels at which the world differs from its model.
-        seed: Seed of these differences.
+    Attributes:
+        context: The cell as the arm sees it, with its stored motions.
+        recorder: Gets what coarse queries found that was not stored; None drops it.
+        parked: Where the arm stands while another one moves; None where it is the only one.
+        preference: Among arms that can do a thing, the one with the least does it.
     """
 
-    def __init__(self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0) -> None:
+    context: PlanningContext
+    recorder: ExperienceRecorder | None = None
+    parked: ArmState | None = None
+    preference: int = 0
+
+
+class SimulatedArena:
+    """A world in pybullet, with the robot at home, or of several arms each where it is parked.
+
+    Args:
+        scene: Where the items truly are, as the arm sees it that moves first.
+        reality: Levels at which the world differs from its model.
+        seed: Seed of these differences.
+        parked: Where the arm that moves first is parked; None for home.
+    """
+
+    def __init__(
+        self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0, parked: ArmState | None = None
+    ) -> None:
         refuse_fingers(scene.cell)
-        home = scene.cell.configurations[HOME]
-        self._world = World(scene, home.q, home.tool_state, reality=reality, seed=seed)
+        start = parked or scene.cell.configurations[HOME]
+        self._world = World(scene, start.q, start.tool_state, reality=reality, seed=seed)
         self._recorded = scene  # the truth when something was recorded last
 
     @property
@@ -108,6 +132,17 @@ class SimulatedArena:
             duration: Simulated s.
         """
         self._world.wait(duration)
+
+    def let_move(self, cell: Cell) -> None:
+        """Let another arm move from now on.
+
+        Args:
+            cell: The cell as that arm sees it, all others where they are parked.
+
+        Raises:
+            InputError: The arm that moved does not stand where it is parked.
+        """
+        let_move(self._world, cell)
 
     def execute(self, plan: Plan) -> ExecutionResult:
         """Carry out a certified plan to its end or to a stop.
@@ -185,32 +220,47 @@ class SimulatedArena:
         return overview(self._world.engine, self.now())
 
 
-def interfaces_of(
-    planner: PlanningContext, arena: SimulatedArena, recorder: ExperienceRecorder | None = None
-) -> TrialInterfaces:
-    """Bring together the real interfaces: our planner, the independent verifier, the simulated arena.
+def interfaces_of(planners: Iterable[ArmPlanner], arena: SimulatedArena) -> TrialInterfaces:
+    """Bring together the real interfaces: our planners, the independent verifier, the simulated arena.
 
     Args:
-        planner: The cell with its stored motions.
+        planners: Of every arm that plays.
         arena: The simulated cell.
-        recorder: Gets what coarse queries found that was not stored; None drops it.
 
     Returns:
         The interfaces.
     """
+    by_arm = {planner.context.cell.arm: planner for planner in planners}
 
     def plan(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
-        return plan_pick(planner, scene, query, start, seed, recorder)
+        own = by_arm[scene.cell.arm]
+        return plan_pick(own.context, scene, query, start, seed, own.recorder)
 
     def recover(
         scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None
     ) -> Plan:
-        return plan_recovery(planner, scene, start, seed, level, stopped, recorder)
+        own = by_arm[scene.cell.arm]
+        return plan_recovery(own.context, scene, start, seed, level, stopped, own.recorder)
 
     def bring(scene: Scene, stopped: StoppedMotion, bringing: ItemRecovery, seed: int) -> Plan:
-        return bring_item(stopped, bringing, scene, planner.arm.limits, seed)
+        return bring_item(stopped, bringing, scene, by_arm[scene.cell.arm].context.arm.limits, seed)
 
-    return TrialInterfaces(plan, recover, bring, verify, arena)
+    if len(by_arm) == 1:
+        return TrialInterfaces(plan, recover, bring, verify, arena)
+
+    def rank(scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
+        return rank_arms(scenes, {arm: own.preference for arm, own in by_arm.items()}, query, seed)
+
+    def park(scene: Scene, start: Start, seed: int) -> Plan:
+        own = by_arm[scene.cell.arm]
+        if own.parked is None:
+            raise NoPlanError("parking", [Reason("nowhere to park", scene.cell.arm)])
+        return plan_move(
+            own.context, scene, start, own.parked.q, seed, f"park arm {scene.cell.arm}", own.recorder
+        )
+
+    cells = {arm: own.context.cell for arm, own in by_arm.items()}
+    return TrialInterfaces(plan, recover, bring, verify, arena, cells, rank, park)
 
 
 def _let_go(world: World, duration: float) -> None:

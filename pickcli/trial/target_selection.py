@@ -9,11 +9,13 @@ scene that has changed, or another look at one that has not.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.tool import Tool
+from pickcli.grasping.holdable import may_hold
 from pickcli.trial.order_file import Order, Target
 from pickcli.trial.score import target_points
 
@@ -49,7 +51,7 @@ class TargetState:
         target: What is to be picked, and from where.
         points: What the item gives in the tote.
         seconds: Estimated duration of the next attempt.
-        can_hold: Whether the tool can hold it at all; what it cannot hold is asked for once, at the end.
+        can_hold: Whether a tool can hold it at all; what it cannot hold is asked for once, at the end.
         attempts: Attempts so far, whatever became of them.
         failures: Motions in vain.
         cleared: Motions by which something was moved aside for it, or should have been.
@@ -223,13 +225,16 @@ def may_move_others(year: int) -> bool:
     return year != 2015
 
 
-def jobs_of(order: Order, cell: Cell, bonus: Mapping[str, int]) -> tuple[TargetState, ...]:
+def jobs_of(
+    order: Order, cell: Cell, bonus: Mapping[str, int], tools: Sequence[Tool]
+) -> tuple[TargetState, ...]:
     """Make one job per line of a pick order.
 
     Args:
         order: The order.
         cell: The cell, for its items.
         bonus: Points by name of the item, as from ``item_bonuses``.
+        tools: Of every arm.
 
     Returns:
         The jobs, in the order of the lines.
@@ -240,7 +245,7 @@ def jobs_of(order: Order, cell: Cell, bonus: Mapping[str, int]) -> tuple[TargetS
         points = target_points(order, target.bin, target.item, bonus)
         # Only the second half of a pick carries the item; slow items stretch that half.
         seconds = PICK_SECONDS / 2 * (1.0 + 1.0 / item.speed_scale)
-        jobs.append(TargetState(index, target, points, seconds, can_hold=item.suction))
+        jobs.append(TargetState(index, target, points, seconds, can_hold=may_hold(tools, item)))
     return tuple(jobs)
 
 

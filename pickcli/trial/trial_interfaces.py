@@ -5,14 +5,17 @@ The real ones are put together in ``setup``; tests play with a fake of forty lin
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
+from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.arm_choice import ArmSuitability
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
@@ -113,6 +116,16 @@ class Arena(Protocol):
             duration: Simulated s.
         """
 
+    def let_move(self, cell: Cell) -> None:
+        """Let another arm move from now on.
+
+        Args:
+            cell: The cell as that arm sees it, all others where they are parked.
+
+        Raises:
+            InputError: The arm that moved does not stand where it is parked.
+        """
+
     def execute(self, plan: Plan) -> ExecutionResult:
         """Carry out a certified plan to its end or to a stop.
 
@@ -197,6 +210,51 @@ class PlanItemRecovery(Protocol):
         ...
 
 
+class PlanParking(Protocol):
+    """Plans the move of the arm that acted last to where it is parked."""
+
+    def __call__(self, scene: Scene, start: Start, seed: int) -> Plan:
+        """Plan the move.
+
+        Args:
+            scene: The scene as it is seen.
+            start: Configuration and tool state to start from.
+            seed: Seed of the plan.
+
+        Returns:
+            The plan, without a certificate.
+
+        Raises:
+            NoPlanError: There is none; with the reasons.
+        """
+        ...
+
+
+class RankArms(Protocol):
+    """Ranks the arms for a pick, as ``planning.arm_choice.rank_arms`` does."""
+
+    def __call__(self, scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
+        """Rank the arms.
+
+        Args:
+            scenes: The scene as each arm sees it.
+            query: What is to be moved, from where and where to.
+            seed: Seed of all random choices.
+
+        Returns:
+            The arms, in the order in which they are tried.
+        """
+        ...
+
+
+def _never_parked(scene: Scene, start: Start, seed: int) -> Plan:
+    raise NoPlanError("parking", [Reason("the cell has one arm")])
+
+
+def _nothing_to_rank(scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
+    return ()
+
+
 @dataclass(frozen=True, eq=False)
 class TrialInterfaces:
     """Everything that a trial calls: planners, verifier and arena.
@@ -207,6 +265,9 @@ class TrialInterfaces:
         bring: Plans the rest of a stopped motion, or the way back of it, with its item.
         verify: Judges a plan in a scene; the trajectory is that of the stopped motion, if there is one.
         arena: Where plans are carried out.
+        cells: The cell as each arm sees it, by name; empty where there is one arm.
+        rank: Ranks the arms for a pick, where there are several.
+        park: Plans the move of an arm to where it is parked, where there are several.
     """
 
     plan: PlanPick
@@ -214,3 +275,6 @@ class TrialInterfaces:
     bring: PlanItemRecovery
     verify: Callable[[Plan, Scene, Trajectory | None], Verdict]
     arena: Arena
+    cells: Mapping[str, Cell] = field(default_factory=dict)
+    rank: RankArms = _nothing_to_rank
+    park: PlanParking = _never_parked

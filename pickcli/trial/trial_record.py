@@ -74,6 +74,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "contacts": [dataclasses.asdict(collision) for collision in result.collisions],
         "attempts": [_attempt(attempt) for attempt in result.attempts],
         "disturbed_last": [_disturbance(d) for d in result.disturbed_last],
+        **_arms(result),
         "claim": CLAIM,
         "made_from": _made_from(result, order_file),
         "statistics": _statistics(result, wall_s),
@@ -119,10 +120,17 @@ def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
         "order": order_file,
         "seed": result.seed,
         "cell": result.before.cell.name,
-        "cell_fingerprint": result.before.cell.fingerprint,
+        "cell_fingerprint": result.before.cell.scene_fingerprint,
         "scene_hash": scene_hash(result.before),
         "versions": versions,
     }
+
+
+def _arms(result: TrialResult) -> dict[str, Any]:
+    """What each arm did; nothing in a cell with one arm."""
+    return (
+        {"arms": {arm: dataclasses.asdict(work) for arm, work in result.arms.items()}} if result.arms else {}
+    )
 
 
 def _pod_shift(scene: Scene) -> dict[str, float]:
@@ -153,12 +161,27 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
         "number": attempt.number,
         "outcome": str(attempt.outcome),
         "reason": attempt.reason,
+        **_turn(attempt),
         "t_start": _rounded(attempt.t_start),
         "plan": None if attempt.plan is None else _plan(attempt.plan),
         "execution": None if attempt.execution is None else _execution(attempt.execution),
         "recovery": [_step(step) for step in attempt.recovery],
         "seen_in": attempt.seen_in,
         "truly_in": attempt.truly_in,
+    }
+
+
+def _turn(attempt: Attempt) -> dict[str, Any]:
+    """Which arm it was, and why; nothing in a cell with one arm."""
+    if not attempt.arms:
+        return {}
+    ranked = [
+        {**dataclasses.asdict(arm), "against": arm.against and str(arm.against)} for arm in attempt.arms
+    ]
+    return {
+        "arm": "" if attempt.plan is None else attempt.plan.arm,
+        "arms_ranked": ranked,
+        "parking": None if attempt.parking is None else _execution(attempt.parking),
     }
 
 

@@ -15,6 +15,7 @@ from pickcli.trial.score import FinalState, Score
 from pickcli.trial.trial_interfaces import ExecutionResult
 
 if TYPE_CHECKING:
+    from pickcli.planning.arm_choice import ArmSuitability
     from pickcli.simulation.contacts import Collision
 
 
@@ -60,7 +61,9 @@ class Attempt:
         into: Place where to, a bin for what is moved aside.
         out_of: Place where from.
         is_aside: Whether it was to make room for the target.
+        arms: Why its arm was chosen: the arms in the order in which they were tried; none in a cell with one.
         plan: What was executed (or rejected).
+        parking: How the arm that had acted before was brought to where it is parked, None if it was not.
         execution: What happened then, None if nothing was executed.
         recovery: What was tried to bring item and arm out afterwards.
         seen_in: Where the item was seen afterwards, "" if it was not.
@@ -78,7 +81,9 @@ class Attempt:
     into: str = TOTE
     out_of: str = ""
     is_aside: bool = False
+    arms: tuple[ArmSuitability, ...] = ()
     plan: Plan | None = None
+    parking: ExecutionResult | None = None
     execution: ExecutionResult | None = None
     recovery: tuple[RecoveryStep, ...] = ()
     seen_in: str = ""
@@ -89,7 +94,7 @@ class Attempt:
     @property
     def executions(self) -> tuple[ExecutionResult, ...]:
         """All that was executed in this attempt."""
-        steps = (self.execution, *(step.execution for step in self.recovery))
+        steps = (self.parking, self.execution, *(step.execution for step in self.recovery))
         return tuple(execution for execution in steps if execution is not None)
 
 
@@ -110,6 +115,19 @@ class TargetResult:
     reason: str
     points: int
     attempts: tuple[Attempt, ...]
+
+
+@dataclass(frozen=True)
+class ArmWork:
+    """What one of several arms did in a trial.
+
+    Attributes:
+        executed: Attempts at targets that it moved for.
+        delivered: Those of them that truly brought the target into the tote.
+    """
+
+    executed: int
+    delivered: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +174,14 @@ class TrialResult:
     def executions(self) -> tuple[ExecutionResult, ...]:
         """Everything that was executed, in the order of time."""
         return tuple(e for attempt in self.attempts for e in attempt.executions)
+
+    @property
+    def arms(self) -> dict[str, ArmWork]:
+        """What each arm did, by name; empty where there is one arm."""
+        names = sorted({arm.arm for attempt in self.attempts for arm in attempt.arms})
+        moved = [a for a in self.attempts if a.execution is not None and not a.is_aside]
+        own = {name: [a for a in moved if a.plan is not None and a.plan.arm == name] for name in names}
+        return {name: ArmWork(len(mine), sum(a.truly_in == TOTE for a in mine)) for name, mine in own.items()}
 
     @property
     def n_collisions(self) -> int:

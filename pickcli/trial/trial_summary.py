@@ -78,6 +78,9 @@ def summary(result: TrialResult) -> tuple[str, ...]:
         f"the pod stood {pod_stand(result.before.T_nominal_pod)}",
     ]
     lines += [
+        f"arm {arm}: {work.delivered} of {work.executed} picks delivered" for arm, work in result.arms.items()
+    ]
+    lines += [
         f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
     ]
     lines += [_told(d) for d in result.disturbed if d.kind is not DisturbanceKind.PUSHED]

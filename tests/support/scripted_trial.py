@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
-from pickcli.errors import NoPlanError, Reason
+from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.arm_choice import ArmSuitability
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
@@ -59,6 +61,8 @@ class ScriptedTrial:
     stuck: levels of recovery that have no plan, by round; the last entry holds for ever
     blocked: items that cannot be picked while another one is in their bin
     executions: per item, what its executions are, one after the other; then it is delivered
+    cells: the cell as each of several arms sees it; able: by item, the arms that can take it, best first
+    strays: parking moves after which an arm does not stand where it is parked
     """
 
     scene: Scene
@@ -72,12 +76,16 @@ class ScriptedTrial:
     stuck: list[frozenset[str]] = field(default_factory=list)
     executions: dict[str, list[ExecutionResult]] = field(default_factory=dict)
     duration: float = DURATION
+    cells: dict[str, Cell] = field(default_factory=dict)
+    able: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    strays: frozenset[str] = frozenset()
     held: str | None = None
     releases_into: str | None = None
     # Of each plan asked for: item, seed, excluded grasps.
     planned: list[tuple[str, int, tuple[Grasp | GraspKind, ...]]] = field(default_factory=list)
     perceived: list[Scene] = field(default_factory=list)
     executed: list[Plan] = field(default_factory=list)
+    turns: list[str] = field(default_factory=list)  # arms that were let move, in the order of time
     collided: tuple[Collision, ...] = ()  # the world's own record, whatever the executions tell
     disturbed_last: tuple[Disturbance, ...] = ()  # after the last of the executions
     waited: list[float] = field(default_factory=list)
@@ -86,8 +94,24 @@ class ScriptedTrial:
     tool_state: ToolState = STRAIGHT
 
     def interfaces(self) -> TrialInterfaces:
-        """This fake in all four roles."""
-        return TrialInterfaces(self.plan, self.recover, self.bring, self.verify, self)
+        """This fake in all its roles."""
+        several = (self.cells, self.rank, self.park) if self.cells else ()
+        return TrialInterfaces(self.plan, self.recover, self.bring, self.verify, self, *several)
+
+    def rank(self, scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
+        arms = self.able.get(query.item, tuple(self.cells))
+        others = (scene.cell.arm for scene in scenes if scene.cell.arm not in arms)
+        unable = (ArmSuitability(arm, 9, 0, 0, Reason("cannot hold it", query.item)) for arm in others)
+        return (*(ArmSuitability(arm, k, 1, 1) for k, arm in enumerate(arms)), *unable)
+
+    def park(self, scene: Scene, start: Start, seed: int) -> Plan:
+        return self._motion(f"park {scene.cell.arm}", seed, None, scene.cell.arm)
+
+    def let_move(self, cell: Cell) -> None:
+        if self.executed[-1].query in self.strays:
+            raise InputError("it stands elsewhere")
+        self.turns.append(cell.arm)
+        self.scene = replace(self.scene, cell=cell)
 
     @property
     def collisions(self) -> tuple[Collision, ...]:
@@ -114,7 +138,8 @@ class ScriptedTrial:
         if self.blocked.get(item) in {placed.id for placed in scene.in_location(query.out_of)}:
             raise NoPlanError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
         grasp = Grasp(item, "frontal", "-x", STRAIGHT, np.eye(4), float(len(query.exclude)), *[0.0] * 5)
-        return self._motion(f"pick {item}" + ("" if into == TOTE else f" into {into}"), seed, grasp)
+        query_text = f"pick {item}" + ("" if into == TOTE else f" into {into}")
+        return self._motion(query_text, seed, grasp, scene.cell.arm)
 
     def recover(
         self, scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None
@@ -166,11 +191,13 @@ class ScriptedTrial:
         T = middle_of(self.scene.cell, location)
         self.scene = self.scene.moved(replace(self.scene.find(item), location=location, T_world_item=T))
 
-    def _motion(self, query: str, seed: int, grasp: Grasp | None) -> Plan:
+    def _motion(self, query: str, seed: int, grasp: Grasp | None, arm: str = "") -> Plan:
         zeros = np.zeros((2, 8))
         names = ("rail", "s", "l", "e", "u", "r", "b", "t")
         known = (seconds for begin, seconds in self.durations.items() if query.startswith(begin))
         duration = next(known, self.duration)
         way = np.array([[0.0], [1.0]]) + zeros
         trajectory = Trajectory(names, np.array([0.0, duration]), way, zeros, zeros)
-        return Plan(query, "c", "s", seed, (), trajectory, (), grasp, statistics={"planning_ms": 1.0})
+        return Plan(
+            query, "c", "s", seed, (), trajectory, (), grasp, statistics={"planning_ms": 1.0}, arm=arm
+        )

@@ -1,0 +1,39 @@
+"""Several arms in one world: one moves, the others stand in their real shape, and they take turns.
+
+Those that stand are links of the robot that no joint moves: the arm that moves meets them, and what it meets
+is judged like any other contact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import InputError
+from pickcli.kinematics.continuous_joints import turned_towards
+from pickcli.simulation.start_check import START_TOLERANCE
+from pickcli.simulation.world import World
+
+
+def let_move(world: World, cell: Cell) -> None:
+    """Let another arm move from now on, from where it stands; the one that moved stays where it is.
+
+    Args:
+        world: The world.
+        cell: The cell as the other arm sees it, the one that moved where it stands.
+
+    Raises:
+        InputError: The arm that moved holds something, or does not stand where the cell has it.
+    """
+    before = world.scene.cell
+    stood = next(state for state in before.others if state.arm == cell.arm)
+    told = next(state for state in cell.others if state.arm == before.arm)
+    if world.held is not None:
+        raise InputError(f"arm {before.arm} holds {world.held}; no other arm moves before it has let go")
+    off = np.abs(turned_towards(world.robot.limits, world.q, told.q) - told.q)
+    if off.max() > START_TOLERANCE or world.tool_state != told.tool_state:
+        raise InputError(
+            f"arm {before.arm} stands {off.max():.4f} rad or m from where it is to stand while arm "
+            f"{cell.arm} moves, its tool {world.tool_state}; bring it to {told} first"
+        )
+    world.let_move(cell, stood.q, stood.tool_state)

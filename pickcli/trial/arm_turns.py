@@ -1,0 +1,61 @@
+"""Arms that move in turns: how the one that acted gets out of the way before another one moves.
+
+KTH's rule: one arm moves at a time while the other one is in its resting position. An arm that acts again
+stays where it is meanwhile.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pickcli.errors import InputError, NoPlanError
+from pickcli.planning.start_state import Start
+from pickcli.seeds import derived_seed
+from pickcli.trial.attempt_runner import AttemptRunner
+from pickcli.trial.recovery_levels import recover
+from pickcli.trial.trial_interfaces import ARRIVAL
+from pickcli.trial.trial_result import Attempt, Outcome
+
+
+def hand_over(runner: AttemptRunner, attempt: Attempt) -> Attempt:
+    """Bring the arm that acted last to where it is parked, and let the arm of an attempt move.
+
+    Args:
+        runner: Who plays; its clock goes on.
+        attempt: The attempt with its certified plan, of another arm than the one that acted last.
+
+    Returns:
+        The attempt with the move that parked the other arm; without its plan, and with the reason, where that
+        came to nothing.
+    """
+    assert attempt.plan is not None
+    arm, scene, arena = runner.arm, runner.scene(), runner.interfaces.arena
+    seed = derived_seed("park", runner.settings.seed, attempt.item, attempt.number)
+    runner.charge()
+    try:
+        parking = runner.interfaces.park(scene, Start(arena.q, arena.tool_state), seed)
+    except NoPlanError as error:
+        return _given_up(attempt, Outcome.NO_PLAN, f"arm {arm} cannot be parked: {error.summary()}")
+    certified = runner.certified(parking, scene)
+    if isinstance(certified, str):
+        return _given_up(attempt, Outcome.REJECTED, f"parking arm {arm}: {certified}")
+    afterwards = attempt.plan.trajectory.duration + ARRIVAL + runner.settings.reality.look_time
+    if not runner.has_time_for(certified, afterwards):
+        needed = certified.trajectory.duration + afterwards
+        reason = f"to park arm {arm} and to pick takes {needed:.1f} s, {runner.clock.left:.1f} s are left"
+        return _given_up(attempt, Outcome.NO_TIME, reason)
+    execution = runner.execute(certified)
+    parked = replace(attempt, parking=execution)
+    if execution.stopped:
+        stopped = replace(attempt, plan=certified, execution=execution)
+        parked = replace(parked, recovery=recover(runner, stopped, scene))
+        return _given_up(parked, Outcome.NO_PLAN, f"parking arm {arm}: {execution.stopped}")
+    try:
+        runner.let_move(attempt.plan.arm)
+    except InputError as error:
+        return _given_up(parked, Outcome.NO_PLAN, str(error))
+    return parked
+
+
+def _given_up(attempt: Attempt, outcome: Outcome, reason: str) -> Attempt:
+    return replace(attempt, plan=None, outcome=outcome, reason=reason)
