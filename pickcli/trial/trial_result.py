@@ -118,7 +118,7 @@ class TargetResult:
 
 
 @dataclass(frozen=True)
-class ArmWork:
+class ArmSummary:
     """What one of several arms did in a trial.
 
     Attributes:
@@ -176,12 +176,14 @@ class TrialResult:
         return tuple(e for attempt in self.attempts for e in attempt.executions)
 
     @property
-    def arms(self) -> dict[str, ArmWork]:
+    def arms(self) -> dict[str, ArmSummary]:
         """What each arm did, by name; empty where there is one arm."""
         names = sorted({arm.arm for attempt in self.attempts for arm in attempt.arms})
         moved = [a for a in self.attempts if a.execution is not None and not a.is_aside]
         own = {name: [a for a in moved if a.plan is not None and a.plan.arm == name] for name in names}
-        return {name: ArmWork(len(mine), sum(a.truly_in == TOTE for a in mine)) for name, mine in own.items()}
+        return {
+            name: ArmSummary(len(mine), sum(a.truly_in == TOTE for a in mine)) for name, mine in own.items()
+        }
 
     @property
     def n_collisions(self) -> int:

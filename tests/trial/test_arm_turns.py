@@ -15,7 +15,7 @@ from pickcli.trial.loop import run_trial
 from pickcli.trial.target_selection import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
-from pickcli.trial.trial_result import ArmWork, Outcome, TrialResult
+from pickcli.trial.trial_result import ArmSummary, Outcome, TrialResult
 from pickcli.trial.trial_summary import summary
 from support.order_builders import pick_order
 from support.scripted_trial import DURATION, ScriptedTrial, scene_of
@@ -104,7 +104,7 @@ def test_where_the_first_arm_finds_no_plan_the_next_one_is_asked_and_both_are_ch
 
     result = run_trial(ORDER, replace(interfaces, plan=plan), TrialSettings())
     assert asked == ["right", "left"] * 3
-    assert result.arms == {"left": ArmWork(3, 3), "right": ArmWork(0, 0)}
+    assert result.arms == {"left": ArmSummary(3, 3), "right": ArmSummary(0, 0)}
 
 
 def test_what_no_arm_is_able_to_take_is_told_with_the_reason_of_each(kth: Workcell) -> None:
