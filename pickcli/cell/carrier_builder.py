@@ -79,16 +79,8 @@ def _of_bodies(name: str, figures: BodiesModel, folder: Path) -> tuple[list[Body
     low, high = np.array(figures.room.lower), np.array(figures.room.upper)
     (x, y, height), middle = (high - low).tolist(), (low + high) / 2
     if figures.access == "front":
-        room = Room(
-            (0.0, x),
-            (-y / 2, y / 2),
-            -figures.lip,
-            -figures.lip,
-            height - figures.lip,
-            height - figures.lip,
-            0.0,
-            x,
-        )
+        floor, top = -figures.lip, height - figures.lip
+        room = Room((0.0, x), (-y / 2, y / 2), floor, floor, top, top, 0.0, 0.0)
         access = Access.from_front(y, height - figures.lip)
         T = pose((low[0], middle[1], low[2] + figures.lip))
         return bodies, Place(name, name, T, access, room, support)

@@ -204,12 +204,25 @@ class Cell:
         Raises:
             InputError: It has no place for items, or nothing that holds them.
         """
+        lacking = [] if self.places else ["pod", "tote", "places"]
+        self._refuse_lacking(lacking, "places for items, and a tool")
+
+    def require_pod_and_tote(self) -> None:
+        """Refuse a cell in which no official order can be played.
+
+        Raises:
+            InputError: It has no pod or no tote, or nothing that holds items.
+        """
         lacking = [key for key, has in (("pod", self.pod.bins), ("tote", self.tote)) if not has]
-        lacking += ["tool"] * (self.robot.tool.grip is None)
+        self._refuse_lacking(lacking, "pod, tote and tool")
+
+    def _refuse_lacking(self, keys: list[str], needed: str) -> None:
+        """Raise InputError for keys that the cell's file lacks, and for a tool that holds nothing."""
+        lacking = keys + ["tool"] * (self.robot.tool.grip is None)
         if lacking:
             raise InputError(
-                f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; this command needs pod, "
-                "tote and tool (docs/formats/cell.md), apc plan-move, verify and execute do not"
+                f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; this command needs {needed} "
+                "(docs/formats/cell.md), apc plan-move, verify and execute do not"
             )
 
     def T_world_place(self, place: Place) -> Array:

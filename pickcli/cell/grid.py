@@ -136,7 +136,7 @@ def _place(name: str, figures: GridModel, floor: float, i: int, j: int, board: s
         ceiling_front=height - lip,
         ceiling_back=height - lip - drop,
         slope_from=0.0,
-        floor_flat_from=figures.depth,
+        floor_flat_from=figures.depth if drop > 0.0 else 0.0,
     )
     own = place_names(name, figures)[i][j]
     access = Access.from_front(high - low, height - lip)

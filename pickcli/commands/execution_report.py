@@ -78,7 +78,7 @@ def execution_text(plans: Sequence[Plan], runs: Sequence[Execution], world: Worl
         place = {
             "tote": "in the tote",
             CUP: "still in the cup",
-            "outside": "neither in a bin nor in the tote",
+            "outside": "in no place",
         }
         lines.append(f"  {item} is {place.get(where or '', f'in {where}')}")
     return "\n".join(lines)

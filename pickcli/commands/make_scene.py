@@ -1,4 +1,4 @@
-"""``apc make-scene``: an order's items at rest in their bins."""
+"""``apc make-scene``: items at rest in their places, by an order or as stated."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pickcli.commands.options import (
     items_option,
     json_option,
     of_file,
-    order_argument,
+    optional_order_argument,
     output_option,
     refuse_output,
     refuse_same,
@@ -25,20 +25,30 @@ from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
 from pickcli.commands.progress_bar import progress
 
 if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
+
+Contents = dict[str, tuple[str, ...]]  # names of items by place
+
+NEWEST = 2016  # year of the figures of items that no order names
 
 
 @click.command("make-scene", cls=Command)
-@order_argument
+@optional_order_argument
+@click.option(
+    "--in", "stated", metavar="PLACE=ITEM[,ITEM]", multiple=True,
+    help="What lies in a place, besides the order or without one; can be given several times.",
+)  # fmt: skip
 @output_option("scene")
-@click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the pod's front.")
+@click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the places.")
 @pod_shift_option(NONE)
 @cell_option
 @items_option
 @seed_option
 @json_option
 def command(
-    order_path: Path,
+    order_path: Path | None,
+    stated: tuple[str, ...],
     output: Path,
     overwrite: bool,
     picture: Path | None,
@@ -48,14 +58,16 @@ def command(
     seed: int,
     as_json: bool,
 ) -> None:
-    """Place the items of an order in their bins, at rest.
+    """Place items in bins and other places, at rest.
 
     ORDER is a file, or the name of one under data/tasks. Items have their real sizes and masses. What lies in
-    the tote at the start of a stow order is not placed.
+    the tote at the start of a stow order is not placed. With --in, or with that alone, items are stowed on
+    shelves, heaped in boxes, and laid side by side on tables.
 
     \b
     Example:
       apc make-scene jsk_pick_sample --seed 3 -o scene.json
+      apc make-scene --in bin_C=dove_beauty_bar,crayola_24_ct --in tote=dasani_water_bottle -o scene.json
     """
     from pickcli.cell.cell_file import load_workcell
     from pickcli.scene.scene_file import scene_hash, write_scene
@@ -63,9 +75,15 @@ def command(
 
     cell = load_workcell(cell_name, items_path).preferred  # a scene is of all arms
     cell.require_places()
-    order = read_order(order_path, cell)
+    contents, year = _stated_contents(stated, cell), NEWEST
+    order_source: Path | None = None
+    if order_path is not None:
+        order, order_source = read_order(order_path, cell), order_file(order_path)
+        contents, year = _together(order.bin_contents, contents), order.year
+    elif not contents:
+        raise click.UsageError("nothing to place: name an order, or items with --in PLACE=ITEM")
     T_world_pod = pod_pose(pod_shift or NONE, cell, seed)
-    inputs = (order_file(order_path), cell_name, items_path)
+    inputs = (order_source, cell_name, items_path)
     refuse_output(output, overwrite, *inputs)
     if picture is not None:
         refuse_output(picture, overwrite, *inputs)
@@ -74,16 +92,42 @@ def command(
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
 
-    refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
-    with stage("stowing"), progress("settling") as report, of_file(order_path):
-        scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
+    where = "--in" if order_path is None else str(order_path)
+    refuse_too_much(contents, cell, year, where)
+    with stage("stowing"), progress("settling") as report, of_file(Path(where)):
+        scene = make_scene(contents, cell, seed, year, report, T_world_pod)
     write_scene(scene, output, overwrite)
     if picture is not None:
         from pickcli.simulation.camera import picture_of, write_png
 
         write_png(picture_of(scene), picture, overwrite)
+    names = {name: [placed.id for placed in scene.in_location(name)] for name in contents}
     if as_json:
-        bins = {name: [placed.id for placed in scene.in_location(name)] for name in cell.pod.bins}
+        bins = {name: [] for name in cell.pod.bins} | names
         emit_json({"path": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})
     else:
-        click.echo(f"{len(scene.items)} items at rest in {len(cell.pod.bins)} bins, seed {seed}: {output}")
+        what = "places" if stated else "bins"
+        click.echo(f"{len(scene.items)} items at rest in {len(names)} {what}, seed {seed}: {output}")
+
+
+def _stated_contents(stated: tuple[str, ...], cell: Cell) -> Contents:
+    """Names of items by place, as --in states them. Raises InputError for what is no such statement."""
+    from pickcli.errors import InputError, UnknownNameError
+
+    contents: Contents = {}
+    for text in stated:
+        place, _, names = text.partition("=")
+        items = tuple(name.strip() for name in names.split(","))
+        if not all(items):
+            raise InputError(f"--in: expected PLACE=ITEM[,ITEM], got {text!r}; e.g. tote=dove_beauty_bar")
+        if place not in cell.places:
+            raise UnknownNameError("place", place, list(cell.places), "--in")
+        for name in items:
+            cell.item(name)
+        contents = _together(contents, {place: items})
+    return contents
+
+
+def _together(a: Contents, b: Contents) -> Contents:
+    """What lies where by either of two statements, the places of the first one first."""
+    return {name: (*a.get(name, ()), *b.get(name, ())) for name in {**a, **b}}

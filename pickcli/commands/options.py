@@ -61,10 +61,26 @@ def order_argument(function: F) -> F:
     return click.argument("order_path", metavar="ORDER", type=click.Path(), callback=_named_order)(function)
 
 
-def _named_order(_: click.Context, __: click.Parameter, text: str) -> Path:
+def optional_order_argument(function: F) -> F:
+    """Give a command the argument ORDER, which may be left out.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the argument.
+    """
+    return click.argument(
+        "order_path", metavar="[ORDER]", type=click.Path(), callback=_named_order, required=False
+    )(function)
+
+
+def _named_order(_: click.Context, __: click.Parameter, text: str | None) -> Path | None:
     """The path; an empty one would be that of this folder. Raises InputError where nothing is named."""
     from pickcli.trial.order_file import order_names
 
+    if text is None:
+        return None
     if not text:
         raise InputError(
             f"no order is named; give the path of a JSON file, or one of {', '.join(order_names())}"

@@ -42,18 +42,21 @@ if TYPE_CHECKING:
 @click.command("plan-pick", cls=Command)
 @scene_options
 @click.option(
-    "--bin", "bin_name", metavar="BIN", required=True, help="Where the item is: a bin, e.g. bin_C, or tote."
+    "--pick",
+    metavar="PLACE:ITEM",
+    help="What is taken from where: an item, or an instance id of the scene (name#2).",
 )
-@click.option("--item", metavar="NAME", required=True, help="Item, or instance id of the scene (name#2).")
+@click.option("--bin", "bin_name", metavar="PLACE", help="Where the item is, in the stead of --pick.")
+@click.option("--item", metavar="ITEM", help="What is taken from there.")
 @click.option(
     "--from", "start", metavar=CONFIGURATION, default="home", show_default=True, help=CONFIGURATION_HELP
 )
 @click.option(
+    "--to",
     "--into",
+    "into",
     metavar="PLACE",
-    default="tote",
-    show_default=True,
-    help="Where the item is brought: tote, or a bin, onto its floor.",
+    help="Where the item is brought: a bin, the tote, or a place of the cell's own.  [default: tote]",
 )
 @click.option("--neighbours", type=click.Choice(["avoid", "ignore"], case_sensitive=False), default="avoid",
               show_default=True,
@@ -67,19 +70,21 @@ if TYPE_CHECKING:
 @json_option
 @output_option("plan")
 def command(
-    scene_path: Path, cell_name: str | None, items_path: Path | None, bin_name: str, item: str, start: str,
-    into: str, neighbours: str, arm: str | None, standing: tuple[str, ...], no_verify: bool,
-    roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool, output: Path,
-    overwrite: bool,
+    scene_path: Path, cell_name: str | None, items_path: Path | None, pick: str | None, bin_name: str | None,
+    item: str | None, start: str, into: str | None, neighbours: str, arm: str | None,
+    standing: tuple[str, ...], no_verify: bool, roadmap: Path | None, trajectories: Path | None, learn: bool,
+    seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
-    """Plan one pick, from leaving for the bin to the item in the tote, or in another bin.
+    """Plan one pick, from leaving for the item to the item in the tote, or in another place.
 
-    The plan is verified, and carries its certificate. Exit code 4 when the verifier rejects it, 5 when
+    Over boxes that are open above the item is let go just over what lies there; on shelves and tables it is
+    set down. The plan is verified, and carries its certificate. Exit code 4 when the verifier rejects it, 5 when
     there is no plan; nothing is written then.
 
     \b
     Example:
-      apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box -o plan.json
+      apc plan-pick --scene scene.json --pick bin_A:kleenex_tissue_box -o plan.json
+      apc plan-pick --scene scene.json --pick bin_A:kleenex_tissue_box --to bin_F -o plan.json
     """
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours
@@ -89,8 +94,10 @@ def command(
     scene = open_scene(scene_path, cell_name, arms)
     scene.cell.require_places()
     refuse_held(scene, scene_path)
-    _refuse_impossible(scene, bin_name, item, into)
-    query = PickQuery(bin_name, item, into=into, neighbours=Neighbours(neighbours))
+    out_of, item = _taken(pick, bin_name, item)
+    into = _destination(scene, into)
+    _refuse_impossible(scene, out_of, item, into)
+    query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
     asked = _PickRequest(query, start, seed, roadmap, trajectories, learn)
     chosen = _chosen(scene, arms, asked)
     ranked = chosen.ranked
@@ -166,24 +173,44 @@ def _plan_with(scene: Scene, asked: _PickRequest, write: Callable[[Plan, Scene],
         write(plan, scene)
 
 
-def _refuse_impossible(scene: Scene, bin_name: str, item: str, into: str) -> None:
+def _taken(pick: str | None, place: str | None, item: str | None) -> tuple[str, str]:
+    """The place that is picked from, and the item's name or id. Raises UsageError if not stated once."""
+    if pick is None and place is not None and item is not None:
+        return place, item
+    if pick is None or place is not None or item is not None:
+        raise click.UsageError("say once what is taken: --pick PLACE:ITEM, or --bin PLACE and --item ITEM")
+    place, _, item = pick.partition(":")
+    if not place or not item:
+        raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}; e.g. bin_C:dove_beauty_bar")
+    return place, item
+
+
+def _destination(scene: Scene, place: str | None) -> str:
+    """The place that an item is brought to: as stated, else the tote. Raises InputError without either."""
+    from pickcli.errors import InputError
+    from pickcli.scene.scene import TOTE
+
+    if place is None and TOTE not in scene.cell.places:
+        names = ", ".join(scene.cell.places)
+        raise InputError(f"where to? the cell has no tote; name one of its places with --to: {names}")
+    return place or TOTE
+
+
+def _refuse_impossible(scene: Scene, out_of: str, item: str, into: str) -> None:
     """Raise InputError, before any work, for what the scene alone says cannot be.
 
-    Names that are unknown, the bin that the item is in as the place to bring it to, or one too small for it.
+    Names that are unknown, the place that the item is in as the place to bring it to, or one too small for
+    it.
     """
     from pickcli.errors import InputError, UnknownNameError
     from pickcli.scene.scene import TOTE
 
-    bins = scene.cell.pod.bins
-    if bin_name not in (TOTE, *bins):
-        raise UnknownNameError("bin", bin_name, [*bins, TOTE], "--bin")
-    if into not in (TOTE, *bins):
-        raise UnknownNameError("place", into, [TOTE, *bins], "--into")
-    placed = scene.find(item, bin_name)
-    if into == bin_name:
-        others = "a bin" if into == TOTE else "the tote or another bin"
-        raise InputError(f"--into: the item is taken from {into}; name {others}")
-    if into != TOTE and (sizes := bins[into].room.too_small_for(placed.item.shape.extents)):
-        raise InputError(
-            f"--into: {placed.id} fits in no way into {into}: it has {sizes}; name another place"
-        )
+    places = scene.cell.places
+    for name, option in ((out_of, "--bin"), (into, "--to")):
+        if name not in places:
+            raise UnknownNameError("place", name, list(places), option)
+    placed = scene.find(item, out_of)
+    if into == out_of:
+        raise InputError(f"--to: the item is taken from {into}; name another place")
+    if into != TOTE and (sizes := places[into].room.too_small_for(placed.item.shape.extents)):
+        raise InputError(f"--to: {placed.id} fits in no way into {into}: it has {sizes}; name another place")

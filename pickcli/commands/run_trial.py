@@ -145,7 +145,7 @@ def command(
     cells = _cells_that_play(workcell, arm, roadmap, trajectories)
     cell = cells[0]
     for each in cells:
-        each.require_places()
+        each.require_pod_and_tote()
     order = require_pick(read_order(order_path, cell), str(order_path))
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"

@@ -42,6 +42,28 @@ N_SAMPLES = 40  # of a motion, by which a view is chosen
 TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into the tote
 
 
+def view_of(scene: Scene) -> View:
+    """Where a picture of a scene's places is taken from.
+
+    Args:
+        scene: The scene.
+
+    Returns:
+        Straight into the bins where there is a pod, else from the side of the robot down onto all places.
+    """
+    if scene.cell.pod.bins:
+        return POD_VIEW
+    at = [scene.T_world_place(place)[:3, 3] for place in scene.cell.places.values()]
+    middle = np.mean(at, axis=0) if at else np.zeros(3)
+    base = scene.cell.robot.T_world_base[:3, 3]
+    spread = 0.6 + float(np.max([np.linalg.norm(p - middle) for p in at], initial=0.0))
+    away = (middle - base) * (1.0, 1.0, 0.0)
+    length = float(np.linalg.norm(away))
+    towards = away / length if length > 0.1 else np.array([1.0, 0.0, 0.0])
+    eye = middle - 1.3 * spread * towards + (0.0, 0.0, 1.3 * spread)
+    return View(tuple(eye.tolist()), tuple(middle.tolist()), 50.0)
+
+
 def take_picture(engine: Engine, view: View, size: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
     """Take a colour picture of a world.
 
@@ -88,12 +110,14 @@ def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
     return np.hstack([take_picture(engine, CELL_VIEW), np.vstack(aside)])
 
 
-def picture_of(scene: Scene, view: View = POD_VIEW, size: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
+def picture_of(
+    scene: Scene, view: View | None = None, size: tuple[int, int] = (960, 720)
+) -> NDArray[np.uint8]:
     """A picture of a scene without the robot.
 
     Args:
         scene: The scene.
-        view: Where the camera stands.
+        view: Where the camera stands; ``view_of`` the scene if None.
         size: Width and height in pixels.
 
     Returns:
@@ -103,7 +127,7 @@ def picture_of(scene: Scene, view: View = POD_VIEW, size: tuple[int, int] = (960
     try:
         add_statics(engine, scene)
         add_items(engine, scene)
-        return take_picture(engine, view, size)
+        return take_picture(engine, view or view_of(scene), size)
     finally:
         engine.close()
 

@@ -52,7 +52,7 @@ def lay_out(
     Returns:
         Layouts, the best first; none if the contents found no room.
     """
-    cell_bin = scene.cell.pod.bins[bin_name]
+    cell_bin = scene.cell.places[bin_name]
     items = [entry.item for entry in contents]
     fillings = fill(cell_bin, items, np.random.default_rng(seed), may_raise, tell)
     T_world_bin = scene.T_world_place(cell_bin)

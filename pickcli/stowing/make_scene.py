@@ -1,6 +1,6 @@
-"""From an order to a scene: every item with its real size, at rest in its bin.
+"""From an order to a scene: every item with its real size, at rest in its place.
 
-Bins are filled one by one, each from a seed of its own, so that a bin looks the same whatever the others
+Places are filled one by one, each from a seed of its own, so that a bin looks the same whatever the others
 hold. Targets of the order are not treated differently from the rest.
 """
 
@@ -16,12 +16,14 @@ from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.seeds import derived_seed
+from pickcli.seeds import derived_rng, derived_seed
 from pickcli.simulation.settle import settle
 from pickcli.stowing.bin_layout import ItemInstance, lay_out
+from pickcli.stowing.heap import lay_heap
 
 N_ATTEMPTS = 5  # at a bin, each begun anew: what is laid out may still slip or roll away
 N_RAISING = 10  # more of them, with things raised inside
+N_HEAPS = 30  # attempts at a place that is open above
 
 
 def make_scene(
@@ -32,11 +34,11 @@ def make_scene(
     on_progress: ProgressObserver = nobody,
     T_world_pod: Array | None = None,
 ) -> Scene:
-    """Place all bin items of an order in their bins, at rest and without overlap.
+    """Place items at rest and without overlap.
 
     Args:
-        bin_contents: Item names by bin.
-        cell: Whose bins and items these are.
+        bin_contents: Item names by bin, or other place.
+        cell: Whose places and items these are.
         seed: Seed of all random choices.
         year: Which figures an item of two years has.
         on_progress: Told of the bins done and the name of the next, also between the steps of a search.
@@ -66,7 +68,7 @@ def fill_bin(
     seed: int,
     tell: Callable[[], None] = lambda: None,
 ) -> tuple[PlacedItem, ...]:
-    """Place the contents of one bin at rest.
+    """Place the contents of one bin, or other place, at rest.
 
     Args:
         scene: The scene that the bin is in.
@@ -95,14 +97,21 @@ def fill_bin(
         reason = rested
     raise InputError(
         f"{bin_name}: its {len(contents)} items do not fit at rest (last: {reason}); "
-        "take another seed or put fewer items into this bin"
+        "take another seed or put fewer items there"
     )
 
 
 def _layouts(
     scene: Scene, bin_name: str, contents: Sequence[ItemInstance], seed: int, tell: Callable[[], None]
 ) -> Iterator[tuple[PlacedItem, ...]]:
-    """Layouts of a bin to try; those in which everything enters the mouth as it stands come first."""
+    """Layouts of a place to try; those in which everything enters the mouth as it stands come first."""
+    place = scene.cell.places[bin_name]
+    if place.access.is_from_above:
+        for attempt in range(N_HEAPS):
+            rng = derived_rng("heap", seed, bin_name, attempt)
+            if (laid := lay_heap(scene, place, contents, rng)) is not None:
+                yield laid
+        return
     for attempt in range(N_ATTEMPTS):
         layouts = lay_out(
             scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt), tell=tell
@@ -134,7 +143,7 @@ def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year:
 
 def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
     """Why a bin can never hold these items, "" where it may."""
-    inside = cell.pod.bins[bin_name].room
+    inside = cell.places[bin_name].room
     for item in items:
         if sizes := inside.too_small_for(item.shape.extents):
             return f"{bin_name}: {item.name} fits in no way: it has {sizes}; take it out of this bin"

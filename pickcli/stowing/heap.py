@@ -1,0 +1,78 @@
+"""Layout of items in a place that is open above: a heap between walls, side by side where there are none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.place import Place
+from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.stowing.bin_layout import ItemInstance
+from pickcli.stowing.stable_poses import stable_poses
+
+N_DRAWS = 60  # poses tried for each item
+FROM_WALL = 0.008  # m
+APART = 0.025  # m between items that lie side by side
+ABOVE = 0.002  # m over what an item will lie on
+
+
+def lay_heap(
+    scene: Scene, place: Place, contents: Sequence[ItemInstance], rng: np.random.Generator
+) -> tuple[PlacedItem, ...] | None:
+    """Lay items out, each on one of its sides and turned at random, a little above where it will lie.
+
+    Args:
+        scene: The scene that the place is in.
+        place: A place that is open above.
+        contents: What is to be placed, in this order.
+        rng: Source of random numbers.
+
+    Returns:
+        The items; between walls each as low as it was found to lie, else all on the floor. None where one
+        found no room.
+    """
+    T_world_place = scene.T_world_place(place)
+    low, high = np.zeros((0, 3)), np.zeros((0, 3))
+    laid: list[PlacedItem] = []
+    for entry in contents:
+        drawn = [_drawn(place, entry.item, low, high, rng) for _ in range(N_DRAWS)]
+        found = [T for T in drawn if T is not None]
+        if not found:
+            return None
+        T = min(found, key=lambda T: float(T[2, 3]))
+        reach = entry.item.shape.reach(T[:3, :3])
+        low, high = np.vstack([low, T[:3, 3] - reach]), np.vstack([high, T[:3, 3] + reach])
+        laid.append(PlacedItem(entry.id, entry.item, place.name, T_world_place @ T))
+    return tuple(laid)
+
+
+def _side_down(place: Place, item: Item, rng: np.random.Generator) -> Array:
+    """How an item lies (3, 3), before it is turned: it does not lean, nor roll on a table if it need not."""
+    every = stable_poses(item)
+    standing = [(kind, weight) for kind, weight in every if not kind.is_on_edge]
+    if not place.is_open_box:
+        standing = [(kind, weight) for kind, weight in standing if not kind.can_roll] or standing
+    weights = np.array([weight for _, weight in standing])
+    return standing[rng.choice(len(standing), p=weights / weights.sum())][0].R_up_item
+
+
+def _drawn(place: Place, item: Item, low: Array, high: Array, rng: np.random.Generator) -> Array | None:
+    """A pose (4, 4) in a place, on top of boxes with these corners (K, 3); None where there is no room."""
+    turned = rotation_axis_angle((0.0, 0.0, 1.0), float(rng.uniform(-np.pi, np.pi)))
+    R = turned @ _side_down(place, item, rng)
+    reach, room = item.shape.reach(R), place.room
+    least, most = room.low[:2] + FROM_WALL + reach[:2], room.high[:2] - FROM_WALL - reach[:2]
+    if not (least <= most).all():
+        return None
+    middle = rng.uniform(least, most)
+    apart = ABOVE if place.is_open_box else APART
+    is_under = ((low[:, :2] < middle + reach[:2] + apart) & (high[:, :2] > middle - reach[:2] - apart)).all(
+        axis=1
+    )
+    if is_under.any() and not place.is_open_box:
+        return None
+    base = float(high[is_under, 2].max(initial=room.floor_back))
+    return pose((*middle, base + ABOVE + reach[2]), R=R)
