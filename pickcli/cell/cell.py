@@ -221,8 +221,8 @@ class Cell:
         lacking = keys + ["tool"] * (self.robot.tool.grip is None)
         if lacking:
             raise InputError(
-                f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; this command needs {needed} "
-                "(docs/formats/cell.md), apc plan-move, verify and execute do not"
+                f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; this command needs "
+                f"{needed} (docs/formats/cell.md), apc plan-move, verify and execute do not"
             )
 
     def T_world_place(self, place: Place) -> Array:

@@ -81,7 +81,9 @@ def command(
         order, order_source = read_order(order_path, cell), order_file(order_path)
         contents, year = _together(order.bin_contents, contents), order.year
     elif not contents:
-        raise click.UsageError("nothing to place: name an order, or items with --in PLACE=ITEM")
+        raise click.UsageError(
+            "nothing to place: name an order, e.g. jsk_pick_sample, or items with --in PLACE=ITEM"
+        )
     T_world_pod = pod_pose(pod_shift or NONE, cell, seed)
     inputs = (order_source, cell_name, items_path)
     refuse_output(output, overwrite, *inputs)

@@ -78,8 +78,8 @@ def command(
     """Plan one pick, from leaving for the item to the item in the tote, or in another place.
 
     Over boxes that are open above the item is let go just over what lies there; on shelves and tables it is
-    set down. The plan is verified, and carries its certificate. Exit code 4 when the verifier rejects it, 5 when
-    there is no plan; nothing is written then.
+    set down. The plan is verified, and carries its certificate. Exit code 4 when the verifier rejects it, 5
+    when there is no plan; nothing is written then.
 
     \b
     Example:
@@ -96,7 +96,7 @@ def command(
     refuse_held(scene, scene_path)
     out_of, item = _taken(pick, bin_name, item)
     into = _destination(scene, into)
-    _refuse_impossible(scene, out_of, item, into)
+    _refuse_impossible(scene, out_of, item, into, "--bin" if pick is None else "--pick")
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
     asked = _PickRequest(query, start, seed, roadmap, trajectories, learn)
     chosen = _chosen(scene, arms, asked)
@@ -196,19 +196,19 @@ def _destination(scene: Scene, place: str | None) -> str:
     return place or TOTE
 
 
-def _refuse_impossible(scene: Scene, out_of: str, item: str, into: str) -> None:
+def _refuse_impossible(scene: Scene, out_of: str, item: str, into: str, option: str) -> None:
     """Raise InputError, before any work, for what the scene alone says cannot be.
 
-    Names that are unknown, the place that the item is in as the place to bring it to, or one too small for
-    it.
+    Names that are unknown (of the place to pick from, as an option states it), the place that the item is in
+    as the place to bring it to, or one too small for it.
     """
     from pickcli.errors import InputError, UnknownNameError
     from pickcli.scene.scene import TOTE
 
     places = scene.cell.places
-    for name, option in ((out_of, "--bin"), (into, "--to")):
+    for name, stated in ((out_of, option), (into, "--to")):
         if name not in places:
-            raise UnknownNameError("place", name, list(places), option)
+            raise UnknownNameError("place", name, list(places), stated)
     placed = scene.find(item, out_of)
     if into == out_of:
         raise InputError(f"--to: the item is taken from {into}; name another place")

@@ -120,3 +120,19 @@ def rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
         else:
             groups.append([joint.child])
     return [pair for group in groups for pair in combinations(group, 2)]
+
+
+def standing_links(robot: Robot) -> list[str]:
+    """Links that no joint moves: they may stand in, or on, what stands there.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        Their names, from the root on.
+    """
+    names = [robot.links[0].name]
+    for joint in robot.joints:
+        if joint.type is JointType.FIXED and joint.parent in names:
+            names.append(joint.child)
+    return names

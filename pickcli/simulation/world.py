@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -32,6 +33,7 @@ from pickcli.simulation.scene_bodies import (
     ground_of,
     is_over,
     rigid_pairs,
+    standing_links,
     true_masses,
 )
 from pickcli.simulation.servo import IDEAL, Drives, Servo, ToolDrive
@@ -170,9 +172,10 @@ class World:
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
         """Switch off the physics of pairs that may overlap; returns them.
 
-        These are the pairs that the cell lists, and links that cannot move relative to each other.
+        These are the pairs that the cell lists, and links that cannot move relative to each other. What
+        stands cannot collide with what else stands: such pairs are returned, their physics moves nothing.
         """
-        pairs = set()
+        pairs = set(product(standing_links(self.robot), (body.name for body, _ in self.scene.standing)))
         for allowed in self.scene.cell.allowed_pairs:
             for link, other in ((allowed.a, allowed.b), (allowed.b, allowed.a)):
                 if self.engine.has_link(ROBOT, link) and self.engine.has_body(other):

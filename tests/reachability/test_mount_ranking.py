@@ -80,7 +80,7 @@ def test_the_best_come_first_and_again_the_same(ur5e: Cell) -> None:
 
 
 def test_no_base_stands_in_the_shelf(ur5e: Cell) -> None:
-    with pytest.raises(NoPlanError, match="stands in shelf_floor_2"):
+    with pytest.raises(NoPlanError, match="stands in shelf_stand"):
         ranking(ur5e, OVER_CRATES).suggest(grid(x=(0.9, 0.9), y=(0.25, 0.25)), 1)
     sunk = mounted(ur5e, pose((0.0, 0.0, 0.70), R=ur5e.robot.T_world_base[:3, :3]))
     lower = grid(x=(0.05, 0.05), z=(0.72, 0.72))  # in the table, as it is now: on purpose
