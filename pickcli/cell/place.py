@@ -147,7 +147,7 @@ class Room:
         if extents.min() <= self.size.min() and extents.max() <= np.linalg.norm(self.size):
             return ""
         own, clear = (" x ".join(f"{1e3 * side:.0f}" for side in sides) for sides in (extents, self.size))
-        return f"{own} mm, the bin {clear} mm inside"
+        return f"{own} mm, the place {clear} mm inside"
 
     def floor_at(self, x: Array | float) -> Array:
         """Height of the floor.

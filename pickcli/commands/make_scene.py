@@ -105,7 +105,7 @@ def command(
         write_png(picture_of(scene), picture, overwrite)
     names = {name: [placed.id for placed in scene.in_location(name)] for name in contents}
     if as_json:
-        bins = {name: [] for name in cell.pod.bins} | names
+        bins = {name: names.get(name, []) for name in (*cell.pod.bins, *names)}
         emit_json({"path": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})
     else:
         what = "places" if stated else "bins"

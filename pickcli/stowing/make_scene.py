@@ -146,13 +146,13 @@ def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
     inside = cell.places[bin_name].room
     for item in items:
         if sizes := inside.too_small_for(item.shape.extents):
-            return f"{bin_name}: {item.name} fits in no way: it has {sizes}; take it out of this bin"
+            return f"{bin_name}: {item.name} fits in no way: it has {sizes}; take it out of there"
     room = 1e3 * inside.volume
     volume = 1e3 * sum(item.shape.volume for item in items)
     if volume <= room:
         return ""
-    count = f"its {len(items)} items take {volume:.0f} litres, the bin has {room:.0f}"
-    return f"{bin_name}: {count}; put fewer items into this bin"
+    count = f"its {len(items)} items take {volume:.0f} litres, the place has {room:.0f}"
+    return f"{bin_name}: {count}; put fewer items there"
 
 
 def _instance_id(name: str, seen: dict[str, int]) -> str:

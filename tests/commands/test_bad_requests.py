@@ -83,9 +83,9 @@ def test_a_bin_that_is_too_small_is_refused_at_once(made: Made, out: Path) -> No
     scene = read_scene(made.scene)
     placed = scene.find(ITEM)
     large = replace(placed, item=replace(placed.item, shape=Shape(ShapeKind.BOX, (0.3, 0.3, 0.3))))
-    with pytest.raises(InputError, match=r"fits in no way into bin_A: it has 300 x 300 x 300 mm, the bin"):
-        _refuse_impossible(replace(scene, items=(large,)), "bin_C", ITEM, "bin_A")
-    _refuse_impossible(replace(scene, items=(large,)), "bin_C", ITEM, "tote")
+    with pytest.raises(InputError, match=r"fits in no way into bin_A: it has 300 x 300 x 300 mm, the place"):
+        _refuse_impossible(replace(scene, items=(large,)), "bin_C", ITEM, "bin_A", "--pick")
+    _refuse_impossible(replace(scene, items=(large,)), "bin_C", ITEM, "tote", "--pick")
 
 
 def test_a_goal_in_collision_has_no_plan(made: Made, out: Path) -> None:

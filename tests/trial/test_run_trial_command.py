@@ -86,7 +86,7 @@ def test_too_much_for_a_bin_is_told_with_the_file_before_any_work(tmp_path: Path
     order["bin_contents"]["bin_L"] += ["kleenex_tissue_box"] * 40
     (tmp_path / "order.json").write_text(json.dumps(order))
     message = refused(run(tmp_path / "order.json", "-o", tmp_path / "out"))
-    assert f"{tmp_path / 'order.json'}: bin_L: its 4" in message and "litres, the bin has" in message
+    assert f"{tmp_path / 'order.json'}: bin_L: its 4" in message and "litres, the place has" in message
     assert not (tmp_path / "out").exists()
 
 
