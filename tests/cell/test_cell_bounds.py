@@ -47,6 +47,13 @@ ROW = "hanging_lip: 1.5188, floor_front: 1.3142, ceiling_front: 1.5418"
         ("down: 1.5707963267948966}", "down: 1.5707963267}", "down: 1.6}", "tool.states: outside"),
         ("{straight: 0.0, down", "{straight: 0.001, down", "{straight: -0.1, down",
          "tool.states: outside"),
+        ("down: 1.5707963267948966}", "down: 1.5707963276}", "down: 1.5707963280}", "tool.states: outside"),
+        ("{straight: 0.0, down", "{straight: -0.9e-9, down", "{straight: -1.1e-9, down",
+         "tool.states: outside"),
+        ("joint_s: {has", "joint_s: {min_position: -3, max_position: 3, has",
+         "joint_s: {min_position: 3, max_position: -3, has", "joint_limits.joint_s.max_position: expected"),
+        ("joint_s: {has", "joint_s: {min_position: -3, max_position: 3, has",
+         "joint_s: {min_position: -4, max_position: 3, has", "joint_limits.joint_s.min_position: expected"),
         ("  lance_link: lance\n", "  lance_link: lance \n", "  lance_link: link_t\n",
          "it ends link_t, lance, cup"),
         ("{name: table, lower", "{name: desk, lower", "{name: camera, lower",
@@ -65,6 +72,30 @@ def test_a_figure_goes_as_far_as_stated_and_no_farther(
     cell_copy.load()
     cell_copy.yaml.replace(taken, refused_)
     assert problem in refused(cell_copy.load)
+
+
+@pytest.mark.parametrize(
+    ("limits", "taken", "refused_", "told"),
+    [
+        ("", 12.6, 12.61, "joint_t in -12.6 to 12.6 rad, got 12.61"),
+        ("", -12.6, -12.61, "joint_t in -12.6 to 12.6 rad, got -12.61"),
+        ("max_position: 4, ", 4, 4.001, "joint_t in -12.6 to 4 rad, got 4.001; angles are in rad"),
+        ("min_position: -4, ", -4, -4.001, "joint_t in -4 to 12.6 rad, got -4.001; angles are in rad"),
+        ("min_position: -4, max_position: 4, ", 4, 5, "joint_t in -4 to 4 rad, got 5"),
+    ],
+)
+def test_a_joint_without_an_end_turns_twice_or_as_far_as_the_cell_says(
+    cell_copy: CellCopy, refused: Refused, limits: str, taken: float, refused_: float, told: str
+) -> None:
+    cell_copy.urdf.replace(
+        '<joint name="joint_t" type="revolute">', '<joint name="joint_t" type="continuous">'
+    )
+    cell_copy.yaml.replace("joint_t: {has_v", f"joint_t: {{{limits}has_v")
+    home = "-1.9000, 0.0000, 0.0300, "
+    cell_copy.yaml.replace(f"{home}0.0000]}}", f"{home}{taken}]}}")
+    cell_copy.load()
+    cell_copy.yaml.replace(f"{home}{taken}]}}", f"{home}{refused_}]}}")
+    assert f"configurations[0].q[7]: expected {told}" in refused(cell_copy.load)
 
 
 def test_a_tool_whose_cell_does_not_say_how_long_it_takes_to_seal_takes_a_quarter_of_a_second(

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.errors import InputError
-from pickcli.files.yaml_reader import MAX_BYTES, Source, parse_yaml, read_yaml
+from pickcli.files.yaml_reader import MAX_BYTES, Source, parse_yaml, quoted, read_yaml
 
 Refused = Callable[[Callable[[], object]], str]
 
@@ -227,3 +227,20 @@ def test_a_tab_is_named_on_its_line_whatever_ends_the_lines(line_break: str, tmp
     text = line_break.join(["a: 1", "b:", "\tc: 2"])
     with pytest.raises(InputError, match=r"f\.yaml:3:1: not YAML: .*; indent with spaces, not tabs"):
         parse_yaml(text, tmp_path / "f.yaml")
+
+
+@pytest.mark.parametrize(
+    ("name", "is_plain"),
+    [("arm", True), ("arm_1", True), ("a", True), ("no", False), ("None", False), ("null", False),
+     ("true", False), ("1e3", False), ("7", False), ("_x", False), ("a-b", False), ("a: b", False)],
+)  # fmt: skip
+def test_a_name_is_quoted_where_it_is_no_plain_word_or_means_something_else(
+    name: str, is_plain: bool
+) -> None:
+    assert (quoted(name) == name) is is_plain
+    assert quoted(name).strip("'\"") == name
+
+
+@given(st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1, max_size=30))
+def test_a_quoted_name_is_read_as_what_it_was(name: str) -> None:
+    assert parse_yaml(f"{quoted(name)}: {quoted(name)}\n", Path("x.yaml")).data == {name: name}
