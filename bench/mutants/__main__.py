@@ -56,7 +56,7 @@ PACKAGES = (
             "tests/cell/test_default_cell.py", "tests/cell/test_parts_agree.py",
             "tests/cell/test_tool_states.py", "tests/cell/test_other_robots.py",
             "tests/cell/test_gripper.py", "tests/cell/test_own_places.py",
-            "tests/cell/test_shelf_and_tote.py",
+            "tests/cell/test_shelf_and_tote.py", "tests/cell/test_arms.py", "tests/files/test_schema.py",
         ),
     ),
     Package(
@@ -64,7 +64,7 @@ PACKAGES = (
         ("scene/scene_checks", "scene/scene_file", "scene/solid_overlap"),
         ("tests/scene/test_scene_file.py", "tests/scene/test_scene_checks.py",
          "tests/scene/test_solid_overlap.py", "tests/scene/test_cloud.py",
-         "tests/scene/test_overlap_bounds.py"),
+         "tests/scene/test_overlap_bounds.py", "tests/scene/test_places_in_scenes.py"),
     ),
     Package(
         "plan files",

@@ -23,6 +23,7 @@ from pickcli.verification.tipping_check import (
     _outside,
     _support,
     beside_support,
+    falls_over,
 )
 from support.handmade_plans import cell, make_scene
 from support.solid_oracles import is_inside
@@ -168,6 +169,15 @@ def test_the_support_grows_by_what_both_may_be_off(noise: float) -> None:
     point = DEEP[:3, 3] + (0.05, 0.0, 0.1)
     beside = beside_support(scene, item, np.array([0.0, 0.0, -100.0]), point)
     assert beside == pytest.approx(0.02 - 2 * noise, abs=1e-6)
+
+
+def test_what_lies_on_nothing_is_not_judged() -> None:
+    """Nor where all that is near stands beside it."""
+    for parts in ({}, {"slab": (SLAB, pose((0.4, 0.0, -0.01)))}):
+        scene, item = standing_on(parts)
+        top = DEEP @ pose((0.5, 0.0, 0.1), rpy=(0.0, np.pi / 2, 0.0))
+        assert beside_support(scene, item, np.array([0.0, 0.0, -100.0]), top[:3, 3]) == 0.0
+        assert not falls_over(scene, item, Press(top, 0.05, 1000.0, 5.0))
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.004])
