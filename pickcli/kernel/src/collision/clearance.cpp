@@ -8,8 +8,10 @@
 namespace apc {
 namespace {
 
-//! Looks for the nearest pair; a whole frame is skipped when its ball is farther than the best so far
-//! (signed distances change by at most the distance moved, inside too).
+constexpr double kRounding = 1e-12;  //!< m, far above that of a distance in double precision
+
+//! Looks for the nearest pair; a frame, or what a ball of its tree holds, is skipped when the ball is farther than
+//! the best so far (signed distances change by at most the distance moved, inside too).
 class NearestPair {
  public:
   NearestPair(const Checker& checker, const double* q, double max_distance)
@@ -58,8 +60,22 @@ class NearestPair {
     const FrameCover& cover = covers_[f];
     if (signed_distance(ball(f).center, solid) - ball(f).radius > best_.distance) return;
     if (cover.solid) offer(signed_distance(placed(f), solid, best_.distance), f, kind, index);
-    for (const Sphere& s : cover.spheres)
-      offer(signed_distance(T_world_frame_[f] * s.center, solid) - s.radius, f, kind, index);
+    const auto distance = [&](const Sphere& ball) { return signed_distance(ball.center, solid) - ball.radius; };
+    visit_near(f, distance, [&](const Sphere& s) { offer(distance(s), f, kind, index); });
+  }
+
+  //! Calls visit(sphere) for the spheres of a frame, in the world, that may be nearer than the best by a distance
+  //! of balls.
+  template <typename Distance, typename Visit>
+  void visit_near(int f, const Distance& distance, const Visit& visit) const {
+    const std::vector<BallNode>& tree = covers_[f].tree;
+    for (std::size_t i = 0; i < tree.size();) {
+      const Sphere ball{T_world_frame_[f] * tree[i].ball.center, tree[i].ball.radius};
+      if (tree[i].is_sphere)
+        visit(ball), ++i;
+      else
+        i = distance(ball) > best_.distance + kRounding ? static_cast<std::size_t>(tree[i].next) : i + 1;
+    }
   }
 
   void against_frame(int f, int g) {
@@ -67,12 +83,14 @@ class NearestPair {
     if (inner.tree.empty()) return;
     const Sphere a = ball(f), b = ball(g);
     if (norm(a.center - b.center) - a.radius - b.radius >= best_.distance) return;
-    for (const Sphere& t : inner.spheres) {
-      const Vec3 center = T_world_frame_[g] * t.center;
-      if (outer.solid) offer(signed_distance(center, placed(f)) - t.radius, f, ContactKind::self, g);
-      for (const Sphere& s : outer.spheres)
-        offer(norm(center - T_world_frame_[f] * s.center) - s.radius - t.radius, f, ContactKind::self, g);
-    }
+    const auto between = [](const Sphere& s, const Sphere& t) {
+      return norm(t.center - s.center) - s.radius - t.radius;
+    };
+    visit_near(g, [&](const Sphere& t) { return between(a, t); }, [&](const Sphere& t) {
+      if (outer.solid) offer(signed_distance(t.center, placed(f)) - t.radius, f, ContactKind::self, g);
+      visit_near(f, [&](const Sphere& s) { return between(s, t); },
+                 [&](const Sphere& s) { offer(between(s, t), f, ContactKind::self, g); });
+    });
   }
 
   //! Of obstacles that are equally near the first of the user counts, whatever their order in the tree.
