@@ -2,16 +2,20 @@
 
 The `sh` and `python` blocks of a page run in their order in one new folder, with a cache of their own. A
 comment on the line before a block says what is special about it: `<!-- not run: REASON -->`, or
-`<!-- exit code N -->` where a command is meant to fail.
+`<!-- exit code N -->` where a command is meant to fail. A command that several pages give the same files to
+runs once: it would write the same again.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -73,14 +77,50 @@ def blocks(page: Path) -> list[Block]:
     return found
 
 
-def run(block: Block, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run a block in a folder."""
+PLAIN = re.compile(r"apc [\w .,=/+#-]+")  # a call of apc, without redirection or what follows on it
+
+
+def steps(block: Block) -> list[str]:
+    """What of a block runs by itself: each line if every one is a plain call of `apc`, else all of it."""
+    lines = [line for line in block.text.splitlines() if line and not line.startswith("#")]
+    is_plain = block.language == "sh" and all(PLAIN.fullmatch(line) for line in lines)
+    return lines if is_plain else [block.text]
+
+
+def run(block: Block, step: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run a step of a block in a folder."""
     shell = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "XDG_CACHE_HOME": str(folder / "cache"), "COLUMNS": "110"}
     return subprocess.run(
-        [*shell, block.text], cwd=folder, env=environment, capture_output=True, text=True, timeout=TIMEOUT
+        [*shell, step], cwd=folder, env=environment, capture_output=True, text=True, timeout=TIMEOUT
     )
+
+
+WRITES = ("-o", "--picture", "--video", "--plot")  # options of what a command writes, and of nothing else
+
+
+@dataclass(frozen=True)
+class Written:
+    """What commands wrote on the pages before, by the command and the content of the files that it read."""
+
+    folder: Path
+
+    def of(self, step: str, page_folder: Path) -> Path | None:
+        """Where copies are kept of what a command writes; None where it may do more, or reads a folder."""
+        words = step.split()
+        paths = [page_folder / word for word in words]
+        is_known = PLAIN.fullmatch(step) and set(words) & set(WRITES) and "--write" not in words
+        if not is_known or any(path.is_dir() for path in paths):
+            return None
+        read = [path.read_bytes() for path in paths if path.is_file()]
+        return self.folder / hashlib.sha256(b"\0".join([step.encode(), *read])).hexdigest()
+
+
+def outputs(step: str) -> list[str]:
+    """Names of the files that a command writes."""
+    words = step.split()
+    return [name for option, name in pairwise(words) if option in WRITES]
 
 
 def name_of(page: Path) -> str:
@@ -113,10 +153,40 @@ def test_most_pages_that_show_commands_run_some() -> None:
     assert {"README.md", "docs/tutorial.md", "docs/commands.md"} <= {name_of(page) for page in RUN}
 
 
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Written:
+    """Nothing yet."""
+    return Written(tmp_path_factory.mktemp("written"))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("page", RUN, ids=name_of)
-def test_the_blocks_of_a_page_run(page: Path, tmp_path: Path) -> None:
+def test_the_blocks_of_a_page_run(page: Path, written: Written, tmp_path: Path) -> None:
     for block in blocks(page):
-        if block.is_run:
-            done = run(block, tmp_path)
-            assert done.returncode == block.code, f"{name_of(page)}:{block.line}\n{done.stdout}{done.stderr}"
+        for step in steps(block) if block.is_run else ():
+            kept = written.of(step, tmp_path)
+            if kept is not None and kept.is_dir():
+                shutil.copytree(kept, tmp_path, dirs_exist_ok=True)
+                continue
+            done = run(block, step, tmp_path)
+            code = block.code if step == steps(block)[-1] else 0
+            assert done.returncode == code, f"{name_of(page)}:{block.line}\n{done.stdout}{done.stderr}"
+            if kept is not None and not code:
+                kept.mkdir()
+                for name in outputs(step):
+                    shutil.copy(tmp_path / name, kept)
+
+
+def test_a_command_on_the_same_files_is_known_again_and_no_other(written: Written, tmp_path: Path) -> None:
+    plan = "apc plan-pick --scene scene.json --bin bin_A -o plan.json"
+    first = written.of(plan, tmp_path)
+    (tmp_path / "scene.json").write_text("one")
+    second = written.of(plan, tmp_path)
+    (tmp_path / "scene.json").write_text("other")
+    assert len({first, second, written.of(plan, tmp_path), written.of(f"{plan} --seed 1", tmp_path)}) == 4
+    assert written.of("apc verify plan.json --write", tmp_path) is None
+    assert written.of("apc check roadmap.h5 --repair", tmp_path) is None
+    assert written.of("apc plan-pick --scene scene.json -o plan.json || true", tmp_path) is None
+    (tmp_path / "shelf").mkdir()
+    assert written.of("apc build-roadmap --cell shelf -o roadmap.h5", tmp_path) is None
+    assert outputs("apc make-scene order --picture a.png -o b.json") == ["a.png", "b.json"]
