@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.collision.hull_cover import cover_hulls, depths
 from pickcli.collision.solid_covers import Spheres, cover_box, cover_capsule, cover_cylinder
 from pickcli.files.derived_cache import content_key, derived
 from pickcli.geometry import Array, transform_points
@@ -160,6 +159,8 @@ def cover_meshes(hulls: Sequence[Body], excess: float, max_excess: float, max_co
     """
     if not hulls:
         return Cover(np.zeros((0, 3)), np.zeros(0), 0.0)
+    from pickcli.collision.hull_cover import cover_hulls, depths  # slow to import: only meshes pay for it
+
     pieces = [transform_points(hull.T_parent_shape, np.array(hull.shape.vertices)) for hull in hulls]
 
     def derive() -> list[Any]:

@@ -9,7 +9,6 @@ import numpy as np
 from pickcli.errors import InputError
 from pickcli.files.derived_cache import content_key, derived
 from pickcli.geometry import Array
-from pickcli.meshes.convex_pieces import convex_pieces
 from pickcli.meshes.mesh_file import parse_triangles, read_mesh_bytes
 
 _VERSION = "1"  # of how pieces are found: raise it with every change of that
@@ -31,6 +30,8 @@ def mesh_pieces(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:
     content = read_mesh_bytes(path)
 
     def derive() -> list[list[list[float]]]:
+        from pickcli.meshes.convex_pieces import convex_pieces  # slow to import: scipy
+
         try:
             return [piece.tolist() for piece in convex_pieces(parse_triangles(path, content, scale))]
         except ValueError as error:

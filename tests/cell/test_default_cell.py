@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -151,3 +154,14 @@ def extent(link: Link) -> tuple[Array, Array]:
         lower = np.minimum(lower, T[:3, 3] - half)
         upper = np.maximum(upper, T[:3, 3] + half)
     return lower, upper
+
+
+def test_a_cell_without_meshes_is_read_without_what_is_slow_to_import() -> None:
+    program = (
+        "import sys; from pickcli.cell.cell_file import load_cell; "
+        "from pickcli.collision.robot_model import CollisionModel; "
+        "CollisionModel(load_cell('apc2016_delft')); "
+        "print([name for name in ('scipy', 'trimesh') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
