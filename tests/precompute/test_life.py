@@ -42,12 +42,13 @@ PLACES = st.floats(0.0, 1.0, exclude_max=True)
 
 @pytest.fixture(scope="module", autouse=True)
 def same_code_and_no_task_done_twice(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Someone may be editing the sources; and what a task leaves is always the same, so once is enough."""
+    """Someone may be editing the sources; and a task always leaves and costs the same, so once is enough."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(job, "code_digest", lambda: "the same")
         patch.setattr(os, "fsync", lambda handle: None)  # which matters to a machine that dies, not a process
         for kind in (RoadmapEdgeJob, CoarseMotionJob):
             patch.setattr(kind, "make", _remembered(kind.make))
+            patch.setattr(kind, "effort", _remembered(kind.effort))
         # So that those who die while they learn it remember it, too.
         folder = tmp_path_factory.mktemp("learned")
         ExperienceFiles.beside(cell(), folder / "roadmap.h5", folder / "motions.h5").learn_motion(LESSONS[0])
