@@ -15,11 +15,13 @@ import pytest
 
 import pickcli.precompute.artifact_cache
 import pickcli.trial.simulated_cell
+from pickcli.cell import cell_file
 from pickcli.cell.cell import Cell
 from pickcli.commands.command import Terminated
 from pickcli.commands.main import _terminate
 from pickcli.jobs.journal import Journal
 from support.command_line import Made, apc
+from support.small_cell import alone, small_cell
 
 
 @contextmanager
@@ -72,6 +74,8 @@ ENDS = {"interrupted": (interrupt, 130), "terminated": (terminate, 143)}
 def test_a_build_leaves_its_journal_and_says_how_to_go_on(
     name: str, jobs: int, end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    cell = small_cell("home", "bin_A", "bin_E", "tote", "tote_10h")
+    monkeypatch.setattr(cell_file, "load_workcell", lambda *_: alone(cell))
     append, n_left = Journal.append, 2
 
     def interrupted(*arguments: Any) -> None:
