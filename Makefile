@@ -25,9 +25,9 @@ $(VENV)/.installed: requirements-dev.lock pyproject.toml CMakeLists.txt $(KERNEL
 run: install
 	$(BIN)/apc run-trial $(ORDER) --seed $(SEED) --overwrite
 
-# A worker per core; a file stays on one worker, so that what its tests share is made once.
+# A worker per core; a file stays on one worker, so that what its tests share is made once. In the end the slowest are told.
 test: install
-	$(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder --durations 40 --durations-min 3
 
 check: install
 	$(BIN)/ruff check .
