@@ -18,6 +18,7 @@ from pickcli.errors import InputError
 if TYPE_CHECKING:
     from pickcli.robot_setup.cell_setup import CellSetup, StatedLimit
     from pickcli.robot_setup.sphere_excess import SphereExcess
+    from pickcli.robot_setup.suggested_places import SuggestedPlace
 
 FIGURE = "[JOINT=]NUMBER"
 
@@ -47,6 +48,8 @@ FIGURE = "[JOINT=]NUMBER"
 @click.option("--accept-unshaped", is_flag=True,
               help="Leave links untested that have no collision shape.")  # fmt: skip
 @click.option("--tool", metavar="KIND", help="What is mounted: suction, or gripper (as the URDF has it).")
+@click.option("--place", "places", metavar="[NAME=]KIND", multiple=True,
+              help="What holds items: pod, grid, box or table; may be repeated.")  # fmt: skip
 @click.option("--tool-figure", "tool_figures", metavar="KEY=NUMBER", multiple=True,
               help="Figure of the tool, e.g. friction=0.5; may be repeated.")  # fmt: skip
 @seed_option
@@ -55,8 +58,8 @@ def command(
     folder: Path, urdf: Path, srdf: Path | None, group: str | None, tip: str | None, without: tuple[str, ...],
     package_path: tuple[str, ...], xacro_arguments: tuple[str, ...], joint_limits: Path | None,
     velocities: tuple[str, ...], accelerations: tuple[str, ...], jerks: tuple[str, ...],
-    forces: tuple[str, ...], accept_unshaped: bool, tool: str | None, tool_figures: tuple[str, ...],
-    seed: int, as_json: bool,
+    forces: tuple[str, ...], accept_unshaped: bool, tool: str | None, places: tuple[str, ...],
+    tool_figures: tuple[str, ...], seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Write a cell for a robot, from its URDF.
 
@@ -74,6 +77,7 @@ def command(
     from pickcli.robot_setup.cell_setup import SetupOptions, set_up_cell
     from pickcli.robot_setup.sphere_excess import sphere_excess
     from pickcli.robot_setup.stated_limits import EFFORT
+    from pickcli.robot_setup.suggested_places import requested_places
     from pickcli.robot_setup.suggested_tool import figure_of
 
     figures = {"velocity": velocities, "acceleration": accelerations, "jerk": jerks, EFFORT: forces}
@@ -92,6 +96,7 @@ def command(
         accepts_unshaped=accept_unshaped,
         tool=tool,
         tool_figures=dict(map(figure_of, tool_figures)),
+        places=requested_places(places),
         seed=seed,
     )
     if folder.parent.is_dir():
@@ -145,10 +150,19 @@ def _summary(made: CellSetup, spheres: list[SphereExcess]) -> dict[str, Any]:
         "max_excess_m": max((each.max_excess for each in spheres), default=0.0),
         "pairs": {str(how): n for how, n in made.n_pairs.items()},
         "allowed_pairs": {f"{pair.a} - {pair.b}": pair.reason for pair in draft.pairs},
+        "places": {
+            each.name: {"kind": each.kind, "xyz": each.xyz, "yaw": each.yaw, "source": each.source}
+            for each in draft.places
+        },
         "configurations": {each.name: list(each.q) for each in draft.configurations},
         "notes": list(made.notes),
         "left_to_fill_in": list(made.left),
     }
+
+
+def _stands(place: SuggestedPlace) -> str:
+    xyz = ", ".join(f"{value:g}" for value in place.xyz)
+    return f"{place.kind} at {xyz} m, yaw {place.yaw:g} rad"
 
 
 def _lines(made: CellSetup, spheres: list[SphereExcess]) -> list[str]:
@@ -177,6 +191,7 @@ def _lines(made: CellSetup, spheres: list[SphereExcess]) -> list[str]:
     met = ", ".join(f"{n} {how}" for how, n in counts.items())
     lines.append(f"pairs of links that collide in {N_SPHERES} samples: {met}")
     lines += [f"  allowed: {pair.a} and {pair.b}, {pair.reason}" for pair in draft.pairs]
+    lines += [f"place: {each.name}, {_stands(each)}; {each.source}" for each in draft.places]
     lines += [f"configuration: {each.name}, {each.source}" for each in draft.configurations]
     lines += [f"note: {note}" for note in made.notes]
     lines.append(f"wrote {made.folder}: cell.yaml, robot.urdf, {made.meshes} meshes")
@@ -186,7 +201,7 @@ def _lines(made: CellSetup, spheres: list[SphereExcess]) -> list[str]:
             f"left to fill in, in {made.folder / 'cell.yaml'}:",
             *(f"  {each}" for each in made.left),
         ]
-    names = [each.name for each in draft.configurations]
-    if len(names) > 1:
+    names = [each.name for each in draft.configurations if each.name != HOME and each.kind != "bin"]
+    if names:
         lines.append(f"next: apc plan-move --cell {made.folder} --from {HOME} --to {names[-1]} -o move.json")
     return lines

@@ -1,4 +1,4 @@
-"""Configurations in front of a bin, ranked by what can be reached from them.
+"""Configurations in front of a bin or another place, ranked by what can be reached from them.
 
 KTH (section IV-A.1) chose theirs by hand, for high manipulability, "to reach a large variety of desired
 end-effector poses inside or close to the bin without moving the arm into significantly different
@@ -24,7 +24,7 @@ from pickcli.geometry import Array, rotation_rpy
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
-from pickcli.reachability.bin_pose_sampling import BinPoseSampler
+from pickcli.reachability.place_pose_sampling import PlacePoseSampler
 from pickcli.reachability.ranked_configuration import RankedConfiguration, RankingSettings, distinct
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_rng
@@ -33,16 +33,16 @@ from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 
 @dataclass(frozen=True, eq=False)
 class ConfigurationRanking:
-    """Ranks configurations in front of one bin of a cell.
+    """Ranks configurations in front of one place of a cell.
 
     Attributes:
         cell: The cell, without items.
-        bin_name: Name of the bin.
+        bin_name: Name of the bin or other place.
         tool_state: State of the tool when it goes in.
         settings: How configurations are sought and judged.
 
     Raises:
-        UnknownNameError: If the cell has no such bin.
+        UnknownNameError: If the cell has no such place.
     """
 
     cell: Cell
@@ -51,8 +51,8 @@ class ConfigurationRanking:
     settings: RankingSettings
 
     def __post_init__(self) -> None:
-        if self.bin_name not in self.cell.pod.bins:
-            raise UnknownNameError("bin", self.bin_name, list(self.cell.pod.bins))
+        if self.bin_name not in self.cell.places:
+            raise UnknownNameError("bin", self.bin_name, list(self.cell.places))
 
     def suggest(self, n: int, on_progress: ProgressObserver = nobody) -> list[RankedConfiguration]:
         """The best configurations that differ, by reach first, then by manipulability. Repeatable by seed.
@@ -108,7 +108,7 @@ class ConfigurationRanking:
         T_world_tip = self._arm.tip(q, self.tool_state)
         return RankedConfiguration(
             NamedConfiguration(self.bin_name, q, self.tool_state, "bin"),
-            np.linalg.inv(self._poses.T_world_bin) @ T_world_tip,
+            np.linalg.inv(self._poses.T_world_entry) @ T_world_tip,
             self._arm.manipulability(q, self.tool_state),
             float(np.mean([self._reaches(q, T_world_tip, T) for T in self._inside])),
             self._margin(q),
@@ -157,8 +157,8 @@ class ConfigurationRanking:
         return Arm(self.cell.robot)
 
     @cached_property
-    def _poses(self) -> BinPoseSampler:
-        return BinPoseSampler(self._model, self.cell.pod.bins[self.bin_name], self.tool_state)
+    def _poses(self) -> PlacePoseSampler:
+        return PlacePoseSampler(self._model, self.cell.places[self.bin_name], self.tool_state)
 
     @cached_property
     def _inside(self) -> Array:

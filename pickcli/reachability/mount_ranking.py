@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import JointType, Robot
+from pickcli.cell.robot import Joint, JointType, Robot
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
@@ -174,7 +174,7 @@ class MountRanking:
         """
         cell = mounted(self.cell, T_world_base)
         empty = checker(CollisionModel(cell), self.tool_state, PayloadClass.EMPTY)
-        reach = _Reach(
+        reach = ToolReachability(
             Arm(cell.robot), empty, self.tool_state, self._seeds, *reach_ball(cell.robot), self._seeds[:0]
         )
         return RankedMount(
@@ -201,21 +201,19 @@ class MountRanking:
         What it stands in now, its pedestal or the beam of its rail, it may stand in anywhere.
         """
         cell = mounted(self.cell, T_world_base)
-        model = CollisionModel(cell)
-        base = [PosedSolid(body.shape, T @ body.T_parent_shape) for _, T, body in model.static_bodies()]
-        base += [PosedSolid(Shape(ShapeKind.SPHERE, (r,)), T) for _, T, r in model.static_spheres()]
+        base = base_solids(CollisionModel(cell))
         return frozenset(
             body.name
             for body, T_world_parent in empty_scene(cell).standing
             if any(
-                _overlap(solid, PosedSolid(body.shape, T_world_parent @ body.T_parent_shape))
+                overlaps(solid, PosedSolid(body.shape, T_world_parent @ body.T_parent_shape))
                 for solid in base
             )
         )
 
 
 @dataclass(eq=False)
-class _Reach:
+class ToolReachability:
     """What one base pose reaches. Each pose that is reached begins the search for the next.
 
     Attributes:
@@ -238,7 +236,14 @@ class _Reach:
     last: Array
 
     def has(self, T_world_tip: Array) -> bool:
-        """Whether the tip gets there, turned about its own axis by some quarter turns, with nothing hit."""
+        """Whether the tip gets there, turned about its own axis by some quarter turns, with nothing hit.
+
+        Args:
+            T_world_tip: (4, 4).
+
+        Returns:
+            True if it does.
+        """
         if np.linalg.norm(T_world_tip[:3, 3] - self.center) > self.radius:
             return False  # inverse kinematics takes longest where there is no solution
         for seeds in np.split(self.seeds, _ROUNDS):
@@ -287,7 +292,7 @@ def reach_ball(robot: Robot) -> tuple[Array, float]:
         Its middle (3,) in the world, where the first joint that moves is, and its radius in m.
     """
     T, radius, is_fixed = robot.T_world_base, float(np.linalg.norm(robot.tool.T_cup_tip[:3, 3])), True
-    for joint in robot.joints:
+    for joint in _way_to_tip(robot):
         if is_fixed:
             T = T @ joint.T_parent_joint
         else:
@@ -298,7 +303,38 @@ def reach_ball(robot: Robot) -> tuple[Array, float]:
     return T[:3, 3], radius
 
 
-def _overlap(a: PosedSolid, b: PosedSolid) -> bool:
-    """Whether two solids stand in each other; quickly no for those whose balls are apart."""
+def _way_to_tip(robot: Robot) -> list[Joint]:
+    """The joints from the root to the tip, without those of branches."""
+    by_child, way = {joint.child: joint for joint in robot.joints}, list[Joint]()
+    link = robot.tool.cup_link
+    while link in by_child:
+        way.insert(0, by_child[link])
+        link = way[0].parent
+    return way
+
+
+def base_solids(model: CollisionModel) -> list[PosedSolid]:
+    """What stands still with a robot's base: its shapes, and the spheres around its hulls.
+
+    Args:
+        model: The robot's collision model in its cell.
+
+    Returns:
+        The solids, in the world.
+    """
+    bodies = [PosedSolid(body.shape, T @ body.T_parent_shape) for _, T, body in model.static_bodies()]
+    return bodies + [PosedSolid(Shape(ShapeKind.SPHERE, (r,)), T) for _, T, r in model.static_spheres()]
+
+
+def overlaps(a: PosedSolid, b: PosedSolid) -> bool:
+    """Whether two solids stand in each other; quickly no for those whose balls are apart.
+
+    Args:
+        a: One solid.
+        b: The other.
+
+    Returns:
+        True if they do.
+    """
     balls = sum(float(np.linalg.norm(each.shape.extents)) / 2 for each in (a, b))
     return bool(np.linalg.norm(a.center - b.center) < balls) and overlap_depth(a, b) > 0.0

@@ -25,6 +25,7 @@ from pickcli.errors import Failures
 from pickcli.geometry import Array, rotation_rpy
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.empty_cell_checkers import checker, empty_scene
+from pickcli.reachability.place_pose_sampling import room_behind_mouth
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_rng
 
@@ -140,6 +141,9 @@ class ReachabilityCheck:
         low = np.array([_INSIDE, -access.width / 2, 0.0, -_LEAN, -_LEAN, 0.0])
         turn = 2.0 * np.pi if access.is_from_above else 0.0
         high = np.array([depth, access.width / 2, access.height, _LEAN, _LEAN, turn])
+        low_room, high_room = room_behind_mouth(place, _INSIDE)
+        if high_room[0] < _INSIDE:  # over a table: beside it nothing stands
+            low[:3], high[:3] = low_room, high_room
         drawn = rng.uniform(low, high, (_DRAWS * self.n_poses, 6))
         poses = np.stack([self._pose(T_world_entry, d) for d in drawn])
         tool = FreeToolChecker(

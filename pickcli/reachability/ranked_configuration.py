@@ -40,7 +40,7 @@ class RankedConfiguration:
 
     Attributes:
         configuration: The configuration, with its name and kind.
-        T_bin_tip: (4, 4) pose of the tip there.
+        T_bin_tip: (4, 4) pose of the tip there, in the frame of the way in: of a bin, its own.
         manipulability: Yoshikawa's, rail included (see ``kinematics.manipulability``).
         reach: Share of the poses in the bin that it reaches in one line.
         margin: Least distance of a joint from a limit, as a share of its range.

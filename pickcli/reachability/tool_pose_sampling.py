@@ -63,7 +63,8 @@ def tool_poses(cell: Cell, place: Place, tool_state: ToolState, n: int, rng: np.
     floor, ceiling = room.floor_at(drawn[:, 0]), room.ceiling_at(drawn[:, 0])
     drawn[:, 2] = floor + (drawn[:, 2] - room.low[2]) / room.size[2] * (ceiling - floor)
     behind_mouth = (drawn[:, :3] - access.T_place_mouth[:3, 3]) @ access.direction
-    drawn = drawn[behind_mouth >= _INSIDE]
+    if behind_mouth.max() > 0.0:  # over a table all room is before the mouth
+        drawn = drawn[behind_mouth >= _INSIDE]
     # x of these axes leads into the place, and the lance points along it.
     R_world_axes = T_world_place[:3, :3] @ access.T_place_mouth[:3, :3]
     R_axes_tip = cell.robot.tool.R_tip_lance(tool_state).T

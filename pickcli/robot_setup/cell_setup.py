@@ -28,11 +28,13 @@ from pickcli.files.schema import MAX_TEXT
 from pickcli.files.yaml_reader import Source
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
+from pickcli.reachability.mount_ranking import reach_ball
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.robot_setup.cell_text import SCHEMA, CellText, JointPosture
 from pickcli.robot_setup.chain_selection import PlannedChain, choose_chain
 from pickcli.robot_setup.collision_sampling import CollisionCount, CollisionFrequency, count_collisions
 from pickcli.robot_setup.package_search import PackageSearch
+from pickcli.robot_setup.place_search import PlaceSearch
 from pickcli.robot_setup.robot_files import RobotFiles, find_robot_files
 from pickcli.robot_setup.stated_limits import (
     StatedLimits,
@@ -40,13 +42,20 @@ from pickcli.robot_setup.stated_limits import (
     with_figure,
     without_those_of_file,
 )
-from pickcli.robot_setup.suggested_configurations import N_CANDIDATES, samples, states_of_srdf, suggest
+from pickcli.robot_setup.suggested_configurations import (
+    N_CANDIDATES,
+    configurations_at_places,
+    samples,
+    states_of_srdf,
+    suggest,
+)
+from pickcli.robot_setup.suggested_places import OPTION, SuggestedPlace
 from pickcli.robot_setup.suggested_tool import TOOL_URDF, SuggestedTool, suggest_tool
 
 URDF, SRDF, LIMITS, CELL = "robot.urdf", "robot.srdf", "joint_limits.yaml", "cell.yaml"
 _log = logging.getLogger(__name__)
 
-STEPS = 3  # that are told of as progress
+STEPS = 4  # that are told of as progress, without those for each place
 STAND_IN = 1.0  # of limits that are missing, while nothing but the robot's shape is looked at
 
 
@@ -83,6 +92,7 @@ class SetupOptions:
         accepts_unshaped: Whether links without a collision shape may stay untested.
         tool: Kind of the tool, "suction" or "gripper"; None where nothing is to be mounted.
         tool_figures: What is stated of it, by the keys of a cell file.
+        places: What is to hold items.
         seed: Of all samples.
     """
 
@@ -99,6 +109,7 @@ class SetupOptions:
     accepts_unshaped: bool = False
     tool: str | None = None
     tool_figures: Mapping[str, float] = field(default_factory=dict)
+    places: Sequence[SuggestedPlace] = ()
     seed: int = 0
 
 
@@ -152,7 +163,7 @@ def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserv
         with _unheard():
             made = _made(staging, folder, request, on_progress)
         staging.rename(folder)
-    for line in () if made.left else made.cell.warnings:
+    for line in made.cell.warnings:
         _log.warning("%s", line.replace(str(staging), str(folder)))
     return replace(made, cell=replace(made.cell, path=folder))
 
@@ -197,15 +208,22 @@ def _made(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
     robot = _without(whole, request.without)
     srdf = _srdf(request.srdf, robot, staging)
     draft = _draft(folder, request, files, robot, srdf, limits, staging)
-    on_progress(Progress(1, STEPS, "sampling which links collide"))
+    steps = STEPS + len(request.places)
+    on_progress(Progress(1, steps, "sampling which links collide"))
     collisions = count_collisions(_probed(staging, draft), request.seed)
     draft = replace(draft, pairs=tuple(pair.allowed for pair in collisions if pair.allowed is not None))
-    on_progress(Progress(2, STEPS, "looking for configurations"))
+    for k, place in enumerate(request.places):
+        on_progress(Progress(2 + k, steps, f"looking where {place.name} stands best"))
+        draft = _with_place(draft, place, srdf, staging, request.seed)
+    on_progress(Progress(steps - 2, steps, "looking for configurations"))
     draft, notes = _with_configurations(draft, srdf, _probed(staging, draft), request.seed)
-    cell = _probed(staging, draft)
+    on_progress(Progress(steps - 1, steps, "looking for configurations at the places"))
+    waiting, unreached = configurations_at_places(_probed(staging, draft), request.seed)
+    draft = replace(draft, configurations=(*draft.configurations, *waiting))
+    cell = replace(_probed(staging, draft), warnings=())
     (staging / CELL).write_text(draft.text())
-    left = tuple(draft.left())
-    if not left:
+    blank = tuple(draft.left())
+    if not blank:
         cell = load_cell(staging)
     notes += [draft.tool.note] if draft.tool is not None and draft.tool.note else []
     notes += [
@@ -214,7 +232,30 @@ def _made(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
         for pair in collisions
         if pair.is_doubtful
     ]
-    return CellSetup(folder, draft, cell, tuple(collisions), tuple(notes), left, len(files.meshes))
+    return CellSetup(
+        folder, draft, cell, tuple(collisions), tuple(notes), (*blank, *unreached), len(files.meshes)
+    )
+
+
+def _with_place(
+    draft: CellText, place: SuggestedPlace, srdf: Srdf | None, staging: Path, seed: int
+) -> CellText:
+    """The draft with a place where the arm reaches best into it. InputError if it reaches nothing."""
+    cell = _probed(staging, replace(draft, places=(*draft.places, place)))
+    without = _probed(staging, draft)
+    empty = checker(CollisionModel(without), without.robot.tool.default_state, PayloadClass.EMPTY)
+    states = [] if srdf is None else states_of_srdf(srdf, without, empty)[0]
+    keeps_free = np.array([state.q for state in states]).reshape(-1, without.robot.n_joints)
+    found = PlaceSearch(cell, cell.carriers[place.name], place.level, keeps_free, seed).best()
+    if not found.share:
+        _, radius = reach_ball(cell.robot)
+        raise InputError(
+            f"{OPTION} {place.name}={place.kind}: the arm takes none of {found.n_poses} tool poses in it, "
+            f"from any of {found.n_tried} poses around it (it reaches {radius:.2f} m at most); leave it out, "
+            "and write a place of another size, or elsewhere, into cell.yaml"
+        )
+    told = f"found: {found.share:.0%} of {found.n_poses} tool poses in it and before it are reached"
+    return replace(draft, places=(*draft.places, place.at(found.T_world_carrier, told)))
 
 
 def _with_configurations(

@@ -10,6 +10,7 @@ from pickcli.cell.cell import AllowedPair
 from pickcli.files.yaml_reader import quoted
 from pickcli.robot_setup.chain_selection import PlannedChain
 from pickcli.robot_setup.stated_limits import FILL_IN, KINDS, StatedLimits
+from pickcli.robot_setup.suggested_places import POD, SuggestedPlace
 from pickcli.robot_setup.suggested_tool import SuggestedTool
 
 SCHEMA = "cell.schema.json"
@@ -86,6 +87,7 @@ class CellText:
         limits: Of the planned joints, by name.
         limits_file: Path of a ``joint_limits.yaml`` from its folder; None without one.
         tool: What is mounted; None where nothing is.
+        places: What holds items, where it stands.
         pairs: Links that are never tested against each other.
         configurations: Named configurations.
     """
@@ -102,6 +104,7 @@ class CellText:
     limits: dict[str, StatedLimits]
     limits_file: str | None
     tool: SuggestedTool | None = None
+    places: tuple[SuggestedPlace, ...] = ()
     pairs: tuple[AllowedPair, ...] = ()
     configurations: tuple[SuggestedConfiguration, ...] = ()
 
@@ -112,7 +115,8 @@ class CellText:
             YAML with comments.
         """
         lines = [HEAD.format(name=quoted(self.name), source=self.source, schema=SCHEMA), *self._robot(), ""]
-        lines += [*self._limits(), TAIL, *self._tool(), "", *self._pairs(), "", *self._configurations()]
+        lines += [*self._limits(), TAIL, *self._tool(), "", *self._places()]
+        lines += [*self._pairs(), "", *self._configurations()]
         return "\n".join(lines) + "\n"
 
     def left(self) -> Iterator[str]:
@@ -190,6 +194,19 @@ class CellText:
         yield from self.tool.lines()
         yield ""
         yield from self.tool.device_lines()
+
+    def _places(self) -> Iterator[str]:
+        """The pod and the other places, each with a blank line behind it."""
+        if self.places:
+            yield "# What holds items. Where each stands was found by what the arm reaches: move it to yours;"
+            yield "# apc check tells what is reached there. Frames of places: docs/formats/cell.md."
+        for pod in (place for place in self.places if place.kind == POD):
+            yield from (*pod.lines(), "")
+        own = [place for place in self.places if place.kind != POD]
+        if own:
+            yield "places:"
+            yield from (line for place in own for line in place.lines())
+            yield ""
 
     def _pairs(self) -> Iterator[str]:
         yield "# Links that are never tested against each other. Those that a joint connects need none. Pairs"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,11 +12,14 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.configuration_text import DECIMALS
 from pickcli.cell.srdf import Srdf
 from pickcli.collision.checker import SceneChecker
-from pickcli.errors import Failures
+from pickcli.errors import Failures, InputError, NoPlanError
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import plan_coarse
+from pickcli.precompute.empty_cell_checkers import RESERVE
+from pickcli.reachability.configuration_ranking import ConfigurationRanking
+from pickcli.reachability.ranked_configuration import RankedConfiguration, RankingSettings
 from pickcli.robot_setup.cell_text import SuggestedConfiguration
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.verification.forward_kinematics import link_poses
@@ -25,6 +29,8 @@ N_CANDIDATES = 2000
 MARGIN = 0.05  # of each joint's range, that it keeps from the limits
 LEVEL = 1e-6  # m by which what stands on the floor of the base may be below it
 N_TRIED = 8  # configurations to be parked in, to which a motion is looked for
+# Configurations at places are judged by fewer lines than apc suggest-configurations does, as there are many.
+AT_PLACES = RankingSettings(n_places=40, n_kept=5, n_poses=12)
 APART = 0.5  # rad or m of some joint, between home and where the arm is parked
 
 
@@ -98,6 +104,34 @@ def suggest(
     return found
 
 
+def configurations_at_places(cell: Cell, seed: int) -> tuple[list[SuggestedConfiguration], list[str]]:
+    """Find a configuration in front of every place, over what is reached from above.
+
+    Args:
+        cell: The cell.
+        seed: Of all samples.
+
+    Returns:
+        The configurations, by reach and manipulability; and of every place without one, or into which
+        nothing is reached from it, what is to be done.
+    """
+    found, unreached = list[SuggestedConfiguration](), list[str]()
+    for name, place in cell.places.items():
+        key = "pod" if name in cell.pod.bins else f"places.{place.carrier}"
+        mend = f"; move it, or the base, then add what apc suggest-configurations --bin {name} finds"
+        try:
+            best = _best_at(cell, name, seed)
+        except (NoPlanError, InputError) as error:
+            unreached.append(f"{key}: {error}{mend}")
+            continue
+        share = f"{best.reach:.0%} of {AT_PLACES.n_poses} tool poses in {name}"
+        if not best.reach:
+            unreached.append(f"{key}: from its configuration a straight line leads to {share}{mend}")
+        told = f"found: straight lines lead to {share}"
+        found.append(SuggestedConfiguration(name, "bin", tuple(best.configuration.q), told))
+    return found, unreached
+
+
 def samples(cell: Cell, seed: int) -> Array:
     """Draw configurations, each joint away from its limits and within half a turn of 0 where that may be.
 
@@ -130,6 +164,21 @@ def _reached(cell: Cell, checker: SceneChecker, home: Array, candidates: Array, 
         if not isinstance(coarse, Failures):
             return np.asarray(q)
     return None
+
+
+def _best_at(cell: Cell, place: str, seed: int) -> RankedConfiguration:
+    """The best configuration at a place. Raises NoPlanError.
+
+    It keeps farther from everything than it has to, where it can: some links are never that far apart.
+    """
+    roomy = replace(AT_PLACES, seed=seed)
+    close = replace(roomy, clearance=cell.clearance + RESERVE)
+    state = cell.robot.tool.default_state
+    try:
+        (best,) = ConfigurationRanking(cell, place, state, roomy).suggest(1)
+    except NoPlanError:
+        (best,) = ConfigurationRanking(cell, place, state, close).suggest(1)
+    return best
 
 
 def _plain(name: str, taken: Sequence[str]) -> str:

@@ -83,7 +83,7 @@ def find_gripper(robot: Urdf, ends: Sequence[str]) -> SuggestedGripper:
             f"the collision shapes of {one.child} and {other.child} face each other with nothing that is "
             f"flat over {1e3 * LEAST:g} mm; give them a <collision> with a pad"
         )
-    gap = round(pads.gap, _DECIMALS) + 0.0
+    gap = max(0.0, round(pads.gap, _DECIMALS))  # closed fingers may touch by a rounding
     return SuggestedGripper(
         flange=mount.parent,
         hand=hand,

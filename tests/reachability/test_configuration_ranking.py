@@ -18,8 +18,8 @@ from pickcli.errors import NoPlanError, UnknownNameError
 from pickcli.geometry import inverse
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.empty_cell_checkers import checker
-from pickcli.reachability.bin_pose_sampling import BinPoseSampler
 from pickcli.reachability.configuration_ranking import ConfigurationRanking
+from pickcli.reachability.place_pose_sampling import PlacePoseSampler
 from pickcli.reachability.ranked_configuration import RankedConfiguration, RankingSettings
 from pickcli.roadmap.trajectory_database import PayloadClass
 from support.small_cell import small_cell
@@ -102,8 +102,8 @@ def test_a_cell_loads_with_the_best_and_has_it_to_the_last_bit(tmp_path: Path) -
 def test_poses_inside_are_in_the_bin_and_turn_with_the_pod() -> None:
     cell = small_cell()
     each = cell.pod.bins["bin_C"]
-    poses = BinPoseSampler(CollisionModel(cell), each, STRAIGHT)
-    T = inverse(poses.T_world_bin) @ poses.inside(np.random.default_rng(0), 200)
+    poses = PlacePoseSampler(CollisionModel(cell), each, STRAIGHT)
+    T = inverse(poses.T_world_entry) @ poses.inside(np.random.default_rng(0), 200)
     assert T[:, 0, 3].min() > 0.0 and T[:, 0, 3].max() < each.room.depth
     assert T[:, 1, 3].min() > each.room.y_range[0] and T[:, 1, 3].max() < each.room.y_range[1]
     assert T[:, 2, 3].min() > each.room.floor_back and T[:, 2, 3].max() < each.room.ceiling_front

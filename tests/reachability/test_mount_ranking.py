@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,8 @@ from pickcli.geometry import Array, pose, rotation_rpy, to_rpy
 from pickcli.kinematics.arm import Arm
 from pickcli.reachability.mount_ranking import MountGrid, MountRanking, MountSettings, mounted, reach_ball
 from pickcli.reachability.tool_pose_sampling import poses_by_place
+from support.command_line import apc
+from support.new_robots import write_two_arms
 
 DOWN = rotation_rpy(np.pi, 0.0, 0.0)
 OVER_CRATES = {f"y {y}": pose((0.45, y, 0.95), R=DOWN)[None] for y in (-0.2, 0.2)}
@@ -105,3 +109,15 @@ def test_tool_poses_lie_in_their_places() -> None:
         assert (poses[:, :3, 2] @ into > np.cos(np.radians(43.0))).all(), name  # 30 degrees about either axis
     again = poses_by_place(cell, state, 20, 0)
     assert all((again[name] == poses).all() for name, poses in drawn.items())
+
+
+def test_the_ball_that_the_tip_never_leaves_is_that_of_its_own_arm(tmp_path: Path) -> None:
+    words = ("--tip", "left_tool0", "--max-acceleration", "5", "--max-jerk", "50")
+    assert apc("init", tmp_path / "left", "--urdf", write_two_arms(tmp_path), *words).code == 0
+    robot = load_cell(tmp_path / "left").robot
+    center, radius = reach_ball(robot)
+    np.testing.assert_allclose(center, (0.0, 0.3, 0.3))
+    arm = Arm(robot)
+    Q = arm.random_seeds(np.random.default_rng(0), 200)
+    away = [np.linalg.norm(arm.tip(q, robot.tool.default_state)[:3, 3] - center) for q in Q]
+    assert 0.9 * radius < max(away) <= radius + 1e-9

@@ -1,0 +1,146 @@
+"""Sampling of tool poses in front of a place and in it, by which configurations are judged.
+
+Everything is drawn in the frame of the way in: x leads into the place, through the mouth of a bin or down
+into a crate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.place import Place
+from pickcli.cell.tool import IN_LINE, ToolState
+from pickcli.collision.free_flyer import FreeToolChecker
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.errors import InputError
+from pickcli.geometry import Array, inverse, rotation_rpy, transform_points
+from pickcli.precompute.empty_cell_checkers import empty_scene
+
+# Where the tip may stand while the arm waits: m before the mouth, and beside its middle.
+# The pod may be displaced by 50 mm: nearer than that and some room nothing should wait.
+_BEFORE = (-0.32, -0.10)
+_BESIDE = 0.06
+
+_INSIDE = 0.04  # m behind the mouth where the inside begins, for a pose to be in the place for certain
+_LEAN = np.radians(30.0)  # most yaw and pitch of the lance in the place, either way: as grasps are tried
+_DRAWS = 40  # poses drawn for one that the tool can take, at most
+
+
+@dataclass(frozen=True, eq=False)
+class PlacePoseSampler:
+    """Poses of the tip around one place, for one state of the tool.
+
+    Attributes:
+        model: The robot's collision model in its cell.
+        place: The place.
+        tool_state: State of the tool.
+    """
+
+    model: CollisionModel
+    place: Place
+    tool_state: ToolState
+
+    @property
+    def T_world_entry(self) -> Array:
+        """(4, 4) pose of the frame of the way in, with what it is part of where that nominally stands."""
+        return np.asarray(self.model.cell.T_world_place(self.place) @ self.place.T_place_entry)
+
+    @property
+    def _R_entry_tip(self) -> Array:
+        """Orientation (3, 3) of the tip, in the frame of the way in, of a lance that points straight in.
+
+        The flange's x is down as in Delft's poses; a cup across the lance points down.
+        """
+        return self.model.robot.tool.R_tip_lance(self.tool_state).T
+
+    def in_front(self, rng: np.random.Generator, n: int) -> Array:
+        """Poses before the mouth, the lance straight along the way in.
+
+        The flange of the straight cup is turned either way up, for both branches of the wrist; over what is
+        reached from above it is turned any way.
+
+        Args:
+            rng: Source of random numbers.
+            n: How many.
+
+        Returns:
+            (n, 4, 4) in the world.
+        """
+        low = np.array([_BEFORE[0], -_BESIDE, self.place.access.height / 2 - _BESIDE])
+        high = np.array([_BEFORE[1], _BESIDE, self.place.access.height / 2 + _BESIDE])
+        places = rng.uniform(low, high, (n, 3))
+        is_turned = rng.random(n) < (
+            0.5 if self.model.robot.tool.has_lance(self.tool_state, IN_LINE) else 0.0
+        )
+        rolls = np.pi * is_turned
+        if self.place.access.is_from_above:
+            rolls = rng.uniform(-np.pi, np.pi, n)
+        return np.stack([self._pose(p, 0.0, 0.0, roll) for p, roll in zip(places, rolls, strict=True)])
+
+    def inside(self, rng: np.random.Generator, n: int) -> Array:
+        """Poses inside the place that the tool by itself can take, all over it and leaning all ways.
+
+        Args:
+            rng: Source of random numbers.
+            n: How many.
+
+        Returns:
+            (n, 4, 4) in the world.
+
+        Raises:
+            InputError: If there are none.
+        """
+        low, high = room_behind_mouth(self.place, _INSIDE)
+        drawn = rng.uniform([*low, -_LEAN, -_LEAN], [*high, _LEAN, _LEAN], (_DRAWS * n, 5))
+        poses = np.stack([self._pose(d[:3], d[3], d[4], 0.0) for d in drawn])
+        tool = FreeToolChecker(
+            self.model,
+            empty_scene(self.model.cell),
+            self.tool_state,
+            np.ascontiguousarray(self.T_world_entry[:3, :3]),
+        )
+        free = poses[tool.are_valid(tool.displacements(poses))][:n]
+        if len(free) < n:
+            raise InputError(
+                f"{self.place.name}: the tool fits in with the cup {self.tool_state} nowhere to speak of"
+            )
+        return np.asarray(free)
+
+    def roll(self, T_world_tip: Array) -> float:
+        """How far a pose in front of the place is turned about the cup's axis.
+
+        Args:
+            T_world_tip: (4, 4) pose of the tip.
+
+        Returns:
+            rad.
+        """
+        R = (self.T_world_entry[:3, :3] @ self._R_entry_tip).T @ T_world_tip[:3, :3]
+        return float(np.arctan2(R[1, 0], R[0, 0]))
+
+    def _pose(self, place: Array, yaw: float, pitch: float, roll: float) -> Array:
+        """(4, 4) in the world: the lance turned about the axes of the way in, then about itself."""
+        T = np.eye(4)
+        T[:3, :3] = rotation_rpy(0.0, pitch, yaw) @ self._R_entry_tip @ rotation_rpy(0.0, 0.0, roll)
+        T[:3, 3] = place
+        return np.asarray(self.T_world_entry @ T)
+
+
+def room_behind_mouth(place: Place, inside: float) -> tuple[Array, Array]:
+    """What a tool reaches into: the room of a place behind its mouth, in the frame of the way in.
+
+    Args:
+        place: The place.
+        inside: m behind the mouth where it begins. What has no walls, as a table, has no room behind its
+            mouth: there it is the room over it.
+
+    Returns:
+        Lower and upper corner (3,), (3,) in m.
+    """
+    corners = transform_points(inverse(place.T_place_entry), np.stack([place.room.low, place.room.high]))
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    if high[0] > inside:
+        low[0] = max(low[0], inside)
+    return low, high
