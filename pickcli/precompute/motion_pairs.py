@@ -25,6 +25,8 @@ _EMPTY = (
 # With something in the cup the arm goes from a bin to the tote, or home.
 _LADEN = (("home", "bin"), ("home", "tote"), ("bin", "tote"))
 
+_WITHOUT_TOTE = (("bin", "bin"),)  # from any place to any other
+
 _NOT_RECORDED = (("cam_A", "cam_H"), ("cam_C", "cam_D"), ("cam_C", "cam_G"), ("cam_C", "cam_I"))
 
 
@@ -39,11 +41,12 @@ def coarse_pairs(cell: Cell) -> list[MotionKey]:
     """
     named = list(cell.configurations.values())
     pairs = [(a, b) for i, a in enumerate(named) for b in named[i + 1 :]]
+    more = _WITHOUT_TOTE if cell.tote is None else ()
     return [
         MotionKey(a.name, b.name, payload)
         for payload, kinds in ((PayloadClass.EMPTY, _EMPTY), (PayloadClass.CUBE, _LADEN))
         for a, b in pairs
-        if _is_wanted(a, b, kinds)
+        if _is_wanted(a, b, kinds + more)
     ]
 
 
