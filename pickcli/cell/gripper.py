@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pickcli.cell.pinch_limits import PinchLimits
+from pickcli.geometry import Array
 
 
 @dataclass(frozen=True)
@@ -60,3 +61,15 @@ class ParallelGripper:
         """
         finger = next(finger for finger in self.fingers if finger.joint == joint)
         return finger.opening * (width - self.gap) / 2
+
+    def width_at(self, positions: Array) -> float:
+        """The width where the fingers' joints stand.
+
+        Args:
+            positions: (2,) m, of the joints of both fingers.
+
+        Returns:
+            m between the pads.
+        """
+        one, other = self.fingers
+        return float(self.gap + one.opening * positions[0] + other.opening * positions[1])

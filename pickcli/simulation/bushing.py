@@ -1,4 +1,4 @@
-"""A held item hangs on the collapsed cup by a bushing: a spring and damper in all six directions.
+"""A held item hangs on the collapsed cup, or on pads, by a bushing: a spring and damper in six directions.
 
 A cup has two characteristics: relaxed, a soft spring along its axis; sealed, collapsed onto its own folds, a
 stiff one in six directions (the same two states has OpenPLX's ``SixDofSuctionCup``, Algoryx; a bushing of
@@ -15,10 +15,23 @@ deflection, y the velocity that the item would have without the bushing after th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from pickcli.geometry import Array, rotation_vector
+
+
+class BushingStiffness(Protocol):
+    """What a bushing is made of."""
+
+    @property
+    def matrix(self) -> Array:
+        """(6, 6) for (x, y, z, rotation vector) in the tool frame, N/m and Nm/rad."""
+
+    @property
+    def relaxation(self) -> float:
+        """Damping over stiffness, s."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +62,10 @@ RIGID = Stiffness(axial=1e7, lateral=1e7, tilt=1e5, twist=1e5)
 
 
 class Bushing:
-    """The bushing between the tip of the cup (b) and the place on the item where the tip sealed (a).
+    """The bushing between the tool's tip (b) and the place on the item where the tip took hold (a).
 
     Args:
-        stiffness: Of the sealed cup.
+        stiffness: Of the sealed cup, or of pads.
         mass: Of the item, kg.
         inertia: (3, 3) of the item about its centre of mass, in the tool frame, kg m^2.
         p_tip_com: (3,) centre of mass in the tool frame, m.
@@ -60,7 +73,7 @@ class Bushing:
     """
 
     def __init__(
-        self, stiffness: Stiffness, mass: float, inertia: Array, p_tip_com: Array, time_step: float
+        self, stiffness: BushingStiffness, mass: float, inertia: Array, p_tip_com: Array, time_step: float
     ) -> None:
         K = stiffness.matrix
         # The end of the step damps by h K already: the rest of the stated damping is left for C.

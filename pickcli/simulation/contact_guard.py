@@ -52,10 +52,10 @@ class ContactGuard:
         Returns:
             The stop to be made, or None.
         """
-        if segment.kind is not SegmentKind.CONTACT:
+        world, cup = self._world, self._world.robot.tool.suction_cup
+        if segment.kind is not SegmentKind.CONTACT or cup is None:
             self._force = 0.0
             return None
-        world, cup = self._world, self._world.robot.tool.cup
         tip = self._arm.tip(world.q, segment.tool_state)
         force, noise = self._force_along(tip[:3, 2], segment)
         self._force += world.time_step / AVERAGE_TIME * (force - self._force)

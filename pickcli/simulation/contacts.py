@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from pickcli.simulation.engine import ContactPoint
 
 FORGET_TIME = 0.1  # s without contact after which the same pair counts anew
 HELD_PRESS = (
-    30.0  # N at one point by which a held item may press on what it is planned to point: 3 kg on a corner
+    30.0  # N at one point by which a held item may press on what it is planned to touch: 3 kg on a corner
 )
 
 
@@ -41,22 +43,22 @@ class ContactLog:
 
     Args:
         robot: Name of the robot's body.
-        cup: The link that may touch what the present segment allows.
+        links: The cup, or the fingers: those links that may touch what the present segment allows.
         exempt: Pairs (link, body or other link) that are never counted.
-        max_press: N, what the bellows push with at most. A contact of the cup above that is not a planned
-            one, nor is one of the held item above ``HELD_PRESS``.
+        max_press: N, what the bellows push with at most, or fingers. A contact of theirs above that is not a
+            planned one, nor is one of the held item above ``HELD_PRESS``.
         earlier: Collisions of before, which are kept.
     """
 
     def __init__(
         self,
         robot: str,
-        cup: str,
+        links: tuple[str, ...],
         exempt: frozenset[tuple[str, str]],
         max_press: float,
         earlier: Iterable[Collision] = (),
     ) -> None:
-        self._robot, self._cup, self._exempt, self._max_press = robot, cup, exempt, max_press
+        self._robot, self._links, self._exempt, self._max_press = robot, links, exempt, max_press
         self._open: dict[tuple[str, str], Collision] = {}
         self._closed = list(earlier)
 
@@ -77,13 +79,19 @@ class ContactLog:
         return tuple(c for c in self.collisions if c.t_end > t)
 
     def update(
-        self, points: Iterable[ContactPoint], touching: frozenset[str], held: str | None, t: float
+        self,
+        points: Iterable[ContactPoint],
+        touching: frozenset[str],
+        met: frozenset[str],
+        held: str | None,
+        t: float,
     ) -> None:
         """Judge the contact points of one step of the robot and of the held item.
 
         Args:
             points: Contact points.
-            touching: Names that the cup and the held item may point now.
+            touching: Names that the held item may touch now.
+            met: Names that cup or fingers may touch now.
             held: Name of the held item, or None.
             t: s, simulated.
         """
@@ -91,7 +99,8 @@ class ContactLog:
             self._closed.append(self._open.pop(pair))
         for point in points:
             a, b = self._pair(point)
-            if not self._is_planned(a, b, point.force, touching, held):
+            most = self._most(a, b, touching, met, held)
+            if point.force > most:
                 self._record(a, b, point, t)
 
     def _pair(self, point: ContactPoint) -> tuple[str, str]:
@@ -99,13 +108,14 @@ class ContactLog:
             return point.link_a, point.link_b or point.b
         return point.a, point.link_b or point.b
 
-    def _is_planned(self, a: str, b: str, force: float, touching: frozenset[str], held: str | None) -> bool:
-        if (a, b) in self._exempt or held == b:
-            return True  # the held item's own contacts are judged from its side
-        if b not in touching:
-            return False
-        most = {held: HELD_PRESS, self._cup: self._max_press}
-        return force <= most.get(a, -1.0)
+    def _most(self, a: str, b: str, touching: frozenset[str], met: frozenset[str], held: str | None) -> float:
+        """N with which a pair may press at one point; negative where it may not touch at all."""
+        is_of_hold = a == held and b in self._links
+        if (a, b) in self._exempt or held == b or is_of_hold:
+            return np.inf  # the held item's own contacts are judged from its side
+        if a == held and b in touching:
+            return HELD_PRESS
+        return self._max_press if a in self._links and b in met else -1.0
 
     def _record(self, a: str, b: str, point: ContactPoint, t: float) -> None:
         known = self._open.get((a, b))

@@ -25,6 +25,7 @@ class ContactPoint:
         depth: m, positive when the shapes overlap.
         position: (x, y, z) in the world, m.
         force: N along the normal.
+        normal: Unit normal in the world, from ``b`` towards ``a``.
     """
 
     a: str
@@ -34,6 +35,7 @@ class ContactPoint:
     depth: float
     position: tuple[float, float, float]
     force: float
+    normal: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Engine(EngineBodies):
@@ -72,6 +74,23 @@ class Engine(EngineBodies):
         linear, angular = p.getBaseVelocity(self._ids[name], physicsClientId=self._client)
         return float(np.linalg.norm(linear)), float(np.linalg.norm(angular))
 
+    def pressing_points(self, name: str, link: str) -> list[ContactPoint]:
+        """Every contact point of a link that bore a force in the last step.
+
+        Of a flat contact some do while they stand off by micrometres.
+
+        Args:
+            name: Of the body.
+            link: Of its link.
+
+        Returns:
+            The contact points.
+        """
+        found = p.getContactPoints(
+            bodyA=self._ids[name], linkIndexA=self._links[name][link], physicsClientId=self._client
+        )
+        return [self._contact_point(c) for c in found if c[9] > 0.0]
+
     def contact_points(self, name: str) -> list[ContactPoint]:
         """Every contact point of a body in the last step at which shapes touch or overlap.
 
@@ -88,7 +107,7 @@ class Engine(EngineBodies):
         a, b = self._names[contact[1]], self._names[contact[2]]
         return ContactPoint(
             a, self._link_names[a][contact[3]], b, self._link_names[b][contact[4]],
-            -contact[8], contact[5], contact[9],
+            -contact[8], contact[5], contact[9], contact[7],
         )  # fmt: skip
 
     def near(self, centre: Array, reach: float) -> frozenset[str]:

@@ -23,6 +23,7 @@ STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; the pr
 ITEM_FRICTION = 0.6
 ROLLING_FRICTION = 2e-4  # m, keeps a bottle from rolling for ever
 STOP = 0.01  # rad or m beyond a joint's limit where its hard stop stands: a servo on it would rattle
+GEAR_ERP = 0.2  # share of what coupled joints are off that is corrected in a step
 DAMPING = 0.04  # 1/s, of a free item's linear and angular velocity
 
 # Bits of the collision groups. Probing rays see items and what stands firm, never the robot.
@@ -138,6 +139,33 @@ class EngineBodies:
             damping: Ns/m.
         """
         self._dynamics(name, contactStiffness=stiffness, contactDamping=damping)
+
+    def roughen(self, name: str, link: str, friction: float) -> None:
+        """State the friction of one link; the product of two counts.
+
+        Args:
+            name: Of the body.
+            link: Of the link.
+            friction: Coefficient.
+        """
+        self._dynamics(name, link=self._links[name][link], lateralFriction=friction)
+
+    def gear(self, name: str, links: tuple[str, str], ratio: float, force: float) -> None:
+        """Couple the joints of two links, from where both stand at 0.
+
+        Args:
+            name: Of the body.
+            links: Names of the links that both joints move.
+            ratio: Position of the first joint over that of the second.
+            force: N or Nm that the coupling bears.
+        """
+        body, (a, b) = self._ids[name], (self._links[name][link] for link in links)
+        coupling = p.createConstraint(
+            body, a, body, b, p.JOINT_GEAR, [1, 0, 0], [0, 0, 0], [0, 0, 0], physicsClientId=self._client
+        )
+        p.changeConstraint(
+            coupling, gearRatio=-ratio, erp=GEAR_ERP, maxForce=force, physicsClientId=self._client
+        )
 
     def add_item(
         self, name: str, item: Item, T_world_item: Array, colour: Colour, mass: float | None = None

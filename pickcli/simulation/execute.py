@@ -1,4 +1,4 @@
-"""Carry out a plan: stream it, fire its events by measured progress, watch the vacuum, keep the record."""
+"""Carry out a plan: stream it, fire its events by measured progress, watch what holds, keep the record."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
+from pickcli.cell.tool import MOVING
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import EventTracker
 from pickcli.kinematics.arm import Arm
@@ -18,11 +19,11 @@ from pickcli.progress import Progress, ProgressObserver
 from pickcli.simulation.braking import Return
 from pickcli.simulation.contact_guard import ContactGuard
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
+from pickcli.simulation.grip import Release
 from pickcli.simulation.places import bounds
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.start_check import at_the_robot, check_start
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
-from pickcli.simulation.suction import Release
 from pickcli.simulation.supervision import Supervisor
 from pickcli.simulation.trigger import TriggerDistance
 from pickcli.simulation.vacuum import FULL_VACUUM
@@ -59,9 +60,10 @@ def execute(
 
     On the item the robot rests until the vacuum is there, at most for ``SEAL_TIME`` longer than planned. It
     stops when it does not follow, feels a contact that no plan explains, meets its item too early, when the
-    vacuum does not stand where the plan counts on it, or when the vacuum sensor reads that nothing is held,
-    and the robot stands. Pump and valve are switched off only before the lift, or where the vacuum itself has
-    broken down: a sensor may be wrong, and what it denies would be dropped.
+    vacuum does not stand where the plan counts on it, when fingers stand closer together or farther apart
+    than what they should hold is wide, or when the vacuum sensor reads that nothing is held, and it stands.
+    Pump and valve are switched off only before the lift, or where the vacuum itself has broken down: a sensor
+    may be wrong, and what it denies would be dropped.
 
     Args:
         plan: The plan.
@@ -111,7 +113,7 @@ class _Run:
         self.distance = TriggerDistance(plan, Arm(world.robot))
         self.trace = _Trace()
         self.t_start = world.t
-        self.n_releases = len(world.suction.releases)
+        self.n_releases = len(world.grip.releases)
         self.n_steps = 0
         self.max_load = 0.0
         self.stop: ProtectiveStop | None = None
@@ -138,7 +140,7 @@ class _Run:
         is_braking = self.stop is not None
         for q, t_plan in zip(commands.points, commands.plan_times.tolist(), strict=True):
             if self._lifts_off(t_plan):
-                self._wait_for_vacuum()
+                self._wait_for_hold()
             if self.stop is None or is_braking:
                 self._set_point(q, t_plan)
             if self.stop is not None and not is_braking:
@@ -154,21 +156,27 @@ class _Run:
             self.stop, self.stopped_in = why, self._segment(t_plan)
 
     def _lifts_off(self, t_plan: float) -> bool:
-        """Whether the next set point is the first after the rest in which the cup seals."""
+        """Whether the next set point is the first after the rest in which the tool takes hold."""
         if self.stop is not None or self.t_sealed is None or not self.trace.sent:
             return False
         return self.trace.plan_times[-1] <= self.t_sealed < t_plan
 
-    def _wait_for_vacuum(self) -> None:
-        """Rest on the item until the gauge tells what its face is to keep; at most for a while."""
-        assert self.plan.grasp is not None
+    def _wait_for_hold(self) -> None:
+        """Rest on the item until the tool has taken hold; at most for a while."""
         world, q, t_plan = self.world, self.trace.sent[-1], self.trace.plan_times[-1]
-        seal = world.scene.find(self.plan.grasp.item).item.seals.get(self.plan.grasp.face, 0.0)
         t_end = world.t + SEAL_TIME
-        while world.t < t_end and world.suction.vacuum.cup < SEALED * seal * FULL_VACUUM:
+        while world.t < t_end and not self._has_hold():
             self._set_point(q, t_plan)
             if self.stop is not None:
                 return
+
+    def _has_hold(self) -> bool:
+        """Whether the gauge tells what the item's face is to keep, or the fingers stand."""
+        assert self.plan.grasp is not None
+        if self.world.fingers is not None:
+            return self.world.fingers.are_standing
+        seal = self.world.scene.find(self.plan.grasp.item).item.seals.get(self.plan.grasp.face, 0.0)
+        return self.world.suction.vacuum.cup >= SEALED * seal * FULL_VACUUM
 
     def _step(self) -> None:
         world, trace = self.world, self.trace
@@ -182,7 +190,7 @@ class _Run:
                 self._fire(event)
         # Until the lift an item that the cup has sealed on still stands; what it bears builds up.
         if world.held is not None and self._segment(trace.plan_times[-1]).held is not None:
-            self.max_load = max(self.max_load, world.suction.ratio)
+            self.max_load = max(self.max_load, world.grip.ratio)
         self.n_steps += 1
         if self.n_steps % TRACE_STEPS == 0:
             trace.told.append(trace.sent[-1])
@@ -200,7 +208,7 @@ class _Run:
         self.trace.fired.append(FiredEvent(event, self.world.t, distance, reading))
 
     def _releases(self) -> tuple[Release, ...]:
-        return tuple(self.world.suction.releases[self.n_releases :])
+        return tuple(self.world.grip.releases[self.n_releases :])
 
     def _reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
         fired, segment = self.trace.fired, self._segment(min(self.tracker.progress, t_plan))
@@ -208,7 +216,7 @@ class _Run:
             stop := self.supervisor.motion(command, segment) or self.guard.update(segment)
         ):
             return stop
-        if stop := self.supervisor.vacuum(segment):
+        if stop := self.supervisor.hold(segment):
             return stop
         if fired and fired[-1].reading is False:
             return ProtectiveStop(StopCause.SENSOR, fired[-1].event.device, 0.0, 1.0, "", self.world.t)
@@ -270,8 +278,16 @@ class _Run:
         behind = min(self.tracker.progress, t_plan) - BEHIND
         now = [s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= behind]
         self.world.touching = frozenset(name for segment in now for name in segment.touching)
+        is_gripper = self.world.robot.tool.gripper is not None
+        moving = [s for s in now if is_gripper and s.tool_state == MOVING]
+        self.world.grasped = frozenset(name for segment in moving for name in self._met_by_fingers(segment))
         self.world.meant = frozenset(segment.held for segment in now if segment.held is not None)
-        self.world.is_meeting = any(segment.kind is SegmentKind.CONTACT for segment in now)
+        self.world.is_meeting = any(s.kind is SegmentKind.CONTACT or s in moving for s in now)
+
+    def _met_by_fingers(self, segment: Segment) -> tuple[str, ...]:
+        """What fingers that move may touch: what they close on, or have let go of."""
+        is_letting_go = segment.kind is SegmentKind.DEPART and self.plan.grasp is not None
+        return (self.plan.grasp.item,) if is_letting_go and self.plan.grasp else segment.touching
 
     def _record(self) -> Execution:
         world, plan, trace = self.world, self.plan, self.trace

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pickcli.motion.event import Event
 from pickcli.motion.segment import SegmentKind
 from pickcli.simulation.contacts import Collision
+from pickcli.simulation.grip import Release
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.stream import Violation
-from pickcli.simulation.suction import Release
 
 
 @dataclass(frozen=True)

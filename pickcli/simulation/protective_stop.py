@@ -14,7 +14,14 @@ class StopCause(StrEnum):
     EARLY_CONTACT = "early contact"  # the cup meets its item before the plan expects it
     NOT_SEALED = "not sealed"  # the vacuum does not rise although the cup is pressed on
     SEAL_LOST = "seal lost"  # the vacuum falls while something is carried
+    NOT_GRASPED = "not grasped"  # the fingers do not stand at the width of the item when it is to be lifted
+    GRASP_LOST = "grasp lost"  # they close further while something is carried
     SENSOR = "sensor"  # the vacuum sensor answers that nothing is held
+
+
+EMPTY = (
+    StopCause.NOT_SEALED, StopCause.SEAL_LOST, StopCause.NOT_GRASPED, StopCause.GRASP_LOST, StopCause.SENSOR,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -41,8 +48,8 @@ class ProtectiveStop:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the vacuum says that the cup holds nothing."""
-        return self.cause in (StopCause.NOT_SEALED, StopCause.SEAL_LOST, StopCause.SENSOR)
+        """Whether the vacuum, or the width of the fingers, says that nothing is held."""
+        return self.cause in EMPTY
 
     def __str__(self) -> str:
         if self.cause is StopCause.SENSOR:

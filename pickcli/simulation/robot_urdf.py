@@ -15,9 +15,9 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from pickcli.cell.robot import Joint, JointType, Link, Robot, joint_motion
+from pickcli.cell.robot import Joint, JointType, Link, Robot
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.cell.tool import Tool, ToolState
+from pickcli.cell.tool import Tool
 from pickcli.geometry import Array, to_rpy
 from pickcli.simulation.bellows import SOLID_DEPTH
 
@@ -26,15 +26,12 @@ LEAST_MASS = 1e-3  # kg; the engine divides by masses
 _DIGITS = 12  # of angles: those that a file states with fewer come out as they went in
 
 
-def write_urdf(robot: Robot, folder: Path, tool_state: ToolState) -> Path:
+def write_urdf(robot: Robot, folder: Path) -> Path:
     """Write the robot for the engine, its cup cut off where nothing of the compressed bellows gives any more.
-
-    The fingers of a gripper stand as they do at the start: no plan moves them yet.
 
     Args:
         robot: The robot.
         folder: Where the URDF and its meshes are written.
-        tool_state: State of the tool at the start.
 
     Returns:
         The URDF.
@@ -48,29 +45,12 @@ def write_urdf(robot: Robot, folder: Path, tool_state: ToolState) -> Path:
             _add_shapes(element, "visual", shapes, folder)  # pictures show the relaxed cup
             shapes = tuple(solid_cup(robot.tool, shapes))
         _add_shapes(element, "collision", shapes, folder)
-    fingers = () if robot.tool.gripper is None else robot.tool.joints
     for joint in robot.joints:
-        if joint.name in fingers:
-            joint = standing(joint, robot.tool.joint_position(joint.name, tool_state))
         _add_joint(root, joint)
     path = folder / "robot.urdf"
     ElementTree.indent(root)  # the engine reads lines of 8 kB and breaks longer ones, wherever that is
     path.write_bytes(ElementTree.tostring(root))
     return path
-
-
-def standing(joint: Joint, position: float) -> Joint:
-    """A joint that does not move.
-
-    Args:
-        joint: The joint.
-        position: Where it stands, rad or m.
-
-    Returns:
-        The fixed joint.
-    """
-    T_parent_joint = joint.T_parent_joint @ joint_motion(joint, position)
-    return replace(joint, type=JointType.FIXED, T_parent_joint=T_parent_joint)
 
 
 def solid_cup(tool: Tool, shapes: tuple[Body, ...]) -> Iterator[Body]:

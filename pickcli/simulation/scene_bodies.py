@@ -105,7 +105,7 @@ def true_masses(scene: Scene, reality: Reality, seed: int) -> dict[str, float]:
 
 
 def rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
-    """Pairs of links with nothing but fixed joints between them.
+    """Pairs of links with nothing but fixed joints between them, and the fingers of a gripper, which meet.
 
     Args:
         robot: The robot.
@@ -113,13 +113,14 @@ def rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
     Returns:
         Names of both links.
     """
-    groups: list[list[str]] = [[robot.links[0].name]]
+    root = robot.links[0].name
+    group_of, groups = {root: root}, {root: [root]}
     for joint in robot.joints:
-        if joint.type is JointType.FIXED:
-            groups[-1].append(joint.child)
-        else:
-            groups.append([joint.child])
-    return [pair for group in groups for pair in combinations(group, 2)]
+        first = group_of[joint.parent] if joint.type is JointType.FIXED else joint.child
+        group_of[joint.child] = first
+        groups.setdefault(first, []).append(joint.child)
+    rigid = [pair for group in groups.values() for pair in combinations(group, 2)]
+    return rigid if robot.tool.gripper is None else [*rigid, *combinations(robot.tool.contact_links, 2)]
 
 
 def standing_links(robot: Robot) -> list[str]:

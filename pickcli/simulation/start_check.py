@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.cell import Cell
-from pickcli.cell.tool import MOVING
+from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.errors import InputError, StaleError
 from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan, other_arm_elsewhere
-from pickcli.simulation.world import World
+from pickcli.simulation.world import WIDTH_TOLERANCE, World
 
 START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
 
@@ -53,22 +52,6 @@ def at_the_robot(plan: Plan, world: World) -> Plan:
     return replace(plan, trajectory=replace(trajectory, positions=trajectory.positions + by))
 
 
-def refuse_fingers(cell: Cell) -> None:
-    """Refuse to simulate fingers that move: those of a gripper stand as they do at the start.
-
-    Args:
-        cell: The cell.
-
-    Raises:
-        InputError: The arm's tool is a gripper.
-    """
-    if cell.robot.tool.gripper is not None:
-        raise InputError(
-            f"cell {cell.name}: fingers that move are not simulated yet; plan picks and verify them with it, "
-            "play its moves"
-        )
-
-
 def check_start(plan: Plan, world: World) -> None:
     """Check that a plan is for this cell and begins where the robot stands, its tool as it is.
 
@@ -79,11 +62,9 @@ def check_start(plan: Plan, world: World) -> None:
     Raises:
         StaleError: If the plan is for another cell, or another arm stands elsewhere than it was made for.
         StartError: If the robot is not where the plan begins.
-        InputError: If the tool is in another state than the plan begins with, or the plan moves fingers.
+        InputError: If the tool is in another state than the plan begins with.
     """
     cell = world.scene.cell
-    if plan.events:
-        refuse_fingers(cell)
     if why := other_arm_elsewhere(plan, cell):
         raise StaleError(f"the plan was {why}")
     if plan.cell_fingerprint != cell.fingerprint:
@@ -95,8 +76,14 @@ def check_start(plan: Plan, world: World) -> None:
     worst = int(np.argmax(offsets))
     if offsets[worst] > START_TOLERANCE:
         raise StartError(cell.robot.joint_names[worst], float(offsets[worst]), cell.robot.units[worst])
-    wanted = plan.segments[0].tool_state
-    if MOVING not in (wanted, world.tool_state) and wanted != world.tool_state:
-        raise InputError(
-            f"refusing to start: the cup is {world.tool_state}, the plan begins with it {wanted}"
-        )
+    wanted, now = plan.segments[0].tool_state, world.tool_state
+    if MOVING not in (wanted, now) and not _is_as(cell.robot.tool, wanted, now):
+        what = "cup is" if cell.robot.tool.gripper is None else "gripper is"
+        raise InputError(f"refusing to start: the {what} {now}, the plan begins with it {wanted}")
+
+
+def _is_as(tool: Tool, wanted: ToolState, now: ToolState) -> bool:
+    """Whether a tool is in a state; fingers on an item only about, as no two items are quite the same."""
+    if tool.gripper is None:
+        return wanted == now
+    return abs(tool.position(wanted) - tool.position(now)) < WIDTH_TOLERANCE

@@ -15,9 +15,10 @@ from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import Tool
 from pickcli.geometry import GRAVITY, Array, inverse, transform_points
-from pickcli.simulation.bellows import FRICTION, Bellows, Probe
+from pickcli.simulation.bellows import FRICTION, SOLID_DEPTH, Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness
 from pickcli.simulation.engine import ContactPoint, Engine
+from pickcli.simulation.grip import Release
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 GAP = 1.5e-3  # m, farthest from the tip at which a cup draws a face on
@@ -30,6 +31,7 @@ HOLD_VACUUM = 6e3  # Pa in the cup from which a face that is at rest hangs on it
 RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item comes off
 STANDING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which a seal sets
 SLIDING_SPEED = 30e-3  # m/s over the face at which the lip leaks all; below, in proportion
+APART = 1e-3  # m from the relaxed lip at which the cup collides again with what hung on it
 BRAKING = 0.2  # of an item's mass over the time step, Ns/m: stops it in a few steps, and stably
 
 
@@ -72,25 +74,6 @@ class CupWrench:
 
 
 NO_LOAD = CupWrench(np.zeros(6))
-
-
-@dataclass(frozen=True, eq=False)
-class Release:
-    """An item that left the cup.
-
-    Attributes:
-        item: Id of the item.
-        t: s, simulated.
-        is_wanted: Whether the valve let go of it; else it broke away.
-        T_world_item: (4, 4) pose when it left.
-        load: The last one measured.
-    """
-
-    item: str
-    t: float
-    is_wanted: bool
-    T_world_item: Array
-    load: CupWrench
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +137,23 @@ class Suction:
     def is_holding(self) -> bool:
         """What the vacuum sensor says: enough vacuum in the cup, whatever closes it."""
         return self.vacuum.cup >= SEAL_VACUUM
+
+    @property
+    def attached(self) -> str | None:
+        """Name of the item in the cup: the cup's collision shape would throw it off."""
+        return self.held
+
+    def is_apart(self, item: str) -> bool:
+        """Whether the relaxed cup keeps clear of an item that hung on it.
+
+        Args:
+            item: Name of the item.
+
+        Returns:
+            True if it does.
+        """
+        far = self._tool.cup.stroke + SOLID_DEPTH + APART
+        return self._engine.distance(self._robot, self._tool.cup_link, item, far) >= far
 
     def before_step(self, T_world_tip: Array) -> None:
         """Update pressures, seal and the forces of the cup on what it meets or holds; before a step.
@@ -300,19 +300,3 @@ def face_at(shape: Shape, point: Array) -> str:
     else:
         axis = int(np.argmax(out))
     return ("+" if point[axis] > 0.0 else "-") + "xyz"[axis]
-
-
-class NoSuction(Suction):
-    """A flange on which nothing is mounted: it meets nothing by itself, and holds nothing."""
-
-    def __init__(self) -> None:
-        self.vacuum = Vacuum(pump_lead=0.0, valve_lead=0.0)
-        self.held, self.load, self.ratio, self.max_ratio = None, NO_LOAD, 0.0, 0.0
-        self.releases, self.contact_points = [], []
-
-    def before_step(self, T_world_tip: Array) -> None:
-        """Do nothing: there is no cup that could suck or press.
-
-        Args:
-            T_world_tip: (4, 4) of the flange.
-        """

@@ -1,4 +1,4 @@
-"""What a robot watches while it moves: following error, unexplained motor torque, vacuum.
+"""What a robot watches while it moves: following error, unexplained motor torque, vacuum or fingers.
 
 Only what a robot has is used: commands, encoders, motor torques, its own model, the vacuum gauge. Thresholds
 and their sources stand in docs/supervision.md.
@@ -42,6 +42,8 @@ class Thresholds:
         torque: Share of a motor's largest torque that the motion need not explain.
         planned_force: N at the tool on top of that, where the plan touches something.
         vacuum: Share of the level at the seal below which the seal is lost.
+        width: m by which fingers may stand closer, or farther apart, than the item is wide; at most half of
+            that.
         touch: N along the tool's axis from which the cup counts as touching, where that exceeds the noise.
         bellows: Share of the cup's stroke to which a contact may press it in.
     """
@@ -52,6 +54,7 @@ class Thresholds:
     torque: float = 0.06
     planned_force: float = 60.0
     vacuum: float = 0.5
+    width: float = 0.005
     touch: float = 2.0
     bellows: float = 0.95
 
@@ -118,6 +121,7 @@ class Supervisor:
         self._command, self._speed = world.q, np.zeros(len(self._names))
         self._weight, self._t_held = 0.0, -np.inf
         self._sealed_level, self._t_lift = 0.0, np.inf
+        self._has_lifted = False
 
     def motion(self, command: Array, segment: Segment) -> ProtectiveStop | None:
         """Whether the robot follows, and feels nothing that it should not; after a step.
@@ -133,8 +137,8 @@ class Supervisor:
         self._remember(command, segment)
         return self._contact(unexplained) or self._following(command)
 
-    def vacuum(self, segment: Segment) -> ProtectiveStop | None:
-        """Whether the seal stands where the plan counts on it; after a step.
+    def hold(self, segment: Segment) -> ProtectiveStop | None:
+        """Whether seal or grasp stands where the plan counts on it; after a step.
 
         Args:
             segment: The part of the plan that the robot is in.
@@ -142,6 +146,25 @@ class Supervisor:
         Returns:
             The stop to be made, or None.
         """
+        tool = self._world.robot.tool
+        if tool.suction_cup is not None:
+            return self._seal(segment)
+        return None if tool.gripper is None else self._grasp(segment)
+
+    def _grasp(self, segment: Segment) -> ProtectiveStop | None:
+        """Whether the fingers stand at the width at which the plan counts on them."""
+        if segment.held is None or segment.tool_state.width is None or self._world.fingers is None:
+            self._has_lifted = False
+            return None
+        planned, width = segment.tool_state.width, self._world.fingers.width
+        off = min(self._thresholds.width, planned / 2)
+        cause = StopCause.GRASP_LOST if self._has_lifted else StopCause.NOT_GRASPED
+        self._has_lifted = True
+        if width < planned - off:
+            return self._stop(cause, "fingers", width, planned - off, "m")
+        return self._stop(cause, "fingers", width, planned + off, "m") if width > planned + off else None
+
+    def _seal(self, segment: Segment) -> ProtectiveStop | None:
         gauge, t = self._world.suction.vacuum, self._world.t
         level = gauge.cup
         if segment.held is None or segment.kind is SegmentKind.CONTACT or not gauge.is_valve_open:

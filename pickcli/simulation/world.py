@@ -6,7 +6,7 @@ fresh worlds of one scene and seed that get the same commands are bit-identical.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -16,14 +16,18 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.tool import MOVING, ToolState
+from pickcli.cell.gripper import ParallelGripper
+from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.simulation.bellows import SOLID_DEPTH, Bellows
+from pickcli.simulation.bellows import Bellows
 from pickcli.simulation.bushing import RIGID, Stiffness
 from pickcli.simulation.contacts import Collision, ContactLog
 from pickcli.simulation.engine import Engine
+from pickcli.simulation.engine_bodies import ITEM_FRICTION
+from pickcli.simulation.fingers import Fingers
+from pickcli.simulation.grip import Grip, NoGrip
 from pickcli.simulation.places import location_of
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.robot_urdf import write_urdf
@@ -36,20 +40,22 @@ from pickcli.simulation.scene_bodies import (
     standing_links,
     true_masses,
 )
-from pickcli.simulation.servo import IDEAL, Drives, Servo, ToolDrive
-from pickcli.simulation.suction import CupModel, NoSuction, Suction
+from pickcli.simulation.servo import IDEAL, Drives, FingerDrive, PivotDrive, Servo, ToolDrive
+from pickcli.simulation.suction import CupModel, Suction
 from pickcli.simulation.vacuum import Vacuum
 
 TIME_STEP = 1e-3  # s: at 2 m/s the tool moves 2 mm, so that events fire that exactly; 75 us of computing
 ROBOT = "robot"
 TOOL_FORCE = 20.0  # N or Nm where the cell names no force for the tool's joint
 TOOL_TOLERANCE = 0.02  # rad or m around the position of a state within which the tool counts as arrived
+WIDTH_TOLERANCE = 2e-3  # m around the width of a state within which fingers do
+PRESS_PEAK = 2.0  # of the force of fingers: with which they press for a moment as they meet an item
+MIRROR_FORCE = 1e3  # N that the gear bears which lets fingers mirror each other
 REST_STEPS = 100  # between two looks for items that rest
 REST_MOVE = 2e-4  # m
 REST_SPEED = 5e-3  # m/s
 REST_TURN = 0.01  # rad/s
 REST_LOOKS = 2  # in a row at which an item rests before it sleeps: what topples begins slowly
-APART = 1e-3  # m from the relaxed lip at which the cup collides again with what hung on it
 
 
 class World:
@@ -80,7 +86,8 @@ class World:
         self.reality, self.seed = reality, seed
         self._n_steps = 0
         self.servo = servo or (Servo() if reality.servo else IDEAL)
-        self.touching: frozenset[str] = frozenset()  # what cup and held item may touch now
+        self.touching: frozenset[str] = frozenset()  # what held item and cup may touch now
+        self.grasped: frozenset[str] = frozenset()  # what fingers close on or open from now
         self.meant: frozenset[str] = frozenset()  # what hangs in the cup now by the plan, sealed or not
         self.is_meeting = False  # the cup is being put on an item, which still stands where it stood
         self.robot = scene.cell.robot
@@ -115,44 +122,51 @@ class World:
         self._load_robot(q, tool_state)
         self._uncollided: frozenset[str] = frozenset()
         exempt = self._apply_allowed_pairs()
-        self.suction = self._build_suction()
-        tool, cup = self.robot.tool, self.robot.tool.suction_cup
-        max_press = 0.0 if cup is None else cup.stiffness * cup.stroke
-        self.contacts = ContactLog(ROBOT, tool.cup_link, exempt, max_press, earlier)
+        self.grip = self._build_grip()
+        tool = self.robot.tool
+        self.contacts = ContactLog(ROBOT, tool.contact_links, exempt, _max_press(tool), earlier)
 
-    def _build_suction(self) -> Suction:
+    def _build_grip(self) -> Grip:
         tool, is_compliant = self.robot.tool, self.reality.compliant_cup
+        items = {placed.id: placed.item for placed in self.scene.items}
+        if isinstance(self._tool_drive, FingerDrive):
+            return Fingers(self.engine, ROBOT, tool, self._tool_drive, items)
         if tool.suction_cup is None:
-            return NoSuction()
+            return NoGrip()
         bellows = Bellows(self.engine, ROBOT, tool, tool.cup.stiffness if is_compliant else 0.0)
         vacuum = Vacuum(self._device(DeviceKind.PUMP).lead, self._device(DeviceKind.VALVE).lead)
         cup = CupModel(vacuum, bellows, Stiffness() if is_compliant else RIGID)
-        items = {placed.id: placed.item for placed in self.scene.items}
         return Suction(self.engine, ROBOT, tool, cup, items, self.reality.honest_seals)
 
     def _load_robot(self, q: Array, tool_state: ToolState) -> None:
         tool = self.robot.tool
         with TemporaryDirectory() as folder:
-            urdf = write_urdf(self.robot, Path(folder), tool_state)
+            urdf = write_urdf(self.robot, Path(folder))
             self.engine.load_robot(ROBOT, urdf, self.robot.T_world_base)
         indices = self.engine.joints(ROBOT)
         names, forces = self.robot.joint_names, self.robot.motor_forces
         self._drives = Drives(
             self.servo, names, self.robot.limits, np.array([forces[name] for name in names]), self.time_step
         )
-        self._tool_drive: ToolDrive | None = None
-        tool_joints: list[str] = []
-        start = np.array(q, dtype=float)
-        if tool.joint is not None:
-            self._tool_drive = self._tool_actuator(tool.position(tool_state))
-            tool_joints, start = [tool.joint], np.array([*q, self._tool_drive.position])
-        self._tool_forces = [forces.get(name, TOOL_FORCE) for name in tool_joints]
+        self._tool_drive = self._build_tool_drive(tool_state)
+        tool_joints = tool.joints
+        start = np.array([*q, *(tool.joint_position(name, tool_state) for name in tool_joints)])
         self._indices = [indices[name] for name in (*names, *tool_joints)]
         self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
+        if tool.gripper is not None:
+            self._couple(tool.gripper)
         self._command = np.array(q, dtype=float)
         self._measured = start
         self._torques = np.zeros(len(start))
         self._tip: Array | None = None  # computed when asked for, once a step
+
+    def _couple(self, gripper: ParallelGripper) -> None:
+        """Let the fingers mirror each other, their pads as rough as the cell says."""
+        one, other = gripper.fingers
+        ratio = one.opening * other.opening
+        self.engine.gear(ROBOT, (one.link, other.link), ratio, MIRROR_FORCE)
+        for finger in gripper.fingers:
+            self.engine.roughen(ROBOT, finger.link, gripper.limits.friction / ITEM_FRICTION)
 
     def _device(self, kind: DeviceKind) -> Device:
         """The first device of a kind. Raises InputError if the cell has none."""
@@ -164,10 +178,18 @@ class World:
             )
         return device
 
-    def _tool_actuator(self, position: float) -> ToolDrive:
-        """What moves the tool's joint, at rest. Raises InputError if no device of the cell does."""
-        least, most = self.robot.tool.range
-        return ToolDrive(position, position, (most - least) / self._device(DeviceKind.TOOL_ACTUATOR).lead)
+    def _build_tool_drive(self, tool_state: ToolState) -> ToolDrive | None:
+        """What moves the tool's joints, at rest. Raises InputError if no device of the cell does."""
+        tool = self.robot.tool
+        if not tool.joints:
+            return None
+        (least, most), lead = tool.range, self._device(tool.mover).lead
+        position, lag = tool.position(tool_state), self.servo.lag
+        if tool.gripper is not None:
+            delay = max(0.0, lead - (most - least) / tool.gripper.closing_speed)
+            return FingerDrive(tool.gripper, position, delay, lag)
+        force = self.robot.motor_forces.get(tool.joints[0], TOOL_FORCE)
+        return PivotDrive(position, (most - least) / lead, force, lag)
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
         """Switch off the physics of pairs that may overlap; returns them.
@@ -218,18 +240,18 @@ class World:
             raise UnknownNameError("action", action, devices[device].actions, device)
         kind = devices[device].kind
         if kind is DeviceKind.SENSOR:
-            return self.suction.is_holding
+            return self.grip.is_holding
         if kind is DeviceKind.PUMP:
             self.suction.vacuum.switch_pump(action == "on")
         elif kind is DeviceKind.VALVE:
             self.suction.vacuum.switch_valve(action == "on")
         elif self._tool_drive is not None:
-            self._tool_drive.target = self.robot.tool.position(ToolState(action))
+            self._tool_drive.command(self.robot.tool.position(ToolState(action)))
         return None
 
     def step(self) -> None:
-        """Let one time step pass: servo, suction, physics, contacts."""
-        self.suction.before_step(self.tip)
+        """Let one time step pass: servo, cup or fingers, physics, contacts."""
+        self.grip.before_step(self.tip)
         self._let_held_through()
         self._drive()
         self.engine.step()
@@ -239,15 +261,14 @@ class World:
         if self._n_steps % REST_STEPS == 0:
             self._look_at_items()
         self._look_at_contacts()
-        self.suction.after_step(self.t)
+        self.grip.after_step(self.t)
 
     def _drive(self) -> None:
-        """Set the motors for the next step: the planned joints by their loops, the tool's by its own."""
-        velocities = self._drives.velocities(self._command, self.q, self.torques)
-        if self._tool_drive is not None:
-            swing = self._tool_drive.advance(self.time_step) - self._measured[-1]
-            velocities = np.append(velocities, swing / max(self.servo.lag, self.time_step))
-        forces = np.append(self._drives.forces, self._tool_forces)
+        """Set the motors for the next step: the planned joints by their loops, the tool's by theirs."""
+        velocities, forces = self._drives.velocities(self._command, self.q, self.torques), self._drives.forces
+        if (tool := self._tool_drive) is not None:
+            swing = tool.velocities(self._measured[self.robot.n_joints :], self.time_step)
+            velocities, forces = np.append(velocities, swing), np.append(forces, tool.forces)
         self.engine.drive(ROBOT, self._indices, velocities, forces)
 
     def wait(self, duration: float, on_step: Callable[[World], None] | None = None) -> None:
@@ -265,24 +286,29 @@ class World:
     def _look_at_contacts(self) -> None:
         points = self.engine.contact_points(ROBOT)
         # The bellows push off what they let go of: that is no contact anew.
-        points += [point for point in self.suction.contact_points if point.b not in self._uncollided]
+        points += [point for point in self.grip.contact_points if point.b not in self._uncollided]
         if self.held is not None and not self.is_meeting:
             points += self.engine.contact_points(self.held)
-        self.contacts.update(points, self.touching | self.meant, self.held, self.t)
+        touching = self.touching | self.meant
+        met = touching if self.robot.tool.gripper is None else self.grasped
+        self.contacts.update(points, touching, met, self.held, self.t)
 
     def _let_held_through(self) -> None:
-        """No physics between the cup and its item until they are apart: it would throw the item off."""
-        cup = self.robot.tool.cup_link
-        wanted = frozenset({self.held} if self.held is not None else ())
+        """No physics between what holds and its item until they are apart: it would throw the item off."""
+        links, attached = self.robot.tool.contact_links, self.grip.attached
+        wanted = frozenset({attached} if attached is not None else ())
         if not wanted and not self._uncollided:
             return
         for name in sorted(wanted - self._uncollided):
-            self.engine.set_collision(ROBOT, cup, name, "", on=False)
-        left, far = self._uncollided - wanted, self.robot.tool.cup.stroke + SOLID_DEPTH + APART
-        apart = {name for name in sorted(left) if self.engine.distance(ROBOT, cup, name, far) >= far}
+            self._set_collision(links, name, on=False)
+        apart = {name for name in sorted(self._uncollided - wanted) if self.grip.is_apart(name)}
         for name in sorted(apart):
-            self.engine.set_collision(ROBOT, cup, name, "", on=True)
+            self._set_collision(links, name, on=True)
         self._uncollided = (self._uncollided | wanted) - apart
+
+    def _set_collision(self, links: Sequence[str], item: str, on: bool) -> None:
+        for link in links:
+            self.engine.set_collision(ROBOT, link, item, "", on=on)
 
     def _look_at_items(self) -> None:
         """Let items sleep that rest: an awake one costs 50 us a step. What has left the ground stays there.
@@ -342,10 +368,18 @@ class World:
     def tool_state(self) -> ToolState:
         """State of the tool as it stands."""
         tool = self.robot.tool
-        if tool.joint is None:
+        if self._tool_drive is None:
             return tool.default_state
+        if isinstance(self.grip, Fingers):
+            return self._width_state(self.grip)
         resting = (s for s in tool.states if abs(tool.position(s) - self._measured[-1]) < TOOL_TOLERANCE)
         return next(resting, MOVING)
+
+    def _width_state(self, fingers: Fingers) -> ToolState:
+        """The state that the cell names; where the fingers stand on something, their width."""
+        tool, width = self.robot.tool, fingers.width
+        arrived = (s for s in tool.states if abs(tool.position(s) - width) < WIDTH_TOLERANCE)
+        return next(arrived, ToolState.of_width(width) if fingers.is_holding else MOVING)
 
     @property
     def tip(self) -> Array:
@@ -357,8 +391,20 @@ class World:
 
     @property
     def held(self) -> str | None:
-        """Id of the item in the cup."""
-        return self.suction.held
+        """Id of the item in the cup, or between the pads."""
+        return self.grip.held
+
+    @property
+    def suction(self) -> Suction:
+        """What the cup does. Raises InputError where none is mounted."""
+        if not isinstance(self.grip, Suction):
+            raise InputError(f"no suction cup is mounted on {self.robot.tool.flange_link}")
+        return self.grip
+
+    @property
+    def fingers(self) -> Fingers | None:
+        """What the fingers do; None where there are none."""
+        return self.grip if isinstance(self.grip, Fingers) else None
 
     def placed(self, item_id: str) -> PlacedItem:
         """One item as it stands now, with its present location.
@@ -374,3 +420,10 @@ class World:
         """The scene as it stands now, without the item that is held."""
         items = tuple(self.placed(p.id) for p in self.scene.items if p.id != self.held)
         return replace(self.scene, items=items)
+
+
+def _max_press(tool: Tool) -> float:
+    """N with which what holds may press on what it is planned to touch, at one point."""
+    if tool.gripper is not None:
+        return PRESS_PEAK * tool.gripper.limits.force
+    return 0.0 if tool.suction_cup is None else tool.cup.stiffness * tool.cup.stroke

@@ -24,9 +24,9 @@ from pickcli.simulation.arm_turn import let_move
 from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import execute, fall_of
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
+from pickcli.simulation.grip import Release
 from pickcli.simulation.reality import DEFAULT, Reality
-from pickcli.simulation.start_check import check_start, refuse_fingers
-from pickcli.simulation.suction import Release
+from pickcli.simulation.start_check import check_start
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind, disturbances
 from pickcli.trial.score import Drop, ScoringRules
@@ -78,7 +78,6 @@ class SimulatedArena:
     def __init__(
         self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0, parked: ArmState | None = None
     ) -> None:
-        refuse_fingers(scene.cell)
         start = parked or scene.cell.configurations[HOME]
         self._world = World(scene, start.q, start.tool_state, reality=reality, seed=seed)
         self._recorded = scene  # the truth when something was recorded last
@@ -169,9 +168,9 @@ class SimulatedArena:
             What happened.
         """
         world = self._world
-        began, n_releases = world.t, len(world.suction.releases)
+        began, n_releases = world.t, len(world.grip.releases)
         _let_go(world, LET_GO_TIME)
-        return self._settled(ExecutionResult(LET_GO_TIME), began, world.suction.releases[n_releases:], "")
+        return self._settled(ExecutionResult(LET_GO_TIME), began, world.grip.releases[n_releases:], "")
 
     def _settled(
         self, run: ExecutionResult, began: float, releases: Iterable[Release], target: str

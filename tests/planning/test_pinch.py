@@ -12,7 +12,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.tool import MOVING, ToolState
-from pickcli.errors import InputError, NoPlanError
+from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind
@@ -22,8 +22,6 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
-from pickcli.simulation.start_check import check_start
-from pickcli.simulation.world import World
 from pickcli.verification.verify import verify
 from support.cell_copies import CellCopy
 from support.gripper_cell import CLOSED, LEAD, OPEN, with_gripper
@@ -176,13 +174,3 @@ def test_a_gripper_that_opens_too_little_says_so(gripper_cell: Cell) -> None:
     cell = replace(gripper_cell, robot=robot)
     (said,) = blocked(cell, (ERASER, 0.1, 0.3))
     assert "too wide for the gripper" in said and "the fingers open 20 mm" in said
-
-
-def test_fingers_that_move_are_not_simulated_and_it_says_so(gripper_cell: Cell, pick: Planned) -> None:
-    first = pick.plan.trajectory.positions[0]
-    world = World(pick.scene, first, pick.plan.segments[0].tool_state)
-    try:
-        with pytest.raises(InputError, match="fingers that move are not simulated yet"):
-            check_start(pick.plan, world)
-    finally:
-        world.close()

@@ -113,7 +113,7 @@ def test_a_plan_is_followed_as_well_as_by_the_default_robot(branching: Cell) -> 
 
 
 def test_what_is_written_is_read_back_as_the_same_tree(branching: Cell, tmp_path: Path) -> None:
-    path = write_urdf(branching.robot, tmp_path, branching.robot.tool.default_state)
+    path = write_urdf(branching.robot, tmp_path)
     root = ElementTree.parse(path).getroot()
     assert [e.get("name") for e in root.findall("link")] == [link.name for link in branching.robot.links]
     assert {e.get("filename") for e in root.iter("mesh")} == {p.name for p in tmp_path.glob("*.obj")}

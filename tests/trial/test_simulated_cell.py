@@ -16,9 +16,10 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.start_state import Start
+from pickcli.simulation.grip import Release
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.protective_stop import StopCause
-from pickcli.simulation.suction import NO_LOAD, Release
+from pickcli.simulation.suction import NO_LOAD
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.simulated_cell import SimulatedArena
 from pickcli.trial.trial_interfaces import LET_GO_TIME

@@ -1,0 +1,248 @@
+"""Two fingers that close on items: what they press, what sticks to their pads, and how it slides on them.
+
+The fingers are links of the engine, and what they meet while they close they push: contact draws an item to
+their middle. Once both pads press one item and the fingers stand, the item hangs on the rubber of both
+(``bushing``), and the wrench of that is the load. It grows no further than the limit surface of soft fingers,
+with the force that the drive presses with (``cell.pinch_limits``): from there on the item slides on the pads,
+which go on pulling as hard as they can. Friction is worked out beside the engine because the engine's creeps:
+between two pads that press it with 70 N a cube of 0.3 kg sinks by millimetres in a tenth of a second.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.tool import Tool
+from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle, rotation_vector
+from pickcli.simulation.bushing import Bushing
+from pickcli.simulation.engine import ContactPoint, Engine
+from pickcli.simulation.grip import Release
+from pickcli.simulation.pads import PadStiffness, Patch, patch_on
+from pickcli.simulation.servo import FingerDrive
+
+ON_PAD = 0.7  # cosine between a contact's normal and the line of closing: less has what an edge meets
+PRESS_TIME = 0.01  # s over which the force on a pad is averaged
+GRIPS = 0.5  # of the drive's force on both pads, from which on an item is held
+LETS_GO = 0.05  # of it below which it is not any more
+STANDING_SPEED = 5e-3  # m/s of any part of the pads over the item, below which it hangs on them
+LOOK_STEP = 1e-3  # m that an item slides between two looks at which part of the pads it touches
+
+
+class Fingers:
+    """The fingers of one robot in an engine.
+
+    Attributes:
+        held: Name of the item between the pads, or None.
+        load: (6,) wrench in N and Nm that the pads exert on the item, about the tool tip, in the tool frame.
+        ratio: What the item would load the pads with if it stuck, as a share of what they bear where they
+            touch it; above 1 it slides.
+        max_ratio: Largest such share since the item was taken.
+        friction: Coefficient of friction between pads and items, as it is for what hangs on the pads.
+        releases: Items that left the pads, in their order.
+        contact_points: None: all contacts are the engine's.
+
+    Args:
+        engine: Where the robot and the items are.
+        robot: Name of the robot's body.
+        tool: The robot's tool.
+        drive: What moves the fingers.
+        items: What can be held, by the name of its body.
+    """
+
+    def __init__(
+        self, engine: Engine, robot: str, tool: Tool, drive: FingerDrive, items: dict[str, Item]
+    ) -> None:
+        assert tool.gripper is not None
+        self._engine, self._robot, self._tool, self._gripper = engine, robot, tool, tool.gripper
+        self._drive, self._items = drive, items
+        self.held: str | None = None
+        self.load, self.ratio, self.max_ratio = np.zeros(6), 0.0, 0.0
+        self.friction = tool.gripper.limits.friction
+        self.releases: list[Release] = []
+        self.contact_points: list[ContactPoint] = []
+        self._press = 0.0  # N on either pad, averaged
+        self._pressed = ""  # what both press on
+        self._T_tip_taken = np.eye(4)  # of the held item when it was taken
+        self._T_item_tip = np.eye(4)  # of the held item, where its rubber is at ease
+        self._patch: Patch | None = None
+        self._p_looked = np.zeros(3)  # of the held item in the tool frame, at the last look at the pads
+        self._bushing: Bushing | None = None
+
+    @property
+    def attached(self) -> str | None:
+        """Name of the item that hangs on the pads."""
+        return self.held if self._bushing is not None else None
+
+    def is_apart(self, item: str) -> bool:
+        """What hangs on the pads no more the engine moves at once.
+
+        Args:
+            item: Name of the item.
+
+        Returns:
+            True.
+        """
+        return True
+
+    @property
+    def slip(self) -> float:
+        """How far in m the held item's middle has moved between the pads since it was taken."""
+        if self.held is None:
+            return 0.0
+        T_tip_item = inverse(self._tip()) @ self._engine.pose(self.held)
+        return float(np.linalg.norm(T_tip_item[:3, 3] - self._T_tip_taken[:3, 3]))
+
+    @property
+    def is_holding(self) -> bool:
+        """What the encoder of the fingers says: told to close, they stand, and not where they were told."""
+        return self._drive.is_stopped
+
+    @property
+    def are_standing(self) -> bool:
+        """Whether the fingers stand, on whatever, where they were told to go last."""
+        return self._drive.is_standing
+
+    @property
+    def width(self) -> float:
+        """What the encoder of the fingers says: m between the pads."""
+        return self._drive.width
+
+    def before_step(self, T_world_tip: Array) -> None:
+        """Load what hangs on the pads, and the robot, with the wrench between them.
+
+        Args:
+            T_world_tip: (4, 4) tool frame.
+        """
+        if self._bushing is not None and (self._drive.is_opening or not self._touches(T_world_tip)):
+            self._leave_to_engine()
+        if self._bushing is not None:
+            self._hang(self._bushing, T_world_tip)
+
+    def after_step(self, t: float) -> None:
+        """Take hold of what both pads press, and let go of what they press no more.
+
+        Args:
+            t: Simulated time, s.
+        """
+        if self._bushing is not None:
+            return
+        self._feel()
+        if self.held is not None and (
+            self._pressed != self.held or self._press < LETS_GO * self._drive.force
+        ):
+            self._let_go(t)
+        if not self._drive.is_stopped or self._press < GRIPS * self._drive.force:
+            return
+        if self.held is None:
+            self._take(self._pressed)
+        T_world_tip = self._tip()
+        if self._sliding_speed(T_world_tip) < STANDING_SPEED:
+            self._hang_on(T_world_tip)
+
+    def _feel(self) -> None:
+        """Average the lesser of the forces with which both pads press on the item that they press on most."""
+        along = self._tip()[:3, 1]
+        on_pads = [self._pressing(finger.link, finger.side * along) for finger in self._gripper.fingers]
+        between = {name: min(pad.get(name, 0.0) for pad in on_pads) for name in on_pads[0]}
+        name = max(between, key=between.__getitem__, default="")
+        if name != self._pressed:
+            self._pressed, self._press = name, 0.0
+        share = self._engine.time_step / PRESS_TIME
+        self._press += share * (between.get(name, 0.0) - self._press)
+
+    def _pressing(self, link: str, outwards: Array) -> dict[str, float]:
+        """N with which a finger's pad presses, by item; outwards (3,) from the middle to that pad."""
+        forces: dict[str, float] = {}
+        for point in self._engine.pressing_points(self._robot, link):
+            if point.b in self._items and np.dot(point.normal, outwards) > ON_PAD:
+                forces[point.b] = forces.get(point.b, 0.0) + point.force
+        return forces
+
+    def _take(self, name: str) -> None:
+        self._engine.keep_awake(name, on=True)
+        self.held, self.ratio, self.max_ratio = name, 0.0, 0.0
+        self._T_tip_taken = inverse(self._tip()) @ self._engine.pose(name)
+
+    def _let_go(self, t: float) -> None:
+        assert self.held is not None
+        self._engine.keep_awake(self.held, on=False)
+        T, is_wanted = self._engine.pose(self.held), self._drive.is_opening
+        self.releases.append(Release(self.held, t, is_wanted, T, self.load))
+        self.held, self.load, self.ratio = None, np.zeros(6), 0.0
+
+    def _hang_on(self, T_world_tip: Array) -> None:
+        """Hang the held item on the pads as it is now."""
+        assert self.held is not None
+        name, item = self.held, self._items[self.held]
+        T_tip_item = inverse(T_world_tip) @ self._engine.pose(name)
+        if not self._look(T_tip_item):
+            return
+        mass, R = self._engine.mass(name), T_tip_item[:3, :3]
+        inertia = R @ (mass * item.shape.inertia_per_mass) @ R.T
+        self._bushing = Bushing(PadStiffness(), mass, inertia, T_tip_item[:3, 3], self._engine.time_step)
+        self._T_item_tip = inverse(T_tip_item)
+        self._drive.stand(True)
+
+    def _touches(self, T_world_tip: Array) -> bool:
+        """Whether both pads still touch the held item; looked at wherever it has slid."""
+        assert self.held is not None
+        T_tip_item = inverse(T_world_tip) @ self._engine.pose(self.held)
+        has_slid = float(np.abs(T_tip_item[:3, 3] - self._p_looked).max()) > LOOK_STEP
+        return self._look(T_tip_item) if has_slid else True
+
+    def _look(self, T_tip_item: Array) -> bool:
+        """Find the part of the pads that touches the held item. Returns whether there is any."""
+        assert self.held is not None
+        shape = self._items[self.held].shape
+        self._patch = patch_on(shape, inverse(T_tip_item), self._drive.width, self._gripper)
+        self._p_looked = T_tip_item[:3, 3]
+        return self._patch is not None
+
+    def _leave_to_engine(self) -> None:
+        """Leave the held item to the contacts of the engine."""
+        self._bushing = None
+        self._drive.stand(False)
+        self._press = self._drive.force
+
+    def _hang(self, bushing: Bushing, T_world_tip: Array) -> None:
+        """Load the item and the robot with the wrench between them."""
+        assert self.held is not None and self._patch is not None
+        R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
+        T_world_a = self._engine.pose(self.held) @ self._T_item_tip
+        velocity = np.concatenate([R.T @ part for part in self._relative_velocity(tip)])
+        self.load = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
+        self.ratio = self._patch.ratio(self.load, self._drive.force, self.friction)
+        self.max_ratio = max(self.max_ratio, self.ratio)
+        if self.ratio > 1.0:
+            self.load = self.load / self.ratio
+            self._slide(T_world_tip, T_world_a)
+        force, torque = R @ self.load[:3], R @ self.load[3:]
+        self._engine.push(self.held, force, T_world_a[:3, 3])
+        self._engine.twist(self.held, torque)
+        self._engine.push(self._robot, -force, tip, self._tool.cup_link)
+        self._engine.twist(self._robot, -torque, self._tool.cup_link)
+
+    def _slide(self, T_world_tip: Array, T_world_a: Array) -> None:
+        """Move the place where the rubber is at ease along, so far that it pulls no harder than it can."""
+        assert self.held is not None
+        off = inverse(T_world_tip) @ T_world_a
+        turn = rotation_vector(off[:3, :3])
+        R = rotation_axis_angle(turn, float(np.linalg.norm(turn)) / self.ratio)
+        left = pose(off[:3, 3] / self.ratio, R=R)
+        self._T_item_tip = inverse(self._engine.pose(self.held)) @ T_world_tip @ left
+
+    def _sliding_speed(self, T_world_tip: Array) -> float:
+        """How fast any part of the pads moves over the held item at most, m/s."""
+        linear, turn = self._relative_velocity(T_world_tip[:3, 3])
+        return float(np.linalg.norm(linear)) + max(self._gripper.pad) / 2 * float(np.linalg.norm(turn))
+
+    def _relative_velocity(self, point: Array) -> tuple[Array, Array]:
+        """Linear and angular, each (3,), of the held item's point relative to the hand, world axes."""
+        assert self.held is not None
+        v_item, w_item = self._engine.velocity(self.held, "", point)
+        v_hand, w_hand = self._engine.velocity(self._robot, self._tool.cup_link, point)
+        return v_item - v_hand, w_item - w_hand
+
+    def _tip(self) -> Array:
+        return self._engine.pose(self._robot, self._tool.cup_link) @ self._tool.T_cup_tip
