@@ -128,7 +128,7 @@ class ToolDrive(Protocol):
         """
 
 
-class PivotDrive:
+class CupDrive:
     """The actuator of the cup's joint: it turns at constant speed to the position last asked for.
 
     Args:

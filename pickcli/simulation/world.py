@@ -40,7 +40,7 @@ from pickcli.simulation.scene_bodies import (
     standing_links,
     true_masses,
 )
-from pickcli.simulation.servo import IDEAL, Drives, FingerDrive, PivotDrive, Servo, ToolDrive
+from pickcli.simulation.servo import IDEAL, Drives, FingerDrive, CupDrive, Servo, ToolDrive
 from pickcli.simulation.suction import CupModel, Suction
 from pickcli.simulation.vacuum import Vacuum
 
@@ -189,7 +189,7 @@ class World:
             delay = max(0.0, lead - (most - least) / tool.gripper.closing_speed)
             return FingerDrive(tool.gripper, position, delay, lag)
         force = self.robot.motor_forces.get(tool.joints[0], TOOL_FORCE)
-        return PivotDrive(position, (most - least) / lead, force, lag)
+        return CupDrive(position, (most - least) / lead, force, lag)
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
         """Switch off the physics of pairs that may overlap; returns them.
