@@ -40,7 +40,7 @@ from pickcli.simulation.scene_bodies import (
     standing_links,
     true_masses,
 )
-from pickcli.simulation.servo import IDEAL, Drives, FingerDrive, CupDrive, Servo, ToolDrive
+from pickcli.simulation.servo import IDEAL, CupDrive, Drives, FingerDrive, Servo, ToolDrive
 from pickcli.simulation.suction import CupModel, Suction
 from pickcli.simulation.vacuum import Vacuum
 
