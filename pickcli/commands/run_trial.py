@@ -126,8 +126,9 @@ def command(
     """Play a whole order by the rules and keep score.
 
     ORDER is the file of a pick order, or the name of one under data/tasks. It is played in simulation, by the
-    rules of its year. Exit code 6 when the arm could not be brought out of where it stopped, something
-    collided or a limit was broken; an item that was missed is a result.
+    rules of its year. A file may also name moves from place to place (docs/formats/order.md). Exit code 6
+    when the arm could not be brought out of where it stopped, something collided or a limit was broken; an
+    item that was missed is a result.
 
     \b
     Example:
@@ -136,7 +137,7 @@ def command(
     from pickcli.cell.cell_file import load_workcell
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.attempt_runner import TrialSettings
-    from pickcli.trial.loop import require_pick, run_trial
+    from pickcli.trial.loop import require_playable, run_trial
     from pickcli.trial.order_file import order_file, read_order
     from pickcli.trial.trial_folder import write_folder
     from pickcli.trial.trial_record import trial_record
@@ -145,8 +146,8 @@ def command(
     cells = _cells_that_play(workcell, arm, roadmap, trajectories)
     cell = cells[0]
     for each in cells:
-        each.require_pod_and_tote()
-    order = require_pick(read_order(order_path, cell), str(order_path))
+        each.require_places()
+    order = require_playable(read_order(order_path, cell), str(order_path))
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     inputs = (order_file(order_path), reality_path, cell_name, items_path, roadmap, trajectories)

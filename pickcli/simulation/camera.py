@@ -97,7 +97,7 @@ def write_png(picture: NDArray[np.uint8], path: Path, replace: bool = True) -> N
 
 
 def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
-    """The cell with its robot; beside it the bins and the tote without the robot, which may hide them.
+    """The cell with its robot; beside it bins and tote, if there are, without the robot, which may hide them.
 
     Args:
         engine: The world.
@@ -106,6 +106,8 @@ def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
     Returns:
         (height, width, 3).
     """
+    if not scene.cell.pod.bins:
+        return take_picture(engine, view_of(scene))
     aside = [picture_of(scene, view, SMALL) for view in (POD_VIEW, TOTE_VIEW)]
     return np.hstack([take_picture(engine, CELL_VIEW), np.vstack(aside)])
 

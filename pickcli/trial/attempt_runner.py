@@ -332,7 +332,8 @@ class AttemptRunner:
             return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
         attempt = replace(attempt, seen_in=seen.get(attempt.item, ""))
         if attempt.seen_in == attempt.into:
-            return replace(attempt, outcome=Outcome.MOVED if attempt.is_aside else Outcome.IN_TOTE)
+            there = Outcome.IN_TOTE if attempt.into == TOTE else Outcome.DELIVERED
+            return replace(attempt, outcome=Outcome.MOVED if attempt.is_aside else there)
         where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"
         missed = f"never reached: {', '.join(execution.missed)}" if execution.missed else ""
         cause = execution.stopped or missed or "it was let go"

@@ -13,7 +13,7 @@ from enum import StrEnum
 import numpy as np
 
 from pickcli.geometry import rotation_angle
-from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.places import bounds
 
 MOVED = 0.005  # m of an item's centre; less is how items settle anew when their support goes
@@ -71,22 +71,23 @@ def disturbances(
         What became of them, sorted by id.
     """
     was = {placed.id: placed for placed in before.items}
+    boxes = [place.name for place in after.cell.places.values() if place.is_open_box]
     found = (
-        _disturbed(was[placed.id], placed, drop_limit)
+        _disturbed(was[placed.id], placed, drop_limit, boxes)
         for placed in sorted(after.items, key=lambda placed: placed.id)
         if placed.id in was and placed.id not in meant
     )
     return tuple(d for d in found if d is not None)
 
 
-def _disturbed(a: PlacedItem, b: PlacedItem, drop_limit: float) -> Disturbance | None:
+def _disturbed(a: PlacedItem, b: PlacedItem, drop_limit: float, boxes: Collection[str]) -> Disturbance | None:
     T_a, T_b = a.T_world_item, b.T_world_item
     moved = float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]))
     R = T_b[:3, :3] @ T_a[:3, :3].T
     turned = rotation_angle(R)
     if moved <= MOVED and turned <= TURNED and a.location == b.location:
         return None
-    if a.location == b.location == TOTE:
+    if a.location == b.location and a.location in boxes:
         return None  # what is let go over others pushes them
     fell = max(0.0, float(bounds(a.item.shape, T_a)[0][2] - bounds(b.item.shape, T_b)[0][2]))
     kind = DisturbanceKind.PUSHED

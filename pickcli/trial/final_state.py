@@ -5,7 +5,7 @@ from __future__ import annotations
 from pickcli.geometry import inverse
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.places import OUTSIDE, bounds
-from pickcli.trial.order_file import Order
+from pickcli.trial.order_file import Order, OrderKind
 from pickcli.trial.output_file import claim
 from pickcli.trial.score import HELD, Damage, Drop, FinalItem, FinalState
 
@@ -38,9 +38,10 @@ def final_state(
     for placed in before.items:
         there = now.get(placed.id)
         end = HELD if placed.id == held else OUTSIDE if there is None else there.location
-        out = 0.0 if there is None else protrusion(after, there)
+        out = 0.0 if there is None or not after.cell.pod.bins else protrusion(after, there)
         items.append(FinalItem(placed.id, placed.item.name, placed.location, end, out))
-    return FinalState(tuple(items), claim(order, belief.items), drops, damages)
+    claimed = None if order.kind is OrderKind.MOVE else claim(order, belief.items)
+    return FinalState(tuple(items), claimed, drops, damages)
 
 
 def protrusion(scene: Scene, placed: PlacedItem) -> float:

@@ -24,7 +24,6 @@ from pickcli.trial.final_state import final_state
 from pickcli.trial.order_file import Order, OrderKind
 from pickcli.trial.score import Drop, Score, item_bonuses, score
 from pickcli.trial.target_selection import (
-    TIME_LIMIT,
     Experience,
     Move,
     TargetState,
@@ -32,6 +31,7 @@ from pickcli.trial.target_selection import (
     jobs_of,
     may_move_others,
     options,
+    time_limit,
 )
 from pickcli.trial.trial_interfaces import TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult
@@ -44,10 +44,10 @@ def run_trial(
     on_progress: ProgressObserver = nobody,
     after_attempt: Callable[[], None] = lambda: None,
 ) -> TrialResult:
-    """Play a pick order to its end. What goes wrong is part of the result.
+    """Play an order to its end. What goes wrong is part of the result.
 
     Args:
-        order: A pick order.
+        order: A pick order, or moves.
         interfaces: Who plans, verifies and carries out.
         settings: How the trial is played; None for the default.
         on_progress: Told of the targets done, and of what happens now.
@@ -57,9 +57,11 @@ def run_trial(
         What happened and what it scores.
 
     Raises:
-        InputError: The order is no pick order.
+        InputError: The order is none to be played.
     """
-    trial = _Trial(require_pick(order), interfaces, settings or TrialSettings(), on_progress, after_attempt)
+    trial = _Trial(
+        require_playable(order), interfaces, settings or TrialSettings(), on_progress, after_attempt
+    )
     try:
         trial.play()
     except KeyboardInterrupt as stop:
@@ -68,7 +70,7 @@ def run_trial(
     return trial.result()
 
 
-def require_pick(order: Order, where: str = "the order") -> Order:
+def require_playable(order: Order, where: str = "the order") -> Order:
     """Refuse an order that is not one to be played.
 
     Args:
@@ -79,11 +81,11 @@ def require_pick(order: Order, where: str = "the order") -> Order:
         The order.
 
     Raises:
-        InputError: It is no pick order, or its tote is not empty.
+        InputError: It is neither a pick order nor one of moves, or its tote is not empty.
     """
-    if order.kind is not OrderKind.PICK:
+    if order.kind not in (OrderKind.PICK, OrderKind.MOVE):
         raise InputError(
-            f"{where}: this is a {order.kind} file; a trial plays pick orders (with a work_order)"
+            f"{where}: this is a {order.kind} file; a trial plays pick orders (with a work_order), and moves"
         )
     if order.tote_contents:
         names = ", ".join(order.tote_contents[:3]) + (", ..." if len(order.tote_contents) > 3 else "")
@@ -97,7 +99,8 @@ def require_pick(order: Order, where: str = "the order") -> Order:
 class _Trial:
     """The state of a trial: open jobs and what happened so far.
 
-    homes: the bin in which each item was seen at the start, by id
+    homes: the bin, or other place, in which each item was seen at the start, by id
+    delivered: ids of the items that were brought where they are wanted
     in_vain: grasps that failed, by the id of their item
     refused: by the index of its job, in which scene there was no plan for which item, and what it blamed
     """
@@ -123,10 +126,11 @@ class _Trial:
         self.tools = [each.robot.tool for each in (interfaces.cells or {"": cell}).values()]
         self.jobs = jobs_of(order, cell, self.bonus, self.tools)
         self.open = {job.index: job for job in self.jobs}
-        limit = TIME_LIMIT[order.year] if settings.time_limit is None else settings.time_limit
+        limit = time_limit(order) if settings.time_limit is None else settings.time_limit
         self.runner = AttemptRunner(interfaces, settings, limit, self._say)
         self.experience = Experience()
         self.homes: dict[str, str] = {}
+        self.delivered: set[str] = set()
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
         self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
         self.attempts: list[tuple[TargetState, Attempt]] = []
@@ -135,7 +139,7 @@ class _Trial:
         """Whatever promises most, until all is done, nothing new can be tried, or the time is over."""
         self.homes = {placed.id: placed.location for placed in self.runner.scene().items}
         while self.runner.has_time_to_plan:
-            may_clear = may_move_others(self.order.year)
+            may_clear = may_move_others(self.order)
             best = best_option(options(self.open.values(), self.experience, may_clear))
             if best is None:
                 break
@@ -144,8 +148,9 @@ class _Trial:
 
     def so_far(self) -> str:
         """What is lost with a trial that is interrupted, and how to have it again."""
-        n_in = sum(attempt.outcome is Outcome.IN_TOTE for _, attempt in self.attempts)
-        played = f"{n_in} of {len(self.jobs)} targets were in the tote after {len(self.attempts)} attempts"
+        n_in = sum(attempt.outcome.is_delivered for _, attempt in self.attempts)
+        where = "delivered" if self.order.kind is OrderKind.MOVE else "in the tote"
+        played = f"{n_in} of {len(self.jobs)} targets were {where} after {len(self.attempts)} attempts"
         return (
             f"{played}; no trial goes on where it was: the same command plays the same one from its beginning"
         )
@@ -157,7 +162,7 @@ class _Trial:
         job = job.tried()
         attempt = self._attempt(job)
         self._note(job, attempt)
-        if attempt.outcome in (Outcome.IN_TOTE, Outcome.MISSING, Outcome.NO_TIME):
+        if attempt.outcome.is_delivered or attempt.outcome in (Outcome.MISSING, Outcome.NO_TIME):
             self.open.pop(job.index, None)
         elif attempt.execution is None:
             self.open[job.index] = job.refused()
@@ -168,7 +173,8 @@ class _Trial:
 
     def _attempt(self, job: TargetState) -> Attempt:
         scene = self.runner.scene()
-        attempt = Attempt(job.target, "", job.attempts, self.runner.clock.now, Outcome.MISSING)
+        now, into = self.runner.clock.now, job.target.into
+        attempt = Attempt(job.target, "", job.attempts, now, Outcome.MISSING, into=into)
         placed = self._choose_copy(scene, job)
         if placed is None:
             return replace(attempt, reason=f"no {job.target.item} of {job.target.bin} is seen any more")
@@ -201,13 +207,14 @@ class _Trial:
             return
         # An early contact says that the item was seen wrongly, and nothing of the grasp.
         is_early = attempt.execution is not None and attempt.execution.stop_cause is StopCause.EARLY_CONTACT
-        is_there = attempt.outcome in (Outcome.IN_TOTE, Outcome.MOVED)
+        is_there = attempt.outcome.is_delivered or attempt.outcome is Outcome.MOVED
         if attempt.plan.grasp is not None and not is_there and not is_early:
             self.in_vain[attempt.item] = (*self.in_vain.get(attempt.item, ()), attempt.plan.grasp)
         if attempt.execution is None:
             return
         if not attempt.is_aside:
-            self.experience.note(job.target, attempt.outcome is Outcome.IN_TOTE)
+            self.experience.note(job.target, attempt.outcome.is_delivered)
+            self.delivered |= {attempt.item} if attempt.outcome.is_delivered else set()
             self.open[job.index] = job.timed(attempt.plan.trajectory.duration)
         # Whatever it came to, where it reached into and where it went something may lie otherwise now.
         touched = {attempt.out_of, attempt.into, attempt.seen_in}
@@ -300,13 +307,14 @@ class _Trial:
         return copies[max(0, job.attempts - 1) % len(copies)] if copies else None
 
     def _copies(self, scene: Scene, job: TargetState) -> tuple[PlacedItem, ...]:
-        """What would fulfil a job, wherever in the pod it is seen."""
+        """What would fulfil a job, wherever but at its destination it is seen."""
         return tuple(
             placed
             for placed in scene.items
             if placed.item.name == job.target.item
             and self.homes.get(placed.id) == job.target.bin
-            and placed.location in scene.cell.pod.bins
+            and placed.location != job.target.into
+            and placed.id not in self.delivered
         )
 
     def _say(self, attempt: Attempt, doing: str) -> None:

@@ -1,8 +1,8 @@
-"""Official order files of the Amazon Picking Challenge, in the formats of 2015 and 2016.
+"""Order files: the official ones of the Amazon Picking Challenge of 2015 and 2016, and moves between places.
 
 2016 pick: ``bin_contents``, ``tote_contents`` (empty) and ``work_order``. 2016 stow: ``bin_contents`` and
 ``tote_contents``. 2016 output: as stow, the state after a task. 2015: ``bin_contents`` and ``work_order``.
-The format is described in docs/formats/order.md.
+Ours, for cells with places of their own: ``contents`` and ``moves``. See docs/formats/order.md.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from pydantic import Field
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
+from pickcli.cell.station import TOTE
 from pickcli.errors import UnknownNameError, shortened, suggestion
 from pickcli.files.file_kind import ORDER
 from pickcli.files.schema import FileModel, validate
@@ -27,6 +28,7 @@ from pickcli.files.yaml_reader import Key, Source, read_yaml
 BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
 MAX_CONTENTS = 100  # items in one bin or in the tote
 MAX_TARGETS = 500
+NEWEST = 2016  # the year of the figures of items that no official order names
 
 
 class OrderKind(StrEnum):
@@ -35,19 +37,22 @@ class OrderKind(StrEnum):
     PICK = "pick"  # move the targets of the work order from their bins into the tote
     STOW = "stow"  # move everything from the tote into bins
     OUTPUT = "output"  # not an order but the state after one: no work order and nothing in the tote
+    MOVE = "move"  # move items from place to place
 
 
 @dataclass(frozen=True)
 class Target:
-    """One line of a work order: one copy of an item, from one bin.
+    """One line of a work order: one copy of an item, from one bin, or other place, to where it is wanted.
 
     Attributes:
-        bin: Name of the bin.
+        bin: Name of the bin, or other place.
         item: Name of the item.
+        into: Name of the place where it is wanted.
     """
 
     bin: str
     item: str
+    into: str = TOTE
 
 
 @dataclass(frozen=True)
@@ -57,9 +62,10 @@ class Order:
     Attributes:
         kind: What is asked for.
         year: 2015 or 2016, by the format of the file; it decides the rules and which figures an item has.
-        bin_contents: Names of items by bin, in the order of the bins; duplicates are copies.
+        bin_contents: Names of items by bin, in the order of the bins; duplicates are copies. Of a MOVE by
+            place.
         tote_contents: Names of the items in the tote.
-        work_order: The targets of a pick, in their order.
+        work_order: The targets of a pick, or the moves, in their order.
     """
 
     kind: OrderKind
@@ -74,18 +80,21 @@ def read_order(path: Path, cell: Cell) -> Order:
 
     Args:
         path: A file, or the name of an order under data/tasks.
-        cell: Whose bins and items may stand in it.
+        cell: Whose bins, other places and items may stand in it.
 
     Returns:
         The order.
 
     Raises:
-        InputError: Something is wrong with the file; with every problem.
+        InputError: Something is wrong with the file; with every problem. Or the cell has no pod or tote, and
+            the order is an official one.
         UnknownNameError: There is no such file, and what would be a name is none.
     """
-    return order_of(
-        read_yaml(order_file(path), ORDER), {name for name, _ in cell.items}, tuple(cell.pod.bins)
-    )
+    source, items = read_yaml(order_file(path), ORDER), {name for name, _ in cell.items}
+    if isinstance(source.data, dict) and "moves" in source.data:
+        return moves_of(source, items, tuple(cell.places))
+    cell.require_pod_and_tote()
+    return order_of(source, items, tuple(cell.pod.bins))
 
 
 def order_names() -> list[str]:
@@ -138,6 +147,55 @@ class _OrderModel(FileModel):
     work_order: Annotated[tuple[_TargetModel, ...], Len(0, MAX_TARGETS)] = Field(
         default=(), description="a list of targets, each with its bin and item"
     )
+
+
+class _MoveModel(FileModel):
+    source: str = Field(alias="from", description="the name of a place")
+    item: str = Field(description="the name of an item")
+    to: str = Field(description="the name of another place")
+
+
+class _MovesModel(FileModel):
+    contents: dict[str, _Contents] = Field(description="an object with a list of items by place")
+    moves: Annotated[tuple[_MoveModel, ...], Len(1, MAX_TARGETS)] = Field(
+        description="a list of moves, each with from, item and to"
+    )
+
+
+def moves_of(source: Source, items: Collection[str], places: tuple[str, ...]) -> Order:
+    """The moves that a file's values stand for, its names checked.
+
+    Args:
+        source: The values of the file, with their places.
+        items: Names of the items that may stand in it.
+        places: Names of the places that may stand in it.
+
+    Returns:
+        The order, of the kind MOVE.
+
+    Raises:
+        InputError: Something is wrong with the file; with every problem.
+    """
+    model = validate(source, _MovesModel)
+    for name, names in model.contents.items():
+        _check_name(source, ("contents", name), "place", name, places)
+        for i, item in enumerate(names):
+            _check_name(source, ("contents", name, i), "item", item, items)
+    copies = {name: Counter(names) for name, names in model.contents.items()}
+    targets = tuple(Target(move.source, move.item, move.to) for move in model.moves)
+    ordered: Counter[Target] = Counter()
+    for i, target in enumerate(targets):
+        key: Key = ("moves", i)
+        known = _check_name(source, (*key, "from"), "place", target.bin, places)
+        if _check_name(source, (*key, "to"), "place", target.into, places) and target.into == target.bin:
+            source.add((*key, "to"), f"{target.item!r} is in {target.bin} already; name another place")
+        if _check_name(source, (*key, "item"), "item", target.item, items) and known:
+            taken = Target(target.bin, target.item)
+            ordered[taken] += 1
+            if fault := _fault(taken, ordered[taken], copies):
+                source.add((*key, "item"), fault)
+    source.check()
+    return Order(OrderKind.MOVE, NEWEST, dict(model.contents), (), targets)
 
 
 def order_of(source: Source, items: Collection[str], bins: tuple[str, ...]) -> Order:

@@ -179,7 +179,7 @@ def item_bonuses(cell: Cell, order: Order) -> dict[str, int]:
 
 
 def target_points(order: Order, bin_name: str, item: str, bonus: Mapping[str, int]) -> int:
-    """Tell what moving one item out of (stow: into) a bin is worth.
+    """Tell what moving one item out of (stow: into) a bin is worth; each of an order's moves counts one.
 
     Args:
         order: The order.
@@ -190,6 +190,8 @@ def target_points(order: Order, bin_name: str, item: str, bonus: Mapping[str, in
     Returns:
         Points.
     """
+    if order.kind is OrderKind.MOVE:
+        return 1
     n_items = len(order.bin_contents.get(bin_name, ()))
     return RULES[order.year].fill_points(n_items) + bonus.get(item, 0)
 
@@ -204,14 +206,14 @@ def maximum_score(order: Order, bonus: Mapping[str, int]) -> int:
     Returns:
         Points.
     """
-    if order.kind is OrderKind.PICK:
+    if order.kind is not OrderKind.STOW:
         return sum(target_points(order, t.bin, t.item, bonus) for t in order.work_order)
     bins = order.bin_contents
     return sum(max(target_points(order, b, name, bonus) for b in bins) for name in order.tote_contents)
 
 
 def score(order: Order, final: FinalState, bonus: Mapping[str, int]) -> Score:
-    """Score a final state. The order of items does not matter.
+    """Score a final state; of moves count what is where it is wanted. The order of items does not matter.
 
     Args:
         order: The order that was played.
@@ -222,6 +224,8 @@ def score(order: Order, final: FinalState, bonus: Mapping[str, int]) -> Score:
         The score, line by line.
     """
     items = tuple(sorted(final.items, key=lambda item: item.id))
+    if order.kind is OrderKind.MOVE:
+        return Score(tuple(_moved(order, items)), maximum_score(order, bonus))
     delivered = _delivered(order, items)
     lines = [
         *(_picked if order.kind is OrderKind.PICK else _stowed)(order, items, delivered, bonus),
@@ -244,6 +248,19 @@ def _delivered(order: Order, items: tuple[FinalItem, ...]) -> dict[str, str]:
             wanted[item.start, item.name] -= 1
             delivered[item.id] = item.start
     return delivered
+
+
+def _moved(order: Order, items: tuple[FinalItem, ...]) -> Iterator[ScoreLine]:
+    """One point for every move of which a copy of its own is where it is wanted."""
+    arrived = [item for item in items if item.end != item.start]
+    for move in order.work_order:
+        wanted = (move.bin, move.item, move.into)
+        copy = next((i for i in arrived if (i.start, i.name, i.end) == wanted), None)
+        if copy is None:
+            yield ScoreLine(0, move.item, f"from {move.bin} is not in {move.into}")
+            continue
+        arrived.remove(copy)
+        yield ScoreLine(1, copy.id, f"from {move.bin} is in {move.into}")
 
 
 def _picked(

@@ -16,11 +16,12 @@ from enum import StrEnum
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import Tool
 from pickcli.grasping.tool_suitability import may_hold
-from pickcli.trial.order_file import Order, Target
+from pickcli.trial.order_file import Order, OrderKind, Target
 from pickcli.trial.score import target_points
 
 PICK_SECONDS = 12.0  # of an item of which no plan is known yet: the figure to reach, leaving to released
 TIME_LIMIT = {2015: 20 * 60.0, 2016: 15 * 60.0}  # s
+MOVE_TIME = 60.0  # s for each of an order's moves, which no rules limit
 PLANNING_CHARGE = 1.5  # s per planning call: at most 0.5 s of planning and 1 s of verification
 
 PRIOR = 4.0  # successes that every item and every bin starts with
@@ -213,16 +214,28 @@ def best_option(found: Iterable[Option]) -> Option | None:
     return max(found, key=lambda o: (o.rate, -o.job.index, o.move is Move.PICK), default=None)
 
 
-def may_move_others(year: int) -> bool:
-    """Tell whether the rules let items that are no targets go elsewhere: 2015 took 12 points for each.
+def time_limit(order: Order) -> float:
+    """How long a trial may take.
 
     Args:
-        year: 2015 or 2016.
+        order: The order that is played.
 
     Returns:
-        Whether they may.
+        s, by the rules of the order's year; of moves so much for each.
     """
-    return year != 2015
+    return MOVE_TIME * len(order.work_order) if order.kind is OrderKind.MOVE else TIME_LIMIT[order.year]
+
+
+def may_move_others(order: Order) -> bool:
+    """Tell whether items that are no targets may go elsewhere.
+
+    Args:
+        order: The order that is played.
+
+    Returns:
+        Whether they may: in 2015 the rules took 12 points for each, and moves name all that is to be moved.
+    """
+    return order.kind is OrderKind.PICK and order.year != 2015
 
 
 def jobs_of(

@@ -23,6 +23,7 @@ class Outcome(StrEnum):
     """How an attempt ended."""
 
     IN_TOTE = "in tote"
+    DELIVERED = "delivered"  # of an order that names where each item is wanted
     MOVED = "moved aside"  # into another bin, or the tote, so that a target can be picked
     NO_PLAN = "no plan"
     REJECTED = "rejected"  # by the verifier: nothing was executed
@@ -30,6 +31,11 @@ class Outcome(StrEnum):
     LOST = "lost"  # it was held, but did not arrive
     MISSING = "missing"  # no such item is left in its bin
     NO_TIME = "no time"
+
+    @property
+    def is_delivered(self) -> bool:
+        """Whether a target is where it is wanted."""
+        return self in (Outcome.IN_TOTE, Outcome.DELIVERED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +188,8 @@ class TrialResult:
         moved = [a for a in self.attempts if a.execution is not None and not a.is_aside]
         own = {name: [a for a in moved if a.plan is not None and a.plan.arm == name] for name in names}
         return {
-            name: ArmSummary(len(mine), sum(a.truly_in == TOTE for a in mine)) for name, mine in own.items()
+            name: ArmSummary(len(mine), sum(a.truly_in == a.target.into for a in mine))
+            for name, mine in own.items()
         }
 
     @property
@@ -207,13 +214,13 @@ class TrialResult:
 
     @property
     def items_in_tote(self) -> int:
-        """Targets that truly lie in the tote."""
+        """Targets that truly lie in the tote, or where else the order wants them."""
         return sum(target.points > 0 for target in self.targets)
 
     @property
     def n_misjudged(self) -> int:
         """Targets of which the robot believes something else than is true."""
-        return sum((t.outcome is Outcome.IN_TOTE) != (t.points > 0) for t in self.targets)
+        return sum(t.outcome.is_delivered != (t.points > 0) for t in self.targets)
 
     @property
     def is_clean(self) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pickcli.cell.pod_tolerance import pod_stand
 from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind
+from pickcli.trial.order_file import OrderKind
 from pickcli.trial.trial_result import TargetResult, TrialResult
 
 
@@ -66,17 +67,16 @@ def summary(result: TrialResult) -> tuple[str, ...]:
     Returns:
         The sentences.
     """
-    n_targets = len(result.targets)
     lines = [
-        f"score {result.score.total} of {result.score.maximum} by the rules of {result.order.year}; "
-        f"{result.items_in_tote} of {n_targets} targets in the tote",
+        _counted(result),
         f"{result.clock:.1f} s on the trial's clock, {result.simulated:.1f} s of them simulated motion",
         f"collisions {result.n_collisions}, limit violations {result.n_limit_violations}, "
         f"drops {len(result.drops)}",
         f"planning saw poses with an error of up to {1e3 * result.noise.position:g} mm and "
         f"{math.degrees(result.noise.angle):g} degrees{_outliers(result.reality)}",
-        f"the pod stood {pod_stand(result.before.T_nominal_pod)}",
     ]
+    if result.before.cell.pod.bins:
+        lines.append(f"the pod stood {pod_stand(result.before.T_nominal_pod)}")
     lines += [
         f"arm {arm}: {work.delivered} of {work.executed} picks delivered" for arm, work in result.arms.items()
     ]
@@ -86,6 +86,15 @@ def summary(result: TrialResult) -> tuple[str, ...]:
     lines += [_told(d) for d in result.disturbed if d.kind is not DisturbanceKind.PUSHED]
     lines += [line for line in (result.aborted, result.cut_short) if line]
     return tuple(lines)
+
+
+def _counted(result: TrialResult) -> str:
+    """What came of the order in figures."""
+    n_there, n_targets = result.items_in_tote, len(result.targets)
+    if result.order.kind is OrderKind.MOVE:
+        return f"{n_there} of {n_targets} items delivered"
+    points = f"score {result.score.total} of {result.score.maximum} by the rules of {result.order.year}"
+    return f"{points}; {n_there} of {n_targets} targets in the tote"
 
 
 def _outliers(reality: Reality) -> str:
