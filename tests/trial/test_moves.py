@@ -110,7 +110,7 @@ def test_copies_with_several_destinations_are_moved_once_each(cell: Cell) -> Non
 
 def test_what_no_move_names_stays(cell: Cell) -> None:
     """What is in the way of a move is not brought elsewhere; once it has moved itself, the way is free."""
-    contents = {"bin_A": (BAR, WAX)}
+    contents: dict[str, tuple[str, ...]] = {"bin_A": (BAR, WAX)}
     alone, after = played(order_of(contents, ("bin_A", BAR, "bin_B")), cell, blocked={BAR: WAX})
     assert alone.items_in_tote == 0 and {placed.location for placed in after.values()} == {"bin_A"}
     both = order_of(contents, ("bin_A", BAR, "bin_B"), ("bin_A", WAX, "bin_B"))
