@@ -125,3 +125,47 @@ def test_the_footing_of_an_item_is_where_it_lies_on_what_carries_it(cell: Cell) 
     local = (found - above.T_world_item[:3, 3]) @ above.T_world_item[:3, :3]
     corners = sorted({tuple(p) for p in local.round(6).tolist()})
     assert corners == sorted([(x, y, -0.01) for x in (-0.03, 0.02) for y in (-0.02, 0.02)])
+
+
+SINE_OF_20 = 0.3420201433256687
+STEEPEST = 0.4472135954999579  # level part of the normal of a slope of 1 to 2
+
+
+@pytest.mark.parametrize(
+    ("normal", "carries", "is_steep"),
+    [
+        ((0.0, 0.0, -1.0), True, False),
+        ((0.9, 0.0, -SINE_OF_20), True, True),
+        ((0.9, 0.0, -SINE_OF_20 + 1e-9), False, True),
+        ((0.0, STEEPEST, -0.9), True, False),
+        ((0.0, -STEEPEST - 1e-9, -0.9), True, True),
+        ((0.0, 0.0, 1.0), False, False),
+    ],
+)
+def test_a_contact_carries_up_to_seventy_degrees_and_is_steep_beyond_a_slope_of_one_to_two(
+    normal: tuple[float, float, float], carries: bool, is_steep: bool
+) -> None:
+    contact = SolidContact("a", "b", 0.0, np.array(normal))
+    assert (contact.carries, contact.is_steep) == (carries, is_steep)
+
+
+def test_a_force_may_lean_by_the_very_friction() -> None:
+    for slope, is_borne in ((FRICTION, True), (np.nextafter(FRICTION, 1.0), False)):
+        assert bears(SQUARE, UP, np.array([slope, 0.0, -1.0]), np.array([0.0, 0.0, 2.0])) is is_borne
+
+
+@pytest.mark.parametrize("axis", range(6))
+@pytest.mark.parametrize("size", [0.125, 0.5])
+def test_a_millionth_of_the_weight_or_of_that_at_half_the_size_may_be_left_over(
+    axis: int, size: float
+) -> None:
+    """Of a force, and of a torque, where nothing pushes at all."""
+    most = 1e-6 if axis < 3 else 1e-6 * size
+    for left, holds in ((most, True), (-most, True), (1.001 * most, False)):
+        assert can_balance(np.zeros((6, 1)), left * np.eye(6)[axis], size) is holds
+
+
+def test_a_contact_pushes_with_four_weights_and_no_more() -> None:
+    straight_up = np.eye(6)[:, 2:3]
+    for weights, holds in ((4.0, True), (4.0 + 1e-9, False)):
+        assert can_balance(straight_up, weights * np.eye(6)[2], 0.5) is holds

@@ -355,3 +355,12 @@ def test_what_is_over_nothing_has_no_footing(cell: Cell) -> None:
     beyond = at(cell, "beyond", shaped(cell, (0.1, 0.1, 0.05)), 9.0, 0.0, 0.025)
     supports = of(cell, beyond)
     assert supports.carriers("beyond") == () and supports.footing("beyond").shape == (0, 3)
+
+
+def test_what_is_as_high_carries_nothing(cell: Cell) -> None:
+    """Two thin boards in one place, over nothing."""
+    board = shaped(cell, (0.02, 0.1, 0.1))
+    one, other = (at(cell, name, board, 9.0, 0.0, 0.5) for name in ("one", "other"))
+    supports = of(cell, one, other)
+    assert [c.b for c in supports.touching["one"]] == ["other"]
+    assert supports.carriers("one") == supports.carriers("other") == ()

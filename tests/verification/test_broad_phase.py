@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.shapes import Shape, ShapeKind, hull
 from pickcli.geometry import Array, pose
+from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.broad_phase import Stretches, own_bounds, state_intervals, tightened, world_bounds
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.held_pose import pose_in_tool
@@ -20,7 +21,7 @@ from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import plan_fixtures
 from pickcli.verification.verify import sampled
-from support.handmade_plans import pick
+from support.handmade_plans import cell, pick
 
 ROUNDING = 1e-9  # m
 
@@ -130,3 +131,38 @@ def test_tightened_bounds_hold_and_cover_the_same_motion() -> None:
         first, end = found.first[mine][order], found.last[mine][order]
         assert first[0] == 0 and end[-1] == last[k] and (first[1:] == end[:-1]).all()
     assert (found.bound >= below).any()
+
+
+@pytest.mark.parametrize("n", [2, 3, 101, 2001])
+@pytest.mark.parametrize("way", [1e-5, 1.9e-3])
+@pytest.mark.parametrize("lever", [0.5, 1.0])
+def test_a_segment_is_cut_where_its_fastest_part_has_moved_10_cm(n: int, way: float, lever: float) -> None:
+    """All of its states, in as many intervals as its way has tenths of a metre."""
+    first, last, lead = 7, 7 + n - 1, 3.0  # m moved before
+    travel: Array = lead + way * np.arange(-7.0, n + 4)[:, None]
+    times = np.arange(float(len(travel)))
+    states = States(times, travel, np.zeros((1, len(times), 4, 4)), travel, way, cell().robot, still())
+    cut = state_intervals(states, first, last, np.array([lever]))
+    assert (cut.first[0], cut.last[-1]) == (first, last)
+    assert (cut.first[1:] == cut.last[:-1]).all() and (cut.first < cut.last).all()
+    assert (abs(cut.last + cut.first - 2 * cut.middle) <= 1).all()
+    whole = lever * way * (n - 1)
+    assert len(cut.first) == max(1, int(np.ceil(round(whole / 0.1, 9))))
+    moved = lever * way * (cut.last - cut.first)
+    assert moved.max() <= 0.1 + lever * way
+    back, ahead = cut.middle - cut.first, cut.last - cut.middle
+    expected = lever * way * np.maximum(back, ahead)
+    np.testing.assert_allclose(cut.half_way(states, np.array([[lever]]))[:, 0], expected, atol=1e-12)
+
+
+def test_a_segment_at_rest_is_one_interval() -> None:
+    travel: Array = np.full((5, 1), 0.4)
+    states = States(np.arange(5.0), travel, np.zeros((1, 5, 4, 4)), travel, 0.0, cell().robot, still())
+    cut = state_intervals(states, 0, 4, np.ones(1))
+    assert (cut.first.tolist(), cut.middle.tolist(), cut.last.tolist()) == ([0], [2], [4])
+
+
+def still() -> Trajectory:
+    """No motion: the intervals are cut by how far the states say that the joints travelled."""
+    q = np.zeros((2, 1))
+    return Trajectory(("joint",), np.array([0.0, 1.0]), q, q, q)
