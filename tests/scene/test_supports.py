@@ -364,3 +364,11 @@ def test_what_is_as_high_carries_nothing(cell: Cell) -> None:
     supports = of(cell, one, other)
     assert [c.b for c in supports.touching["one"]] == ["other"]
     assert supports.carriers("one") == supports.carriers("other") == ()
+
+
+def test_what_keeps_no_balance_under_an_item_that_is_taken_does_not_roll(cell: Cell) -> None:
+    """A box on its edge, with and without the one on it: only what can roll does."""
+    below, above = on_a_slope(cell, 12.0, 0.3, 0.05)
+    supports = of(cell, below, above)
+    assert not supports.stays("below") and not supports.stays("below", {"above"})
+    assert supports.rolling("above") == supports.falling("above") == ()
