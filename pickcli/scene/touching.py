@@ -172,7 +172,7 @@ def _directions(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp], b
         between - axis * np.einsum("pk,pk->p", axis, between)[:, None]
         for axis in (axes_a[:, 2], axes_b[:, 2])
     ]
-    nearest = [_from_axis(solids, a, b), -_from_axis(solids, b, a)]
+    nearest = [_from_axis(solids, a, b), _from_axis(solids, b, a)]
     return np.concatenate([axes_a, axes_b, edges, np.stack([between, *radial, *nearest], axis=1)], axis=1)
 
 
