@@ -165,7 +165,7 @@ def gaps(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp]) -> Gaps:
 
 
 def _directions(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp], between: Array) -> Array:
-    """(P, 20, 3) vectors that may part each pair, of any length."""
+    """(P, 20, 3) vectors that may part each pair, of any length and sign."""
     axes_a, axes_b = (solids.T[of, :3, :3].transpose(0, 2, 1) for of in (a, b))
     edges = np.cross(axes_a[:, :, None], axes_b[:, None]).reshape(len(a), 9, 3)
     radial = [
