@@ -21,6 +21,7 @@ from pickcli.errors import InputError, StaleError
 from pickcli.geometry import from_quaternion, pose
 from pickcli.scene.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
+from support.bare_robot import write_bare_robot
 from support.scene_files import edit, make_scene, put_at
 
 Refused = Callable[[Callable[[], object]], str]
@@ -315,3 +316,22 @@ def test_a_pose_counts_to_a_ten_millionth(cell: Cell) -> None:
         for x in (0.1, 0.1 + 4e-8, 0.1 - 4e-8, 0.1 + 1e-7, -0.1)
     ]
     assert hashes[0] == hashes[1] == hashes[2] and len(set(hashes)) == 3
+
+
+def test_a_cell_without_places_has_scenes_without_a_pod(tmp_path: Path) -> None:
+    bare, path = load_cell(write_bare_robot(tmp_path)), tmp_path / "scene.json"
+    write_scene(Scene(bare, bare.T_world_pod, (), PoseNoise()), path)
+    assert "T_world_pod" not in json.loads(path.read_text())
+    np.testing.assert_array_equal(read_scene(path, bare).T_world_pod, bare.T_world_pod)
+
+
+def test_a_scene_of_another_cell_is_made_again_or_where_nothing_makes_it_looked_at(
+    cell: Cell, written: Path, tmp_path: Path
+) -> None:
+    bare, path = load_cell(write_bare_robot(tmp_path)), tmp_path / "bare.json"
+    write_scene(Scene(bare, bare.T_world_pod, (), PoseNoise()), path)
+    advice = "if its poses are still right, write that fingerprint into it"
+    for file, its, told in ((written, cell, "make the scene again"), (path, bare, advice)):
+        edit(file, put_at("cell", "fingerprint", value="0" * 64))
+        with pytest.raises(StaleError, match=rf"but this is {its.name} {its.scene_fingerprint}; {told}$"):
+            read_scene(file, its)
