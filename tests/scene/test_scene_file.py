@@ -335,3 +335,12 @@ def test_a_scene_of_another_cell_is_made_again_or_where_nothing_makes_it_looked_
         edit(file, put_at("cell", "fingerprint", value="0" * 64))
         with pytest.raises(StaleError, match=rf"but this is {its.name} {its.scene_fingerprint}; {told}$"):
             read_scene(file, its)
+
+
+def test_an_unknown_cell_is_told_where_it_stands_with_what_may_be_meant(
+    written: Path, refused: Refused
+) -> None:
+    edit(written, put_at("cell", "name", value="apc2016_delf"))
+    message = refused(lambda: read_scene(written))
+    assert f"{written}:" in message and "cell.name: unknown cell 'apc2016_delf'; did you mean " in message
+    assert message.endswith("'apc2016_delft'? (for a cell elsewhere: --cell)")
