@@ -14,6 +14,9 @@ struct Threshold {
   V near, far;
 };
 
+//! Relative: more than axes that up to 32 joints have turned are too short or long by.
+constexpr float kTurned = 1.0f + 1e-4f;
+
 class CollisionTest {
  public:
   CollisionTest(const RobotData& robot, const WorldData& world, const Batch& batch, void* scratch,
@@ -150,7 +153,8 @@ class CollisionTest {
   }
 
   bool hits_obstacles(const Search& search) {
-    return any_near(world_.tree, search, [&](int i, const Bounds& box) {
+    const auto is_reached = [&](const Bounds& box) { return is_in_reach(search, box); };
+    return any_near(world_.tree, search, is_reached, [&](int i, const Bounds& box) {
       const ObstacleData& obstacle = world_.obstacles[i];
       return !(obstacle.ignored >> search.f & 1) && hits(search, box, obstacle.solid, 0, obstacle.index);
     });
@@ -159,11 +163,17 @@ class CollisionTest {
   bool hits_cloud(const Search& search) {
     const CloudData& cloud = world_.cloud;
     if (cloud.ignored >> search.f & 1) return false;
-    return any_near(cloud.tree, search, [&](int row, const Bounds& box) {
-      if (!is_in_reach(search, box)) return false;
+    const auto is_reached = [&](const Bounds& box) {
+      return is_in_reach(search, box) && is_in_reach_of_box(search, ball_around(box));
+    };
+    const float corner = kCorner * cloud.half_edge;
+    return any_near(cloud.tree, search, is_reached, [&](int row, const Bounds& box) {
+      if (!is_reached(box)) return false;
       const Points8& points = cloud.rows[row];
       for (int near = search.swept.meets(bounds_of(points, cloud.half_edge)); near; near &= near - 1) {
         const int i = __builtin_ctz(static_cast<unsigned>(near));
+        const Point center{all(points.center[0][i]), all(points.center[1][i]), all(points.center[2][i])};
+        if (!is_in_reach_of_box(search, {center, all(points.radius[i] + corner)})) continue;
         const SolidData solid = solid_of(points, i, cloud.half_edge);
         if (hits(search, bounds_around(solid), solid, 2, cloud.index[kLanes * row + i])) return true;
       }
@@ -172,21 +182,22 @@ class CollisionTest {
   }
 
   //! Tries all things of a tree that the frame may come near to, until one says true.
-  template <typename Try>
-  bool any_near(const TreeData& tree, const Search& search, const Try& one) {
+  template <typename IsReached, typename Try>
+  bool any_near(const TreeData& tree, const Search& search, const IsReached& is_reached, const Try& one) {
     for (int row = 0; row < tree.n_on_top; ++row)
-      if (any_in_row(tree, tree.n_levels - 1, row, search, one)) return true;
+      if (any_in_row(tree, tree.n_levels - 1, row, search, is_reached, one)) return true;
     return false;
   }
 
-  template <typename Try>
-  bool any_in_row(const TreeData& tree, int level, int row, const Search& search, const Try& one) {
+  template <typename IsReached, typename Try>
+  bool any_in_row(const TreeData& tree, int level, int row, const Search& search, const IsReached& is_reached,
+                  const Try& one) {
     const Bounds8& boxes = tree.levels[level][row];
     for (int near = search.swept.meets(bounds_of(boxes)); near; near &= near - 1) {
       const int i = __builtin_ctz(static_cast<unsigned>(near)), child = kLanes * row + i;
       const Bounds box = bounds_of(boxes, i);
       if (level == 0 ? one(child, box)
-                     : is_in_reach(search, box) && any_in_row(tree, level - 1, child, search, one))
+                     : is_reached(box) && any_in_row(tree, level - 1, child, search, is_reached, one))
         return true;
     }
     return false;
@@ -195,6 +206,20 @@ class CollisionTest {
   //! Whether the frame may come near to something in these bounds in any live lane.
   bool is_in_reach(const Search& search, const Bounds& box) const {
     return within(distance2(search.box, box), search.radius + search.limit.far) != 0;
+  }
+
+  //! The same of a ball in every lane, by the frame's box along the axes of its body: of a link that lies aslant
+  //! that tells more than the box along the axes of the world. What rounding turns the body by is allowed for.
+  bool is_in_reach_of_box(const Search& search, const AnyBall& ball) const {
+    const FrameData& frame = robot_.frames[search.f];
+    const Place& T = poses_.place(frame.body);
+    const V x = ball.center.x - T.p.x, y = ball.center.y - T.p.y, z = ball.center.z - T.p.z, zero{};
+    const auto outside = [&](int i) {
+      const V at = x * T.R[i] + y * T.R[3 + i] + z * T.R[6 + i];
+      return larger(magnitude(at - frame.center[i]) - frame.half[i], zero);
+    };
+    const V enough = (search.radius + search.limit.far + ball.radius) * kTurned + batch_.lever_error;
+    return within(norm2({outside(0), outside(1), outside(2)}), enough) != 0;
   }
 
   //! One solid in its bounds; the kind is that of the report.

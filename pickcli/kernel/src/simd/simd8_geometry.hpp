@@ -123,6 +123,22 @@ APC_INLINE Bounds bounds_around(const SolidData& cube) {
   return {{x - reach, y - reach, z - reach}, {x + reach, y + reach, z + reach}};
 }
 
+//! A ball in every lane.
+struct AnyBall {
+  Point center;
+  V radius;
+};
+
+constexpr float kCorner = 1.7320509f;  //!< of a cube: distance of a corner from the centre, over half an edge
+
+//! Around bounds that are the same in every lane.
+APC_INLINE AnyBall ball_around(const Bounds& box) {
+  const Point half{0.5f * (box.high.x - box.low.x), 0.5f * (box.high.y - box.low.y),
+                   0.5f * (box.high.z - box.low.z)};
+  return {{box.low.x + half.x, box.low.y + half.y, box.low.z + half.z},
+          kCorner * larger(larger(half.x, half.y), half.z)};
+}
+
 APC_INLINE V distance2(const Bounds& a, const Bounds& b) {
   const V zero{};
   return norm2({larger(larger(a.low.x - b.high.x, b.low.x - a.high.x), zero),
