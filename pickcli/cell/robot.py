@@ -135,6 +135,16 @@ class Robot:
         slides = {joint.name for joint in self.joints if joint.type is JointType.PRISMATIC}
         return tuple("m" if name in slides else "rad" for name in self.joint_names)
 
+    @property
+    def shoulder(self) -> Array:
+        """Where the first planned joint stands when all joints are at 0: (3,) m in the world."""
+        carried_by = {joint.child: joint for joint in self.joints}
+        joint = next(joint for joint in self.joints if joint.name == self.joint_names[0])
+        T = joint.T_parent_joint
+        while (carrier := carried_by.get(joint.parent)) is not None:
+            T, joint = carrier.T_parent_joint @ T, carrier
+        return np.asarray((self.T_world_base @ T)[:3, 3])
+
     def link(self, name: str) -> Link:
         """The link of a name.
 

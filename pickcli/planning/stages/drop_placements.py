@@ -18,7 +18,7 @@ from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode, MotionSegment, at_rest
 from pickcli.errors import Failures, Reason
-from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
 from pickcli.planning.pick_problem import PickProblem
@@ -294,7 +294,8 @@ def drop_placements(
     """
     pile = _Pile.of(scene, place)
     is_level = not scene.cell.robot.tool.has_lance(tool_state, IN_LINE)
-    prices, R = _orientations(is_level)
+    shoulder = inverse(scene.T_world_place(place)) @ [*scene.cell.robot.shoulder, 1.0]
+    prices, R = _orientations(is_level, is_from_left=bool(shoulder[1] >= 0.0))
     T_item = _posed(R) @ held.T_tip_item
     reach = held.item.shape.reach(T_item[:, :3, :3]) + held.inflate
     room = pile.half_room - reach[:, :2]
@@ -307,15 +308,18 @@ def drop_placements(
 
 
 @cache
-def _orientations(is_level: bool) -> tuple[Array, Array]:
+def _orientations(is_level: bool, is_from_left: bool) -> tuple[Array, Array]:
     """Tool orientations (A, 3, 3) in the place, the cup pointing straight down, after what each costs (A,).
 
     A level lance that points across the place, as the arm comes, is the easiest to reach.
 
     Args:
         is_level: Whether the lance lies level then, or stands upright.
+        is_from_left: Whether the arm has its shoulder on the +y side of the place, where a level lance comes from.
     """
     down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the place
+    if is_level and not is_from_left:
+        down = np.diag([-1.0, -1.0, 1.0]) @ down
     turns = np.array([a for a in YAWS if not is_level or abs(a) <= LEVEL_LANCE])
     price = LANCE_TURN_COST if is_level else 0.0
     return price * np.abs(turns), np.stack([rotation_axis_angle((0.0, 0.0, 1.0), a) @ down for a in turns])
