@@ -144,3 +144,11 @@ def test_the_arm_is_covered_by_few_spheres(name: str) -> None:
     planned = {joint.child for joint in cell.robot.joints if joint.name in cell.robot.joint_names}
     assert sum(len(covers[link].radii) for link in planned) <= 120
     assert max(covers[link].excess for link in planned) <= 0.010
+
+
+def test_the_robot_of_kths_picks_differs_in_the_left_tool_alone() -> None:
+    def without_left_tool(cell: str) -> str:
+        text = (data_path() / "cells" / cell / "robot.urdf").read_text()
+        return text[text.index("<robot") : text.index('<joint name="left_gripper_base_joint"')]
+
+    assert without_left_tool("apc2016_kth") == without_left_tool("apc2016_kth_picking")

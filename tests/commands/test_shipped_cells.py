@@ -13,6 +13,8 @@ MOVES = {  # by cell and arm: from home to where
     ("ur5e_crates", None): "parked",
     ("apc2016_kth", "right"): "tote",
     ("apc2016_kth", "left"): "tote",
+    ("apc2016_kth_picking", "right"): "drop_0",
+    ("apc2016_kth_picking", "left"): "drop_0",
 }
 
 

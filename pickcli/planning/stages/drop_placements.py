@@ -33,6 +33,10 @@ LEAST_RISE = 0.05  # m of straight way down to the release and up again: on a sh
 LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim when the lance lies level over the place
 LANCE_TURN_COST = 0.03  # m of drop that a turn of 1 rad is worth
 PER_ORIENTATION = 2
+REACH_COST = (
+    0.2  # m of drop that a metre farther from the shoulder is worth, where several arms share a place
+)
+MOST_SHARED = 90  # placements that are tried there
 MAX_DROP = 0.28  # m from the item's lowest point to the floor (the rules: 0.3)
 YAWS = np.radians(np.arange(-180, 180, 15))
 WANTED = 4  # motions among which the best whole one is chosen
@@ -173,13 +177,17 @@ class _Grid:
         cost = fall + 2.0 * (height - pile.floor) + 0.3 * rise + prices[:, None]
         return cls(centres, tip, lowest - pile.floor, rise, np.where(are_tried, cost, np.inf))
 
-    def best(self, orientations: NDArray[np.intp]) -> list[tuple[int, int]]:
+    def near(self, shoulder: Array) -> _Grid:
+        """The same with a cost of the way from the shoulder (2,) to each place."""
+        return replace(self, cost=self.cost + REACH_COST * np.linalg.norm(self.centres - shoulder, axis=-1))
+
+    def best(self, orientations: NDArray[np.intp], n_each: int) -> list[tuple[int, int]]:
         """Orientation and place of the best few of each orientation that do not drop too far, best first.
 
-        orientations: those that count
+        orientations: those that count; n_each: most places of each
         """
         cost = np.where(self.drop <= MAX_DROP, self.cost, np.inf)[orientations]
-        few = np.argsort(cost, axis=1, kind="stable")[:, :PER_ORIENTATION]
+        few = np.argsort(cost, axis=1, kind="stable")[:, :n_each]
         cost = np.take_along_axis(cost, few, axis=1).ravel()
         order = [k for k in np.argsort(cost, kind="stable").tolist() if np.isfinite(cost[k])]
         return [(int(orientations[k // few.shape[1]]), int(few.flat[k])) for k in order]
@@ -300,7 +308,10 @@ def drop_placements(
     reach = held.item.shape.reach(T_item[:, :3, :3]) + held.inflate
     room = pile.half_room - reach[:, :2]
     grid = _Grid.of(pile, T_item, reach, room - np.clip(0.8 * room, LEAST_WALL, WALL), prices, is_level)
-    chosen = grid.best(np.flatnonzero(room.min(axis=1) >= LEAST_WALL))
+    n_each = PER_ORIENTATION
+    if scene.cell.others:  # each arm reaches a part of the place: of all that there is, the nearest first
+        grid, n_each, n_most = grid.near(shoulder[:2]), grid.cost.shape[1], MOST_SHARED
+    chosen = grid.best(np.flatnonzero(room.min(axis=1) >= LEAST_WALL), n_each)
     if not chosen:
         return Failures(tuple(dict.fromkeys(_why_none(held, reach[:, :2], grid, pile, place))))
     R_world_place = scene.T_world_place(place)[:3, :3]
@@ -315,7 +326,7 @@ def _orientations(is_level: bool, is_from_left: bool) -> tuple[Array, Array]:
 
     Args:
         is_level: Whether the lance lies level then, or stands upright.
-        is_from_left: Whether the arm has its shoulder on the +y side of the place, where a level lance comes from.
+        is_from_left: Whether the shoulder is on the +y side of the place, where a level lance comes from.
     """
     down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the place
     if is_level and not is_from_left:
