@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pickcli.api.arm_states import refuse_standing, states_of
 from pickcli.api.configurations import Configuration, goals_of, start_of
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import load_cell
+from pickcli.cell.cell_file import load_workcell
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.station import Obstacles
@@ -54,7 +55,12 @@ class Planner:
 
     @classmethod
     def load(
-        cls, cell: Cell | str | Path, roadmap: Path | None = None, trajectories: Path | None = None
+        cls,
+        cell: Cell | str | Path,
+        roadmap: Path | None = None,
+        trajectories: Path | None = None,
+        arm: str | None = None,
+        standing: Mapping[str, Configuration] | None = None,
     ) -> Planner:
         """Make the planner of a cell, with its precomputed files where they are built.
 
@@ -62,16 +68,28 @@ class Planner:
             cell: The cell, the name of one that ships with the package, or the path of a cell's folder.
             roadmap: File of its roadmap; None for the one in the user's cache, if it is there.
             trajectories: File of its trajectory database; None for the one in the user's cache, as above.
+            arm: Name of the arm that moves; None in a cell that has only one.
+            standing: Where other arms stand while it does, by name of the arm; those that are not named are
+                parked.
 
         Returns:
             The planner.
 
         Raises:
-            InputError: The cell or a file cannot be read.
+            InputError: The cell or a file cannot be read; several arms and none is named; or one is named
+                of a cell that is given as one of its arms sees it.
+            UnknownNameError: There is no such cell, arm, or configuration.
             StaleError: A file was made for another cell.
             DamagedError: A file is not what was written.
         """
-        cell = cell if isinstance(cell, Cell) else load_cell(cell)
+        if isinstance(cell, Cell):
+            if arm is not None or standing:
+                raise InputError(
+                    f"cell {cell.name}: is given as one arm sees it; name it to choose another arm"
+                )
+        else:
+            workcell = load_workcell(cell)
+            cell = workcell.cell(arm, states_of(workcell, standing or {}))
         return cls(PlanningContext(cell, *read_stored(cell, roadmap, trajectories)))
 
     @property
@@ -83,6 +101,14 @@ class Planner:
     def scene(self) -> Scene:
         """The cell with nothing in it."""
         return empty_scene(self.cell)
+
+    def _seen(self, scene: Scene | None) -> Scene:
+        """A scene as the arm sees it, whichever arm it was made with; the empty cell where there is none."""
+        if scene is None:
+            return self.scene
+        is_own = scene.cell.fingerprint == self.cell.fingerprint
+        is_same = scene.cell.scene_fingerprint == self.cell.scene_fingerprint
+        return replace(scene, cell=self.cell) if is_same and not is_own else scene
 
     def among(self, obstacles: Sequence[Body]) -> Planner:
         """The planner of the same cell with more obstacles: another cell, with a fingerprint of its own.
@@ -143,7 +169,7 @@ class Planner:
             here = None if scene is None else replace(scene, cell=there.cell)
             return there.plan_path(start, goals, (), here, tool_state, seed)
         begin, wanted = start_of(self.cell, start, tool_state), goals_of(self.cell, goals)
-        checker = self.context.checker_for(scene or self.scene, Mode(begin.tool_state))
+        checker = self.context.checker_for(self._seen(scene), Mode(begin.tool_state))
         free = [q for q in wanted if checker.is_valid(q)]
         if not checker.is_valid(begin.q):
             raise NoPlanError("path", [checker.explain(begin.q).at("start")])
@@ -180,7 +206,7 @@ class Planner:
             raise InputError(f"path: is of {', '.join(path.joint_names)}, the cell plans {', '.join(names)}")
         mode = Mode(start_of(self.cell, path.start, tool_state).tool_state)
         segment = MotionSegment(SegmentKind.TRANSIT, path.waypoints, COARSE, mode=mode)
-        plan = stitch_run(self.context, scene or self.scene, [segment], "path", seed)
+        plan = stitch_run(self.context, self._seen(scene), [segment], "path", seed)
         if isinstance(plan, Failures):
             raise NoPlanError("path", plan)
         return plan
@@ -201,10 +227,12 @@ class Planner:
 
         Raises:
             NoPlanError: No motion was found; with the reasons.
-            InputError: Start or goal is none.
+            InputError: Start or goal is none, or another arm cannot stand where it does.
         """
         (q_goal,) = goals_of(self.cell, goal)
-        return plan_move(self.context, scene or self.scene, start_of(self.cell, start), q_goal, seed)
+        begin, here = start_of(self.cell, start), self._seen(scene)
+        refuse_standing(here, begin)
+        return plan_move(self.context, here, begin, q_goal, seed)
 
     def plan_pick(
         self, scene: Scene, item: str, into: str = TOTE, start: Configuration = "home", seed: int = 0
@@ -223,14 +251,17 @@ class Planner:
 
         Raises:
             NoPlanError: No candidate leads to a whole motion; with every reason.
-            InputError: The cell has no places, the cup holds something, or a name is unknown.
+            InputError: The cell has no places, the cup holds something, a name is unknown, or another arm
+                cannot stand where it does.
         """
         self.cell.require_places()
         if scene.held is not None:
             raise InputError(f"{scene.held.id} is in the cup, and a pick begins with an empty one")
         target = scene.find(item)
         query = PickQuery(target.location, target.id, into=into)
-        return plan_pick(self.context, scene, query, start_of(self.cell, start), seed)
+        begin, here = start_of(self.cell, start), self._seen(scene)
+        refuse_standing(here, begin)
+        return plan_pick(self.context, here, query, begin, seed)
 
     def verify(self, plan: Plan, scene: Scene | None = None) -> Plan:
         """Have a plan checked by the independent verifier.
@@ -246,7 +277,7 @@ class Planner:
             RejectedError: The verifier does not accept it; with every reason.
             StaleError: It was made for another cell or scene.
         """
-        return certify(plan, scene or self.scene)
+        return certify(plan, self._seen(scene))
 
     def execute(self, plan: Plan, scene: Scene | None = None, seed: int = 0) -> Execution:
         """Carry out a plan in simulation, from where it begins. It is verified first, whatever it carries.
@@ -266,7 +297,7 @@ class Planner:
         from pickcli.simulation.execute import execute
         from pickcli.simulation.world import World
 
-        here = scene or self.scene
+        here = self._seen(scene)
         trusted = self.verify(plan, here)
         first, tool = plan.segments[0].tool_state, self.cell.robot.tool
         at_start = tool.default_state if first == MOVING else first

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from pickcli.cell.cell import ArmState, Cell
     from pickcli.cell.workcell import Workcell
     from pickcli.motion.plan import Plan
-    from pickcli.planning.start_state import Start
     from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -188,36 +187,6 @@ def refuse_arm_mismatch(plan: Plan, path: Path, scene_cell: Cell) -> None:
 
     if why := other_arm_elsewhere(plan, scene_cell):
         raise StaleError(f"{path}: {why}")
-
-
-def refuse_standing(scene: Scene, start: Start) -> None:
-    """Refuse a scene in which another arm stands where it cannot.
-
-    Args:
-        scene: The scene.
-        start: Where the arm stands that moves.
-
-    Raises:
-        InputError: Another arm touches something, or itself, or the arm that moves.
-    """
-    from pickcli.cell.cell import ArmState
-    from pickcli.cell.cell_file import load_workcell
-    from pickcli.collision.checker import SceneChecker
-    from pickcli.collision.robot_model import CollisionModel
-
-    cell = scene.cell
-    if not cell.others:
-        return
-    workcell = load_workcell(cell.path)
-    states = (ArmState(cell.arm, start.q, start.tool_state), *cell.others)
-    for state in cell.others:
-        seen = workcell.cell(state.arm, [each for each in states if each.arm != state.arm])
-        checker = SceneChecker(CollisionModel(seen), replace(scene, cell=seen), state.tool_state)
-        if not checker.is_valid(state.q):
-            raise InputError(
-                f"arm {state.arm} cannot stand at {state}: {checker.explain(state.q)}; name another "
-                "configuration with --standing, or park it elsewhere in the cell"
-            )
 
 
 def _state(workcell: Workcell, text: str) -> ArmState:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, refuse_standing, standing_option
+from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command
 from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
@@ -52,6 +52,7 @@ def command(
       apc plan-move --cell my_robot --from home --to parked -o move.json
       apc plan-move --cell my_baxter --arm left --standing right=home --from home --to parked -o move.json
     """
+    from pickcli.api.arm_states import refuse_standing
     from pickcli.planning.move import plan_move
     from pickcli.planning.start_state import Start
 

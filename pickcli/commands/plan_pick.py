@@ -13,7 +13,6 @@ from pickcli.commands.arm_options import (
     ArmRequest,
     arm_option,
     preferences_of,
-    refuse_standing,
     seen_by_others,
     standing_option,
 )
@@ -160,6 +159,7 @@ def _plan_with_first_able(
 
 
 def _plan_with(scene: Scene, asked: _PickRequest, write: Callable[[Plan, Scene], None]) -> None:
+    from pickcli.api.arm_states import refuse_standing
     from pickcli.planning.pick import plan_pick
     from pickcli.planning.start_state import Start
 

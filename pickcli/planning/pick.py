@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.stitching import stitch_pick
@@ -40,11 +41,14 @@ def plan_pick(
 
     Raises:
         UnknownNameError: If a bin or item of the query is not there.
-        NoPlanError: If no candidate leads to a whole motion; with every reason.
+        NoPlanError: If the start is not free, or no candidate leads to a whole motion; with every reason.
     """
     began = time.perf_counter()
     recorder = recorder or ExperienceRecorder()
     problem = PickProblem.of(context, scene, query, seed)
+    standing = context.checker_for(scene, Mode(start.tool_state))
+    if not standing.is_valid(start.q):
+        raise NoPlanError(problem.label, [standing.explain(start.q).at("start")])
     grasps, failures = feasible_grasps(problem, query.exclude)
     grasped = time.perf_counter()
     for reached in transits_to_grasps(problem, grasps, start):

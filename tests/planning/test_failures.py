@@ -53,6 +53,19 @@ def refusal(planner: PlanningContext, scene: Scene, query: PickQuery, start: Sta
     return caught.value
 
 
+def test_a_start_that_is_not_free_is_the_only_reason(
+    planner: PlanningContext, scene_with: SceneWith, home: Start
+) -> None:
+    scene = scene_with((ITEM, FROM, 0.2, 0.0))
+    tip = PlanningContext(scene.cell).arm.tip(home.q, home.tool_state)[:3, 3]
+    T_place_world = np.linalg.inv(scene.T_world_place(scene.cell.places[INTO]))
+    x, y, z = (T_place_world @ (*tip, 1.0))[:3].tolist()
+    with pytest.raises(NoPlanError) as caught:
+        plan_pick(planner, with_crate(scene, INTO, (x, y, z), (0.1, 0.1, 0.1)), PickQuery(FROM, ITEM), home)
+    (reason,) = caught.value.reasons
+    assert reason.what == "collision" and reason.where == "start" and BLOCKER in str(reason)
+
+
 def test_what_fills_the_floor_of_the_destination(
     planner: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
