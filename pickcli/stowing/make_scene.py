@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from math import ceil
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
@@ -23,6 +24,8 @@ from pickcli.stowing.heap import lay_heap
 
 N_ATTEMPTS = 5  # at a bin, each begun anew: what is laid out may still slip or roll away
 N_RAISING = 10  # more of them, with things raised inside
+FEW = 12  # items of a bin for which all of these attempts are made: each costs the cube of their number
+MOST = 30  # items of one place; that many take a minute of search
 N_HEAPS = 30  # attempts at a place that is open above
 
 
@@ -112,14 +115,15 @@ def _layouts(
             if (laid := lay_heap(scene, place, contents, rng)) is not None:
                 yield laid
         return
-    for attempt in range(N_ATTEMPTS):
+    n_items = max(FEW, len(contents))
+    for attempt in range(ceil(N_ATTEMPTS * (FEW / n_items) ** 3)):
         layouts = lay_out(
             scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt), tell=tell
         )
         if not layouts:
             break
         yield from layouts
-    for attempt in range(N_RAISING):
+    for attempt in range(ceil(N_RAISING * (FEW / n_items) ** 3)):
         key = derived_seed("raised layout", seed, bin_name, attempt)
         yield from lay_out(scene, bin_name, contents, key, may_raise=True, tell=tell)
 
@@ -149,9 +153,11 @@ def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
             return f"{bin_name}: {item.name} fits in no way: it has {sizes}; take it out of there"
     room = 1e3 * inside.volume
     volume = 1e3 * sum(item.shape.volume for item in items)
-    if volume <= room:
+    if volume <= room and len(items) <= MOST:
         return ""
-    count = f"its {len(items)} items take {volume:.0f} litres, the place has {room:.0f}"
+    count = f"its {len(items)} items are more than are laid out in one place, {MOST}"
+    if volume > room:
+        count = f"its {len(items)} items take {volume:.0f} litres, the place has {room:.0f}"
     return f"{bin_name}: {count}; put fewer items there"
 
 

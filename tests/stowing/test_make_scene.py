@@ -22,7 +22,7 @@ from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
 from pickcli.simulation.places import bounds
 from pickcli.simulation.settle import settle
 from pickcli.simulation.world import World
-from pickcli.stowing.make_scene import make_scene, refuse_too_much
+from pickcli.stowing.make_scene import MOST, make_scene, refuse_too_much
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order_file import OrderKind, read_order
 
@@ -114,6 +114,12 @@ def test_a_whole_pod_stands_inside_and_mostly_on_the_floor(order_name: str) -> N
 def test_more_than_a_bin_has_room_for_is_refused_at_once() -> None:
     with pytest.raises(InputError, match=r"bin_A: its 40 items take \d+ litres, the place has \d+"):
         made({"bin_A": ["kleenex_tissue_box"] * 40})
+
+
+def test_more_items_than_are_laid_out_are_refused_at_once() -> None:
+    small = min(CELL.items.values(), key=lambda item: item.shape.volume).name
+    with pytest.raises(InputError, match=f"bin_A: its {MOST + 1} items are more than are laid out in one"):
+        made({"bin_A": [small] * (MOST + 1)})
 
 
 @pytest.mark.parametrize("size", [(0.3, 0.3, 0.3), (0.01, 0.01, 0.6)])
