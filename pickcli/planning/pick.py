@@ -9,7 +9,7 @@ from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.stitching import stitch_pick
 from pickcli.planning.pick_problem import PickProblem, PickQuery
-from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.planning_context import RESERVE, PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
 from pickcli.planning.stages.transfer import plan_transfer
@@ -46,7 +46,7 @@ def plan_pick(
     began = time.perf_counter()
     recorder = recorder or ExperienceRecorder()
     problem = PickProblem.of(context, scene, query, seed)
-    standing = context.checker_for(scene, Mode(start.tool_state))
+    standing = context.checker_for(scene, Mode(start.tool_state, reserve=RESERVE))
     if not standing.is_valid(start.q):
         raise NoPlanError(problem.label, [standing.explain(start.q).at("start")])
     grasps, failures = feasible_grasps(problem, query.exclude)

@@ -26,6 +26,7 @@ from pickcli.errors import InputError, UnknownNameError, shortened
 from pickcli.files import file_warnings
 from pickcli.files.schema import MAX_TEXT
 from pickcli.files.yaml_reader import Source
+from pickcli.geometry import Array
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.mount_ranking import reach_ball
@@ -43,8 +44,10 @@ from pickcli.robot_setup.stated_limits import (
     without_those_of_file,
 )
 from pickcli.robot_setup.suggested_configurations import (
+    HOME,
     N_CANDIDATES,
-    configurations_at_places,
+    choose_at_places,
+    rank_at_places,
     samples,
     states_of_srdf,
     suggest,
@@ -215,10 +218,15 @@ def _made(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
     for k, place in enumerate(request.places):
         on_progress(Progress(2 + k, steps, f"looking where {place.name} stands best"))
         draft = _with_place(draft, place, srdf, staging, request.seed)
-    on_progress(Progress(steps - 2, steps, "looking for configurations"))
-    draft, notes = _with_configurations(draft, srdf, _probed(staging, draft), request.seed)
-    on_progress(Progress(steps - 1, steps, "looking for configurations at the places"))
-    waiting, unreached = configurations_at_places(_probed(staging, draft), request.seed)
+    on_progress(Progress(steps - 2, steps, "looking for configurations at the places"))
+    cell = _probed(staging, draft)
+    ranked, unreached = rank_at_places(cell, request.seed)
+    on_progress(Progress(steps - 1, steps, "looking for configurations"))
+    places = [np.stack([each.configuration.q for each in found]) for found in ranked.values()]
+    draft, notes = _with_configurations(draft, srdf, cell, places, request.seed)
+    home = next((np.array(each.q) for each in draft.configurations if each.name == HOME), None)
+    waiting, left = choose_at_places(cell, ranked, home, request.seed)
+    unreached += left
     draft = replace(draft, configurations=(*draft.configurations, *waiting))
     cell = replace(_probed(staging, draft), warnings=())
     (staging / CELL).write_text(draft.text())
@@ -259,12 +267,12 @@ def _with_place(
 
 
 def _with_configurations(
-    draft: CellText, srdf: Srdf | None, cell: Cell, seed: int
+    draft: CellText, srdf: Srdf | None, cell: Cell, places: Sequence[Array], seed: int
 ) -> tuple[CellText, list[str]]:
     """The draft with named configurations, and what of the SRDF's states is none, or that none was found."""
     empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY)
     known, notes = ([], []) if srdf is None else states_of_srdf(srdf, cell, empty)
-    found = suggest(cell, empty, known, seed)
+    found = suggest(cell, empty, known, seed, places)
     if not known and not found:
         met = empty.explain(samples(cell, seed)[0])
         notes.append(f"none of {N_CANDIDATES} sampled configurations is free, e.g. {met}")

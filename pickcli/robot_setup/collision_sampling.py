@@ -21,6 +21,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
 from pickcli.kinematics.arm import Arm
+from pickcli.planning.planning_context import RESERVE
 from pickcli.seeds import derived_rng
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.forward_kinematics import link_poses
@@ -31,7 +32,7 @@ N_SHAPES = 200  # of these, at which shapes are measured
 
 
 class CollisionFrequency(StrEnum):
-    """How often two links are nearer to each other than the clearance of the cell."""
+    """How often two links are nearer to each other than coarse motions are planned with."""
 
     ALWAYS = "always"
     SOMETIMES = "sometimes"
@@ -40,7 +41,7 @@ class CollisionFrequency(StrEnum):
 
 @dataclass(frozen=True)
 class CollisionCount:
-    """How often two links are nearer to each other than the clearance of the cell.
+    """How often two links are nearer to each other than coarse motions are planned with.
 
     Attributes:
         a: Name of one link.
@@ -48,7 +49,7 @@ class CollisionCount:
         spheres: How often their spheres are, which planning tests.
         shapes: How often their shapes are, which the verifier measures; None where nobody asked.
         least: m, the smallest distance of the shapes that was measured.
-        clearance: m.
+        clearance: m, that of the cell and what is kept on top of it.
     """
 
     a: str
@@ -90,17 +91,17 @@ def count_collisions(cell: Cell, seed: int) -> list[CollisionCount]:
     Returns:
         Every pair of links that planning tests against each other, base first.
     """
-    model, robot = CollisionModel(cell), cell.robot
+    model, robot, clearance = CollisionModel(cell), cell.robot, cell.clearance + RESERVE
     Q = Arm(robot).random_seeds(derived_rng(seed, "collisions of links"), N_SPHERES)
     poses = link_poses(robot, Q[:N_SHAPES])
     found = []
     for a, b, checker in (*_with_base(model), *_moving(model)):
-        spheres = _spheres_colliding(checker, Q, cell.clearance)
+        spheres = _spheres_colliding(checker, Q, clearance)
         shapes, least = None, np.inf
         if spheres is CollisionFrequency.ALWAYS:
             distances = _distances(cell, a, b, poses)
-            shapes, least = _frequency(distances <= cell.clearance), float(distances.min())
-        found.append(CollisionCount(a, b, spheres, shapes, least, cell.clearance))
+            shapes, least = _frequency(distances <= clearance), float(distances.min())
+        found.append(CollisionCount(a, b, spheres, shapes, least, clearance))
     return found
 
 

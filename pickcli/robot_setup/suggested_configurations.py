@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,14 +12,16 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.configuration_text import DECIMALS
 from pickcli.cell.srdf import Srdf
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Failures, InputError, NoPlanError
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
-from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.transit import plan_coarse
-from pickcli.precompute.empty_cell_checkers import RESERVE
+from pickcli.planning.planning_context import RESERVE, PlanningContext
+from pickcli.planning.stages.transit import CoarsePath, plan_coarse
+from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.configuration_ranking import ConfigurationRanking
 from pickcli.reachability.ranked_configuration import RankedConfiguration, RankingSettings
+from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.robot_setup.cell_text import SuggestedConfiguration
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.verification.forward_kinematics import link_poses
@@ -31,6 +33,8 @@ LEVEL = 1e-6  # m by which what stands on the floor of the base may be below it
 N_TRIED = 8  # configurations to be parked in, to which a motion is looked for
 # Configurations at places are judged by fewer lines than apc suggest-configurations does, as there are many.
 AT_PLACES = RankingSettings(n_places=40, n_kept=5, n_poses=12)
+FEW, N_KEPT = 3, 12  # places, and how many configurations of each are judged where there are no more
+NEARLY = 0.75  # of the reach of the best, from which another one will do as well
 APART = 0.5  # rad or m of some joint, between home and where the arm is parked
 
 
@@ -67,18 +71,23 @@ def states_of_srdf(
 
 
 def suggest(
-    cell: Cell, checker: SceneChecker, known: Sequence[SuggestedConfiguration], seed: int
+    cell: Cell,
+    checker: SceneChecker,
+    known: Sequence[SuggestedConfiguration],
+    seed: int,
+    places: Sequence[Array] = (),
 ) -> list[SuggestedConfiguration]:
     """Suggest home and parked where the SRDF has none: free, away from limits, and with a way between them.
 
-    Home moves its tool best of what was sampled (Yoshikawa), parked keeps the arm nearest to its base. Both
-    are sought above the base first, as most robots stand on something.
+    Home moves its tool best of what was sampled (Yoshikawa) and has motions to the places; parked keeps the
+    arm nearest to its base. Both are sought above the base first, as most robots stand on something.
 
     Args:
         cell: The cell.
         checker: Of the cell with nothing in it.
         known: Configurations that there are.
         seed: Of the samples.
+        places: For each place (M, n) configurations in front of it.
 
     Returns:
         What is missing of the two; less where nothing free was found.
@@ -92,11 +101,12 @@ def suggest(
     Q, origins = (Q[above], origins[:, above]) if above.any() else (Q, origins)
     arm, state, found = Arm(cell.robot), cell.robot.tool.default_state, []
     if HOME not in names:
-        names[HOME] = Q[np.argmax([arm.manipulability(q, state) for q in Q])]
+        best = np.argsort([-arm.manipulability(q, state) for q in Q], kind="stable")
+        names[HOME] = _most_central(cell, Q[best[:N_TRIED]], places, seed)
         found.append(SuggestedConfiguration(HOME, HOME, tuple(names[HOME]), "found: moves its tool well"))
     if PARKED not in names:
         reach = np.linalg.norm(origins - cell.robot.T_world_base[:3, 3], axis=2).max(axis=0)
-        parked = _reached(cell, checker, names[HOME], Q[np.argsort(reach, kind="stable")], seed)
+        parked = _reached(cell, names[HOME], Q[np.argsort(reach, kind="stable")], seed)
         if parked is not None:
             found.append(
                 SuggestedConfiguration(PARKED, "midway", tuple(parked), "found: the arm near its base")
@@ -104,32 +114,59 @@ def suggest(
     return found
 
 
-def configurations_at_places(cell: Cell, seed: int) -> tuple[list[SuggestedConfiguration], list[str]]:
-    """Find a configuration in front of every place, over what is reached from above.
+def rank_at_places(cell: Cell, seed: int) -> tuple[dict[str, list[RankedConfiguration]], list[str]]:
+    """Rank configurations in front of every place, over what is reached from above.
 
     Args:
         cell: The cell.
         seed: Of all samples.
 
     Returns:
-        The configurations, by reach and manipulability; and of every place without one, or into which
-        nothing is reached from it, what is to be done.
+        By place those that reach nearly as much as the best, the best first; and of every place without one,
+        or into which nothing is reached from it, what is to be done.
     """
-    found, unreached = list[SuggestedConfiguration](), list[str]()
+    found, unreached = dict[str, list[RankedConfiguration]](), list[str]()
     for name, place in cell.places.items():
         key = "pod" if name in cell.pod.bins else f"places.{place.carrier}"
         mend = f"; move it, or the base, then add what apc suggest-configurations --bin {name} finds"
         try:
-            best = _best_at(cell, name, seed)
+            ranked = _ranked_at(cell, name, seed)
         except (NoPlanError, InputError) as error:
             unreached.append(f"{key}: {error}{mend}")
             continue
-        share = f"{best.reach:.0%} of {AT_PLACES.n_poses} tool poses in {name}"
-        if not best.reach:
-            unreached.append(f"{key}: from its configuration a straight line leads to {share}{mend}")
-        told = f"found: straight lines lead to {share}"
-        found.append(SuggestedConfiguration(name, "bin", tuple(best.configuration.q), told))
+        if not ranked[0].reach:
+            told = f"from its configuration a straight line leads to no tool pose in {name}"
+            unreached.append(f"{key}: {told}{mend}")
+        found[name] = [each for each in ranked if each.reach >= NEARLY * ranked[0].reach]
     return found, unreached
+
+
+def choose_at_places(
+    cell: Cell, ranked: Mapping[str, Sequence[RankedConfiguration]], home: Array | None, seed: int
+) -> tuple[list[SuggestedConfiguration], list[str]]:
+    """Choose the configuration at every place: the one that is reached from home the fastest.
+
+    Args:
+        cell: The cell.
+        ranked: By place, the best first.
+        home: (n,) where motions begin; None where there is no such configuration.
+        seed: Of the search for motions.
+
+    Returns:
+        The configurations; and of every place to which no motion from home is found, what is to be done.
+    """
+    chosen, unreached = list[SuggestedConfiguration](), list[str]()
+    for name, candidates in ranked.items():
+        goals, best = np.stack([each.configuration.q for each in candidates]), candidates[0]
+        way = None if home is None else _motion(cell, home, goals, derived_seed(seed, name))
+        if isinstance(way, Failures):
+            why = NoPlanError(f"a motion from home to {name}", way.reasons)
+            unreached.append(f"configurations: {why}; add one that is midway, or move the place")
+        elif way is not None:
+            best = candidates[way.goal]
+        told = f"found: straight lines lead to {best.reach:.0%} of {AT_PLACES.n_poses} tool poses in {name}"
+        chosen.append(SuggestedConfiguration(name, "bin", tuple(best.configuration.q), told))
+    return chosen, unreached
 
 
 def samples(cell: Cell, seed: int) -> Array:
@@ -153,32 +190,49 @@ def samples(cell: Cell, seed: int) -> Array:
     return np.asarray(rng.uniform(lower + margin, upper - margin, size=size).round(DECIMALS))
 
 
-def _reached(cell: Cell, checker: SceneChecker, home: Array, candidates: Array, seed: int) -> Array | None:
+def _reached(cell: Cell, home: Array, candidates: Array, seed: int) -> Array | None:
     """The first of configurations (N, n) to which a motion is found from home; None if there is none."""
-    context = PlanningContext(cell)
     away = candidates[np.abs(candidates - home).max(axis=1) >= APART]
     for k, q in enumerate(away[:N_TRIED]):
-        coarse = plan_coarse(
-            context, checker, home, q[None], [0.0], derived_seed(seed, f"parked {k}"), "parked"
-        )
-        if not isinstance(coarse, Failures):
+        if not isinstance(_motion(cell, home, q[None], derived_seed(seed, f"parked {k}")), Failures):
             return np.asarray(q)
     return None
 
 
-def _best_at(cell: Cell, place: str, seed: int) -> RankedConfiguration:
-    """The best configuration at a place. Raises NoPlanError.
+def _most_central(cell: Cell, candidates: Array, places: Sequence[Array], seed: int) -> Array:
+    """The first of configurations (N, n) with motions to the most places, of which some are tried.
 
-    It keeps farther from everything than it has to, where it can: some links are never that far apart.
+    Of each place any of several configurations (M, n) will do.
+    """
+    n_reached = []
+    for k, q in enumerate(candidates if places else candidates[:1]):
+        ways = [_motion(cell, q, goals, derived_seed(seed, f"home {k}")) for goals in places[:N_TRIED]]
+        n_reached.append(sum(not isinstance(way, Failures) for way in ways))
+        if n_reached[-1] == len(ways):
+            break
+    return np.asarray(candidates[int(np.argmax(n_reached))])
+
+
+def _motion(cell: Cell, home: Array, goals: Array, seed: int) -> CoarsePath | Failures:
+    """A coarse motion of the empty tool from home to any of several configurations (G, n), or why none."""
+    empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY, RESERVE)
+    return plan_coarse(PlanningContext(cell), empty, home, goals, [0.0] * len(goals), seed, "from home")
+
+
+def _ranked_at(cell: Cell, place: str, seed: int) -> list[RankedConfiguration]:
+    """The configurations at a place, the best first. Raises NoPlanError.
+
+    They keep farther from everything than they have to, where they can: some links are never that far apart.
     """
     roomy = replace(AT_PLACES, seed=seed)
+    if len(cell.places) <= FEW:
+        roomy = replace(roomy, n_kept=N_KEPT)
     close = replace(roomy, clearance=cell.clearance + RESERVE)
     state = cell.robot.tool.default_state
     try:
-        (best,) = ConfigurationRanking(cell, place, state, roomy).suggest(1)
+        return ConfigurationRanking(cell, place, state, roomy).suggest(N_TRIED)
     except NoPlanError:
-        (best,) = ConfigurationRanking(cell, place, state, close).suggest(1)
-    return best
+        return ConfigurationRanking(cell, place, state, close).suggest(N_TRIED)
 
 
 def _plain(name: str, taken: Sequence[str]) -> str:

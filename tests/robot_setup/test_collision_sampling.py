@@ -56,7 +56,7 @@ def test_pairs_are_told_apart(made: CellSetup) -> None:
 def test_only_what_always_collides_is_allowed_and_with_its_count(made: CellSetup) -> None:
     (pair,) = load_cell(made.folder).allowed_pairs
     assert {pair.a, pair.b} == {"a", "c"}
-    assert pair.reason == f"within 3 mm of each other in all of {N_SHAPES} sampled configurations"
+    assert pair.reason == f"within 6 mm of each other in all of {N_SHAPES} sampled configurations"
     assert not made.left and not made.notes
 
 
