@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import io
 import logging
 import os
 import re
@@ -126,6 +127,7 @@ apc.params += log_options()
 def main() -> None:
     """Entry point: maps every outcome to its exit code (docs/commands.md)."""
     _open_closed_streams()
+    _buffer_stdout()
     with suppress(AttributeError):  # not every stream can be told
         sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     show_warnings()
@@ -153,6 +155,15 @@ def _open_closed_streams() -> None:
             handle = os.open(os.devnull, flags)  # gets the lowest number that is free: the stream's own
             os.set_inheritable(handle, True)
             setattr(sys, name, os.fdopen(handle, mode, encoding="utf-8"))
+
+
+def _buffer_stdout() -> None:
+    """Put a buffer of one line before an unbuffered stdout (PYTHONUNBUFFERED, as in many containers).
+
+    Without one Python drops the rest of what a full disk took in part, and says nothing.
+    """
+    if isinstance(raw := getattr(sys.stdout, "buffer", None), io.RawIOBase):
+        sys.stdout = os.fdopen(raw.fileno(), "w", 1, sys.stdout.encoding, closefd=False)
 
 
 def _terminate(*_: object) -> None:

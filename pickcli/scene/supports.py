@@ -8,7 +8,7 @@ are uncertain. What stays by that rule stays; what does not may stay all the sam
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -180,8 +180,9 @@ class Supports:
     def falling(self, item_id: str) -> tuple[str, ...]:
         """Items that would fall or roll away if an item were gone.
 
-        Those that lie on it or lean on it, and those that lie or lean on these. What can roll on a level
-        floor and is not pushed stays: see ``rolling``.
+        Those that lie on it or lean on it, those that lie or lean on these, and those under it that keep
+        their balance only by its weight. What can roll on a level floor and is not pushed stays: see
+        ``rolling``.
 
         Args:
             item_id: Id of the item that is taken away.
@@ -190,7 +191,8 @@ class Supports:
             Ids, what must be moved first at the head.
         """
         below = self._chain(self.carriers, item_id)
-        gone, todo = frozenset({item_id}), [item_id]
+        tipping = {name for name in below if self._is_tipping(name, without=item_id)}
+        gone, todo = frozenset({item_id, *tipping}), [item_id, *sorted(tipping)]
         while todo:
             for contact in self.touching[todo.pop()]:
                 name = contact.b
@@ -211,6 +213,13 @@ class Supports:
         gone = frozenset({item_id, *self.falling(item_id)})
         left = [c.b for c in self.touching[item_id] if c.b in self.touching and c.b not in gone]
         return tuple(name for name in left if self._lies_level(name, gone) and not self.stays(name, gone))
+
+    def _is_tipping(self, name: str, without: str) -> bool:
+        """Whether what lies on an item keeps it in balance, and no longer without one of these."""
+        lifted = {without, *self._chain(self.lying_on, without)}
+        cones, size = self._holding(name, frozenset()), float(self._items[name].item.shape.extents.max()) / 2
+        before, after = self._load(name), self._load(name, lifted)
+        return can_balance(cones, before, size) and not can_balance(cones, after, size)
 
     def _falls(self, name: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
         """Whether an item goes with one that it touches.
@@ -317,15 +326,35 @@ class Supports:
 
         contact: between the two, seen from the one below
         """
-        pile = [self._items[name] for name in (contact.b, *sorted(self._chain(self.lying_on, contact.b)))]
-        masses = np.array([placed.item.mass for placed in pile])
-        share = masses.sum() / (masses.sum() + self._items[contact.a].item.mass)
-        places = self._patch(contact.flipped)
-        if len(self.carriers(contact.b)) == 1:  # all of the weight goes straight down
-            middles = np.array([placed.T_world_item[:3, 3] for placed in pile])
-            places = (masses @ middles / masses.sum())[None]
+        mass, places = self._pile(contact)
+        share = mass / (mass + self._items[contact.a].item.mass)
         for place in places:
             yield np.concatenate([_UP, np.cross(place - centre, share * _UP)])
+
+    def _load(self, name: str, lifted: Set[str] = frozenset()) -> Array:
+        """Wrench (6,) that holds an item up with all on it, each pile in the middle of where it may press.
+
+        lifted: ids of what no longer lies on it
+        """
+        mine, total, moment = self._items[name], self._items[name].item.mass, np.zeros(3)
+        on_it = [c for c in self.touching[name] if c.b in self._items and c.flipped.carries]
+        for mass, places in [self._pile(contact, lifted) for contact in on_it if contact.b not in lifted]:
+            if len(places) > 0:  # else it may as well be off aside
+                total, moment = total + mass, moment + mass * (places.mean(axis=0) - mine.T_world_item[:3, 3])
+        return np.concatenate([_UP, np.cross(moment / total, _UP)])
+
+    def _pile(self, contact: SolidContact, lifted: Set[str] = frozenset()) -> tuple[float, Array]:
+        """Mass (kg) of what lies on an item at one contact, and (N, 3) where in the world it may press.
+
+        contact: between the two, seen from the one below. lifted: ids of what no longer belongs to it
+        """
+        names = {contact.b, *self._chain(self.lying_on, contact.b)} - lifted
+        pile = [self._items[name] for name in sorted(names)]
+        masses = np.array([placed.item.mass for placed in pile])
+        if len(self.carriers(contact.b)) > 1:
+            return float(masses.sum()), self._patch(contact.flipped)
+        middles = np.array([placed.T_world_item[:3, 3] for placed in pile])  # all goes straight down
+        return float(masses.sum()), (masses @ middles / masses.sum())[None]
 
     def _chain(self, following: Callable[[str], Iterable[str]], name: str) -> frozenset[str]:
         """Ids of the items that follow an item, and of what follows those: all on it, or all under it."""

@@ -27,6 +27,17 @@ def test_a_full_disk_under_stdout_is_one_message(argv: tuple[str, ...]) -> None:
     assert done.stderr == "apc: error: output: No space left on device\n"
 
 
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_what_a_disk_takes_only_in_part_is_a_failure(unbuffered: str, tmp_path: Path) -> None:
+    """Python as containers set it drops the rest of a short write without a word."""
+    command = (
+        f"ulimit -f 1; PYTHONUNBUFFERED={unbuffered} {shlex.join(APC)} inspect apc2016_delft --json > out"
+    )
+    done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert (tmp_path / "out").stat().st_size == 1024
+    assert done.returncode == 3 and done.stderr == "apc: error: output: File too large\n"
+
+
 def test_a_reader_that_has_heard_enough_is_no_failure() -> None:
     ours, theirs = os.pipe()
     os.close(ours)

@@ -334,6 +334,32 @@ def test_what_lies_where_no_friction_holds_is_held_by_what_is_on_it(
     assert supports.falling("block") == falls
 
 
+@pytest.mark.parametrize(("overhang", "tips"), [(-0.004, False), (0.004, True)])
+@pytest.mark.parametrize("levels", [1, 2])
+def test_what_is_kept_in_balance_by_what_is_on_it_falls_without_that(
+    cell: Cell, overhang: float, tips: bool, levels: int
+) -> None:
+    """A plank with its middle past the edge of a pier, and blocks on its inner end, one on the other."""
+    pier = at(cell, "pier", shaped(cell, (0.1, 0.1, 0.1)), 0.3, 0.0, 0.05)
+    plank = at(cell, "plank", shaped(cell, (0.2, 0.1, 0.02)), 0.25 - overhang, 0.0, 0.11)
+    block = shaped(cell, (0.04, 0.04, 0.02))
+    blocks = [at(cell, f"block{k}", block, 0.3, 0.0, 0.13 + 0.02 * k) for k in range(levels)]
+    supports = of(cell, pier, plank, *blocks)
+    assert supports.falling(blocks[-1].id) == (("plank",) if tips and levels == 1 else ())
+    assert supports.falling("block0")[levels - 1 :] == (("plank",) if tips else ())
+
+
+@pytest.mark.parametrize(("inside", "tips"), [(0.011, True), (0.009, False)])
+def test_a_counterweight_holds_by_its_lever(cell: Cell, inside: float, tips: bool) -> None:
+    """Half as heavy as the plank it must be twice as far from the edge; else something else held that."""
+    pier = at(cell, "pier", shaped(cell, (0.1, 0.1, 0.1)), 0.3, 0.0, 0.05)
+    plank = at(cell, "plank", shaped(cell, (0.2, 0.1, 0.02)), 0.245, 0.0, 0.11)
+    light = replace(shaped(cell, (0.01, 0.04, 0.02)), mass=plank.item.mass / 2)
+    weight = at(cell, "weight", light, 0.25 + inside, 0.0, 0.13)
+    supports = of(cell, pier, plank, weight)
+    assert supports.falling("weight") == (("plank",) if tips else ())
+
+
 def test_what_may_stand_beside_what_is_narrow_stands_on_it(cell: Cell) -> None:
     rail = at(cell, "rail", shaped(cell, (0.3, 0.01, 0.05)), 0.3, 0.0, 0.025)
     plank = at(cell, "plank", shaped(cell, (0.2, 0.012, 0.08)), 0.3, 0.002, 0.09)

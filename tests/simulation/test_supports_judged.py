@@ -8,29 +8,11 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import Scene
-from pickcli.scene.supports import Supports, supports_of
+from pickcli.scene.supports import supports_of
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from support.piles import PATTERNS, moved_without, pile
 
 STAYED = 0.01  # m: what moved no farther has neither fallen nor rolled away
-
-
-def under(supports: Supports, item_id: str) -> set[str]:
-    """What an item rests on, all the way down."""
-    found: set[str] = set()
-    todo = [item_id]
-    while todo:
-        more = {name for name in supports.carriers(todo.pop()) if name in supports.touching} - found
-        found |= more
-        todo += more
-    return found
-
-
-def relieved(supports: Supports, item_id: str) -> set[str]:
-    """What may shift without the weight of an item: all under it, but for what it holds on steep slopes."""
-    below = [c for c in supports.touching[item_id] if c.carries and c.b in supports.touching]
-    found = {name for c in below if c.is_steep for name in relieved(supports, c.b)}
-    return found.union(*({c.b, *under(supports, c.b)} for c in below if not c.is_steep))
 
 
 def surprises(scene: Scene, believed: Scene) -> dict[str, dict[str, float]]:
@@ -38,7 +20,7 @@ def surprises(scene: Scene, believed: Scene) -> dict[str, dict[str, float]]:
     supports = supports_of(believed)
     found = {}
     for placed in scene.items:
-        expected = {*supports.falling(placed.id), *relieved(supports, placed.id)}
+        expected = supports.falling(placed.id)
         moved = {name: way for name, way in moved_without(scene, placed.id).items() if way > STAYED}
         found[placed.id] = {name: way for name, way in moved.items() if name not in expected}
     return {name: moved for name, moved in found.items() if moved}

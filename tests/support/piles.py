@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -25,7 +26,7 @@ FLAT = (
 )
 BOXES = ("crayola_24_ct", "kleenex_tissue_box", "expo_dry_erase_board_eraser", "cloud_b_plush_bear", *FLAT)
 ROUND = ("rawlings_baseball", "dasani_water_bottle", "up_glucose_bottle", "folgers_classic_roast_coffee")
-PATTERNS = ("on", "bridge", "leaning", "rolling", "heap")
+PATTERNS = ("on", "bridge", "leaning", "rolling", "heap", "counterweight")
 GREY = (0.5, 0.5, 0.5, 1.0)
 REST = 0.03  # s in which what was settled elsewhere settles here
 WATCHED = 1.0  # s after something is gone
@@ -43,7 +44,7 @@ def empty(cell: Cell) -> Scene:
 
 
 def moved_without(scene: Scene, gone: str) -> dict[str, float]:
-    """How far in m the middle of every other item is from where it was, a while after one has vanished."""
+    """How far in m any corner of every other item is from where it was, a while after one has vanished."""
     engine = Engine(1e-3)
     for body in scene.cell.pod.bodies:
         engine.add_static(body, scene.T_world_pod, GREY)
@@ -55,7 +56,11 @@ def moved_without(scene: Scene, gone: str) -> dict[str, float]:
     engine.remove(gone)
     for _ in range(round(WATCHED / 1e-3)):
         engine.step()
-    moved = {name: float(np.linalg.norm(engine.pose(name)[:3, 3] - T[:3, 3])) for name, T in before.items()}
+    moved = {}
+    for name, T in before.items():
+        corners = np.array(list(product((-0.5, 0.5), repeat=3))) * scene.find(name).item.shape.extents
+        shift = engine.pose(name) - T
+        moved[name] = float(np.linalg.norm(corners @ shift[:3, :3].T + shift[:3, 3], axis=1).max())
     engine.close()
     return moved
 
@@ -135,4 +140,24 @@ def _heap(cell: Cell, rng: np.random.Generator) -> Iterable[tuple[str, Array]]:
         z += 2 * float(cell.item(name).shape.reach(pose(rpy=rpy)[:3, :3])[2]) + 0.004
 
 
-_DRAWN = {"on": _on, "bridge": _bridge, "leaning": _leaning, "rolling": _rolling, "heap": _heap}
+def _counterweight(cell: Cell, rng: np.random.Generator) -> Iterable[tuple[str, Array]]:
+    """A flat thing with its middle beyond the edge of what it lies on, and something that keeps it there."""
+    pier = str(rng.choice(("dove_beauty_bar", "scotch_duct_tape", "crayola_24_ct")))
+    flat = str(rng.choice(("i_am_a_bunny_book", "jane_eyre_dvd")))
+    weight = str(rng.choice(("staples_index_cards", "elmers_washable_no_run_school_glue", "dove_beauty_bar")))
+    edge = float(cell.item(pier).shape.extents[0]) / 2
+    yield pier, _at(cell, pier, 0.3, 0.0, 0.001, (0.0, 0.0, 0.0))
+    z = _height(cell, pier) + 0.002
+    yield flat, _at(cell, flat, 0.3 - edge - rng.uniform(-0.01, 0.02), 0.0, z, (0.0, 0.0, 0.0))
+    z += _height(cell, flat) + 0.001
+    yield weight, _at(cell, weight, 0.3 + rng.uniform(-0.02, 0.02), 0.0, z, (0.0, 0.0, np.pi / 2))
+
+
+_DRAWN = {
+    "on": _on,
+    "bridge": _bridge,
+    "leaning": _leaning,
+    "rolling": _rolling,
+    "heap": _heap,
+    "counterweight": _counterweight,
+}
