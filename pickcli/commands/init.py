@@ -65,12 +65,13 @@ def command(
 
     FOLDER gets a commented cell.yaml and everything that it needs: URDF, meshes, SRDF. Chain and tip are
     found, spheres fitted, pairs of links that always collide found by sampling, and configurations
-    suggested. What only you know, such as a limit of acceleration that no file states, is left blank and
-    listed; nothing is assumed.
+    suggested; --tool mounts a tool, --place puts a place where the arm reaches best. What only you know, such
+    as a limit of acceleration that no file states, is left blank and listed; nothing is assumed.
 
     \b
     Example:
       apc init my_robot --urdf panda.urdf --srdf panda.srdf --max-acceleration 5 --max-jerk 50
+      apc init my_cell --urdf ur5e.urdf --max-acceleration 5 --max-jerk 50 --tool suction --place crate=box
       apc init left_arm --urdf baxter.urdf --tip left_gripper --joint-limits joint_limits.yaml
     """
     from pickcli.collision.robot_model import CollisionModel

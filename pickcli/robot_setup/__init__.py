@@ -1,5 +1,7 @@
 """A cell for a robot that nobody prepared, from its URDF and SRDF: what MoveIt's Setup Assistant asks, found.
 
 Read `cell_setup`, which goes through it in order: `robot_files` (with `package_search` and `xacro_file`),
-`chain_selection`, `stated_limits`, `collision_sampling`, `suggested_configurations`; `cell_text` is the text.
+`chain_selection`, `suggested_tool` (with `suggested_gripper` and `finger_pads`), `stated_limits`,
+`collision_sampling`, `suggested_places` and `place_search`, `suggested_configurations`; `cell_text` is the
+text.
 """
