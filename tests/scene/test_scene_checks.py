@@ -13,9 +13,12 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.errors import InputError
-from pickcli.geometry import pose
+from pickcli.files.yaml_reader import Source
+from pickcli.geometry import Array, inverse, pose
 from pickcli.scene.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene_checks import check_floating, check_places
 from pickcli.scene.scene_file import read_scene, write_scene
+from pickcli.scene.touching import PosedSolids, gaps
 from support.scene_files import edit, make_scene, put_at
 
 Refused = Callable[[Callable[[], object]], str]
@@ -292,3 +295,47 @@ def test_many_mistakes_of_one_kind_are_one_line_with_their_cause(
     else:
         (line,) = lines
         assert f"and {n - 1} more are like it; is T_world_pod where the pod stands?" in line
+
+
+def _one_in_a_bin(cell: Cell, p: Array, noise: float) -> tuple[Scene, list[str]]:
+    """A scene with one box in a bin whose frame is the world's but for its height; and what is told of it."""
+    bin_ = cell.pod.bins["bin_E"]
+    placed = PlacedItem("one", cell.item("crayola_24_ct"), "bin_E", bin_.T_carrier_place @ pose(p))
+    scene = Scene(cell, np.eye(4), (placed,), PoseNoise(noise, 0.0), seed=0)
+    source = Source(Path("scene.json"))
+    check_places(source, scene)
+    check_floating(source, scene)
+    return scene, [problem.text for problem in source.problems]
+
+
+def test_what_is_exactly_as_far_astray_as_may_be_is_not_astray(cell: Cell) -> None:
+    room = cell.pod.bins["bin_E"].room
+    for beyond, is_astray in ((0.15, False), (float(np.nextafter(0.15, 1.0)), True)):
+        told = _one_in_a_bin(cell, np.array([-beyond, *((room.low + room.high) / 2)[1:]]), noise=1.0)[1]
+        assert ["away from bin_E" in text for text in told] == [True] * is_astray
+
+
+def test_what_is_exactly_as_deep_in_the_floor_as_its_pose_may_be_off_is_not_sunk(cell: Cell) -> None:
+    bin_ = cell.pod.bins["bin_E"]
+    half = float(cell.item("crayola_24_ct").shape.extents[2]) / 2
+    p = np.array([0.3, 0.0, bin_.room.floor_back + half - 0.008])
+    scene, _ = _one_in_a_bin(cell, p, 0.0)
+    z = float((inverse(bin_.T_carrier_place) @ scene.items[0].T_world_item)[2, 3])
+    under = bin_.room.floor_back - (z - half)
+    for noise, is_sunk in ((under - 0.005, False), (under - 0.005 - 1e-15, True)):
+        told = _one_in_a_bin(cell, p, noise)[1]
+        assert ["under the floor of bin_E" in text for text in told] == [True] * is_sunk
+
+
+def test_what_is_exactly_as_far_over_the_floor_as_its_pose_may_be_off_does_not_float(cell: Cell) -> None:
+    bin_ = cell.pod.bins["bin_E"]
+    half = float(cell.item("crayola_24_ct").shape.extents[2]) / 2
+    p = np.array([0.33, 0.0, bin_.room.floor_back + half + 0.015])
+    scene, _ = _one_in_a_bin(cell, p, 0.0)
+    solids = PosedSolids.of(scene, scene.items, scene.standing)
+    others = np.arange(1, len(solids.names))
+    width = float(gaps(solids, np.zeros_like(others), others).width.min())
+    assert width == pytest.approx(0.015)
+    for noise, is_floating in ((width - 0.01, False), (width - 0.01 - 1e-15, True)):
+        told = _one_in_a_bin(cell, p, noise)[1]
+        assert ["one floats" in text for text in told] == [True] * is_floating
