@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pickcli.simulation.execution import Execution
     from pickcli.simulation.world import World
 
-CUP = "cup"  # where an item is that is still held
+CUP, PADS = "cup", "pads"  # where an item is that is still held
 
 
 def trouble(runs: Sequence[Execution]) -> str:
@@ -70,7 +70,8 @@ def execution_text(plans: Sequence[Plan], runs: Sequence[Execution], world: Worl
     """
     lines = []
     for plan, run in zip(plans, runs, strict=False):
-        lines += [f"{plan.query}: {run.stopped or 'done'}, {run.duration:.2f} s simulated", *_lines(run)]
+        told = f"{plan.query}: {run.stopped or 'done'}, {run.duration:.2f} s simulated"
+        lines += [told, *_lines(run, _holder(world))]
     item, where = _whereabouts(plans[-1], world)
     if len(runs) < len(plans):
         lines.append(f"{plans[-1].query}: not started")
@@ -78,6 +79,7 @@ def execution_text(plans: Sequence[Plan], runs: Sequence[Execution], world: Worl
         place = {
             "tote": "in the tote",
             CUP: "still in the cup",
+            PADS: "still between the pads",
             "outside": "in no place",
         }
         lines.append(f"  {item} is {place.get(where or '', f'in {where}')}")
@@ -98,7 +100,12 @@ def _whereabouts(plan: Plan, world: World) -> tuple[str | None, str | None]:
     if plan.grasp is None:
         return None, None
     item = plan.grasp.item
-    return item, CUP if world.held == item else world.placed(item).location
+    return item, _holder(world) if world.held == item else world.placed(item).location
+
+
+def _holder(world: World) -> str:
+    """What holds items: the cup, or the pads of fingers."""
+    return CUP if world.fingers is None else PADS
 
 
 def _record(run: Execution) -> dict[str, Any]:
@@ -132,8 +139,8 @@ def _record(run: Execution) -> dict[str, Any]:
     }
 
 
-def _lines(run: Execution) -> list[str]:
-    load = f"; cup loaded to {run.max_load:.0%} of its limits" if run.max_load else ""
+def _lines(run: Execution, holder: str) -> list[str]:
+    load = f"; {holder} loaded to {run.max_load:.0%} of its limits" if run.max_load else ""
     lines = [f"  tool at most {1e3 * run.max_lag:.1f} mm behind its command{load}"]
     for fired in run.events:
         reading = "" if fired.reading is None else f": {'held' if fired.reading else 'nothing held'}"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse, rotation_axis_angle, transform_points
 from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import Scene
 from pickcli.simulation.engine import Engine
@@ -39,6 +39,7 @@ POD_VIEW = View((-1.60, 0.0, 1.40), (0.2, 0.0, 1.28), 40.0)  # straight into the
 SMALL = (480, 360)  # pixels
 MARGIN = 0.25  # m around the frames of an arm, for what its links reach beyond them
 N_SAMPLES = 40  # of a motion, by which a view is chosen
+AROUND = np.radians([0.0, 40.0, -40.0, 80.0, -80.0, 120.0, -120.0, 180.0])  # turns about the vertical, tried
 TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into the tote
 
 
@@ -142,7 +143,8 @@ def view_of_motion(cell: Cell, Q: Array) -> View:
         Q: (N, n) configurations that the motion goes through.
 
     Returns:
-        The whole cell where it has a shelf; else, from the same side, the arm wherever it goes.
+        The whole cell where it has a shelf; else the arm wherever it goes, from the same side, or the side
+        next to it from which obstacles hide the least of the motion.
     """
     if cell.pod.bins:
         return CELL_VIEW
@@ -153,9 +155,24 @@ def view_of_motion(cell: Cell, Q: Array) -> View:
     low, high = points.min(axis=0), points.max(axis=0)
     radius = float(np.linalg.norm(high - low)) / 2 + MARGIN
     away = np.subtract(CELL_VIEW.eye, CELL_VIEW.target)
+    away *= radius / np.sin(np.radians(CELL_VIEW.fov) / 2) / np.linalg.norm(away)
     target = (low + high) / 2
-    eye = target + away / np.linalg.norm(away) * radius / np.sin(np.radians(CELL_VIEW.fov) / 2)
+    eyes = [target + rotation_axis_angle((0.0, 0.0, 1.0), turn) @ away for turn in AROUND]
+    eye = min(eyes, key=lambda eye: _n_hidden(eye, points, cell))
     return View(tuple(eye.tolist()), tuple(target.tolist()), CELL_VIEW.fov)
+
+
+def _n_hidden(eye: Array, points: Array, cell: Cell) -> int:
+    """How many of points (N, 3) the boxes around obstacles hide from an eye (3,)."""
+    hidden = np.zeros(len(points), dtype=bool)
+    for body in cell.obstacles.bodies:
+        T, half = inverse(body.T_parent_shape), body.shape.extents / 2
+        start, way = transform_points(T, eye[None])[0], transform_points(T, points)
+        way = way - start
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ends = np.sort(np.stack([(-half - start) / way, (half - start) / way]), axis=0)
+        hidden |= np.maximum(ends[0].max(axis=1), 0.0) < np.minimum(ends[1].min(axis=1), 1.0)
+    return int(hidden.sum())
 
 
 class GifRecorder:

@@ -280,14 +280,15 @@ class _Run:
         self.world.touching = frozenset(name for segment in now for name in segment.touching)
         is_gripper = self.world.robot.tool.gripper is not None
         moving = [s for s in now if is_gripper and s.tool_state == MOVING]
-        self.world.grasped = frozenset(name for segment in moving for name in self._met_by_fingers(segment))
+        self.world.grasped = frozenset(name for segment in now for name in self._met_by_fingers(segment))
         self.world.meant = frozenset(segment.held for segment in now if segment.held is not None)
         self.world.is_meeting = any(s.kind is SegmentKind.CONTACT or s in moving for s in now)
 
     def _met_by_fingers(self, segment: Segment) -> tuple[str, ...]:
-        """What fingers that move may touch: what they close on, or have let go of."""
-        is_letting_go = segment.kind is SegmentKind.DEPART and self.plan.grasp is not None
-        return (self.plan.grasp.item,) if is_letting_go and self.plan.grasp else segment.touching
+        """What fingers may touch: what they close on, and what they have let go of and may lean on them."""
+        if segment.kind is SegmentKind.DEPART and self.plan.grasp is not None:
+            return (self.plan.grasp.item,)
+        return segment.touching if segment.tool_state == MOVING else ()
 
     def _record(self) -> Execution:
         world, plan, trace = self.world, self.plan, self.trace

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -27,3 +28,16 @@ def test_a_move_is_planned_verified_and_executed(name: str, arm: str | None, tmp
     assert planned.code == 0 and "certified" in planned.out
     assert "accepted" in apc("verify", move, "--cell", name).out
     assert "done" in apc("execute", move, "--cell", name).out
+
+
+def test_fingers_bring_an_item_from_a_mat_to_the_tray(tmp_path: Path) -> None:
+    scene, pick, film = tmp_path / "scene.json", tmp_path / "pick.json", tmp_path / "pick.gif"
+    item = "dove_beauty_bar"
+    made = apc("make-scene", "--cell", "panda_table", "--in", f"mat_front={item}", "-o", scene)
+    assert made.code == 0
+    planned = apc("plan-pick", "--scene", scene, "--pick", f"mat_front:{item}", "--to", "tray", "-o", pick)
+    assert planned.code == 0 and "certified" in planned.out
+    played = json.loads(apc("execute", pick, "--scene", scene, "--video", film, "--json").out)
+    assert (played["item_is_in"], played["collisions"], played["limit_violations"]) == ("tray", 0, 0)
+    assert [event["action"] for event in played["execution"]["events"]] == ["closed", "open"]
+    assert film.stat().st_size > 10_000

@@ -10,10 +10,18 @@ import pytest
 from PIL.GifImagePlugin import GifImageFile
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.scene import PoseNoise, Scene
-from pickcli.simulation.camera import CELL_VIEW, GifRecorder, picture_of, take_picture, write_png
+from pickcli.simulation.camera import (
+    CELL_VIEW,
+    GifRecorder,
+    picture_of,
+    take_picture,
+    view_of_motion,
+    write_png,
+)
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld
 
@@ -65,3 +73,16 @@ def test_a_cloud_is_seen_and_met_by_nothing(cell: Cell) -> None:
     assert worlds[0].q.tobytes() == worlds[1].q.tobytes()
     ray = np.array([[-1.0, 0.0, 1.4]]), np.array([[1.0, 0.0, 1.4]])
     assert worlds[0].engine.ray_hits(*ray) == worlds[1].engine.ray_hits(*ray)
+
+
+def test_no_wall_hides_the_motion_that_is_filmed() -> None:
+    panda = load_cell("panda_table")
+    home = panda.configurations["home"].q
+    view = view_of_motion(panda, home[None])
+    world = World(Scene(panda, panda.T_world_pod, (), PoseNoise()), home)
+    try:
+        seen = np.array([world.tip[:3, 3], world.robot.T_world_base[:3, 3] + (0.0, 0.0, 0.3)])
+        hits = world.engine.ray_hits(np.tile(view.eye, (2, 1)), seen)
+    finally:
+        world.close()
+    assert [name for name, _ in hits] == ["", ""]
