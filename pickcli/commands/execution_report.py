@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pickcli.simulation.execution import Execution
     from pickcli.simulation.world import World
 
-CUP, PADS = "cup", "pads"  # where an item is that is still held
+CUP, GRIPPER = "cup", "gripper"  # where an item is that is still held
 
 
 def trouble(runs: Sequence[Execution]) -> str:
@@ -79,7 +79,7 @@ def execution_text(plans: Sequence[Plan], runs: Sequence[Execution], world: Worl
         place = {
             "tote": "in the tote",
             CUP: "still in the cup",
-            PADS: "still between the pads",
+            GRIPPER: "still in the gripper",
             "outside": "in no place",
         }
         lines.append(f"  {item} is {place.get(where or '', f'in {where}')}")
@@ -104,8 +104,8 @@ def _whereabouts(plan: Plan, world: World) -> tuple[str | None, str | None]:
 
 
 def _holder(world: World) -> str:
-    """What holds items: the cup, or the pads of fingers."""
-    return CUP if world.fingers is None else PADS
+    """What holds items: the cup, or the gripper."""
+    return CUP if world.fingers is None else GRIPPER
 
 
 def _record(run: Execution) -> dict[str, Any]:
