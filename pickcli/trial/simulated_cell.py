@@ -111,14 +111,12 @@ class SimulatedArena:
         return self._world.now()
 
     def has_vacuum(self) -> bool:
-        """Read the vacuum sensor.
+        """Read the vacuum sensor, or whether fingers stand on something.
 
         Returns:
             What it answers now.
         """
-        devices = self._world.scene.cell.devices.values()
-        sensor = next(device.name for device in devices if device.kind is DeviceKind.SENSOR)
-        return bool(self._world.act(sensor, "read"))
+        return self._world.grip.is_holding
 
     def close(self) -> None:
         """Give back what the simulation holds."""
@@ -263,16 +261,21 @@ def interfaces_of(planners: Iterable[ArmPlanner], arena: SimulatedArena) -> Tria
 
 
 def _let_go(world: World, duration: float) -> None:
-    """Pump and valve off where the robot stands.
+    """Pump and valve off, or fingers open, where the robot stands.
 
-    What the cup, and the item in it, touch by then they may go on touching, until the robot moves again.
+    What tool and held item touch by then they may go on touching, until the robot moves again.
     """
     bodies = (ROBOT,) if world.held is None else (ROBOT, world.held)
     touched = {touch.b for body in bodies for touch in world.engine.contact_points(body)}
     world.touching |= frozenset(touched | set(bodies))
+    world.grasped |= frozenset(touched)
+    positions = world.robot.tool.positions
     for device in world.scene.cell.devices.values():
         if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
             world.act(device.name, "off")
+        elif device.kind is DeviceKind.GRIPPER:
+            world.act(device.name, max(positions, key=positions.__getitem__).name)
+            duration = max(duration, device.lead)
     world.wait(duration)
 
 

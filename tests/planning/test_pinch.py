@@ -9,13 +9,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from pickcli.cartesian.line import shifted
+from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.tool import MOVING, ToolState
-from pickcli.errors import NoPlanError
+from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Grasp, Plan
-from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.segment import Segment, SegmentKind, SegmentLimits
+from pickcli.planning.assembly.certified_timing import proven_run
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -174,3 +178,18 @@ def test_a_gripper_that_opens_too_little_says_so(gripper_cell: Cell) -> None:
     cell = replace(gripper_cell, robot=robot)
     (said,) = blocked(cell, (ERASER, 0.1, 0.3))
     assert "too wide for the gripper" in said and "the fingers open 20 mm" in said
+
+
+def test_an_approach_with_open_fingers_that_is_too_fast_is_slowed_down(gripper_cell: Cell) -> None:
+    planner, scene, mode = PlanningContext(gripper_cell), scene_of(gripper_cell), Mode(OPEN)
+    q = gripper_cell.configurations["bin_E"].q
+    T = planner.arm.tip(q, OPEN)
+    checker = planner.checker_for(scene, mode)
+    line = follow_line(planner.arm, checker, T, shifted(T, np.array([-0.05, 0.0, 0.0])), OPEN, q, "here")
+    assert not isinstance(line, Failures)
+    approach = MotionSegment(SegmentKind.APPROACH, line, SegmentLimits(1.0, 0.2, 1e-4), mode=mode)
+    run = proven_run(planner, scene, [approach])
+    assert not isinstance(run, Failures)
+    p = planner.arm.tips(run.trajectory.sample(np.arange(0.0, run.part_times[-1], 1e-3)), OPEN)[:, :3, 3]
+    fastest = gripper_cell.robot.tool.contact_speed
+    assert 0.5 * fastest < np.linalg.norm(np.diff(p, axis=0), axis=1).max() / 1e-3 <= fastest

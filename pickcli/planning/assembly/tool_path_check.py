@@ -137,9 +137,13 @@ def not_straight(arm: Arm, run: TimedRun, segments: Sequence[MotionSegment]) -> 
 def _too_fast(
     arm: Arm, contact_speed: float, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> Iterator[tuple[int, float]]:
-    """Index of every contact that is faster than allowed, and its greatest speed in m/s."""
+    """Index of every way to an item that is faster than allowed, and its greatest speed in m/s.
+
+    A cup comes to it in the contact, fingers on either side of it in the approach.
+    """
+    is_gripper = arm.robot.tool.gripper is not None
     for k, segment in enumerate(segments):
-        if segment.kind is not SegmentKind.CONTACT:
+        if segment.kind is not (SegmentKind.APPROACH if is_gripper else SegmentKind.CONTACT):
             continue
         start, end = run.part_times[k], run.part_times[k + 1]
         times = np.linspace(start, end, max(2, int(np.ceil((end - start) / SPEED_STEP)) + 1))
