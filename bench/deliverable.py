@@ -80,7 +80,7 @@ def _cleared_as_it_can_be(scene: Scene, target: PlacedItem, tool: Tool) -> Scene
     todo = [name for name, p in here.items() if p is target or not _has_grasp(p, scene, tool)]
     stay = set(todo)
     while todo:
-        below = [name for name in supports.carriers(todo.pop()) if name in here and name not in stay]
+        below = [name for name in supports.graph.carriers(todo.pop()) if name in here and name not in stay]
         stay.update(below)
         todo += below
     return _without(scene, (p for name, p in here.items() if name not in stay))

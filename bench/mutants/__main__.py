@@ -100,7 +100,8 @@ PACKAGES = (
     ),
     Package(
         "contact rules",
-        ("collision/allowed_contacts", "scene/supports", "scene/solid_contact", "scene/touching"),
+        ("collision/allowed_contacts", "scene/supports", "scene/balance", "scene/contact_graph",
+         "scene/solid_contact", "scene/touching"),
         ("tests/collision/test_allowed_contacts.py", "tests/scene/test_supports.py",
          "tests/scene/test_balance.py", "tests/scene/test_touching.py", "tests/scene/test_solid_contact.py"),
     ),

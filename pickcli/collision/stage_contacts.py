@@ -226,7 +226,7 @@ class PickContacts:
     def near(self) -> Mapping[str, SolidContact]:
         """Everything within the clearance of the target at rest: its support, walls and neighbours."""
         reach = self.scene.cell.clearance + FOLLOWING
-        found = {c.b: c for c in self.supports.near(self.target.id, reach, self.floor)}
+        found = {c.b: c for c in self.supports.graph.near(self.target.id, reach, self.floor)}
         # An item near the bend rests on either side of it; one that hangs in the air on neither.
         limit = reach + self.scene.noise.bound(self.target.item)
         off_floor = self.floor if all(found[name].gap >= limit for name in self.floor) else frozenset()
@@ -265,7 +265,7 @@ class PickContacts:
 
     def _is_behind(self, name: str, outward: Outward) -> bool:
         """Whether all of a solid lies behind a flat face of the target: only through it can it be met."""
-        solids, across = self.supports.solids, np.array(outward)
+        solids, across = self.supports.graph.solids, np.array(outward)
         k, other = solids.names.index(self.target.id), solids.names.index(name)
         target, width = solids.half_widths(np.array([k, other]), np.tile(across, (2, 1, 1)))[:, 0]
         return bool(across @ (solids.T[other, :3, 3] - solids.T[k, :3, 3]) + width <= target)

@@ -194,8 +194,8 @@ def _supports(scene: Scene) -> dict[str, Any]:
     told = {}
     for placed in sorted(scene.items, key=lambda placed: (placed.location, placed.id)):
         told[placed.id] = {
-            "rests_on": list(supports.carriers(placed.id)),
-            "carries": list(supports.lying_on(placed.id)),
+            "rests_on": list(supports.graph.carriers(placed.id)),
+            "carries": list(supports.graph.lying_on(placed.id)),
             "without_it_fall": list(supports.falling(placed.id)),
             "without_it_may_roll": list(supports.rolling(placed.id)),
         }

@@ -59,8 +59,8 @@ def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
     others = scene.without(placed.id).items
     there = replace(scene, items=(*others, placed), held=None)
     supports = supports_of(there)
-    if not supports.stays(placed.id) and not supports.lies_level(placed.id):
-        on = ", ".join(supports.carriers(placed.id)) or "nothing"
+    if not supports.balance.stays(placed.id) and not supports.balance.lies_level(placed.id):
+        on = ", ".join(supports.graph.carriers(placed.id)) or "nothing"
         detail = f"it does not keep its balance in {placed.location} on what it is let go on ({on})"
         yield Reason("would fall over", placed.id, detail)
 

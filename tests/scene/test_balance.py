@@ -20,7 +20,7 @@ def test_a_board_on_its_edge_stands_if_no_tilt_of_the_world_throws_it_over(
     noise, least = PoseNoise(0.0, float(np.radians(angle))), 0.16 * np.tan(np.radians(1.0 + angle))
     for width, stands in ((least + 0.00001, True), (least - 0.00001, False)):
         board = at(cell, "board", shaped(cell, (width, 0.1, 0.16)), 0.3, 0.0, 0.08, (0.0, 0.0, yaw))
-        assert of(cell, board, noise=noise).stays("board") is stands
+        assert of(cell, board, noise=noise).balance.stays("board") is stands
 
 
 @pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1)])
@@ -34,15 +34,15 @@ def test_what_overhangs_stays_while_its_middle_is_over_what_carries_it(
         x, y = ((0.05 - short) * d for d in direction)
         above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.06)), 0.3 + x, y, 0.08)
         supports = of(cell, below, above)
-        assert supports.carriers("above") == ("below",)
-        assert supports.stays("above") is stays
+        assert supports.graph.carriers("above") == ("below",)
+        assert supports.balance.stays("above") is stays
 
 
 def test_what_carries_an_item_counts_as_smaller_by_what_both_poses_may_be_off(cell: Cell) -> None:
     below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
     for short, stays in ((0.0048, True), (0.0042, False)):
         above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.06)), 0.35 - short, 0.0, 0.08)
-        assert of(cell, below, above, noise=PoseNoise(0.002, 0.0)).stays("above") is stays
+        assert of(cell, below, above, noise=PoseNoise(0.002, 0.0)).balance.stays("above") is stays
 
 
 @pytest.mark.parametrize(("degrees", "stays"), [(9.8, True), (10.8, False)])
@@ -51,7 +51,7 @@ def test_on_a_slope_an_item_stays_as_steep_as_friction_holds_it(
 ) -> None:
     """A friction of 0.2 is 11.3 degrees, of which one is kept for a tilt of the world."""
     below, above = on_a_slope(cell, degrees, 0.3, 0.05)
-    assert of(cell, below, above).stays("above") is stays
+    assert of(cell, below, above).balance.stays("above") is stays
 
 
 def test_what_presses_is_counted_where_all_of_its_weight_goes_down(cell: Cell) -> None:
@@ -64,8 +64,8 @@ def test_what_presses_is_counted_where_all_of_its_weight_goes_down(cell: Cell) -
     ):  # fmt: skip
         weight = at(cell, "weight", shaped(cell, (0.02, 0.02, 0.02), mass=mass), 0.3 + x, 0.0, 0.07)
         supports = of(cell, foot, board, weight)
-        assert supports.carriers("weight") == ("board",)
-        assert supports.stays("board") is stays, (x, mass)
+        assert supports.graph.carriers("weight") == ("board",)
+        assert supports.balance.stays("board") is stays, (x, mass)
 
 
 def test_the_weight_of_a_whole_pile_counts(cell: Cell) -> None:
@@ -76,8 +76,8 @@ def test_the_weight_of_a_whole_pile_counts(cell: Cell) -> None:
     for mass, stays in ((0.2, True), (4.0, False)):
         upper = at(cell, "upper", shaped(cell, (0.02, 0.02, 0.02), mass=mass), 0.326, 0.0, 0.09)
         supports = of(cell, foot, board, lower, upper)
-        assert supports.carriers("upper") == ("lower",)
-        assert supports.stays("board") is stays
+        assert supports.graph.carriers("upper") == ("lower",)
+        assert supports.balance.stays("board") is stays
 
 
 @pytest.mark.parametrize(("angle", "stays"), [(9.9, False), (10.1, True), (20.0, True)])
@@ -85,9 +85,9 @@ def test_what_can_roll_stays_if_a_tilt_of_ten_degrees_does_not_bring_it_over_an_
     cell: Cell, angle: float, stays: bool
 ) -> None:
     supports = in_a_slot(cell, angle)
-    assert set(supports.carriers("can")) == {"plate-1", "plate1"}
-    assert supports.stays("can") is stays
-    assert not supports.stays("can", {"plate1"})
+    assert set(supports.graph.carriers("can")) == {"plate-1", "plate1"}
+    assert supports.balance.stays("can") is stays
+    assert not supports.balance.stays("can", {"plate1"})
 
 
 @pytest.mark.parametrize("noise", [0.0, 1.0])
@@ -99,7 +99,7 @@ def test_a_face_lies_flat_as_long_as_it_may_be_askew(
     turn, half = float(np.radians(1.5 + 2 * noise + more)), 0.02
     z = half * np.cos(turn) + half * np.sin(turn)
     box = at(cell, "box", shaped(cell, (0.04, 0.04, 0.04)), 0.3, 0.0, z, (0.0, turn, 0.0))
-    assert of(cell, box, noise=PoseNoise(0.0, float(np.radians(noise)))).stays("box") is stays
+    assert of(cell, box, noise=PoseNoise(0.0, float(np.radians(noise)))).balance.stays("box") is stays
 
 
 def test_what_is_only_squeezed_between_its_neighbours_slips(cell: Cell) -> None:
@@ -109,8 +109,8 @@ def test_what_is_only_squeezed_between_its_neighbours_slips(cell: Cell) -> None:
     squeezed = at(cell, "squeezed", shaped(cell, (0.06, 0.06, 0.06)), 0.3, 0.0, 0.08)
     below = at(cell, "below", shaped(cell, (0.06, 0.06, 0.05)), 0.3, 0.0, 0.025)
     supports = of(cell, *walls, squeezed, below)
-    assert {c.b for c in supports.touching["squeezed"]} >= {"wall-1", "wall1", "below"}
-    assert supports.stays("squeezed") and not supports.stays("squeezed", {"below"})
+    assert {c.b for c in supports.graph.touching["squeezed"]} >= {"wall-1", "wall1", "below"}
+    assert supports.balance.stays("squeezed") and not supports.balance.stays("squeezed", {"below"})
 
 
 def test_what_stands_beside_presses_on_nothing(cell: Cell) -> None:
@@ -119,8 +119,8 @@ def test_what_stands_beside_presses_on_nothing(cell: Cell) -> None:
     board = at(cell, "board", shaped(cell, (0.2, 0.1, 0.01)), 0.3, 0.0, 0.055)
     heavy = at(cell, "heavy", shaped(cell, (0.05, 0.1, 0.1), mass=5.0), 0.425, 0.0, 0.05)
     supports = of(cell, foot, board, heavy)
-    assert "heavy" in {c.b for c in supports.touching["board"]}
-    assert supports.stays("board")
+    assert "heavy" in {c.b for c in supports.graph.touching["board"]}
+    assert supports.balance.stays("board")
 
 
 def test_what_a_body_carries_it_carries_up_to_its_edge(cell: Cell) -> None:
@@ -131,7 +131,7 @@ def test_what_a_body_carries_it_carries_up_to_its_edge(cell: Cell) -> None:
         T = pose(corner + np.array([-inside, -boom.shape.extents[1] / 2, 0.01]))
         box = PlacedItem("box", shaped(cell, (0.05, 0.02, 0.02)), TOTE, T)
         supports = of(cell, box, noise=PoseNoise(0.004, 0.0))
-        assert "camera_boom" in supports.carriers("box") and supports.stays("box") is stays
+        assert "camera_boom" in supports.graph.carriers("box") and supports.balance.stays("box") is stays
 
 
 @pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1)])
@@ -145,9 +145,9 @@ def test_a_press_beside_the_carrier_tips_what_is_too_light_to_stay(
     centre, press = above.T_world_item[:3, 3], np.array([0.0, 0.0, -2.0])
     for beside, stays in ((0.0, True), (0.0745, True), (0.0755, False)):
         point = centre + np.array([*(beside * d for d in direction), 0.01])
-        assert supports.stays_under("above", press, point) is stays
-        assert supports.stays_under("above", 1e-3 * press, point)
-    assert not supports.stays_under("above", -press, centre)  # pulled off
+        assert supports.balance.stays_under("above", press, point) is stays
+        assert supports.balance.stays_under("above", 1e-3 * press, point)
+    assert not supports.balance.stays_under("above", -press, centre)  # pulled off
 
 
 @pytest.mark.parametrize("degrees", [0.0, 6.0])
@@ -162,9 +162,9 @@ def test_what_one_contact_bears_by_itself_balances(
         (T[:3, :3] @ [aside, 0.0, -3.0], T[:3, 3] + T[:3, :3] @ [x, y, 0.02])
         for x in places for y in places for aside in (0.0, 0.5, 1.0)
     ]  # fmt: skip
-    short = [supports.stays_under(above.id, *press) for press in asked]
-    monkeypatch.setattr("pickcli.scene.supports.bears", lambda *_: False)
-    assert short == [supports.stays_under(above.id, *press) for press in asked]
+    short = [supports.balance.stays_under(above.id, *press) for press in asked]
+    monkeypatch.setattr("pickcli.scene.balance.bears", lambda *_: False)
+    assert short == [supports.balance.stays_under(above.id, *press) for press in asked]
     assert 10 < sum(short) < len(short) - 10
 
 
@@ -173,8 +173,8 @@ def test_a_contact_that_is_only_possible_bears_no_press(cell: Cell) -> None:
     below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
     above = at(cell, "above", shaped(cell, (0.1, 0.1, 0.02)), 0.3 + 0.0985, 0.0, 0.06)
     supports = of(cell, below, above, noise=PoseNoise(0.002, 0.0))
-    assert "below" in supports.carriers("above")
-    assert not supports.stays_under("above", np.array([0.0, 0.0, -1.0]), above.T_world_item[:3, 3])
+    assert "below" in supports.graph.carriers("above")
+    assert not supports.balance.stays_under("above", np.array([0.0, 0.0, -1.0]), above.T_world_item[:3, 3])
 
 
 def test_what_lies_on_an_item_does_not_hold_it_against_a_press(cell: Cell) -> None:
@@ -182,7 +182,7 @@ def test_what_lies_on_an_item_does_not_hold_it_against_a_press(cell: Cell) -> No
     board = at(cell, "board", shaped(cell, (0.2, 0.1, 0.02), mass=0.1), 0.3, 0.0, 0.06)
     weight = at(cell, "weight", shaped(cell, (0.04, 0.04, 0.04), mass=0.1), 0.22, 0.0, 0.09)
     point = board.T_world_item[:3, 3] + [0.09, 0.0, 0.01]
-    assert not of(cell, below, board, weight).stays_under("board", np.array([0.0, 0.0, -4.0]), point)
+    assert not of(cell, below, board, weight).balance.stays_under("board", np.array([0.0, 0.0, -4.0]), point)
 
 
 def test_a_press_tips_what_it_is_beside_the_carriers_of_and_not_what_it_is_between(cell: Cell) -> None:
@@ -193,4 +193,4 @@ def test_a_press_tips_what_it_is_beside_the_carriers_of_and_not_what_it_is_betwe
     supports, press = of(cell, far, near, board), np.array([0.0, 0.0, -4.0])
     for along, stays in ((-0.08, True), (0.03, True), (0.08, False)):
         point = board.T_world_item[:3, 3] + [along, 0.0, 0.01]
-        assert supports.stays_under("board", press, point) is stays
+        assert supports.balance.stays_under("board", press, point) is stays

@@ -121,7 +121,7 @@ def test_the_footing_of_an_item_is_where_it_lies_on_what_carries_it(cell: Cell) 
     below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
     above = at(cell, "above", shaped(cell, (0.06, 0.04, 0.02)), 0.33, 0.0, 0.06)
     beside = at(cell, "beside", shaped(cell, (0.05, 0.1, 0.12)), 0.385, 0.0, 0.06)
-    found = of(cell, below, above, beside).footing("above")
+    found = of(cell, below, above, beside).balance.footing("above")
     local = (found - above.T_world_item[:3, 3]) @ above.T_world_item[:3, :3]
     corners = sorted({tuple(p) for p in local.round(6).tolist()})
     assert corners == sorted([(x, y, -0.01) for x in (-0.03, 0.02) for y in (-0.02, 0.02)])

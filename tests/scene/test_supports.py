@@ -21,11 +21,11 @@ def test_what_lies_on_another_falls_without_it_and_not_the_other_way(cell: Cell,
     box = put(cell, "kleenex_tissue_box", 0.25, 0.0)
     book = put(cell, "i_am_a_bunny_book", 0.25, 0.0, height(cell, box.id))
     supports = of(cell, box, book, noise=noise)
-    assert supports.carriers(book.id) == (box.id,)
-    assert supports.lying_on(box.id) == (book.id,)
+    assert supports.graph.carriers(book.id) == (box.id,)
+    assert supports.graph.lying_on(box.id) == (book.id,)
     assert supports.falling(box.id) == (book.id,)
     assert supports.falling(book.id) == ()
-    assert supports.stays(box.id, {book.id}) and not supports.stays(book.id, {box.id})
+    assert supports.balance.stays(box.id, {book.id}) and not supports.balance.stays(book.id, {box.id})
 
 
 def test_of_a_stack_the_top_must_go_first(cell: Cell) -> None:
@@ -45,8 +45,8 @@ def test_what_lies_partly_on_the_target_blocks_whether_it_would_stay_or_not(
     bar = put(cell, "crayola_24_ct", 0.25, 0.09)
     book = put(cell, "i_am_a_bunny_book", 0.25, y, 0.025, (0, 0, np.pi / 2))
     supports = of(cell, box, bar, book)
-    assert set(supports.carriers(book.id)) == {box.id, bar.id}
-    assert supports.stays(book.id, {bar.id}) is stays
+    assert set(supports.graph.carriers(book.id)) == {box.id, bar.id}
+    assert supports.balance.stays(book.id, {bar.id}) is stays
     assert supports.falling(bar.id) == supports.falling(box.id) == (book.id,)
 
 
@@ -59,7 +59,7 @@ def test_what_leans_falls_and_what_stands_beside_stays(cell: Cell) -> None:
     y = -(reach + np.sin(lean) * tall / 2 + np.cos(lean) * thin / 2)
     leaning = put(cell, "jane_eyre_dvd", 0.25, y, 0.0, (np.pi / 2 - lean, 0.0, 0.0))
     supports = of(cell, box, beside, leaning)
-    assert {c.b for c in supports.touching[box.id]} >= {beside.id, leaning.id}
+    assert {c.b for c in supports.graph.touching[box.id]} >= {beside.id, leaning.id}
     assert supports.falling(box.id) == (leaning.id,)
     assert supports.rolling(box.id) == ()
 
@@ -90,7 +90,7 @@ def test_what_seems_to_hang_in_the_air_lies_on_what_is_below(cell: Cell) -> None
     box = put(cell, "kleenex_tissue_box", 0.25, 0.0)
     book = put(cell, "i_am_a_bunny_book", 0.25, 0.0, height(cell, box.id) + 0.03)
     supports = of(cell, box, book)
-    assert supports.carriers(book.id) == (box.id,)
+    assert supports.graph.carriers(book.id) == (box.id,)
     assert supports.falling(box.id) == (book.id,)
 
 
@@ -103,14 +103,14 @@ def test_a_board_is_between_items_of_two_bins(cell: Cell) -> None:
 def test_noise_makes_neighbours_that_may_touch(cell: Cell) -> None:
     box = put(cell, "kleenex_tissue_box", 0.25, 0.0)
     beside = put(cell, "dove_beauty_bar", 0.25, 0.115 / 2 + 0.033 + 0.004)
-    assert beside.id not in {c.b for c in of(cell, box, beside).touching[box.id]}
-    assert beside.id in {c.b for c in of(cell, box, beside, noise=NOISY).touching[box.id]}
+    assert beside.id not in {c.b for c in of(cell, box, beside).graph.touching[box.id]}
+    assert beside.id in {c.b for c in of(cell, box, beside, noise=NOISY).graph.touching[box.id]}
 
 
 def test_every_contact_is_seen_from_both_sides(cell: Cell) -> None:
     box = put(cell, "kleenex_tissue_box", 0.25, 0.0)
     book = put(cell, "i_am_a_bunny_book", 0.26, 0.01, height(cell, box.id))
-    touching = of(cell, box, book).touching
+    touching = of(cell, box, book).graph.touching
     (one,) = [c for c in touching[box.id] if c.b == book.id]
     (other,) = [c for c in touching[book.id] if c.b == box.id]
     assert one.gap == other.gap
@@ -123,7 +123,7 @@ def test_a_face_carries_weight_up_to_seventy_degrees_of_slope(
 ) -> None:
     """Beyond that an item seems to hang in the air, and would fall straight down."""
     below, above = on_a_slope(cell, degrees, 0.25, 0.09)
-    contacts = of(cell, below, above).touching["above"]
+    contacts = of(cell, below, above).graph.touching["above"]
     assert not any(c.b == "above" for c in contacts)
     normals = [c.normal for c in contacts if c.b == "below"]
     np.testing.assert_allclose(normals[0], -below.T_world_item[:3, 2], atol=1e-9)
@@ -136,7 +136,7 @@ def test_solids_touch_up_to_what_settled_items_and_their_noise_leave(cell: Cell,
         gap = 0.0015 + 2 * noise + more
         one = at(cell, "one", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
         other = at(cell, "other", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.1 + gap, 0.025)
-        contacts = of(cell, one, other, noise=PoseNoise(noise, 0.0)).touching["one"]
+        contacts = of(cell, one, other, noise=PoseNoise(noise, 0.0)).graph.touching["one"]
         assert ("other" in {c.b for c in contacts}) is touches
 
 
@@ -146,13 +146,13 @@ def test_what_hangs_in_the_air_is_carried_by_the_next_thing_under_it(cell: Cell)
     beside = at(cell, "beside", flat, 0.3, 0.11, 0.05)
     hanging = at(cell, "hanging", flat, 0.3, 0.0, 0.08)
     supports = of(cell, low, high, beside, hanging)
-    assert supports.carriers("hanging") == ("high",)
-    assert supports.lying_on("high") == ("hanging",)
-    (contact,) = [c for c in supports.touching["hanging"] if c.b == "high"]
+    assert supports.graph.carriers("hanging") == ("high",)
+    assert supports.graph.lying_on("high") == ("hanging",)
+    (contact,) = [c for c in supports.graph.touching["hanging"] if c.b == "high"]
     assert contact.gap == pytest.approx(0.0299) and contact.normal.tolist() == [0.0, 0.0, -1.0]
     elsewhere = replace(high, location="bin_B")
-    assert of(cell, low, elsewhere, hanging).carriers("hanging") == ("low",)
-    assert "floor" in of(cell, hanging).carriers("hanging")[0]
+    assert of(cell, low, elsewhere, hanging).graph.carriers("hanging") == ("low",)
+    assert "floor" in of(cell, hanging).graph.carriers("hanging")[0]
 
 
 def test_a_can_rolls_down_a_slope_when_what_is_behind_it_goes(cell: Cell) -> None:
@@ -170,7 +170,7 @@ def test_a_can_rolls_down_a_slope_when_what_is_behind_it_goes(cell: Cell) -> Non
     placed = PlacedItem("can", can, BIN, cell.T_world_place(cell_bin) @ up @ lying)
     behind = at(cell, "behind", shaped(cell, (0.1, 0.1, 0.1)), x + radius + 0.0505, 0.0, 0.052)
     supports = of(cell, placed, behind)
-    assert "behind" in {c.b for c in supports.touching["can"]}
+    assert "behind" in {c.b for c in supports.graph.touching["can"]}
     assert supports.falling("behind") == ("can",) and supports.rolling("behind") == ()
 
 
@@ -182,21 +182,21 @@ def test_near_are_those_whose_gap_may_be_below_the_reach(cell: Cell, noise: floa
     elsewhere = replace(other, id="elsewhere", location="bin_B")
     supports = of(cell, one, other, elsewhere, noise=PoseNoise(noise, 0.0))
     bound = 2 * noise
-    found = {c.b: c for c in supports.near("one", gap - bound + 1e-6)}
+    found = {c.b: c for c in supports.graph.near("one", gap - bound + 1e-6)}
     assert "other" in found and "elsewhere" not in found and "one" not in found
     assert found["other"].gap == pytest.approx(gap)
     np.testing.assert_allclose(found["other"].normal, cell.T_world_pod[:3, 1], atol=1e-9)
-    assert "other" not in {c.b for c in supports.near("one", gap - bound - 1e-6)}
-    assert "elsewhere" in {c.b for c in supports.near("one", 0.0, frozenset({"elsewhere"}))}
+    assert "other" not in {c.b for c in supports.graph.near("one", gap - bound - 1e-6)}
+    assert "elsewhere" in {c.b for c in supports.graph.near("one", 0.0, frozenset({"elsewhere"}))}
 
 
 def test_near_bodies_of_the_pod_count_as_grown_by_the_error_of_its_pose(cell: Cell) -> None:
     one = at(cell, "one", shaped(cell, (0.1, 0.1, 0.02)), 0.25, 0.0, 0.06)
     exact = Scene(cell, cell.T_world_pod, (one,), EXACT)
     grown = replace(exact, pod_error=Displacement(0.004, 0.003, 0.0))
-    (name,) = of(cell, one).carriers("one")
-    gap = {c.b: c.gap for c in supports_of(exact).near("one", 0.2)}
-    less = {c.b: c.gap for c in supports_of(grown).near("one", 0.2)}
+    (name,) = of(cell, one).graph.carriers("one")
+    gap = {c.b: c.gap for c in supports_of(exact).graph.near("one", 0.2)}
+    less = {c.b: c.gap for c in supports_of(grown).graph.near("one", 0.2)}
     assert name in gap and set(less) >= set(gap)
     assert all(less[n] <= gap[n] + 1e-9 for n in gap)
     assert max(gap[n] - less[n] for n in gap) == pytest.approx(0.004, abs=1e-3)
@@ -223,7 +223,7 @@ def test_a_ball_begins_to_roll_on_a_slope_of_a_degree(cell: Cell, degrees: float
         "behind", shaped(cell, (0.04, 0.06, 0.06)), BIN, T @ pose((radius + 0.0205, 0.0, 0.0))
     )
     supports = of(cell, plate, ball, behind)
-    assert "behind" in {c.b for c in supports.touching["ball"]}
+    assert "behind" in {c.b for c in supports.graph.touching["ball"]}
     assert ("ball" in supports.falling("behind")) is falls
     assert ("ball" in supports.rolling("behind")) is not falls
 
@@ -240,8 +240,8 @@ def test_what_can_roll_and_is_chocked_does_not_roll(cell: Cell) -> None:
     lying = at(cell, "can", can, 0.3, 0.0, radius, (np.pi / 2, 0.0, 0.0))
     assert of(cell, lying, end, *strips).rolling("end") == ()
     supports = of(cell, lying, end)
-    assert supports.rolling("end") == ("can",) and supports.lies_level("can")
-    assert not of(cell, lying, strips[0]).lies_level("can")  # it lies on an edge, too
+    assert supports.rolling("end") == ("can",) and supports.balance.lies_level("can")
+    assert not of(cell, lying, strips[0]).balance.lies_level("can")  # it lies on an edge, too
 
 
 def test_what_has_lost_all_that_carried_it_falls(cell: Cell) -> None:
@@ -256,7 +256,7 @@ def test_what_is_unsteady_and_cannot_roll_falls_on_level_ground_too(cell: Cell) 
     board = at(cell, "board", shaped(cell, (0.002, 0.1, 0.16)), 0.3, 0.0, 0.08)
     box = at(cell, "box", shaped(cell, (0.1, 0.1, 0.1)), 0.3515, 0.0, 0.05)
     supports = of(cell, board, box)
-    assert not supports.lies_level("board")
+    assert not supports.balance.lies_level("board")
     assert supports.falling("box") == ("board",) and supports.rolling("box") == ()
 
 
@@ -267,8 +267,8 @@ def test_what_carries_something_does_not_lie_as_something_that_stays(cell: Cell)
         cell, "can", shaped(cell, (radius, 0.1), ShapeKind.CYLINDER), 0.3, 0.0, radius, (np.pi / 2, 0.0, 0.0)
     )
     weight = at(cell, "weight", shaped(cell, (0.04, 0.04, 0.02)), 0.3, 0.0, 2 * radius + 0.01)
-    assert of(cell, can).lies_level("can")
-    assert not of(cell, can, weight).lies_level("can")
+    assert of(cell, can).balance.lies_level("can")
+    assert not of(cell, can, weight).balance.lies_level("can")
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.002])
@@ -278,15 +278,15 @@ def test_near_is_as_far_as_two_rods_reach(cell: Cell, noise: float) -> None:
     one, other = at(cell, "one", rod, 0.3, -0.07, 0.05), at(cell, "other", rod, 0.3, 0.05 + gap, 0.05)
     supports = of(cell, one, other, noise=PoseNoise(noise, 0.0))
     for more, is_near in ((1e-6, True), (-1e-6, False)):
-        assert ("other" in {c.b for c in supports.near("one", gap - 2 * noise + more)}) is is_near
+        assert ("other" in {c.b for c in supports.graph.near("one", gap - 2 * noise + more)}) is is_near
 
 
 def test_near_are_gaps_below_the_reach_and_not_those_that_equal_it(cell: Cell) -> None:
     flat = shaped(cell, (0.1, 0.1, 0.02))
     supports = of(cell, at(cell, "one", flat, 0.3, 0.0, 0.05), at(cell, "other", flat, 0.3, 0.12, 0.05))
-    (gap,) = [c.gap for c in supports.near("one", 0.1) if c.b == "other"]
+    (gap,) = [c.gap for c in supports.graph.near("one", 0.1) if c.b == "other"]
     for reach, is_near in ((gap, False), (np.nextafter(gap, 1.0), True)):
-        assert ("other" in {c.b for c in supports.near("one", float(reach))}) is is_near
+        assert ("other" in {c.b for c in supports.graph.near("one", float(reach))}) is is_near
 
 
 def test_what_hangs_exactly_beside_an_item_does_not_hang_over_it(cell: Cell) -> None:
@@ -295,7 +295,7 @@ def test_what_hangs_exactly_beside_an_item_does_not_hang_over_it(cell: Cell) -> 
     for x, is_over in ((0.25, False), (0.25 - 2.0**-20, True)):
         poses = {"low": pose((-2.0, 0.0, 4.0)), "high": pose((-2.0 + x, 0.0, 4.5))}
         supports = of(cell, *(PlacedItem(name, cube, BIN, T) for name, T in poses.items()))
-        assert ("low" in supports.carriers("high")) is is_over
+        assert ("low" in supports.graph.carriers("high")) is is_over
 
 
 @pytest.mark.parametrize(("degrees", "falls"), [(20.0, ()), (40.0, ("plate", "roll"))])
@@ -330,7 +330,7 @@ def test_what_lies_where_no_friction_holds_is_held_by_what_is_on_it(
         )
     )
     supports = of(cell, roll, plate, block)
-    assert supports.carriers("block") == ("plate",) and not supports.stays("plate")
+    assert supports.graph.carriers("block") == ("plate",) and not supports.balance.stays("plate")
     assert supports.falling("block") == falls
 
 
@@ -363,7 +363,7 @@ def test_a_counterweight_holds_by_its_lever(cell: Cell, inside: float, tips: boo
 def test_what_may_stand_beside_what_is_narrow_stands_on_it(cell: Cell) -> None:
     rail = at(cell, "rail", shaped(cell, (0.3, 0.01, 0.05)), 0.3, 0.0, 0.025)
     plank = at(cell, "plank", shaped(cell, (0.2, 0.012, 0.08)), 0.3, 0.002, 0.09)
-    exact, noisy = (of(cell, rail, plank, noise=noise).footing("plank") for noise in (EXACT, NOISY))
+    exact, noisy = (of(cell, rail, plank, noise=noise).balance.footing("plank") for noise in (EXACT, NOISY))
     assert np.ptp(exact[:, 1]) == pytest.approx(0.009, abs=1e-6)
     assert noisy == pytest.approx(exact)
 
@@ -372,7 +372,7 @@ def test_the_footing_is_as_much_smaller_as_both_poses_may_be_off(cell: Cell) -> 
     """A plank across a block, each of which may be 2 mm off: 4 mm less on either side of the block."""
     block = at(cell, "block", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
     plank = at(cell, "plank", shaped(cell, (0.2, 0.06, 0.02)), 0.3, 0.0, 0.06)
-    found = of(cell, block, plank, noise=PoseNoise(0.002, 0.0)).footing("plank")
+    found = of(cell, block, plank, noise=PoseNoise(0.002, 0.0)).balance.footing("plank")
     local = (found - plank.T_world_item[:3, 3]) @ plank.T_world_item[:3, :3]
     np.testing.assert_allclose(np.ptp(local, axis=0), (0.092, 0.06, 0.0), atol=1e-6)
 
@@ -380,7 +380,7 @@ def test_the_footing_is_as_much_smaller_as_both_poses_may_be_off(cell: Cell) -> 
 def test_what_is_over_nothing_has_no_footing(cell: Cell) -> None:
     beyond = at(cell, "beyond", shaped(cell, (0.1, 0.1, 0.05)), 9.0, 0.0, 0.025)
     supports = of(cell, beyond)
-    assert supports.carriers("beyond") == () and supports.footing("beyond").shape == (0, 3)
+    assert supports.graph.carriers("beyond") == () and supports.balance.footing("beyond").shape == (0, 3)
 
 
 def test_what_is_as_high_carries_nothing(cell: Cell) -> None:
@@ -388,13 +388,13 @@ def test_what_is_as_high_carries_nothing(cell: Cell) -> None:
     board = shaped(cell, (0.02, 0.1, 0.1))
     one, other = (at(cell, name, board, 9.0, 0.0, 0.5) for name in ("one", "other"))
     supports = of(cell, one, other)
-    assert [c.b for c in supports.touching["one"]] == ["other"]
-    assert supports.carriers("one") == supports.carriers("other") == ()
+    assert [c.b for c in supports.graph.touching["one"]] == ["other"]
+    assert supports.graph.carriers("one") == supports.graph.carriers("other") == ()
 
 
 def test_what_keeps_no_balance_under_an_item_that_is_taken_does_not_roll(cell: Cell) -> None:
     """A box on its edge, with and without the one on it: only what can roll does."""
     below, above = on_a_slope(cell, 12.0, 0.3, 0.05)
     supports = of(cell, below, above)
-    assert not supports.stays("below") and not supports.stays("below", {"above"})
+    assert not supports.balance.stays("below") and not supports.balance.stays("below", {"above"})
     assert supports.rolling("above") == supports.falling("above") == ()

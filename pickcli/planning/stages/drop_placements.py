@@ -178,7 +178,7 @@ class _Grid:
         return cls(centres, tip, lowest - pile.floor, rise, np.where(are_tried, cost, np.inf))
 
     def near(self, shoulder: Array) -> _Grid:
-        """The same with a cost of the way from the shoulder (2,) to each place."""
+        """A grid whose places also cost what they are away from the shoulder (2,)."""
         return replace(self, cost=self.cost + REACH_COST * np.linalg.norm(self.centres - shoulder, axis=-1))
 
     def best(self, orientations: NDArray[np.intp], n_each: int) -> list[tuple[int, int]]:

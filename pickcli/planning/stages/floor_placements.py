@@ -180,7 +180,7 @@ def _stays(scene: Scene, spot: PlacedItem) -> bool:
     """Whether an item stays where it is let go, as poses may be off."""
     beside = (p for p in scene.in_location(spot.location) if p.id != spot.id)
     supports = supports_of(replace(scene, items=(*beside, spot)))
-    return supports.stays(spot.id) or supports.lies_level(spot.id)
+    return supports.balance.stays(spot.id) or supports.balance.lies_level(spot.id)
 
 
 def _levelled(R: Array) -> Array:

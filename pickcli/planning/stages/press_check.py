@@ -115,15 +115,15 @@ def _tips_below(problem: PickProblem, grasp: Grasp) -> bool:
     tip = target.T_world_item @ grasp.T_item_tip
     press = tool.cup.stiffness * overtravel(grasp, tool, problem.scene.noise) * tip[:3, 2]
     around = [tip[:3, 3] + (x, y, 0.0) for x in (-WITHIN, WITHIN) for y in (-WITHIN, WITHIN)]
-    if all(supports.stays_under(target.id, press, point) for point in around):
+    if all(supports.balance.stays_under(target.id, press, point) for point in around):
         return False
-    return supports.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])
+    return supports.balance.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])
 
 
 def _press(problem: PickProblem, grasp: Grasp) -> _Press | None:
     """The press, and the edge of the footing over which the least of it tips; None where none does."""
     target, tool, noise = problem.target, problem.context.cell.robot.tool, problem.scene.noise
-    footing = problem.contacts.supports.footing(target.id)
+    footing = problem.contacts.supports.balance.footing(target.id)
     if len(footing) == 0:
         return None
     T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip

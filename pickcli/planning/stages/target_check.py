@@ -26,7 +26,7 @@ def check_target(problem: PickProblem) -> Failures:
 def _blocking(problem: PickProblem) -> tuple[Reason, ...]:
     """Items that would fall or roll away if the target went."""
     supports, target = problem.contacts.supports, problem.target.id
-    lying = supports.lying_on(target)
+    lying = supports.graph.lying_on(target)
     return tuple(
         Reason(
             "rests on the target" if name in lying else "falls without the target", "lift",

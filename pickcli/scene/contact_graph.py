@@ -1,0 +1,169 @@
+"""Which solids of a scene touch, across which direction, and what rests on what by that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.solid_contact import SolidContact
+from pickcli.scene.solid_overlap import TOUCH
+from pickcli.scene.touching import Gaps, PosedSolids, gaps
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class ContactGraph:
+    """The contacts of one scene: items and solids as nodes, what touches or may touch as edges.
+
+    Attributes:
+        scene: Items, the carriers where they really stand, and the bounds of the error of the items' poses.
+        solids: The scene's items in their order, then everything that stands.
+        gaps: All pairs of an item and a solid that may touch.
+    """
+
+    scene: Scene
+    solids: PosedSolids
+    gaps: Gaps
+
+    @classmethod
+    def of(cls, scene: Scene) -> ContactGraph:
+        """All pairs that are no farther apart than errors of poses allow for solids that touch.
+
+        Args:
+            scene: The scene.
+
+        Returns:
+            Its contacts.
+        """
+        solids = PosedSolids.of(scene, scene.items, scene.standing)
+        places = np.array([placed.location for placed in scene.items] + [""] * len(scene.standing))
+        a, b = solids.near(len(scene.items), TOUCH)
+        is_possible = (places[a] == places[b]) | (places[b] == "")  # a board is between items of two bins
+        found = gaps(solids, a[is_possible], b[is_possible])
+        close = found.width <= TOUCH + solids.bound[found.a] + solids.bound[found.b]
+        return cls(
+            scene, solids, Gaps(found.a[close], found.b[close], found.width[close], found.normal[close])
+        )
+
+    @cached_property
+    def touching(self) -> Mapping[str, tuple[SolidContact, ...]]:
+        """By item id: all contacts that it has or may have, seen from it."""
+        found: dict[str, list[SolidContact]] = {placed.id: [] for placed in self.scene.items}
+        names = self.solids.names
+        for a, b, gap, normal in zip(
+            self.gaps.a, self.gaps.b, self.gaps.width, self.gaps.normal, strict=True
+        ):
+            one = SolidContact(names[a], names[b], float(gap), normal)
+            found[one.a].append(one)
+            if one.b in found:
+                found[one.b].append(one.flipped)
+        for name in [name for name, contacts in found.items() if not any(c.carries for c in contacts)]:
+            for below in self._below(name):
+                found[name].append(below)
+                if below.b in found:
+                    found[below.b].append(below.flipped)
+        return {name: tuple(contacts) for name, contacts in found.items()}
+
+    def carriers(self, item_id: str) -> tuple[str, ...]:
+        """What an item rests on: wholly where there is but one.
+
+        Args:
+            item_id: Id of the item.
+
+        Returns:
+            Ids of items and names of bodies.
+        """
+        return tuple(c.b for c in self.touching[item_id] if c.carries)
+
+    def lying_on(self, item_id: str) -> tuple[str, ...]:
+        """What rests on an item, wholly or partly.
+
+        Args:
+            item_id: Id of the item.
+
+        Returns:
+            Ids of items.
+        """
+        contacts = self.touching[item_id]
+        return tuple(c.b for c in contacts if c.b in self.items and c.flipped.carries)
+
+    def near(
+        self, item_id: str, reach: float, also: frozenset[str] = frozenset()
+    ) -> tuple[SolidContact, ...]:
+        """All solids whose gap to an item may be below a reach, as poses may be off.
+
+        Bodies of carriers count as grown to wherever the errors of their poses may put them.
+
+        Args:
+            item_id: Id of the item.
+            reach: m.
+            also: Names of solids that are reported wherever they stand.
+
+        Returns:
+            Contacts, seen from the item.
+        """
+        solids, k = self._grown, self.index[item_id]
+        where = self.items[item_id].location
+        is_here = [name not in self.items or self.items[name].location == where for name in solids.names]
+        apart = np.linalg.norm(solids.T[:, :3, 3] - solids.T[k, :3, 3], axis=1)
+        balls = np.linalg.norm(solids.half, axis=1) + solids.bound
+        asked = np.array([name in also for name in solids.names])
+        b = np.flatnonzero(asked | (np.array(is_here) & (apart <= balls + balls[k] + reach)))
+        b = b[b != k]
+        found = gaps(solids, np.full(len(b), k), b)
+        close = np.flatnonzero(asked[b] | (found.width < reach + solids.bound[k] + solids.bound[b]))
+        return tuple(
+            SolidContact(item_id, solids.names[b[i]], float(found.width[i]), found.normal[i]) for i in close
+        )
+
+    def chain(self, following: Callable[[str], Iterable[str]], name: str) -> frozenset[str]:
+        """Ids of the items that follow an item, and of what follows those: all on it, or all under it.
+
+        Args:
+            following: ``carriers`` or ``lying_on``.
+            name: Id of the item.
+
+        Returns:
+            Ids, without its own.
+        """
+        found: set[str] = set()
+        todo = [name]
+        while todo:
+            more = (set(following(todo.pop())) & self.items.keys()) - found - {name}
+            found |= more
+            todo += more
+        return frozenset(found)
+
+    @cached_property
+    def items(self) -> Mapping[str, PlacedItem]:
+        """The items by id."""
+        return {placed.id: placed for placed in self.scene.items}
+
+    @cached_property
+    def index(self) -> Mapping[str, int]:
+        """By name of an item or body: its number in ``solids``."""
+        return {name: k for k, name in enumerate(self.solids.names)}
+
+    @cached_property
+    def _grown(self) -> PosedSolids:
+        """All solids as ``solids`` has them, but bodies of carriers grown by the errors of their poses."""
+        return PosedSolids.of(self.scene, self.scene.items, self.scene.grown)
+
+    def _below(self, name: str) -> Iterator[SolidContact]:
+        """What an item that seems to hang in the air would fall onto: its support was seen elsewhere."""
+        solids, k = self.solids, self.index[name]
+        half = solids.upright
+        apart = np.abs(solids.T[:, :2, 3] - solids.T[k, :2, 3]) < half[:, :2] + half[k, :2]
+        tops = solids.T[:, 2, 3] + half[:, 2]
+        fall = solids.T[k, 2, 3] - half[k, 2] - tops
+        under = apart.all(axis=1) & (solids.T[:, 2, 3] < solids.T[k, 2, 3]) & (np.arange(len(half)) != k)
+        for other in self.scene.items:
+            under[self.index[other.id]] &= other.location == self.items[name].location
+        if under.any():
+            nearest = int(np.argmin(np.where(under, fall, np.inf)))
+            yield SolidContact(name, solids.names[nearest], float(fall[nearest]), -_UP)
