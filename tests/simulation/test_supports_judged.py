@@ -12,6 +12,7 @@ from pickcli.scene.supports import supports_of
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from support.piles import PATTERNS, moved_without, pile
 
+CELL = load_cell("apc2016_delft")
 STAYED = 0.01  # m: what moved no farther has neither fallen nor rolled away
 
 
@@ -28,7 +29,7 @@ def surprises(scene: Scene, believed: Scene) -> dict[str, dict[str, float]]:
 
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_what_is_to_stay_stays(pattern: str) -> None:
-    scene = next(s for k in range(20) if (s := pile(load_cell("apc2016_delft"), pattern, k)) is not None)
+    scene = next(s for k in range(20) if (s := pile(CELL, pattern, k)) is not None)
     assert surprises(scene, scene) == {}
     assert surprises(scene, perceive(scene, DEFAULT_NOISE, 1, 1)) == {}
 
@@ -37,16 +38,15 @@ def test_what_is_to_stay_stays(pattern: str) -> None:
 @given(st.sampled_from(PATTERNS), st.integers(0, 10_000))
 @settings(max_examples=60, deadline=None, derandomize=True)
 def test_what_is_to_stay_stays_in_any_pile(pattern: str, seed: int) -> None:
-    scene = pile(load_cell("apc2016_delft"), pattern, seed)
+    scene = pile(CELL, pattern, seed)
     if scene is not None:
         assert surprises(scene, perceive(scene, DEFAULT_NOISE, seed, 1)) == {}
 
 
 def test_the_judge_sees_what_falls() -> None:
     """A generator whose piles never fall would judge nothing."""
-    cell = load_cell("apc2016_delft")
     scenes = [
-        scene for pattern in PATTERNS for k in range(3) if (scene := pile(cell, pattern, k)) is not None
+        scene for pattern in PATTERNS for k in range(3) if (scene := pile(CELL, pattern, k)) is not None
     ]
     falls = [moved_without(scene, scene.items[0].id) for scene in scenes]
     assert sum(max(moved.values()) > STAYED for moved in falls) >= len(scenes) // 3
