@@ -39,6 +39,7 @@ POD_VIEW = View((-1.60, 0.0, 1.40), (0.2, 0.0, 1.28), 40.0)  # straight into the
 SMALL = (480, 360)  # pixels
 MARGIN = 0.25  # m around the frames of an arm, for what its links reach beyond them
 N_SAMPLES = 40  # of a motion, by which a view is chosen
+OVER = 0.02  # m over the floor of a place at which it is to be seen
 AROUND = np.radians([0.0, 40.0, -40.0, 80.0, -80.0, 120.0, -120.0, 180.0])  # turns about the vertical, tried
 TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into the tote
 
@@ -50,7 +51,8 @@ def view_of(scene: Scene) -> View:
         scene: The scene.
 
     Returns:
-        Straight into the bins where there is a pod, else from the side of the robot down onto all places.
+        Straight into the bins where there is a pod, else down onto all places, from the side of the robot or
+        that next to it from which obstacles hide the fewest.
     """
     if scene.cell.pod.bins:
         return POD_VIEW
@@ -61,7 +63,9 @@ def view_of(scene: Scene) -> View:
     away = (middle - base) * (1.0, 1.0, 0.0)
     length = float(np.linalg.norm(away))
     towards = away / length if length > 0.1 else np.array([1.0, 0.0, 0.0])
-    eye = middle - 1.3 * spread * towards + (0.0, 0.0, 1.3 * spread)
+    behind = 1.3 * spread * (np.array([0.0, 0.0, 1.0]) - towards)
+    seen = np.array([*at, base]) + np.array([0.0, 0.0, OVER])
+    eye = _least_hidden(middle, behind, seen, scene.cell)
     return View(tuple(eye.tolist()), tuple(middle.tolist()), 50.0)
 
 
@@ -157,9 +161,14 @@ def view_of_motion(cell: Cell, Q: Array) -> View:
     away = np.subtract(CELL_VIEW.eye, CELL_VIEW.target)
     away *= radius / np.sin(np.radians(CELL_VIEW.fov) / 2) / np.linalg.norm(away)
     target = (low + high) / 2
-    eyes = [target + rotation_axis_angle((0.0, 0.0, 1.0), turn) @ away for turn in AROUND]
-    eye = min(eyes, key=lambda eye: _n_hidden(eye, points, cell))
+    eye = _least_hidden(target, away, points, cell)
     return View(tuple(eye.tolist()), tuple(target.tolist()), CELL_VIEW.fov)
+
+
+def _least_hidden(target: Array, away: Array, points: Array, cell: Cell) -> Array:
+    """Of eyes (3,) around a target, the usual one first, that which sees the most of points (N, 3)."""
+    eyes = [target + rotation_axis_angle((0.0, 0.0, 1.0), turn) @ away for turn in AROUND]
+    return min(eyes, key=lambda eye: _n_hidden(eye, points, cell))
 
 
 def _n_hidden(eye: Array, points: Array, cell: Cell) -> int:

@@ -19,9 +19,12 @@ from pickcli.simulation.camera import (
     GifRecorder,
     picture_of,
     take_picture,
+    view_of,
     view_of_motion,
     write_png,
 )
+from pickcli.simulation.engine import Engine
+from pickcli.simulation.scene_bodies import add_statics
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld
 
@@ -86,3 +89,16 @@ def test_no_wall_hides_the_motion_that_is_filmed() -> None:
     finally:
         world.close()
     assert [name for name, _ in hits] == ["", ""]
+
+
+def test_no_wall_hides_the_places_of_a_picture() -> None:
+    panda = load_cell("panda_table")
+    scene = Scene(panda, panda.T_world_pod, (), PoseNoise())
+    view, engine = view_of(scene), Engine(1e-3)
+    try:
+        add_statics(engine, scene)
+        middles = np.array([panda.T_world_place(place)[:3, 3] for place in panda.places.values()])
+        hits = engine.ray_hits(np.tile(view.eye, (3, 1)), middles - (0.0, 0.0, 1e-3))
+    finally:
+        engine.close()
+    assert [name for name, _ in hits] == ["mat_front_top", "mat_right_top", "tray_floor"]
