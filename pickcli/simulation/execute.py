@@ -130,7 +130,7 @@ class _Run:
         self._send(stream(self.plan.trajectory, self.world.time_step, self.pace))
         if self.stop is not None:
             self._brake(self.stop)
-        has_lost = self.stop is not None and self.stop.cause is StopCause.SEAL_LOST
+        has_lost = self.stop is not None and self.stop.cause.has_lost_item
         for _ in range(round((FALL_TIME if has_lost else END_TIME) / self.world.time_step)):
             self._step()
         # Where it stands now it may go on touching what it was to touch there.

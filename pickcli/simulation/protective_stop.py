@@ -15,13 +15,23 @@ class StopCause(StrEnum):
     NOT_SEALED = "not sealed"  # the vacuum does not rise although the cup is pressed on
     SEAL_LOST = "seal lost"  # the vacuum falls while something is carried
     NOT_GRASPED = "not grasped"  # the fingers do not stand at the width of the item when it is to be lifted
-    GRASP_LOST = "grasp lost"  # they close further while something is carried
+    GRASP_LOST = "grasp lost"  # the fingers leave that width while something is carried
     SENSOR = "sensor"  # the vacuum sensor answers that nothing is held
 
+    @property
+    def has_lost_item(self) -> bool:
+        """Whether something that was carried falls."""
+        return self in (StopCause.SEAL_LOST, StopCause.GRASP_LOST)
 
-EMPTY = (
-    StopCause.NOT_SEALED, StopCause.SEAL_LOST, StopCause.NOT_GRASPED, StopCause.GRASP_LOST, StopCause.SENSOR,
-)  # fmt: skip
+    @property
+    def is_measured_empty(self) -> bool:
+        """Whether pressure in the cup or the width of the fingers says so, not a sensor's yes or no."""
+        return self.has_lost_item or self in (StopCause.NOT_SEALED, StopCause.NOT_GRASPED)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether a measurement or a sensor says that nothing is held."""
+        return self.is_measured_empty or self is StopCause.SENSOR
 
 
 @dataclass(frozen=True)
@@ -48,8 +58,8 @@ class ProtectiveStop:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the vacuum, or the width of the fingers, says that nothing is held."""
-        return self.cause in EMPTY
+        """Whether a measurement or a sensor says that nothing is held."""
+        return self.cause.is_empty
 
     def __str__(self) -> str:
         if self.cause is StopCause.SENSOR:

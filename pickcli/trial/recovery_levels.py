@@ -30,7 +30,6 @@ FIRST_WAIT = 5.0  # s, doubled each time
 LONGEST_WAIT = 60.0  # s
 IN_THE_CUP = 0.02  # m from where it would hang at which an item that is seen may be the one in the cup
 HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # they end at home
-VACUUM_GONE = (StopCause.SEAL_LOST, StopCause.NOT_SEALED)  # measured in the cup, not a sensor's yes or no
 
 
 def recover(runner: AttemptRunner, attempt: Attempt, before: Scene) -> tuple[RecoveryStep, ...]:
@@ -87,14 +86,15 @@ class _Recovery:
         """Whether the item can be in the cup, for all that a robot knows.
 
         A sensor can be wrong. What is seen elsewhere than where the cup would have it is not in the cup,
-        whatever closes that; where it is seen nowhere, only a vacuum that broke down says that it is gone.
+        whatever closes that; where it is seen nowhere, only a measurement of the tool says that it is gone.
         """
         runner, attempt = self.runner, self.attempt
         assert attempt.execution is not None
         has_vacuum = runner.interfaces.arena.has_vacuum()
         seen = next((placed for placed in runner.scene().items if placed.id == attempt.item), None)
         if seen is None:
-            return has_vacuum or attempt.execution.stop_cause not in VACUUM_GONE
+            cause = attempt.execution.stop_cause
+            return has_vacuum or cause is None or not cause.is_measured_empty
         return has_vacuum and self._is_in_the_cup(seen)
 
     def _is_in_the_cup(self, seen: PlacedItem) -> bool:

@@ -179,6 +179,15 @@ def test_a_seal_that_never_comes_stops_the_lift(cell: Cell, ready: World) -> Non
     assert record.has_item is False
 
 
+def test_what_each_cause_says_of_the_item() -> None:
+    """Fingers like cups: what was carried falls; what was never held does not; a sensor is believed least."""
+    lost = {cause for cause in StopCause if cause.has_lost_item}
+    measured = {cause for cause in StopCause if cause.is_measured_empty}
+    assert lost == {StopCause.SEAL_LOST, StopCause.GRASP_LOST}
+    assert measured == lost | {StopCause.NOT_SEALED, StopCause.NOT_GRASPED}
+    assert {cause for cause in StopCause if cause.is_empty} == measured | {StopCause.SENSOR}
+
+
 def test_a_seal_that_breaks_stops_the_carry_and_is_known_by_the_gauge_alone(cell: Cell, ready: World) -> None:
     plan = rail_pick(cell)
 

@@ -35,7 +35,6 @@ DENIED = ExecutionResult(
     4.0, "the sensor reads nothing", has_item=False, stop_cause=StopCause.SENSOR, path_time=4.0
 )
 HIT = ExecutionResult(4.0, "contact", has_item=True, stop_cause=StopCause.CONTACT, path_time=4.0)
-BURST = ExecutionResult(4.0, "seal lost", has_item=False, stop_cause=StopCause.SEAL_LOST, path_time=4.0)
 ALL = frozenset(RecoveryLevel)
 
 
@@ -92,13 +91,19 @@ def test_an_item_is_vented_where_it_is_only_where_it_can_be_brought_nowhere(
                                  RecoveryLevel.AS_PLANNED]  # fmt: skip
 
 
-def test_after_the_vacuum_broke_down_nothing_is_brought_anywhere(cell: Cell) -> None:
-    fake = fake_with(cell, BURST)
+@pytest.mark.parametrize(
+    "cause", [StopCause.SEAL_LOST, StopCause.NOT_SEALED, StopCause.GRASP_LOST, StopCause.NOT_GRASPED]
+)
+def test_after_the_tool_measured_that_it_is_empty_nothing_is_brought_anywhere(
+    cell: Cell, cause: StopCause
+) -> None:
+    lost = ExecutionResult(4.0, str(cause), has_item=False, stop_cause=cause, path_time=4.0)
+    fake = fake_with(cell, lost)
     execute = fake.execute
 
     def lose(plan):  # type: ignore[no-untyped-def]
         done = execute(plan)
-        if done is BURST:
+        if done is lost:
             fake.put(ITEM, OUTSIDE)
         return done
 
