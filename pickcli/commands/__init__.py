@@ -1,4 +1,16 @@
 """One file per subcommand: parse, call one library function, report. No algorithm inside.
 
-Read `main`, then any command, e.g. `plan_pick`; `options` and `report` are what all share.
+Read in this order:
+
+- What every subcommand is: `main`, the group of all, and `command`; then any of these, e.g. `plan_pick`.
+- A new cell: `init`, `suggest_mount`, `suggest_configurations`.
+- Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
+- Online: `make_order`, `make_scene`, `plan_move`, `verify`, `execute` and `run_trial`.
+- What is in a file, and whether it is right: `inspect` and `check`.
+- Options that commands share: `options` with `option_types`; `arm_options`, `scene_options`, `build_options`
+  and `pod_shift`; `logs` has --verbose and --debug.
+- Work that commands share: `planner` and `experience_session` for queries, `building` for builds,
+  `progress_bar`.
+- What is told on stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for
+  `apc inspect`, `checked_texts` for `apc check`, `execution_report` and `trial_table` for what was played.
 """

@@ -1,4 +1,5 @@
-"""Pictures of what is stored: a roadmap or a database over its cell, as an image or a page to turn about.
+"""Pictures of cells and of what is stored for them, as an image or a page to turn about.
 
-Read `draw`; `stored` and `scenery` make a `picture`, which `png` and `html` write.
+Read `draw`, then `picture` and `scenery`, of which all pictures are made: `cell_picture`, `place_picture` and
+those of what is `stored`; `png` and `html` write them.
 """

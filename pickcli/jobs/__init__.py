@@ -1,5 +1,6 @@
 """Resumable tasks, done here, on processes or on a cluster, to the same bytes; knows no robot.
 
-Read `job` (what a task is), `job_result`, `job_run` with its `journal`, then `executors`; `worker` is the
-other end of a process, and `dask_executor` with its client, results and worker runs tasks on a cluster.
+Read `job` (what a task is), `job_result`, and `job_run` with its `journal`; then where tasks are done:
+`executors`, here and on processes, of which `worker` is the other end; and on the workers of a cluster
+`dask_executor` with `dask_client`, `dask_worker` and `dask_results`.
 """

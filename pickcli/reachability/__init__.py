@@ -1,6 +1,6 @@
-"""How much of a place is reached: by the arm at all, and from named configurations, which are ranked by it.
+"""How much of a place is reached, and from where: by the arm, from a configuration, from a base pose.
 
-`cell_check` is what `apc check` asks of a cell, by `place_reachability`. Read `configuration_ranking` for the
-configurations; `place_pose_sampling` draws what has to be reached, `ranked_configuration` is the
-result.
+Read `cell_check`, what `apc check` asks of a cell, by `place_reachability`; then `configuration_ranking` for
+configurations, with `place_pose_sampling`, which draws what has to be reached, and `ranked_configuration`,
+the result; then `mount_ranking` for base poses, with `tool_pose_sampling`.
 """

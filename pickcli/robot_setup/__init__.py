@@ -3,5 +3,5 @@
 Read `cell_setup`, which goes through it in order: `robot_files` (with `package_search` and `xacro_file`),
 `chain_selection`, `suggested_tool` (with `suggested_gripper` and `finger_pads`), `stated_limits`,
 `collision_sampling`, `suggested_places` and `place_search`, `suggested_configurations`; `cell_text` is the
-text.
+text. `sphere_excess` says how far the spheres of the links stick out of their shapes.
 """

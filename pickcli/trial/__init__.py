@@ -1,5 +1,14 @@
 """A whole order: what to try next, how it is carried out, and what it scores.
 
-Read `order_file`, `loop`, `target_selection` and `attempt_runner`; `trial_interfaces` are the interfaces of a
-trial, `simulated_cell` the simulated cell behind them; `score` and `trial_record` tell what came of it.
+Read in this order:
+
+- What is asked: `order_file`; `make_order` draws a fresh order.
+- The trial: `loop` takes the job that `target_selection` finds most promising, and what `blocking_items`
+  says is moved aside for it; `attempt_runner` plans, verifies and executes it.
+- When things go wrong: `recovery_levels` after a stop; `arm_turns` when another arm is in the way.
+- What a trial plays in: `trial_interfaces`, and behind them the `simulated_cell`; `pod_shift` says
+  where the pod really stands, `pose_noise` how exactly poses are told.
+- What came of it: `disturbance` and `damage`, judged in the `final_state` by the rules of `score`, make a
+  `trial_result`; `trial_folder` keeps it with its `trial_record` and the official `output_file`, and
+  `trial_summary` has the rows of its table.
 """

@@ -1,6 +1,15 @@
 """The second opinion: checks a plan; shares only `files`, `cell`, `scene` and `motion` with the planner.
 
-Read `verify`, which runs all checks and answers with a `verdict`. `state_sampling`, `forward_kinematics`,
-`moving_parts` and `static_solids` say what is where; `fcl_solids` and `separation` measure distances; each
-check has a file of its own.
+Read in this order:
+
+- The question and the answer: `verify`, which runs all checks, and its `verdict`.
+- What is where: `state_sampling`, `forward_kinematics`, `held_pose`, `moving_parts`, `static_solids` and
+  `cloud_points`.
+- How far apart: `fcl_solids` and `separation` for two solids, `pair_distance` over a motion; `solid_arrays`
+  and `broad_phase` for thousands of pairs at once.
+- The motion: `structure_check`, `clearance_check` but for `exemptions`, `joint_limit_check` by the bounds in
+  `quintic`, `straightness_check`, `tool_speed`, and `event_check` with `finger_events`.
+- The item: `contact_check` with `contact_exemptions`, `support_check`, `tipping_check`, `grasp_check` with
+  `pinch_check` and `load_check`, and `release_check`.
+- Ways out of a stop: `recovery_check`.
 """
