@@ -1,8 +1,8 @@
 """One attempt after another: plan, verify, execute, look what became of it. See docs/recovery.md.
 
-A runner knows what a robot could know: what it perceives when it looks (which takes time), what the vacuum
-sensor answers and why a motion stopped. Where things truly are is noted beside it for the score, and decides
-nothing.
+A runner knows what a robot could know: what it perceives when it looks (which takes time), what the tool
+measures of its hold and why a motion stopped. Where things truly are is noted beside it for the score, and
+decides nothing.
 """
 
 from __future__ import annotations
@@ -294,7 +294,7 @@ class AttemptRunner:
         return self._timed(self.interfaces.arena.execute(plan))
 
     def let_go(self) -> ExecutionResult:
-        """Switch the vacuum off where the robot stands.
+        """Let go where the robot stands.
 
         Returns:
             What happened.
@@ -318,7 +318,7 @@ class AttemptRunner:
         before = self.scene()
         execution = self.execute(attempt.plan)
         attempt = replace(attempt, execution=execution)
-        if execution.stopped or self.interfaces.arena.has_vacuum():
+        if execution.stopped or self.interfaces.arena.is_holding():
             self.say(attempt, "recovering")
             attempt = replace(attempt, recovery=recover(self, attempt, before))
         return self._judged(attempt, execution)

@@ -59,7 +59,7 @@ def disturbances(
 ) -> tuple[Disturbance, ...]:
     """Find items that moved from one true scene to the other, without those that were meant to.
 
-    An item that is in one of the scenes only is in the cup in the other.
+    An item that is in one of the scenes only is held in the other.
 
     Args:
         before: The true scene before.

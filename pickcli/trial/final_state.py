@@ -24,9 +24,9 @@ def final_state(
     Args:
         order: The order that was played.
         before: The true scene before the trial.
-        after: The true scene after it, without what is in the cup.
+        after: The true scene after it, without what is held.
         belief: The scene as it is seen in the end: what is claimed.
-        held: Id of the item in the cup, None if it is empty.
+        held: Id of the item that is held, None if there is none.
         drops: Free falls of items.
         damages: Items, or the shelf, and how badly they were hit.
 

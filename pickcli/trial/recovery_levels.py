@@ -1,4 +1,4 @@
-"""After a stop: bring what may be in the cup to where it may lie, then bring the arm out, whatever it takes.
+"""After a stop: bring what may be held to where it may lie, then bring the arm out, whatever it takes.
 
 Nothing here gives up but time: where no level of recovery leads anywhere, the robot waits, looks again and
 tries them all with another seed. See docs/recovery.md.
@@ -24,11 +24,11 @@ from pickcli.trial.attempt_runner import AttemptRunner
 from pickcli.trial.trial_interfaces import LET_GO_TIME
 from pickcli.trial.trial_result import Attempt, RecoveryStep
 
-LET_GO = "let go"  # the step in which the vacuum is switched off
+LET_GO = "let go"  # the step in which the valve is closed, or the fingers are opened
 WAIT = "wait"
 FIRST_WAIT = 5.0  # s, doubled each time
 LONGEST_WAIT = 60.0  # s
-IN_THE_CUP = 0.02  # m from where it would hang at which an item that is seen may be the one in the cup
+AS_HELD = 0.02  # m from where the grip would have it at which an item that is seen may be the one held
 HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # they end at home
 
 
@@ -74,7 +74,7 @@ class _Recovery:
         if self.stopped is not None and self._may_hold():
             self._bring_item()
         if not self.runner.clock.has_time_for(LET_GO_TIME):
-            self.runner.cut_short = "the time was over before the cup had let go"
+            self.runner.cut_short = "the time was over before the item had been let go"
             self.steps.append(RecoveryStep(LET_GO, self.runner.cut_short))
             return tuple(self.steps)
         self.steps.append(RecoveryStep(LET_GO, "", self.runner.let_go()))
@@ -83,30 +83,31 @@ class _Recovery:
         return tuple(self.steps)
 
     def _may_hold(self) -> bool:
-        """Whether the item can be in the cup, for all that a robot knows.
+        """Whether the item can be held, for all that a robot knows.
 
-        A sensor can be wrong. What is seen elsewhere than where the cup would have it is not in the cup,
-        whatever closes that; where it is seen nowhere, only a measurement of the tool says that it is gone.
+        A sensor can be wrong. What is seen elsewhere than where the grip would have it is not held,
+        whatever the grip has closed on; where it is seen nowhere, only a measurement of the tool says that it
+        is gone.
         """
         runner, attempt = self.runner, self.attempt
         assert attempt.execution is not None
-        has_vacuum = runner.interfaces.arena.has_vacuum()
+        is_holding = runner.interfaces.arena.is_holding()
         seen = next((placed for placed in runner.scene().items if placed.id == attempt.item), None)
         if seen is None:
             cause = attempt.execution.stop_cause
-            return has_vacuum or cause is None or not cause.is_measured_empty
-        return has_vacuum and self._is_in_the_cup(seen)
+            return is_holding or cause is None or not cause.is_measured_empty
+        return is_holding and self._is_seen_as_held(seen)
 
-    def _is_in_the_cup(self, seen: PlacedItem) -> bool:
-        """Whether an item is seen where it hangs if the cup took it as planned."""
+    def _is_seen_as_held(self, seen: PlacedItem) -> bool:
+        """Whether an item is seen where it would be if the grip took it as planned."""
         arena, robot, stopped = self.runner.interfaces.arena, self.before.cell.robot, self.stopped
         if stopped is None or stopped.plan.grasp is None:
             return False
         tool_state = stopped.plan.grasp.tool_state if arena.tool_state == MOVING else arena.tool_state
-        T_tip_item = stopped.in_the_cup(robot, self.before.find(self.attempt.item)).T_tip_item
-        T_world_hanging = Arm(robot).tip(arena.q, tool_state) @ T_tip_item
-        off = np.linalg.norm(seen.T_world_item[:3, 3] - T_world_hanging[:3, 3])
-        return bool(off <= IN_THE_CUP + self.runner.settings.noise.position)
+        T_tip_item = stopped.held_item(robot, self.before.find(self.attempt.item)).T_tip_item
+        T_world_held = Arm(robot).tip(arena.q, tool_state) @ T_tip_item
+        off = np.linalg.norm(seen.T_world_item[:3, 3] - T_world_held[:3, 3])
+        return bool(off <= AS_HELD + self.runner.settings.noise.position)
 
     def _bring_item(self) -> None:
         """To where it was to be let go if nothing, or only the sensor, stopped the motion; back if not."""
@@ -126,9 +127,9 @@ class _Recovery:
                 return
 
     def _with_item_held(self, scene: Scene, stopped: StoppedMotion) -> Scene:
-        """The scene with the item in the cup, as it was to be taken, and nowhere else."""
+        """The scene with the item held, as it was to be taken, and nowhere else."""
         item = self.attempt.item
-        held = stopped.in_the_cup(scene.cell.robot, self.before.find(item))
+        held = stopped.held_item(scene.cell.robot, self.before.find(item))
         return replace(scene, items=tuple(p for p in scene.items if p.id != item), held=held)
 
     def _bring_arm_out(self) -> None:

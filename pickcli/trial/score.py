@@ -16,7 +16,7 @@ from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.order_file import Order, OrderKind
 
-HELD = "held"  # in the cup when the trial ended
+HELD = "held"  # by the tool when the trial ended
 
 
 class Damage(StrEnum):
@@ -87,7 +87,7 @@ class ScoringRules:
         wrong_claim: Points for an item that is claimed to be where it is not.
         protruding: Points for an item that stands out of its bin by more than ``protrusion_limit``.
         high_drop: Points for a fall from over ``drop_limit``, whoever let go.
-        lost_target: Points for a target lost by the cup, from any height.
+        lost_target: Points for a target lost by the tool, from any height.
         wrong_item: Points for something else than a target moved out of its bin.
         damage: Points by how bad it is.
         drop_limit: m.

@@ -94,7 +94,7 @@ class SimulatedArena:
 
     @property
     def held(self) -> str | None:
-        """Id of the item that is truly in the cup."""
+        """Id of the item that is truly held."""
         return self._world.held
 
     @property
@@ -110,11 +110,11 @@ class SimulatedArena:
         """
         return self._world.now()
 
-    def has_vacuum(self) -> bool:
-        """Read the vacuum sensor, or whether fingers stand on something.
+    def is_holding(self) -> bool:
+        """Read the vacuum, or whether fingers stand on something.
 
         Returns:
-            What it answers now.
+            Whether the tool holds something, as far as that tells.
         """
         return self._world.grip.is_holding
 
@@ -160,7 +160,7 @@ class SimulatedArena:
         return self._settled(_recorded(run), run.t_start, run.releases, target)
 
     def release(self) -> ExecutionResult:
-        """Close the valve where the robot stands and wait until the item is let go.
+        """Close the valve, or open the fingers, where the robot stands and wait until the item is let go.
 
         Returns:
             What happened.

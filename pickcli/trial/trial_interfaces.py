@@ -40,7 +40,7 @@ class ExecutionResult:
     Attributes:
         duration: s.
         stopped: Why it ended before the plan did, "" if it did not.
-        has_item: What the vacuum sensor said at the end of the retreat, None if it was not read.
+        has_item: What vacuum or fingers told at the end of the retreat, None if that was not read.
         collisions: Contacts that no plan allowed and that began or went on in this time, as far as they had
             come.
         limit_violations: What went beyond a limit, in words.
@@ -48,7 +48,7 @@ class ExecutionResult:
         events: One mapping per fired event, with its device, action and distance from where it was due.
         missed: Events that never fired.
         max_lag: m, farthest that the tool was from where it was told to be.
-        max_load: Worst share of the cup's limits while something was held.
+        max_load: Worst share of what the grip bears while something was held.
         stop_cause: Why it stopped, as a kind; None if it did not stop or never started.
         path_time: Where it came to rest after a stop, as s of the plan's trajectory; None without one.
         disturbed: Items that moved since the record before, though nobody meant them to.
@@ -82,7 +82,7 @@ class Arena(Protocol):
 
     @property
     def held(self) -> str | None:
-        """Id of the item that is truly in the cup, for the score alone."""
+        """Id of the item that is truly held, for the score alone."""
 
     @property
     def collisions(self) -> tuple[Collision, ...]:
@@ -102,11 +102,11 @@ class Arena(Protocol):
             The items.
         """
 
-    def has_vacuum(self) -> bool:
-        """Read the vacuum sensor.
+    def is_holding(self) -> bool:
+        """Read what the tool measures of its hold: the vacuum, or the width of its fingers.
 
         Returns:
-            What it answers now.
+            Whether it holds something, as far as that tells.
         """
 
     def wait(self, duration: float) -> None:
@@ -137,7 +137,7 @@ class Arena(Protocol):
         """
 
     def release(self) -> ExecutionResult:
-        """Close the valve where the robot stands and wait until the item is let go.
+        """Close the valve, or open the fingers, where the robot stands and wait until the item is let go.
 
         Returns:
             What happened.

@@ -27,7 +27,7 @@ class Outcome(StrEnum):
     MOVED = "moved aside"  # into another bin, or the tote, so that a target can be picked
     NO_PLAN = "no plan"
     REJECTED = "rejected"  # by the verifier: nothing was executed
-    NOT_PICKED = "not picked"  # the sensor read no vacuum after the retreat
+    NOT_PICKED = "not picked"  # nothing was measured to be held after the retreat
     LOST = "lost"  # it was held, but did not arrive
     MISSING = "missing"  # no such item is left in its bin
     NO_TIME = "no time"
@@ -204,7 +204,7 @@ class TrialResult:
 
     @property
     def drops(self) -> tuple[str, ...]:
-        """Ids of items that the cup lost."""
+        """Ids of items that the tool lost."""
         return tuple(d.item for e in self.executions for d in e.drops if not d.is_release)
 
     @property

@@ -166,7 +166,7 @@ def test_what_may_be_in_the_cup_is_brought_on_or_back(
     taken = next(s.t_start for s in plan.segments if s.held is not None)
     stopped = StoppedMotion(plan, taken + after)
     placed = scene.find("crayola_24_ct")
-    scene = replace(scene.without(placed.id), held=stopped.in_the_cup(planner.cell.robot, placed))
+    scene = replace(scene.without(placed.id), held=stopped.held_item(planner.cell.robot, placed))
     brought = bring_item(stopped, bringing, scene, planner.arm.limits, 0)
     assert verify(brought, scene, plan.trajectory).reasons == ()
     assert {segment.held for segment in brought.segments} == {"crayola_24_ct"} and brought.events == ()

@@ -120,7 +120,7 @@ class ScriptedTrial:
     def disturbed(self) -> tuple[Disturbance, ...]:
         return self.disturbed_last
 
-    def has_vacuum(self) -> bool:
+    def is_holding(self) -> bool:
         return self.clogged or (self.held is not None and not self.lying_sensor)
 
     def wait(self, duration: float) -> None:

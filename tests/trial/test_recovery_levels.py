@@ -212,7 +212,7 @@ def test_what_is_still_in_the_cup_when_the_time_ends_stays_there(cell: Cell) -> 
     last = first_attempt(result).recovery[-1]
     assert last.what == LET_GO and "time was over" in last.reason and last.execution is None
     assert result.clock <= limit and fake.held == ITEM
-    assert "before the cup had let go" in result.cut_short
+    assert "before the item had been let go" in result.cut_short
 
 
 def test_back_along_a_motion_that_began_in_the_pod_is_not_out(cell: Cell) -> None:

@@ -108,7 +108,7 @@ def test_a_carry_that_stopped_goes_on_with_the_item_as_it_hangs(
     plan, before = pick()
     at = next(s for s in plan.segments if s.kind is kind)
     stopped = StoppedMotion(plan, (at.t_start + at.t_end) / 2)
-    held = stopped.in_the_cup(before.cell.robot, before.find(CRAYOLA))
+    held = stopped.held_item(before.cell.robot, before.find(CRAYOLA))
     assert held.T_tip_item == pytest.approx(pose_in_tool(plan, before), abs=1e-9)
     scene = replace(before.without(CRAYOLA), held=held)
     brought = bring_item(stopped, bringing, scene, scene.cell.robot.limits, 0)

@@ -77,15 +77,15 @@ class StoppedMotion:
             return False
         return bool(_way(_cut(self.plan.trajectory, 0.0, self.path_time), 0.0)[-1] >= LEAST_WAY)
 
-    def in_the_cup(self, robot: Robot, placed: PlacedItem) -> HeldItem:
-        """The item that the motion took, if it took it as planned: the cup is pressed on beyond the surface.
+    def held_item(self, robot: Robot, placed: PlacedItem) -> HeldItem:
+        """The item that the motion took, if it took it as planned: a cup is pressed on beyond the surface.
 
         Args:
             robot: The robot.
             placed: The item where it lay when the motion was planned.
 
         Returns:
-            The item in the cup, with its pose in the tool frame.
+            The item, with its pose in the tool frame.
         """
         assert self.plan.grasp is not None
         T_tip_item = inverse(self.plan.grasp.T_item_tip)
