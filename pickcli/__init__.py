@@ -1,4 +1,4 @@
-"""apc: proven picking motion for a robot arm in front of a shelf.
+"""apc: proven picking motion for one robot arm or two, at shelves, crates and tables.
 
 Everything in ``__all__`` is stable: docs/reference/python.md lists it. A name is imported at its first use,
 so that importing the package takes no time; type checkers read in ``__init__.pyi`` what each name is.

@@ -111,7 +111,7 @@ class LazyGroup(click.Group):
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="apc")
 def apc() -> None:
-    """Proven picking motion for a robot arm in front of a shelf.
+    """Proven picking motion for one robot arm or two, at shelves, crates and tables.
 
     \b
     Example:
