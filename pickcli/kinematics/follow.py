@@ -22,11 +22,6 @@ class FollowResult:
     configurations: Array
     reason: Reason | None
 
-    @property
-    def is_complete(self) -> bool:
-        """Whether all poses were reached."""
-        return self.reason is None
-
 
 @dataclass(frozen=True)
 class Deviation:

@@ -15,6 +15,7 @@ from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import OBSTACLE, POD, Carrier
 from pickcli.cell.station import TOTE as TOTE
+from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, inverse
 from pickcli.scene.cloud import Cloud
 
@@ -222,8 +223,6 @@ class Scene:
         Raises:
             UnknownNameError: If there is none.
         """
-        from pickcli.errors import UnknownNameError
-
         here = [i for i in self.items if location is None or i.location == location]
         for placed in here:
             if placed.id == id_or_name:

@@ -39,7 +39,7 @@ def test_whole_line_keeps_every_promise(arm: Arm, rng: np.random.Generator) -> N
     poses = insertion(0.0, 1.2)
     q0 = arm.solve_spread(poses[0], STRAIGHT, rng)[0]
     result = arm.follow(poses, STRAIGHT, q0)
-    assert result.is_complete and result.reason is None and len(result.configurations) == len(poses)
+    assert result.reason is None and len(result.configurations) == len(poses)
     np.testing.assert_allclose(arm.tips(result.configurations, STRAIGHT), poses, atol=2e-4)
     assert np.all(np.abs(np.diff(result.configurations, axis=0)) <= arm.max_step)
     for s in (0.25, 0.5, 0.75):
@@ -58,7 +58,7 @@ def test_insertions_from_random_solutions(cell: Cell, arm: Arm, name: str) -> No
     y, z = cell_bin.T_carrier_place[1, 3], cell_bin.T_carrier_place[2, 3] + cell_bin.access.height / 2
     poses = insertion(float(y), float(z))
     starts = arm.solve_spread(poses[0], STRAIGHT, rng, 16)
-    complete = [arm.follow(poses, STRAIGHT, q).is_complete for q in starts]
+    complete = [arm.follow(poses, STRAIGHT, q).reason is None for q in starts]
     assert len(complete) >= 4
     assert np.mean(complete) >= 0.5
 
@@ -66,14 +66,14 @@ def test_insertions_from_random_solutions(cell: Cell, arm: Arm, name: str) -> No
 def test_the_rail_does_the_insertion(arm: Arm, rng: np.random.Generator) -> None:
     poses = insertion(0.1, 1.3)
     results = [arm.follow(poses, STRAIGHT, q) for q in arm.solve_spread(poses[0], STRAIGHT, rng)]
-    rails = [r.configurations[-1, 0] - r.configurations[0, 0] for r in results if r.is_complete]
+    rails = [r.configurations[-1, 0] - r.configurations[0, 0] for r in results if r.reason is None]
     assert np.median(rails) > 0.2
 
 
 def test_out_of_reach_says_where(arm: Arm, rng: np.random.Generator) -> None:
     poses = line(pose((0.0, 0, 1.2), R=FRONTAL), pose((2.5, 0, 1.2), R=FRONTAL), 101)
     result = arm.follow(poses, STRAIGHT, arm.solve_spread(poses[0], STRAIGHT, rng)[0])
-    assert not result.is_complete and result.reason is not None
+    assert result.reason is not None
     assert result.reason.what in {"joint limit", "no convergence", "branch jump"}
     n = len(result.configurations)
     assert 0 < n < 101
@@ -89,14 +89,13 @@ def test_joint_limit_is_named(cell: Cell, arm: Arm, rng: np.random.Generator) ->
     poses = insertion(0.0, 1.2)
     q0 = arm.solve_spread(poses[0], STRAIGHT, rng)[0]
     free = arm.follow(poses, STRAIGHT, q0)
-    assert free.is_complete
+    assert free.reason is None
     # All joints but the rail are held where the free line starts: only the rail can go in, and it may not.
     lower = limits.lower.copy()
     lower[1:], upper[1:], upper[0] = q0[1:] - 0.02, q0[1:] + 0.02, q0[0] + 0.1
     tight = Arm(replace(cell.robot, limits=replace(limits, lower=lower, upper=upper)))
     result = tight.follow(poses, STRAIGHT, q0)
-    assert not result.is_complete and result.reason is not None
-    assert result.reason.what == "joint limit"
+    assert result.reason is not None and result.reason.what == "joint limit"
     assert "% of the line" in result.reason.detail
 
 
@@ -104,7 +103,7 @@ def test_a_far_start_is_a_jump_not_a_path(arm: Arm, rng: np.random.Generator) ->
     poses = insertion(0.0, 1.2)
     q0 = arm.solve_spread(poses[0], STRAIGHT, rng)[0] + np.array([0, 0.3, 0, 0, 0, 0, 0, 0])
     result = arm.follow(poses, STRAIGHT, q0)
-    assert not result.is_complete and len(result.configurations) == 0
+    assert len(result.configurations) == 0
     assert result.reason is not None and result.reason.what == "branch jump"
     assert "at 0 % of the line" in result.reason.detail
 
@@ -135,7 +134,7 @@ def test_a_line_ends_before_the_first_step_on_which_the_tool_is_too_far_off(
     poses = line(pose((-0.05, 0.0, 1.2), R=FRONTAL), turned, 12)
     loose = Deviation(1.0, 1.0)
     starts = arm.solve_spread(poses[0], STRAIGHT, rng)
-    q0 = next(q for q in starts if arm.follow(poses[1:], STRAIGHT, q, loose).is_complete)
+    q0 = next(q for q in starts if arm.follow(poses[1:], STRAIGHT, q, loose).reason is None)
     Q = np.vstack([q0, arm.follow(poses[1:], STRAIGHT, q0, loose).configurations])
     tips, middles = arm.tips(Q, STRAIGHT), arm.tips((Q[:-1] + Q[1:]) / 2, STRAIGHT)
     offsets = np.array([off_middle(*step) for step in zip(tips[:-1], middles, tips[1:], strict=True)])
@@ -148,7 +147,7 @@ def test_a_line_ends_before_the_first_step_on_which_the_tool_is_too_far_off(
             assert len(result.configurations) == first
             assert result.reason is not None and result.reason.what == "leaves the line"
             assert f"{offsets[first, 0] * 1e3:.1f} mm" in result.reason.detail
-        assert arm.follow(poses[1:], STRAIGHT, q0, Deviation(*bounds[3])).is_complete
+        assert arm.follow(poses[1:], STRAIGHT, q0, Deviation(*bounds[3])).reason is None
 
 
 @pytest.mark.parametrize("most", [Deviation(5e-4, 3e-3), Deviation(5e-5, 1.0), Deviation(1.0, 1e-4)])
@@ -159,7 +158,7 @@ def test_chords_between_kept_waypoints_stay_near_the_line(
     poses = line(pose((-0.05, 0.0, 1.2), R=FRONTAL), turned, 60)
     starts = arm.solve_spread(poses[0], STRAIGHT, rng)
     results = [arm.follow(poses, STRAIGHT, q) for q in starts]
-    Q = next(result.configurations for result in results if result.is_complete)
+    Q = next(result.configurations for result in results if result.reason is None)
     kept = arm.longest_chords(Q, poses, STRAIGHT, most).tolist()
     assert kept[0] == 0 and kept[-1] == 59 and kept == sorted(set(kept)) and len(kept) < 60
     along = poses[-1, :3, 3] - poses[0, :3, 3]
