@@ -84,7 +84,7 @@ class Workcell:
 
     @property
     def name(self) -> str:
-        """Of the cell."""
+        """Name of the cell."""
         return self.preferred.name
 
     @property

@@ -1,4 +1,4 @@
-"""Where an item lies: in a bin, in the tote, or outside of both."""
+"""Where an item lies: in which place of the cell, a bin, the tote or one of its own, or in none."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def location_of(scene: Scene, item: Item, T_world_item: Array) -> str:
         T_world_item: (4, 4) pose.
 
     Returns:
-        Name of the bin, TOTE or OUTSIDE.
+        Name of the place, or OUTSIDE.
     """
     for name, place in scene.cell.places.items():
         if place.holds((inverse(scene.T_world_place(place)) @ T_world_item)[:3, 3], RIM_SLACK):
@@ -39,7 +39,7 @@ def nearest_place(scene: Scene, T_world_item: Array) -> str:
         T_world_item: (4, 4) pose.
 
     Returns:
-        Name of the bin, or TOTE.
+        Name of the place.
     """
     distances = {}
     for name, place in scene.cell.places.items():

@@ -179,7 +179,10 @@ class _Search:
         return True
 
     def _finer(self, pair: Pair, i: int) -> tuple[float, float]:
-        """As ``Pair.finer``; fcl is asked only where the gaps between the two do not do."""
+        """Smallest distance between a state and the next by more states in between, and a lower bound, m.
+
+        fcl is asked only where gaps between parallel planes, which take less time, do not prove enough.
+        """
         states, solids = self._states.finer(i, FINER), SolidArrays.of((pair.a, pair.b))
         one = np.zeros(FINER + 1, dtype=np.int64)
         gaps = solids.gaps(states, one, one + 1, np.arange(FINER + 1))
