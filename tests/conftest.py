@@ -15,6 +15,7 @@ from pickcli.cell.data_path import data_path
 from pickcli.errors import InputError
 from pickcli.scene.scene_file import write_scene
 from support.cell_copies import CellCopy
+from support.gripper_cell import with_gripper
 from support.scene_files import make_scene
 
 # How long an example takes says how busy the machine is, and nothing about the code.
@@ -40,6 +41,14 @@ def cell_copy(tmp_path: Path) -> CellCopy:
     """A copy of the default cell's folder, to break."""
     shutil.copytree(data_path() / "cells" / "apc2016_delft", tmp_path / "cell")
     return CellCopy(tmp_path / "cell")
+
+
+@pytest.fixture(scope="session")
+def gripper_cell(tmp_path_factory: pytest.TempPathFactory) -> Cell:
+    """The default cell with a gripper in place of lance and cup, which nothing changes."""
+    folder = tmp_path_factory.mktemp("gripper") / "cell"
+    shutil.copytree(data_path() / "cells" / "apc2016_delft", folder)
+    return with_gripper(CellCopy(folder)).load()
 
 
 @pytest.fixture

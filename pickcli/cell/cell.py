@@ -13,7 +13,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body
-from pickcli.cell.station import POD, TOTE, Carrier, Obstacles, Pod, Tote
+from pickcli.cell.station import POD, TOTE, Carrier, Obstacles, Pod, Tote, swept
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
@@ -173,8 +173,8 @@ class Cell:
         Returns:
             The cell; its fingerprint stays.
         """
-        own = tuple(carrier.swept() for carrier in self.own_carriers)
-        return replace(self, pod=self.pod.swept(), own_carriers=own)
+        own = tuple(swept(carrier) for carrier in self.own_carriers)
+        return replace(self, pod=swept(self.pod), own_carriers=own)
 
     def configurations_at(self, place: Place) -> list[NamedConfiguration]:
         """The configurations that are named for a place.

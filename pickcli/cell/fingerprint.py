@@ -91,7 +91,7 @@ def solid(body: Body) -> list[Any]:
 
 
 def digest(content: Any) -> str:
-    """SHA-256 of plain values, independent of the order of keys.
+    """SHA-256 of plain values: of their canonical JSON, keys sorted, no blanks, floats with all their digits.
 
     Args:
         content: Plain values.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from pickcli.cell.place import Place
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement
@@ -27,14 +28,6 @@ class Pod:
     bodies: tuple[Body, ...]
     bins: dict[str, Place]
     displacement: Displacement = UNMOVED
-
-    def swept(self) -> Pod:
-        """The pod with each body grown to a box that holds it wherever the pod stands in its bounds.
-
-        Returns:
-            The grown pod.
-        """
-        return replace(self, bodies=tuple(self.displacement.swept(body) for body in self.bodies))
 
 
 NO_POD = Pod((), {})  # of a cell without one
@@ -73,13 +66,21 @@ class Carrier:
     places: dict[str, Place]
     displacement: Displacement = UNMOVED
 
-    def swept(self) -> Carrier:
-        """The carrier with each body grown to a box that holds it wherever it stands in its bounds.
 
-        Returns:
-            The grown carrier.
-        """
-        return replace(self, bodies=tuple(self.displacement.swept(body) for body in self.bodies))
+_Standing = TypeVar("_Standing", Pod, Carrier)
+
+
+def swept(standing: _Standing) -> _Standing:
+    """What stands with each body grown to a box that holds it wherever it stands in its bounds.
+
+    Args:
+        standing: Pod or carrier.
+
+    Returns:
+        The grown one.
+    """
+    bodies = tuple(standing.displacement.swept(body) for body in standing.bodies)
+    return replace(standing, bodies=bodies)
 
 
 @dataclass(frozen=True, eq=False)

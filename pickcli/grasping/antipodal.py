@@ -17,7 +17,7 @@ import numpy as np
 from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, cross, pose, rotation_axis_angle
+from pickcli.geometry import Array, cross, perpendiculars, pose, rotation_axis_angle
 
 MAX_TILT = np.radians(30.0)  # between the way in and the tool's axis
 SHARES = (1.0, 0.75, 0.5)  # of a pad's sides that are tried where not all of it is on a face
@@ -152,8 +152,9 @@ def _lines(shape: Shape, way_in: Array) -> Iterator[tuple[str, Array, Array, flo
     The sides are along x and z of the tool frame, through the item's middle.
     """
     if shape.kind is ShapeKind.SPHERE:
+        across = -perpendiculars(way_in)[0]  # the sign decides only which of two equal pinches comes first
         for yaw in YAWS[: len(YAWS) // 2]:
-            y = rotation_axis_angle(way_in, yaw) @ _any_across(way_in)
+            y = rotation_axis_angle(way_in, yaw) @ across
             yield "sphere", y, way_in, 0.0, 0.0
         return
     is_box = shape.kind is ShapeKind.BOX
@@ -203,13 +204,6 @@ def _frame(y: Array, z: Array) -> Array:
 def _through(direction: Array, half: Array) -> float:
     """How far in m a line from the middle of a box (half extents) stays inside of it."""
     return float((half / np.maximum(np.abs(direction), EDGE)).min())
-
-
-def _any_across(v: Array) -> Array:
-    """A unit vector (3,) across another."""
-    helper = np.eye(3)[int(np.argmin(np.abs(v)))]
-    across = cross(helper, v)
-    return np.asarray(across / np.linalg.norm(across))
 
 
 def _all_on(shape: Shape, face: str, points: Array) -> bool:

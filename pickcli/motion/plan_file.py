@@ -6,11 +6,11 @@ plan bit for bit, and ``motion_hash`` of it too.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 from typing import Any
 
+from pickcli.cell.fingerprint import digest
 from pickcli.errors import DamagedError, InputError
 from pickcli.files.atomic_write import write_bytes
 from pickcli.files.bounded_reading import read_text
@@ -32,7 +32,7 @@ def motion_hash(plan: Plan) -> str:
     Returns:
         Hexadecimal digits.
     """
-    return _sha256({
+    return digest({
         "trajectory": _trajectory(plan.trajectory),
         "segments": [plain(segment) for segment in plan.segments],
         "events": [plain(event) for event in plan.events],
@@ -125,7 +125,7 @@ def certificate_seal(plan: Plan) -> str:
     if plan.certificate is None:
         return ""
     parts = (plan.query, plan.cell_fingerprint, plan.scene_hash, plan.seed, plan.speed_scale)
-    return _sha256([*parts, *_arms(plan).items(), motion_hash(plan), plain(plan.certificate)])
+    return digest([*parts, *_arms(plan).items(), motion_hash(plan), plain(plan.certificate)])
 
 
 def _arms(plan: Plan) -> dict[str, Any]:
@@ -150,12 +150,6 @@ def _check_certificate(plan: Plan, seal: str, where: str) -> None:
                 f"(certified {certified[:12]}, found {found[:12]}); plan it anew, or set its certificate to "
                 "null and verify it"
             )
-
-
-def _sha256(content: Any) -> str:
-    """Of canonical JSON: sorted keys, no blanks, floats with all their digits."""
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _rows(a: Array) -> list[Any]:

@@ -257,6 +257,22 @@ class Engine(EngineBodies):
         turn = np.array(angular)
         return np.array(linear) + _cross(turn, point - np.array(centre)), turn
 
+    def relative_velocity(self, name: str, other: str, link: str, point: Array) -> tuple[Array, Array]:
+        """Velocity of a body's material point relative to that of another body's link at the same place.
+
+        Args:
+            name: Of the body.
+            other: Of the other body.
+            link: Of its link.
+            point: (3,) m in the world.
+
+        Returns:
+            Velocity (3,) in m/s and turn (3,) in rad/s, world axes.
+        """
+        linear, turn = self.velocity(name, "", point)
+        other_linear, other_turn = self.velocity(other, link, point)
+        return linear - other_linear, turn - other_turn
+
     def push(self, name: str, force: Array, point: Array, link: str = "") -> None:
         """Apply a force to a body or its link, for the next step only.
 

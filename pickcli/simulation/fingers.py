@@ -210,7 +210,8 @@ class Fingers:
         assert self.held is not None and self._patch is not None
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
-        velocity = np.concatenate([R.T @ part for part in self._relative_velocity(tip)])
+        relative = self._engine.relative_velocity(self.held, self._robot, self._tool.cup_link, tip)
+        velocity = np.concatenate([R.T @ part for part in relative])
         self.load = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
         self.ratio = self._patch.ratio(self.load, self._drive.force, self.friction)
         self.max_ratio = max(self.max_ratio, self.ratio)
@@ -234,15 +235,10 @@ class Fingers:
 
     def _sliding_speed(self, T_world_tip: Array) -> float:
         """How fast any part of the pads moves over the held item at most, m/s."""
-        linear, turn = self._relative_velocity(T_world_tip[:3, 3])
-        return float(np.linalg.norm(linear)) + max(self._gripper.pad) / 2 * float(np.linalg.norm(turn))
-
-    def _relative_velocity(self, point: Array) -> tuple[Array, Array]:
-        """Linear and angular, each (3,), of the held item's point relative to the hand, world axes."""
         assert self.held is not None
-        v_item, w_item = self._engine.velocity(self.held, "", point)
-        v_hand, w_hand = self._engine.velocity(self._robot, self._tool.cup_link, point)
-        return v_item - v_hand, w_item - w_hand
+        tip = T_world_tip[:3, 3]
+        linear, turn = self._engine.relative_velocity(self.held, self._robot, self._tool.cup_link, tip)
+        return float(np.linalg.norm(linear)) + max(self._gripper.pad) / 2 * float(np.linalg.norm(turn))
 
     def _tip(self) -> Array:
         return self._engine.pose(self._robot, self._tool.cup_link) @ self._tool.T_cup_tip

@@ -216,25 +216,20 @@ class Suction:
 
     def _sliding_speed(self, item: str, T_world_tip: Array) -> float:
         """How fast any part of the rim moves over the face at most, along it or away from it, m/s."""
-        linear, turn = self._relative_velocity(item, T_world_tip[:3, 3])
+        tip = T_world_tip[:3, 3]
+        linear, turn = self._engine.relative_velocity(item, self._robot, self._tool.cup_link, tip)
         return float(np.linalg.norm(linear)) + self._tool.cup.radius * float(np.linalg.norm(turn))
 
     def _brake(self, item: str, T_world_tip: Array) -> None:
         """Stop an item that slides under the cup by the friction of the lip, which the vacuum presses on."""
         tip = T_world_tip[:3, 3]
-        velocity, _ = self._relative_velocity(item, tip)
+        velocity, _ = self._engine.relative_velocity(item, self._robot, self._tool.cup_link, tip)
         friction = FRICTION * self.vacuum.cup * np.pi * self._tool.cup.radius**2
         drag = BRAKING * self._engine.mass(item) / self._engine.time_step
         force = -min(drag, friction / max(float(np.linalg.norm(velocity)), 1e-9)) * velocity
         self._engine.wake(item)
         self._engine.push(item, force, tip)
         self._engine.push(self._robot, -force, tip, self._tool.cup_link)
-
-    def _relative_velocity(self, item: str, point: Array) -> tuple[Array, Array]:
-        """Linear and angular, each (3,), of an item's point relative to the cup, world axes."""
-        v_item, w_item = self._engine.velocity(item, "", point)
-        v_cup, w_cup = self._engine.velocity(self._robot, self._tool.cup_link, point)
-        return v_item - v_cup, w_item - w_cup
 
     def _draw(self, probe: Probe, T_world_tip: Array) -> None:
         """Pull with the flow of the open cup on an item in front of it."""
@@ -269,7 +264,8 @@ class Suction:
         assert self.held is not None
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
-        velocity = np.concatenate([R.T @ part for part in self._relative_velocity(self.held, tip)])
+        relative = self._engine.relative_velocity(self.held, self._robot, self._tool.cup_link, tip)
+        velocity = np.concatenate([R.T @ part for part in relative])
         wrench = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
         self.load = CupWrench(wrench)
         force, torque = R @ wrench[:3], R @ wrench[3:]

@@ -10,6 +10,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.geometry import pose
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 SceneWith = Callable[..., Scene]
@@ -18,6 +19,12 @@ SceneWith = Callable[..., Scene]
 @pytest.fixture(scope="session")
 def planner(cell: Cell) -> PlanningContext:
     return PlanningContext(cell)
+
+
+@pytest.fixture(scope="session")
+def home(cell: Cell) -> Start:
+    named = cell.configurations["home"]
+    return Start(named.q, named.tool_state)
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
@@ -28,12 +27,6 @@ from support.tool_states import STRAIGHT
 SceneWith = Callable[..., Scene]
 
 ITEM, FROM, INTO, BLOCKER = "crayola_24_ct", "bin_B", "bin_F", "dove_beauty_bar"
-
-
-@pytest.fixture(scope="module")
-def home(cell: Cell) -> Start:
-    named = cell.configurations["home"]
-    return Start(named.q, named.tool_state)
 
 
 def with_crate(

@@ -40,12 +40,6 @@ def in_tote(cell: Cell) -> InTote:
     return make
 
 
-@pytest.fixture(scope="module")
-def home(cell: Cell) -> Start:
-    named = cell.configurations["home"]
-    return Start(named.q, named.tool_state)
-
-
 def test_the_simulated_robot_takes_it_out(planner: PlanningContext, in_tote: InTote, home: Start) -> None:
     scene = in_tote((CRAYONS, 0.1, 0.0, 0.0), (BAR, -0.15, 0.0, 0.0))
     plan = certify(plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home), scene)

@@ -35,12 +35,6 @@ ORDER = [
 ]  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def home(cell: Cell) -> Start:
-    named = cell.configurations["home"]
-    return Start(named.q, named.tool_state)
-
-
 @pytest.mark.parametrize("bin_name", ["bin_A", "bin_E", "bin_L"])
 def test_a_free_item_is_picked_and_certified(
     planner: PlanningContext, scene_with: SceneWith, home: Start, bin_name: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
@@ -12,7 +11,6 @@ import pytest
 from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.cell import Cell
-from pickcli.cell.data_path import data_path
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError
@@ -27,8 +25,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.verify import verify
-from support.cell_copies import CellCopy
-from support.gripper_cell import CLOSED, LEAD, OPEN, with_gripper
+from support.gripper_cell import CLOSED, LEAD, OPEN
 
 ERASER = "expo_dry_erase_board_eraser"  # 130 x 54 x 35 mm, 20 g
 WIDTH = ToolState.of_width(0.054)
@@ -61,13 +58,6 @@ def scene_of(cell: Cell, *items: tuple[str, float, float]) -> Scene:
 def planned(cell: Cell, scene: Scene, state: ToolState = OPEN) -> Planned:
     start = Start(cell.configurations["home"].q, state)
     return Planned(scene, plan_pick(PlanningContext(cell), scene, PickQuery("tote", ERASER), start, seed=1))
-
-
-@pytest.fixture(scope="module")
-def gripper_cell(tmp_path_factory: pytest.TempPathFactory) -> Cell:
-    folder = tmp_path_factory.mktemp("gripper") / "cell"
-    shutil.copytree(data_path() / "cells" / "apc2016_delft", folder)
-    return with_gripper(CellCopy(folder)).load()
 
 
 @pytest.fixture(scope="module")

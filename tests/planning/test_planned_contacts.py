@@ -25,12 +25,6 @@ BIN = "bin_K"
 CASE, BOOK = "jane_eyre_dvd", "i_am_a_bunny_book"
 
 
-@pytest.fixture(scope="module")
-def home(cell: Cell) -> Start:
-    named = cell.configurations["home"]
-    return Start(named.q, named.tool_state)
-
-
 @pytest.fixture(scope="module", params=[PoseNoise(), PoseNoise(0.002, float(np.radians(1.0)))])
 def under(request: pytest.FixtureRequest, cell: Cell) -> Scene:
     """A thin box with a book on it."""

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pickcli.cell.cell import Cell
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
@@ -27,12 +26,6 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.verify import verify
 
 SceneWith = Callable[..., Scene]
-
-
-@pytest.fixture(scope="module")
-def home(cell: Cell) -> Start:
-    named = cell.configurations["home"]
-    return Start(named.q, named.tool_state)
 
 
 def stopped_at_contact(

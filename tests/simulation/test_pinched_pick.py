@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.data_path import data_path
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
@@ -22,17 +20,9 @@ from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.world import World
-from support.cell_copies import CellCopy
-from support.gripper_cell import CLOSED, OPEN, with_gripper
+from support.gripper_cell import CLOSED, OPEN
 
 ERASER = "expo_dry_erase_board_eraser"  # 130 x 54 x 35 mm, 20 g
-
-
-@pytest.fixture(scope="module")
-def gripper_cell(tmp_path_factory: pytest.TempPathFactory) -> Cell:
-    folder = tmp_path_factory.mktemp("gripper") / "cell"
-    shutil.copytree(data_path() / "cells" / "apc2016_delft", folder)
-    return with_gripper(CellCopy(folder)).load()
 
 
 @pytest.fixture(scope="module")
