@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -161,13 +163,14 @@ class Arm:
 
         Returns:
             (M, n) distinct configurations within limits that put the tip at the pose, in the seeds' order;
-            (0, n) if there is no solution.
+            (0, n) if there is no solution. Joints that turn farther than once stand in the turn nearest the
+            first seed.
         """
+        seeds = np.ascontiguousarray(np.atleast_2d(seeds))
         solutions = self.chain(tool_state).ik(
-            T_world_tip, self._T_last_tip, np.ascontiguousarray(np.atleast_2d(seeds)),
-            self._lower, self._upper, self.weights,
-        )  # fmt: skip
-        return np.asarray(solutions).reshape(-1, self.n)
+            T_world_tip, self._T_last_tip, seeds, self._lower, self._upper, self.weights
+        )
+        return self._in_turn_of(seeds[0], np.asarray(solutions).reshape(-1, self.n))
 
     def solve_spread(
         self, T_world_tip: Array, tool_state: ToolState, rng: np.random.Generator, n_seeds: int = 16
@@ -190,7 +193,7 @@ class Arm:
         lower, upper = self.limits.window
         for j in np.flatnonzero(self._is_prismatic):
             seeds[:, j] = lower[j] + rng.permutation(strata) * (upper[j] - lower[j])
-        return self.solve(T_world_tip, tool_state, seeds)
+        return self._in_turn_of(np.zeros(self.n), self.solve(T_world_tip, tool_state, seeds))
 
     def along_rails(self, q: Array, k: int) -> Array:
         """A configuration with its prismatic joints elsewhere, in the middles of k parts of their ranges.
@@ -210,7 +213,9 @@ class Arm:
         return np.where(self._is_prismatic, spread, q)
 
     def random_seeds(self, rng: np.random.Generator, k: int) -> Array:
-        """Draw configurations, uniform within the limits; of a continuous joint within half a turn of 0.
+        """Draw configurations, uniform within the limits; of what turns farther than once, near 0.
+
+        Another turn is the same posture, and far from every configuration in this one.
 
         Args:
             rng: Source of the draws.
@@ -219,7 +224,27 @@ class Arm:
         Returns:
             (k, n) configurations.
         """
-        return rng.uniform(*self.limits.window, size=(k, self.n))
+        lower, upper = self.limits.window
+        nearest = np.clip(0.0, lower + np.pi, upper - np.pi)  # to 0, of the middles of whole turns
+        lower = np.where(self._turns_more, nearest - np.pi, lower)
+        upper = np.where(self._turns_more, nearest + np.pi, upper)
+        return rng.uniform(lower, upper, size=(k, self.n))
+
+    @cached_property
+    def _turns_more(self) -> Array:
+        """(n,) joints that turn farther than once, but not without end."""
+        lower, upper = self.limits.window
+        return np.asarray(~self._is_prismatic & ~self.limits.is_continuous & (upper - lower > 2 * np.pi))
+
+    def _in_turn_of(self, reference: Array, Q: Array) -> Array:
+        """Distinct configurations (M, n), each joint in the turn nearest a reference (n,) within limits."""
+        turned = Q - 2 * np.pi * np.round((Q - reference) / (2 * np.pi))
+        better = self._turns_more & (turned != Q) & (turned >= self._lower) & (turned <= self._upper)
+        if not better.any():
+            return Q
+        found = np.where(better, turned, Q)
+        _, first = np.unique(found.round(6), axis=0, return_index=True)
+        return np.asarray(found[np.sort(first)])
 
     def follow(
         self, T_world_tips: Array, tool_state: ToolState, q0: Array, deviation: Deviation = HALF_WAY

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.robot import JointType, Robot
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array, is_pose, pose, rotation_angle, rotation_axis_angle, rotation_vector
@@ -127,3 +128,19 @@ def test_bodies_group_what_fixed_joints_join(arm: Arm) -> None:
     bodies = dict(zip([j.child for j in arm.robot.joints], bodies_of_frames(arm.robot), strict=True))
     assert bodies["carriage"] == bodies["arm_base"] == 1
     assert bodies["link_t"] == bodies["lance"] == bodies["cup"] == 8
+
+
+def test_joints_that_turn_twice_stay_in_the_turn_that_is_asked_for() -> None:
+    """Two turns of a UR5e's joints are 64 names of one posture, and ways between them are long."""
+    arm = Arm(load_cell("ur5e_crates").robot)
+    state, rng = arm.robot.tool.default_state, np.random.default_rng(1)
+    lower, upper = arm.limits.window
+    assert ((upper - lower) > 3.5 * np.pi).sum() >= 4
+    for q in arm.random_seeds(rng, 20):
+        assert np.abs(q).max() <= np.pi
+        T = arm.tip(q, state)
+        near, there = arm.solve_spread(T, state, rng), arm.solve(T, state, q)
+        assert len(near) > 0 and np.abs(near).max() <= np.pi
+        assert len(there) > 0 and np.abs(there - q).max() <= np.pi
+        for found in (*near, *there):
+            assert np.allclose(arm.tip(found, state), T, atol=1e-4)
