@@ -15,11 +15,12 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array
+from pickcli.geometry import Array, perpendiculars
 
 MAX_STEPS = 200
 TIGHT = 1e-5  # m, between bound and distance, where the search may end
 _NO_WAY = 1e-9  # length of what is no direction any more
+_SPREADS = (0.3, 0.2, 0.1, 0.1, 0.05, 0.03, 0.02, 0.01)  # rad, around the best direction so far
 _NO_WEIGHT = 1e-12  # share of a corner that is not needed
 
 
@@ -68,8 +69,20 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array]) -
     lengths = np.linalg.norm(directions, axis=1)
     across = directions[lengths > _NO_WAY] / lengths[lengths > _NO_WAY, None]
     across = np.vstack([across, -across])
-    together = half_widths(a, across @ R_a) + half_widths(b, -across @ R_b)
-    return float((together - across @ between).min())
+
+    def depths(ways: Array) -> Array:
+        return half_widths(a, ways @ R_a) + half_widths(b, -ways @ R_b) - ways @ between
+
+    found = depths(across)
+    best, least = across[int(np.argmin(found))], float(found.min())
+    for spread in _SPREADS:  # two round solids may part in a direction that is neither's
+        u, v = perpendiculars(best)
+        around = best + spread * np.array([u, -u, v, -v, u + v, u - v, v - u, -u - v])
+        around /= np.linalg.norm(around, axis=1)[:, None]
+        found = depths(around)
+        if found.min() < least:
+            best, least = around[int(np.argmin(found))], float(found.min())
+    return least
 
 
 @lru_cache(maxsize=256)

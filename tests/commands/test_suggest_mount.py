@@ -12,6 +12,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.commands.suggest_mount import command
 from pickcli.reachability.mount_ranking import MountSettings
+from support.bare_robot import write_bare_robot
 from support.command_line import apc, refused
 
 DOWN = "0.45,0.2,0.95,3.1416,0,0"
@@ -45,6 +46,12 @@ def test_the_defaults_are_those_of_the_settings() -> None:
     assert (defaults["poses"], defaults["seed"]) == (MountSettings().n_poses, MountSettings().seed)
 
 
+def test_a_cell_without_places_wants_poses(tmp_path: Path) -> None:
+    bare = write_bare_robot(tmp_path)
+    answer = apc("suggest-mount", "--cell", bare, "--steps", 1, 1, 1, 1)
+    refused(answer, 3, "the cell has no places; state poses of the tool")
+
+
 @pytest.mark.parametrize(
     ("words", "code", "told"),
     [
@@ -55,7 +62,6 @@ def test_the_defaults_are_those_of_the_settings() -> None:
         (("--pose", "1,2,3"), 3, "--pose: expected x,y,z,roll,pitch,yaw in m and rad, got '1,2,3'"),
         (("--pose", "9,0,0,0,0,0"), 5, "reaches nothing"),
         (("--tool-state", "down"), 3, "unknown state of the tool 'down'"),
-        (("--cell", "panda_table", "--x", 0, 0), 3, "the cell has no places; state poses of the tool"),
     ],
 )
 def test_what_makes_no_sense_is_refused(words: tuple[object, ...], code: int, told: str) -> None:

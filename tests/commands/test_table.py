@@ -60,7 +60,8 @@ def test_inspect_shows_a_stored_file_on_one_screen(stored: Path) -> None:
     assert len(brief.out.splitlines()) <= 24 < len(whole.out.splitlines())
     solids = told["made"]["parts"]["solids"]
     assert solids and all(name in whole.out and name not in brief.out for name in solids)
-    assert f"nodes: {told['nodes']}" in brief.out and told["cell_fingerprint"] in brief.out
+    shown = "".join(brief.out.split())  # a fingerprint is longer than some lines
+    assert f"nodes:{told['nodes']}" in shown and told["cell_fingerprint"] in shown
 
 
 FINGERPRINT = "0123456789abcdef" * 4

@@ -14,6 +14,7 @@ from support.piles import PATTERNS, moved_without, pile
 
 CELL = load_cell("apc2016_delft")
 STAYED = 0.01  # m: what moved no farther has neither fallen nor rolled away
+SETTLED = 0.03  # m: the same of what the item lay on, which gives a little when the weight is off it
 
 
 def surprises(scene: Scene, believed: Scene) -> dict[str, dict[str, float]]:
@@ -21,9 +22,15 @@ def surprises(scene: Scene, believed: Scene) -> dict[str, dict[str, float]]:
     supports = supports_of(believed)
     found = {}
     for placed in scene.items:
-        expected = supports.falling(placed.id)
-        moved = {name: way for name, way in moved_without(scene, placed.id).items() if way > STAYED}
-        found[placed.id] = {name: way for name, way in moved.items() if name not in expected}
+        expected, below = (
+            supports.falling(placed.id),
+            supports.graph.chain(supports.graph.carriers, placed.id),
+        )
+        found[placed.id] = {
+            name: way
+            for name, way in moved_without(scene, placed.id).items()
+            if way > (SETTLED if name in below else STAYED) and name not in expected
+        }
     return {name: moved for name, moved in found.items() if moved}
 
 

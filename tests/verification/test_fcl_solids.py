@@ -314,6 +314,13 @@ POSES = st.builds(
 
 @settings(max_examples=300, deadline=None)
 @given(SHAPES, POSES, SHAPES, POSES, st.integers(0, 2**32 - 1))
+@example(
+    a=Shape(ShapeKind.CYLINDER, (0.09375, 0.0625)),
+    T_a=pose((-0.0625, 0.0625, 0.0625), rpy=(-0.25, 1.0, 0.0)),
+    b=Shape(ShapeKind.CYLINDER, (0.09375, 0.25)),
+    T_b=pose((-0.09375, 0.0, -0.09375), rpy=(1.0, 0.0, 0.0)),
+    seed=0,
+)
 def test_the_depth_is_that_of_the_best_direction(
     a: Shape, T_a: Array, b: Shape, T_b: Array, seed: int
 ) -> None:

@@ -99,7 +99,7 @@ def test_inspect_knows_plans_scenes_and_cells(
         assert run(monkeypatch, "inspect", path, "--json") == 0
         assert json.loads(capsys.readouterr().out)[key] == value
         assert run(monkeypatch, "inspect", path) == 0
-        assert value in capsys.readouterr().out
+        assert value in "".join(capsys.readouterr().out.split())  # a hash is longer than some lines
 
 
 def test_inspect_says_no_more_of_a_certificate_than_it_knows(

@@ -170,11 +170,14 @@ CALL_MISTAKES = (
     Mistake(
         "an unknown bin",
         PICK.replace("bin_C", "bin_M"),
-        "--bin: unknown bin 'bin_M'; known: bin_A, … bin_H, bin_I, bin_J, bin_K, bin_L, tote",
+        "--bin: unknown place 'bin_M'; known: bin_A, … bin_H, bin_I, bin_J, bin_K, bin_L, tote",
         3,
     ),
     Mistake(
-        "a bin by its letter", PICK.replace("bin_C", "C"), "--bin: unknown bin 'C'; did you mean 'bin_C'?", 3
+        "a bin by its letter",
+        PICK.replace("bin_C", "C"),
+        "--bin: unknown place 'C'; did you mean 'bin_C'?",
+        3,
     ),
     Mistake(
         "an unknown item",
@@ -191,13 +194,13 @@ CALL_MISTAKES = (
     Mistake(
         "a place that the item is in",
         PICK + " --into bin_C",
-        "--into: the item is taken from bin_C; name the tote or another bin",
+        "--to: the item is taken from bin_C; name another place",
         3,
     ),
     Mistake(
         "an unknown place",
         PICK + " --into shelf",
-        "--into: unknown place 'shelf'; known: bin_A, … bin_H, bin_I, bin_J, bin_K, bin_L, tote",
+        "--to: unknown place 'shelf'; known: bin_A, … bin_H, bin_I, bin_J, bin_K, bin_L, tote",
         3,
     ),
     Mistake(
@@ -282,7 +285,7 @@ CALL_MISTAKES = (
     Mistake(
         "suggest for the tote by a wrong name",
         "suggest-configurations --bin tot",
-        "unknown bin 'tot'; known: bin_A, bin_B, … bin_G, bin_H, bin_I, bin_J, bin_K, bin_L",
+        "unknown bin 'tot'; did you mean 'tote'?",
         3,
     ),
     Mistake(

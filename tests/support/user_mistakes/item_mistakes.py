@@ -39,12 +39,12 @@ ITEM_MISTAKES = (
     ),
     _items(
         "box with a negative side",
-        "items.barkely_hide_bones.box[1]: expected … m: at least 0.0001, got -0.136; correct it",
+        "items.barkely_hide_bones.box[1]: … m: greater than or equal to 0.0001, got -0.136; correct it",
         (BONES, "box: [0.206, -0.136, 0.033]"),
     ),
     _items(
         "box with a side of 0",
-        "items.barkely_hide_bones.box[1]: expected … z] in m: at least 0.0001, got 0; correct it",
+        "items.barkely_hide_bones.box[1]: … in m: greater than or equal to 0.0001, got 0; correct it",
         (BONES, "box: [0.206, 0, 0.033]"),
     ),
     _items(
