@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -166,3 +167,13 @@ def still() -> Trajectory:
     """No motion: the intervals are cut by how far the states say that the joints travelled."""
     q = np.zeros((2, 1))
     return Trajectory(("joint",), np.array([0.0, 1.0]), q, q, q)
+
+
+def test_two_solids_move_apart_by_the_joints_between_them_alone() -> None:
+    """Two parts of which three joints move the one and two of these the other, and one that stands."""
+    a, b = np.array([0.3, 0.02, 0.0]), np.array([0.5, 0.4, 0.1])
+    _, carrying, _, _ = carried()
+    solids = replace(carrying, link=np.array([1, 3, -1]), reach=np.stack([a, b, np.zeros(3)]))
+    one, other = np.array([0, 1, 0, 2, 1, 0]), np.array([1, 0, 2, 0, 2, 0])
+    expected = [[0.0, 0.0, 0.1], [0.0, 0.0, 0.1], a, a, b, [0.0, 0.0, 0.0]]
+    np.testing.assert_array_equal(solids.relative_reach(one, other), expected)

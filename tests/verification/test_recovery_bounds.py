@@ -224,6 +224,15 @@ def test_a_ball_is_as_near_as_it_says_and_its_pose_may_be_off() -> None:
             assert bool(found) is is_near
 
 
+@pytest.mark.parametrize(("slack", "is_near"), [(0.0, False), (0.056, False), (0.058, True), (0.1, True)])
+def test_what_may_be_outside_of_a_part_counts_as_near_too(slack: float, is_near: bool) -> None:
+    """A ball 60 mm ahead of a cup, of which 3 mm is near."""
+    scene, ball = ball_beside_the_cup(0.06)
+    plan = rail(0.0)
+    moving = [replace(p, slack=slack) for p in parts(scene, plan.segments[0], None) if p.is_cup]
+    assert bool(list(_near_at_start(states_of(plan), moving, [ball], CLEAR))) is is_near
+
+
 @pytest.mark.parametrize("most", [0.003, 0.1])
 def test_what_is_near_at_the_start_is_what_exact_distances_say(most: float) -> None:
     scene = make_scene()
