@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,10 +17,13 @@ from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import PoseNoise
+from pickcli.verification.contact_check import _Pair
 from pickcli.verification.grasp_check import _as_grasped, _seal
+from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.joint_limit_check import check_limits
+from pickcli.verification.release_check import check_release
 from pickcli.verification.structure_check import check_structure
-from support.handmade_plans import CRAYOLA, bound, cell, make_scene, pick
+from support.handmade_plans import CRAYOLA, bound, cell, make_scene, pick, place
 from support.plan_mutations import scaled
 from support.tool_states import STRAIGHT
 
@@ -204,3 +208,42 @@ def test_a_miss_is_told_with_how_far_and_how_turned() -> None:
     assert reason.detail == "5.0 mm aside, turned 12.0 deg"
     (reason,) = _as_grasped(scene, grasp, pose((0.0, 0.0, 0.5)), "")
     assert reason.detail.startswith("pressed on by 500.0 mm, expected 0..")
+
+
+def test_a_grasp_is_at_a_pose() -> None:
+    """Turned as it may be, but neither mirrored, scaled nor sheared."""
+    plan, scene = pick()
+    assert plan.grasp is not None
+    T = plan.grasp.T_item_tip
+    for change, problem in (
+        (np.eye(4), []), (np.diag([1.0, 1.0, -1.0, 1.0]), ["not a pose"]),
+        (np.diag([1.01, 1.0, 1.0, 1.0]), ["not a pose"]), (np.diag([1.0, 1.0, 1.0, 2.0]), ["not a pose"]),
+        (np.eye(4) + 0.01 * np.outer(np.eye(4)[0], np.eye(4)[1]), ["not a pose"]),
+    ):  # fmt: skip
+        found = check_structure(replace(plan, grasp=replace(plan.grasp, T_item_tip=T @ change)), scene)
+        assert whats(found) == problem
+
+
+def test_what_is_let_go_is_let_go_in_a_place() -> None:
+    plan, scene = pick()
+    T_tip_item = pose_in_tool(plan, scene)
+    assert T_tip_item is not None
+    assert check_release(plan, scene, T_tip_item) == ()
+    bare = replace(scene, cell=replace(scene.cell, tote=None))  # nothing is open above
+    assert whats(check_release(plan, bare, T_tip_item)) == ["released outside of every place"]
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_a_carried_item_may_lie_in_a_neighbour_as_deep_as_both_poses_and_a_touch_explain(
+    noise: float,
+) -> None:
+    """And 1.5 mm more for the lines; what is clear of it may come as near as a turn explains."""
+    other = place("dove_beauty_bar", (0.0, 0.0, 0.0), "bin_A")
+    scene = make_scene(*pick()[1].items, other, noise=PoseNoise(noise, 0.0))
+    part, fixture = (
+        SimpleNamespace(name=name, is_held=held) for name, held in ((CRAYOLA, True), (other.id, False))
+    )
+    pair = _Pair(scene, None, 0, part, fixture, None)  # type: ignore[arg-type]
+    assert pair._explained(-1.0) == pytest.approx(0.0015 + 2 * noise + 0.0015)
+    assert pair._explained(-0.001) == pytest.approx(0.001 + 0.0015)
+    assert pair._explained(0.01) == pytest.approx(1e-4)

@@ -14,11 +14,13 @@ from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.verification.broad_phase import Stretches
 from pickcli.verification.clearance_check import (
     FAR,
     RESOLUTION,
     ROUNDING,
     Clearance,
+    _Search,
     check_clearance,
 )
 from pickcli.verification.exemptions import exemptions
@@ -305,6 +307,23 @@ def test_what_is_looked_at_more_finely_proves_more() -> None:
             assert bound >= smallest - way / FINER - ROUNDING
             assert smallest <= measured + ROUNDING
             assert measured <= min(pair.distance(i), pair.distance(i + 1)) + ROUNDING
+
+
+def test_a_finer_look_by_gaps_is_below_every_distance_too() -> None:
+    """Where gaps do not do, the exact shapes are asked."""
+    pairs, plan = near_pairs()
+    rng, nothing = np.random.default_rng(2), np.empty(0, dtype=np.int64)
+    none = Stretches(np.empty(0), *(nothing for _ in range(5)))
+    for needed in (0.0, FAR):
+        for pair in pairs:
+            search = _Search(plan, pair.states, SolidArrays.of((pair.a, pair.b)), none, needed)
+            i = int(rng.integers(len(pair.states.times) - 1))
+            near, low = search._finer(pair, i)
+            smallest = smallest_between(pair, pair.states.times[i], pair.states.times[i + 1])
+            assert low <= near + ROUNDING and low <= smallest + ROUNDING
+            assert near <= min(pair.distance(i), pair.distance(i + 1)) + ROUNDING
+            if needed == FAR:
+                assert (near, low) == pytest.approx(pair.finer(i), abs=1e-9)
 
 
 def test_a_pair_that_stays_as_near_is_measured_rarely(monkeypatch: pytest.MonkeyPatch) -> None:
