@@ -323,7 +323,7 @@ def test_a_finer_look_by_gaps_is_below_every_distance_too() -> None:
             assert low <= near + ROUNDING and low <= smallest + ROUNDING
             assert near <= min(pair.distance(i), pair.distance(i + 1)) + ROUNDING
             if needed == FAR:
-                assert (near, low) == pytest.approx(pair.finer(i), abs=1e-9)
+                assert (near, low) == pytest.approx(pair.finer(i), abs=ROUNDING)
 
 
 def test_a_pair_that_stays_as_near_is_measured_rarely(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -35,6 +35,22 @@ def test_the_largest_value_is_bounded_tightly(seed: int, derivative: int) -> Non
     assert (bound <= seen + 1e-3 * scale).all()
 
 
+@pytest.mark.parametrize("most", [0, 1, 5])
+@pytest.mark.parametrize("derivative", [0, 1, 2, 3])
+def test_where_halving_ends_early_the_bound_is_from_above_still(
+    monkeypatch: pytest.MonkeyPatch, most: int, derivative: int
+) -> None:
+    """As many control points as are left are a bound: of the whole pieces, where nothing is halved."""
+    monkeypatch.setattr("pickcli.verification.quintic.MOST_PIECES", most)
+    for seed in range(10):
+        trajectory = random_trajectory(seed)
+        points = control_points(trajectory, derivative)
+        t = np.linspace(0.0, trajectory.duration, 2000)
+        bound, seen = largest(points), trajectory.sample(t, derivative).max(axis=0)
+        assert (bound >= seen - 1e-9 * np.abs(seen)).all()
+        assert (bound <= points.max(axis=(0, 1)) + 1e-6 * np.abs(seen)).all()
+
+
 def test_a_known_peak_between_the_points() -> None:
     """Rest to rest, 1 in T: v = 15/8 / T in the middle, a = 10/sqrt(3) / T^2, j = 60 / T^3 at the ends."""
     T = 0.7
