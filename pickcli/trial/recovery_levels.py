@@ -1,7 +1,7 @@
 """After a stop: bring what may be held to where it may lie, then bring the arm out, whatever it takes.
 
 Nothing here gives up but time: where no level of recovery leads anywhere, the robot waits, looks again and
-tries them all with another seed. See docs/recovery.md.
+tries them all with another seed, but for those that were stopped from there before. See docs/recovery.md.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from pickcli.cell.tool import MOVING
 from pickcli.errors import NoPlanError
+from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
@@ -29,6 +30,8 @@ WAIT = "wait"
 FIRST_WAIT = 5.0  # s, doubled each time
 LONGEST_WAIT = 60.0  # s
 AS_HELD = 0.02  # m from where the grip would have it at which an item that is seen may be the one held
+MOST_STOPPED = 2  # motions of a level that are stopped from one place; then it is not tried from there again
+SAME_PLACE = 0.02  # rad or m of every joint
 HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # they end at home
 
 
@@ -63,6 +66,7 @@ class _Recovery:
         self.trail = [] if path_time is None else [StoppedMotion(attempt.plan, path_time)]
         self.is_whole = path_time is not None  # the trail leads back to where it all began
         self.first = 0  # level with which the next round begins: what has just met something is not repeated
+        self.in_vain: list[tuple[RecoveryLevel, Array]] = []  # what was stopped, with where it began
 
     @property
     def stopped(self) -> StoppedMotion | None:
@@ -163,7 +167,9 @@ class _Recovery:
         for i in (*range(self.first, len(levels)), *range(self.first)):
             if not runner.has_time_to_plan:
                 break
-            level = levels[i]
+            level, q = levels[i], arena.q
+            if self._is_in_vain(level, q):
+                continue
             names = (attempt.item, attempt.number, self.round, str(level))
             seed = derived_seed("recover", runner.settings.seed, *names)
 
@@ -175,10 +181,16 @@ class _Recovery:
             if ended is not None:
                 is_back = level is RecoveryLevel.BACKWARDS and self.is_whole and not self.trail
                 self.is_done = ended and (level in HOME_LEVELS or is_back)
+                self.in_vain += [] if ended else [(level, q)]
                 self.first = 0 if ended else (i + 1) % len(levels)
                 self.late = ""
                 return True
         return False
+
+    def _is_in_vain(self, level: RecoveryLevel, q: Array) -> bool:
+        """Whether what a level leads to from a configuration (n,) was stopped often enough."""
+        stopped = (at for other, at in self.in_vain if other is level)
+        return sum(bool(np.abs(q - at).max() <= SAME_PLACE) for at in stopped) >= MOST_STOPPED
 
     def _tried(self, what: str, plan: Callable[[], Plan], scene: Scene) -> bool | None:
         """Plan, verify and execute one step. Whether it went to its end; None if it did not move at all."""

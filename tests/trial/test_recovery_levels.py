@@ -16,7 +16,7 @@ from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order_file import Order
-from pickcli.trial.recovery_levels import FIRST_WAIT, LET_GO, WAIT
+from pickcli.trial.recovery_levels import FIRST_WAIT, LET_GO, MOST_STOPPED, WAIT
 from pickcli.trial.target_selection import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import trial_record
@@ -137,6 +137,37 @@ def test_what_stops_on_the_way_out_is_looked_at_and_tried_again(cell: Cell) -> N
     assert steps(result)[1:] == [RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING]
     assert [step.reason for step in first_attempt(result).recovery][1:] == ["contact", ""]
     assert result.items_in_tote == 2
+
+
+def test_what_is_stopped_again_and_again_from_one_place_is_left_alone(cell: Cell) -> None:
+    """An arm that cannot move on, whatever it does, touches something a few times, not until the time ends."""
+    fake = fake_with(cell, DENIED)
+    at_once = replace(HIT, duration=0.1, path_time=0.0)
+    for level in RecoveryLevel:
+        fake.executions[f"recover {level}"] = [at_once] * 500
+    result = play(fake)
+    moved = [step.what for step in first_attempt(result).recovery[1:] if step.execution is not None]
+    assert {level: moved.count(level) for level in RecoveryLevel} == dict.fromkeys(
+        RecoveryLevel, MOST_STOPPED
+    )
+    assert "before the time was over" in result.aborted
+
+
+def test_what_was_stopped_from_one_place_is_tried_from_another(cell: Cell) -> None:
+    fake = fake_with(cell, DENIED)
+    at_once = replace(HIT, duration=0.1, path_time=0.0)
+    fake.executions["recover as planned"] = [at_once] * 4
+    fake.stuck = [ALL - {RecoveryLevel.AS_PLANNED}]
+    execute = fake.execute
+
+    def drift(plan):  # type: ignore[no-untyped-def]
+        fake.q = fake.q + 0.015 * plan.query.startswith("recover")
+        return execute(plan)
+
+    fake.execute = drift  # type: ignore[method-assign]
+    result = play(fake)
+    moved = [step.what for step in first_attempt(result).recovery[1:] if step.execution is not None]
+    assert moved == [RecoveryLevel.AS_PLANNED] * 5 and result.is_clean
 
 
 def test_where_no_level_leads_out_it_waits_looks_and_tries_with_another_seed(cell: Cell) -> None:
