@@ -1,10 +1,10 @@
 """Which targets of a trial could have been delivered: the question that a share of deliveries is of.
 
-Deliverable is what the tool can hold and what can be planned exactly where it stands, once everything that
-the tool can hold is gone from its bin: that could have been moved out of the way. Where nothing of the kind
-could go first, be it that the target or something that stays rests on it, that is told apart. So is, of the
-rest, what no order of plans leads to, one item after another into the tote: with exact poses, and with what a
-plan has to allow for poses that are known as well as in a trial.
+Deliverable is what a tool can hold and what can be planned, for any arm that plays, exactly where it stands,
+once everything that a tool can hold is gone from its bin: that could have been moved out of the way. Where
+nothing of the kind could go first, be it that the target or something that stays rests on it, that is told
+apart. So is, of the rest, what no order of plans leads to, one item after another into the tote: with exact
+poses, and with what a plan has to allow for poses that are known as well as in a trial.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
 from pickcli.geometry import GRAVITY, inverse
+from pickcli.grasping.antipodal import pinches
 from pickcli.grasping.candidates import sample_grasps
 from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import WIDE
@@ -41,14 +42,17 @@ NO_ORDER = "no order of plans leads to it"
 NO_ORDER_AS_KNOWN = "no order of plans leads to it as well as poses are known"
 
 
-def why_not_deliverable(copies: Sequence[PlacedItem], scene: Scene, warm: PlanningContext) -> str:
-    """Why none of the copies of a target is deliverable, "" if one is."""
-    if not any(is_holdable(copy.item, warm.cell.robot.tool) for copy in copies):
+def why_not_deliverable(copies: Sequence[PlacedItem], scene: Scene, warm: Sequence[PlanningContext]) -> str:
+    """Why none of the copies of a target is deliverable, "" if one is.
+
+    warm: a planner for each arm that plays
+    """
+    tools = _tools(warm)
+    if not any(is_holdable(copy.item, tools) for copy in copies):
         return CANNOT_BE_HELD
-    tool = warm.cell.robot.tool
-    if not any(_is_plannable(copy, _cleared(scene, copy, tool), warm) for copy in copies):
+    if not any(_is_plannable(copy, _cleared(scene, copy, tools), warm) for copy in copies):
         return NO_PLAN_WHEN_CLEARED
-    if not any(_is_plannable(copy, _cleared_as_it_can_be(scene, copy, tool), warm) for copy in copies):
+    if not any(_is_plannable(copy, _cleared_as_it_can_be(scene, copy, tools), warm) for copy in copies):
         return CANNOT_BE_CLEARED
     if not any(_leads_to(copy, scene, warm) for copy in copies):
         return NO_ORDER
@@ -57,27 +61,49 @@ def why_not_deliverable(copies: Sequence[PlacedItem], scene: Scene, warm: Planni
     return ""
 
 
-def is_holdable(item: Item, tool: Tool) -> bool:
-    """Whether the cup bears the item's weight, hanging straight below one of the faces on which it seals."""
+def is_holdable(item: Item, tools: Iterable[Tool]) -> bool:
+    """Whether one of the tools bears the item's weight.
+
+    A cup, hanging straight below one of the faces on which it seals; fingers, by its middle between the pads,
+    for which they open wide enough.
+    """
+    return any(_pinches(item, tool) if tool.gripper is not None else _seals(item, tool) for tool in tools)
+
+
+def _seals(item: Item, tool: Tool) -> bool:
     wrench = np.array([0.0, 0.0, -GRAVITY * item.mass, 0.0, 0.0, 0.0])
     shares = (item.seals[face.name] for face in faces(item, tool))
     return any(float(tool.cup.limits.ratio(wrench, share)) <= 1.0 for share in shares)
 
 
-def _cleared(scene: Scene, target: PlacedItem, tool: Tool) -> Scene:
-    """The scene with nothing left in the target's bin but the target and what the tool cannot hold."""
+def _pinches(item: Item, tool: Tool) -> bool:
+    gripper, widest = tool.gripper, max(tool.positions.values())
+    assert gripper is not None
+    rng = derived_rng("is holdable", item.name)
+    ways_in = np.vstack([np.eye(3), -np.eye(3)])
+    found = (p for way in ways_in for p in pinches(item.shape, gripper.pad, way, (0.0,), 0, rng, 0))
+    is_light = GRAVITY * item.mass <= gripper.limits.max_shear
+    return is_light and any(pinch.width < widest for pinch in found)
+
+
+def _tools(warm: Sequence[PlanningContext]) -> tuple[Tool, ...]:
+    return tuple(context.cell.robot.tool for context in warm)
+
+
+def _cleared(scene: Scene, target: PlacedItem, tools: Sequence[Tool]) -> Scene:
+    """The scene with nothing left in the target's bin but the target and what no tool can hold."""
     here = scene.in_location(target.location)
-    return _without(scene, (p for p in here if p is not target and is_holdable(p.item, tool)))
+    return _without(scene, (p for p in here if p is not target and is_holdable(p.item, tools)))
 
 
-def _cleared_as_it_can_be(scene: Scene, target: PlacedItem, tool: Tool) -> Scene:
+def _cleared_as_it_can_be(scene: Scene, target: PlacedItem, tools: Sequence[Tool]) -> Scene:
     """The scene without what could go before the target.
 
     What carries the target stays, so does what has no grasp as it lies, and what carries that.
     """
     supports = supports_of(scene)
     here = {p.id: p for p in scene.in_location(target.location)}
-    todo = [name for name, p in here.items() if p is target or not _has_grasp(p, scene, tool)]
+    todo = [name for name, p in here.items() if p is target or not _has_grasp(p, scene, tools)]
     stay = set(todo)
     while todo:
         below = [name for name in supports.graph.carriers(todo.pop()) if name in here and name not in stay]
@@ -86,14 +112,14 @@ def _cleared_as_it_can_be(scene: Scene, target: PlacedItem, tool: Tool) -> Scene
     return _without(scene, (p for name, p in here.items() if name not in stay))
 
 
-def _leads_to(target: PlacedItem, scene: Scene, warm: PlanningContext) -> bool:
+def _leads_to(target: PlacedItem, scene: Scene, warm: Sequence[PlanningContext]) -> bool:
     """Whether the target can be planned once whatever can be planned before it is gone, one by one.
 
     What can be taken out beside an item can be taken out without it: the order makes no difference.
     """
     while not _is_plannable(target, scene, warm):
         others = (p for p in scene.in_location(target.location) if p is not target)
-        able = (p for p in others if is_holdable(p.item, warm.cell.robot.tool))
+        able = (p for p in others if is_holdable(p.item, _tools(warm)))
         first = next((p for p in from_the_mouth(scene, able) if _is_plannable(p, scene, warm)), None)
         if first is None:
             return False
@@ -108,13 +134,13 @@ def _as_known(scene: Scene) -> Scene:
     return replace(scene, noise=DEFAULT_NOISE, pod_error=error)
 
 
-def _has_grasp(placed: PlacedItem, scene: Scene, tool: Tool) -> bool:
-    """Whether any face within reach as an item lies would hold it, whatever is around it."""
+def _has_grasp(placed: PlacedItem, scene: Scene, tools: Iterable[Tool]) -> bool:
+    """Whether a tool would hold an item as it lies, whatever is around it."""
     cell_bin = scene.cell.pod.bins[placed.location]
     T_bin_item = inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item
-    rng = derived_rng("has grasp", placed.id)
-    found = sample_grasps(GraspTarget(placed.id, placed.item, T_bin_item, cell_bin), tool, rng, WIDE)
-    return bool(found.grasps)
+    target = GraspTarget(placed.id, placed.item, T_bin_item, cell_bin)
+    drawn = (sample_grasps(target, tool, derived_rng("has grasp", placed.id), WIDE) for tool in tools)
+    return any(found.grasps for found in drawn)
 
 
 def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
@@ -123,10 +149,14 @@ def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
     return scene
 
 
-def _is_plannable(target: PlacedItem, scene: Scene, warm: PlanningContext) -> bool:
-    home = warm.cell.configurations["home"]
+def _is_plannable(target: PlacedItem, scene: Scene, warm: Sequence[PlanningContext]) -> bool:
+    return any(_has_plan(target, replace(scene, cell=context.cell), context) for context in warm)
+
+
+def _has_plan(target: PlacedItem, scene: Scene, context: PlanningContext) -> bool:
+    home = context.cell.configurations["home"]
     try:
-        plan_pick(warm, scene, PickQuery(target.location, target.id), Start(home.q, home.tool_state))
+        plan_pick(context, scene, PickQuery(target.location, target.id), Start(home.q, home.tool_state))
     except NoPlanError:
         return False
     return True

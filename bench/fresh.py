@@ -1,6 +1,7 @@
 """Fresh orders, each played once by ``apc run-trial`` with a seed of its own, and what came of them.
 
-    python -m bench.fresh [--orders 20] [--seed 0] [--year 2016] [--reality FILE] [--processes 2]
+    python -m bench.fresh [--orders 20] [--seed 0] [--year 2016] [--cell apc2016_delft] [--reality FILE]
+                          [--processes 2]
 
 Orders are those of ``apc make-order`` with the seeds from --seed on. Every finished trial is kept under
 runs/fresh, so that the same command goes on where it was interrupted; other code, data or levels of reality
@@ -15,7 +16,8 @@ import hashlib
 import json
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -37,7 +39,7 @@ from bench.deliverable import (
     why_not_deliverable,
 )
 from bench.played import OVER_BY, OVER_PLAN, Played, balls, read_played
-from bench.warm import planner
+from bench.warm import planners
 from pickcli.cell.data_path import data_path
 from pickcli.jobs.job import sources_digest
 from pickcli.planning.planning_context import PlanningContext
@@ -48,6 +50,7 @@ from pickcli.trial.order_file import OrderKind
 from pickcli.trial.output_file import write_output
 
 FOLDER = Path("runs/fresh")
+CELL = "apc2016_delft"
 ENDED = (0, 6)  # exit codes of a trial that was played, clean or not
 JUDGES = ("deliverable", "fresh", "played")  # the files that say what the figures are
 DO_NOT_FIT = "do not fit at rest"  # what run-trial tells of a bin that its items cannot be stowed in
@@ -55,12 +58,13 @@ DO_NOT_FIT = "do not fit at rest"  # what run-trial tells of a bin that its item
 
 @dataclass(frozen=True)
 class Job:
-    """One trial to be played: the seed of its order and scene, and where it is kept."""
+    """One trial to be played: the seed of its order and scene, the cell, and where it is kept."""
 
     seed: int
     year: int
     folder: Path
     reality: Path | None
+    cell: str = CELL
 
     @property
     def is_played(self) -> bool:
@@ -79,21 +83,24 @@ class Job:
         return self.folder / f"judged_{hashlib.sha256(b''.join(sources)).hexdigest()[:12]}.json"
 
 
-def jobs(seeds: Sequence[int], year: int, reality: Path | None, folder: Path = FOLDER) -> list[Job]:
-    """One trial per seed, kept apart from those of other code, data and levels."""
+def jobs(
+    seeds: Sequence[int], year: int, reality: Path | None, folder: Path = FOLDER, cell: str = CELL
+) -> list[Job]:
+    """One trial per seed, kept apart from those of other code, data, cells and levels."""
     parts = [sources_digest().encode(), *(p.read_bytes() for p in sorted(data_path().rglob("*.yaml")))]
     if reality is not None:
         parts.append(reality.read_bytes())
     made_with = hashlib.sha256(b"\x1f".join(parts))
     home = folder / made_with.hexdigest()[:12]
-    return [Job(seed, year, home / f"{year}-{seed}", reality) for seed in seeds]
+    prefix = "" if cell == CELL else f"{cell}-"
+    return [Job(seed, year, home / f"{prefix}{year}-{seed}", reality, cell) for seed in seeds]
 
 
 def play(job: Job) -> str:
     """Play and judge one trial, as far as it is not; what went wrong with the program itself, or ""."""
     failed = "" if job.is_played or job.not_stowed.exists() else _run(job)
     if job.is_played and not job.judged.exists():
-        job.judged.write_text(json.dumps(judged(job.folder, _planner()), indent=2) + "\n")
+        job.judged.write_text(json.dumps(judged(job.folder, _planners(job.cell)), indent=2) + "\n")
     return failed
 
 
@@ -101,7 +108,7 @@ def _run(job: Job) -> str:
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     order = job.folder.with_suffix(".json")
     write_output(order, make_order(OrderKind.PICK, job.year, job.seed))
-    options = ["--seed", str(job.seed), "-o", str(job.folder), "--overwrite"]
+    options = ["--cell", job.cell, "--seed", str(job.seed), "-o", str(job.folder), "--overwrite"]
     if job.reality is not None:
         options += ["--reality", str(job.reality)]
     command = [sys.executable, "-m", "pickcli", "run-trial", str(order), *options]
@@ -114,14 +121,18 @@ def _run(job: Job) -> str:
 
 
 @cache
-def _planner() -> PlanningContext:
-    return planner()
+def _planners(cell: str) -> tuple[PlanningContext, ...]:
+    return planners(cell)
 
 
-def judged(folder: Path, warm: PlanningContext) -> dict[str, Any]:
-    """The figures of one trial."""
-    played = read_played(folder, balls(warm.cell.items))
-    missed = undelivered(played, read_scene(folder / "scene.json", warm.cell), warm)
+def judged(folder: Path, warm: Sequence[PlanningContext]) -> dict[str, Any]:
+    """The figures of one trial.
+
+    warm: a planner for each arm that plays, that of the arm that acted first before others
+    """
+    cell = warm[0].cell
+    played = read_played(folder, balls(cell.items))
+    missed = undelivered(played, read_scene(folder / "scene.json", cell), warm)
     record, statistics = played.record, played.record["statistics"]["attempts"]
     planned = [(a["plan"] is not None, s.get("planning_ms")) for a, s in
                zip(record["attempts"], statistics, strict=True)]  # fmt: skip
@@ -141,6 +152,7 @@ def judged(folder: Path, warm: PlanningContext) -> dict[str, Any]:
         "certified": played.n_certified,
         "rejected": played.n_rejected,
         "missed": missed,
+        "delivered_by": delivered_by(record),
         "delivery_s": played.delivery_times,
         "event_distance_mm": 1e3 * max(played.event_distances, default=0.0),
         # The first call of a process is left out: a planner is warm ever after.
@@ -150,7 +162,13 @@ def judged(folder: Path, warm: PlanningContext) -> dict[str, Any]:
     }
 
 
-def undelivered(played: Played, scene: Scene, warm: PlanningContext) -> list[dict[str, Any]]:
+def delivered_by(record: Mapping[str, Any]) -> dict[str, int]:
+    """How many targets each arm delivered; nothing in a cell with one arm."""
+    done = (a["arm"] for a in record["attempts"] if a["outcome"] == "in tote" and "arm" in a)
+    return dict(sorted(Counter(done).items()))
+
+
+def undelivered(played: Played, scene: Scene, warm: Sequence[PlanningContext]) -> list[dict[str, Any]]:
     """Every target that was not delivered, with its reason and why it is not deliverable, "" if it is."""
     found = []
     for line in played.record["items"]:
@@ -192,6 +210,7 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "trials": len(trials),
         "items_in_tote_mean": float(np.mean(delivered)),
         "items_in_tote_least": min(delivered),
+        "delivered_by": dict(sorted(sum((Counter(t["delivered_by"]) for t in trials), Counter()).items())),
         "score_share": sum(t["score"] for t in trials) / sum(t["max_score"] for t in trials),
         "with_contact": sum(bool(trial["contacts"]) for trial in trials),
         "with_limit_violation": sum(trial["limit_violations"] > 0 for trial in trials),
@@ -279,7 +298,7 @@ def show(figures: dict[str, Any], console: Console) -> None:
     for what, wanted, value, is_kept in rows(figures):
         table.add_row(what, wanted, f"{value:.3g}", "" if is_kept else "missed")
     console.print(table)
-    for key in ("not_stowed", "items_in_tote_mean", "items_in_tote_least", "score_share",
+    for key in ("not_stowed", "items_in_tote_mean", "items_in_tote_least", "delivered_by", "score_share",
                 "missed_cannot_be_held", "missed_no_plan_when_cleared", "missed_deliverable",
                 "missed_cannot_be_cleared", "missed_no_order", "missed_no_order_as_known",
                 "delivered_share_of_clearable", "delivered_share_by_plans", "delivered_share_as_known",
@@ -289,10 +308,14 @@ def show(figures: dict[str, Any], console: Console) -> None:
 
 
 def measure(
-    seeds: Sequence[int], year: int = 2016, reality: Path | None = None, processes: int = 2
+    seeds: Sequence[int],
+    year: int = 2016,
+    reality: Path | None = None,
+    processes: int = 2,
+    cell: str = CELL,
 ) -> dict[str, Any]:
     """Play what is not played yet; the summary, with every trial's figures."""
-    trials = play_all(jobs(seeds, year, reality), processes)
+    trials = play_all(jobs(seeds, year, reality, cell=cell), processes)
     return {**summary(trials), "not_stowed": len(seeds) - len(trials), "each": trials}
 
 
@@ -302,12 +325,13 @@ def main() -> None:
     parser.add_argument("--orders", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0, help="of the first order")
     parser.add_argument("--year", type=int, choices=(2015, 2016), default=2016)
+    parser.add_argument("--cell", default=CELL, help="a name under data/cells; all of its arms play")
     parser.add_argument("--reality", type=Path, metavar="FILE")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--json", type=Path, default=Path("runs/fresh.json"), metavar="FILE")
     given = parser.parse_args()
     seeds = range(given.seed, given.seed + given.orders)
-    figures = measure(seeds, given.year, given.reality, given.processes)
+    figures = measure(seeds, given.year, given.reality, given.processes, given.cell)
     show(figures, Console(width=110))
     given.json.parent.mkdir(parents=True, exist_ok=True)
     given.json.write_text(json.dumps(figures, indent=2) + "\n")

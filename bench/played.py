@@ -58,8 +58,9 @@ class Played:
     def executions(self) -> Iterator[Mapping[str, Any]]:
         """Everything that was carried out, in the order of time."""
         for attempt in self.record["attempts"]:
-            if attempt["execution"] is not None:
-                yield attempt["execution"]
+            for run in (attempt.get("parking"), attempt["execution"]):
+                if run is not None:
+                    yield run
             yield from (step["execution"] for step in attempt["recovery"] if step["execution"] is not None)
 
     @cached_property

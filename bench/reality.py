@@ -71,7 +71,7 @@ def holdable_share(year: int, n_orders: int = 1000) -> float:
         for target in order.work_order:
             points = target_points(order, target.bin, target.item, bonus)
             best += points
-            held += points * is_holdable(cell.item(target.item, year), cell.robot.tool)
+            held += points * is_holdable(cell.item(target.item, year), [cell.robot.tool])
     return held / best
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import load_cell
+from pickcli.cell.cell_file import load_cell, load_workcell
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.precompute.artifact_cache import ensure_artifacts
@@ -28,6 +28,19 @@ def planner(max_tool_speed: float | None = None) -> PlanningContext:
         cell = replace(cell, max_tool_speed=max_tool_speed)
         cell = replace(cell, fingerprint=fingerprint(cell))
     return PlanningContext(cell, *stored)
+
+
+def planners(cell_name: str) -> tuple[PlanningContext, ...]:
+    """A planner for each arm of a cell, with the files that are stored for it, built if they are missing.
+
+    The arm that acts first in a trial comes first.
+    """
+    return tuple(_with_files(cell) for cell in load_workcell(cell_name).arms.values())
+
+
+def _with_files(cell: Cell) -> PlanningContext:
+    paths = ensure_artifacts(cell)
+    return PlanningContext(cell, read_roadmap(paths.roadmap, cell), read_database(paths.trajectories, cell))
 
 
 def fresh_scene(cell: Cell, seed: int) -> tuple[Order, Scene]:

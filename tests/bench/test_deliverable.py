@@ -22,9 +22,9 @@ def test_what_carries_the_target_or_what_cannot_be_taken_stays() -> None:
         ("staples_index_cards", "fitness_gear_3lb_dumbbell"),
     )
     scene = _stacks(on_box, heavy, ("dove_beauty_bar",))
-    left = deliverable._cleared_as_it_can_be(scene, scene.find("crayola_24_ct"), CELL.robot.tool)
+    left = deliverable._cleared_as_it_can_be(scene, scene.find("crayola_24_ct"), [CELL.robot.tool])
     assert {p.id for p in scene.items} - {p.id for p in left.items} == {"dove_beauty_bar"}
-    all_gone = deliverable._cleared(scene, scene.find("crayola_24_ct"), CELL.robot.tool)
+    all_gone = deliverable._cleared(scene, scene.find("crayola_24_ct"), [CELL.robot.tool])
     assert {p.id for p in all_gone.items} == {"crayola_24_ct", "fitness_gear_3lb_dumbbell"}
 
 
@@ -42,12 +42,12 @@ def test_an_order_of_plans_ends_where_nothing_more_can_be_taken(monkeypatch: pyt
 
         monkeypatch.setattr(deliverable, "_is_plannable", ask)
 
-    warm = SimpleNamespace(cell=CELL)
+    warm = [SimpleNamespace(cell=CELL)]
     plannable()
-    assert deliverable._leads_to(target, scene, warm)  # type: ignore[arg-type]
+    assert deliverable._leads_to(target, scene, warm)  # type: ignore[list-item]
     assert asked[-1] == target.id
     plannable(never="crayola_24_ct")
-    assert not deliverable._leads_to(target, scene, warm)  # type: ignore[arg-type]
+    assert not deliverable._leads_to(target, scene, warm)  # type: ignore[list-item]
 
 
 def test_what_is_known_of_poses_is_stated_and_moves_nothing() -> None:
@@ -75,4 +75,22 @@ def _stacks(*stacks: tuple[str, ...]) -> Scene:
     ("crayola_24_ct", True), ("oral_b_toothbrush_green", False), ("fitness_gear_3lb_dumbbell", False),
 ])  # fmt: skip
 def test_is_holdable_says_what_a_cup_can_carry(name: str, holds: bool) -> None:
-    assert deliverable.is_holdable(CELL.item(name, 2016), CELL.robot.tool) == holds
+    assert deliverable.is_holdable(CELL.item(name, 2016), [CELL.robot.tool]) == holds
+
+
+@pytest.mark.parametrize(("name", "holds"), [
+    ("dove_beauty_bar", True), ("kleenex_tissue_box", False), ("fitness_gear_3lb_dumbbell", False),
+])  # fmt: skip
+def test_is_holdable_says_what_fingers_can_carry(name: str, holds: bool) -> None:
+    """Baxter's open 56 mm; the dumbbell's mantle is wider, as is a box of tissues."""
+    gripper = load_cell("apc2016_kth", arm="left").robot.tool
+    assert gripper.gripper is not None
+    assert deliverable.is_holdable(CELL.item(name, 2016), [gripper]) == holds
+
+
+def test_what_one_of_several_tools_holds_is_holdable() -> None:
+    cup, gripper = (load_cell("apc2016_kth", arm=arm).robot.tool for arm in ("right", "left"))
+    tissues = CELL.item("kleenex_tissue_box", 2016)
+    assert deliverable.is_holdable(tissues, [gripper, cup]) and not deliverable.is_holdable(
+        tissues, [gripper]
+    )

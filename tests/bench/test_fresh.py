@@ -17,7 +17,7 @@ def trial(**changes: Any) -> dict[str, Any]:
         "items_in_tote": 10, "score": 120, "max_score": 180, "contacts": [], "limit_violations": 0,
         "neighbours_moved": {}, "aborted": "", "missed": [], "loads": [(0.5, 0.5)], "drops": 0,
         "certified": 12, "rejected": 0, "clock_s": 100.0, "delivery_s": [6.0], "event_distance_mm": 1.0,
-        "planning_ms": [50.0], "planning_failed_ms": [], "verification_ms": [200.0],
+        "delivered_by": {}, "planning_ms": [50.0], "planning_failed_ms": [], "verification_ms": [200.0],
     }  # fmt: skip
     return {**default, **changes}
 
@@ -115,3 +115,14 @@ def test_play_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     job.judged.write_text(json.dumps(trial()))
     assert job.is_played and fresh.play(job) == ""
     assert len(called) == 1
+
+
+def test_cells_are_kept_apart_and_arms_counted(tmp_path: Path) -> None:
+    named, default = (fresh.jobs([7], 2016, None, tmp_path, cell)[0] for cell in ("mine", fresh.CELL))
+    assert named.folder != default.folder and named.cell == "mine"
+    attempts = [("left", "in tote"), ("right", "in tote"), ("right", "in tote"), ("left", "no plan")]
+    record = {"attempts": [{"arm": arm, "outcome": outcome} for arm, outcome in attempts]}
+    assert fresh.delivered_by(record) == {"left": 1, "right": 2}
+    assert fresh.delivered_by({"attempts": [{"outcome": "in tote"}]}) == {}
+    trials = [trial(delivered_by={"left": 1}), trial(delivered_by={"left": 2, "right": 3})]
+    assert fresh.summary(trials)["delivered_by"] == {"left": 3, "right": 3}

@@ -140,7 +140,7 @@ def test_what_stops_on_the_way_out_is_looked_at_and_tried_again(cell: Cell) -> N
 
 
 def test_what_is_stopped_again_and_again_from_one_place_is_left_alone(cell: Cell) -> None:
-    """An arm that cannot move on, whatever it does, touches something a few times, not until the time ends."""
+    """An arm that cannot move on, whatever it does, touches something a few times and no more."""
     fake = fake_with(cell, DENIED)
     at_once = replace(HIT, duration=0.1, path_time=0.0)
     for level in RecoveryLevel:
