@@ -44,10 +44,10 @@ def test_an_order_of_plans_ends_where_nothing_more_can_be_taken(monkeypatch: pyt
 
     warm = [SimpleNamespace(cell=CELL)]
     plannable()
-    assert deliverable._leads_to(target, scene, warm)  # type: ignore[list-item]
+    assert deliverable._leads_to(target, scene, warm)  # type: ignore[arg-type]
     assert asked[-1] == target.id
     plannable(never="crayola_24_ct")
-    assert not deliverable._leads_to(target, scene, warm)  # type: ignore[list-item]
+    assert not deliverable._leads_to(target, scene, warm)  # type: ignore[arg-type]
 
 
 def test_what_is_known_of_poses_is_stated_and_moves_nothing() -> None:
