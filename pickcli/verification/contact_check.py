@@ -56,8 +56,8 @@ def check_touch(
         The faults.
     """
     reasons: list[Reason] = []
-    takes = plan.grasp is not None and any(s.kind is SegmentKind.CONTACT for s in plan.segments)
-    rolling = supports_of(scene).rolling(plan.grasp.item) if takes and plan.grasp is not None else ()
+    takes = any(segment.kind is SegmentKind.CONTACT for segment in plan.segments)
+    rolling = supports_of(scene).rolling(plan.grasp.item) if plan.grasp is not None and takes else ()
     for k, segment in enumerate(plan.segments):
         if not exempt[k].touching:
             continue

@@ -161,7 +161,7 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
     angles = np.linspace(0.0, max(most, 0.0), N_ANGLES)
     lifted = _turned(centres[first], angles)[:, 1]
     given = (_turned(points[first], angles) - points[first]) @ way[first]
-    work = placed.item.lightest * GRAVITY * (lifted - lifted[0])
+    work = placed.item.lightest * GRAVITY * lifted
     relaxed = press.stiffness / 2.0 * np.maximum(0.0, depth - given) ** 2
     turn = REBOUND * press.speed / arms[first]
     thrown, energy = _energy(placed, centre - edges[first], ways[first]) * turn**2, work + relaxed

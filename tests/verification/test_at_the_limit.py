@@ -12,13 +12,13 @@ import pytest
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
-from pickcli.geometry import Array, pose
+from pickcli.geometry import Array, inverse, pose
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
-from pickcli.scene.scene import PoseNoise
+from pickcli.scene.scene import HeldItem, PoseNoise
 from pickcli.verification.contact_check import _Pair
-from pickcli.verification.grasp_check import _as_grasped, _seal
+from pickcli.verification.grasp_check import _as_grasped, _kind, _seal
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.joint_limit_check import check_limits
 from pickcli.verification.release_check import check_release
@@ -147,7 +147,63 @@ def test_an_item_is_taken_once_and_released_once() -> None:
     assert with_held(False, True, False) == [("held without contact", "segment 1 (retreat)")]
 
 
+@pytest.mark.parametrize("kind", list(SegmentKind))
+def test_each_kind_of_segment_says_whether_something_is_held(kind: SegmentKind) -> None:
+    """Of a plan of that segment alone, without an item and with one that was in the cup before."""
+    (empty,) = (Segment(kind, 0.0, 1.0, STRAIGHT, None),)
+    whole = Plan("pick", "", "", 0, (empty,), resting(0.0, 1.0), (), pick()[0].grasp)
+    carried = replace(whole, segments=(replace(empty, held=CRAYOLA),))
+    found, loaded = ([r.what for r in check_structure(plan, pick()[1])] for plan in (whole, carried))
+    carries = kind in (SegmentKind.LIFT, SegmentKind.TRANSFER, SegmentKind.INSERT, SegmentKind.PLACE)
+    assert found == [FORGOTTEN] * (carries or kind is SegmentKind.CONTACT)
+    comes_empty = kind in (SegmentKind.TRANSIT, SegmentKind.DEPART)
+    loaded.remove("not in the cup")
+    takes = [FORGOTTEN, "not let go"] * (kind is SegmentKind.CONTACT)
+    assert loaded == ["wrong held item"] * comes_empty + takes
+
+
+def test_names_are_of_items_and_bodies_of_the_scene_and_of_what_is_in_the_cup() -> None:
+    plan, scene = pick()
+    body = scene.standing[0][0].name
+    contact = Segment(SegmentKind.CONTACT, 0.0, 1.0, STRAIGHT, None)
+    held = replace(
+        scene.without("dove_beauty_bar"), held=HeldItem("dove_beauty_bar", scene.items[1].item, pose())
+    )
+    for there, names in ((scene, (CRAYOLA, body, "dove_beauty_bar")), (held, ("dove_beauty_bar",))):
+        for name in (*names, "elephant"):
+            touching = replace(plan, segments=(replace(contact, touching=(name,)),))
+            assert ("unknown name" in whats(check_structure(touching, there))) is (name == "elephant")
+    for name, is_known in (("dove_beauty_bar", True), ("elephant", False)):
+        assert plan.grasp is not None
+        other = replace(plan, grasp=replace(plan.grasp, item=name))
+        for there in (scene, held):
+            assert ("unknown item" in whats(check_structure(other, there))) is not is_known
+
+
 # The grasp
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.2])
+@pytest.mark.parametrize(
+    ("axis", "kind"),
+    [
+        ((1.0, 0.0, 0.0), "frontal"), ((0.8, 0.6, 0.0), "frontal"), ((0.8, 0.0, -0.6), "frontal"),
+        ((0.0, 0.0, -1.0), "top-down"), ((0.6, 0.0, -0.8), "top-down"), ((0.0, 0.6, -0.8), "top-down"),
+        ((0.0, 1.0, 0.0), "side"), ((0.0, -1.0, 0.0), "side"), ((0.6, -0.8, 0.0), "side"),
+        ((0.0, -0.8, -0.6), "side"), ((0.0, 0.6, 0.8), "side"), ((-0.8, 0.6, 0.0), "side"),
+    ],
+)  # fmt: skip
+def test_a_grasp_is_of_the_kind_of_the_side_from_which_the_cup_comes(
+    axis: tuple[float, float, float], kind: str, yaw: float
+) -> None:
+    """By the axes of the bin, x into it and z up, wherever the pod stands."""
+    turned = replace(pick()[1], T_world_pod=pose((0.1, 0.2, 0.0), rpy=(0.0, 0.0, yaw)))
+    target = turned.find(CRAYOLA)
+    T_place = turned.T_world_place(turned.cell.places[target.location])
+    in_item = (inverse(target.T_world_item) @ T_place)[:3, :3] @ np.array(axis)
+    for stated in ("frontal", "top-down", "side"):
+        grasp = replace(cup_at((0.0, 0.0, 0.0), in_item), kind=stated)
+        assert whats(_kind(turned, grasp)) == ["wrong kind"] * (stated != kind)
 
 
 def item_of(*size: float) -> Item:

@@ -299,6 +299,45 @@ def test_the_speed_before_a_place_begins_is_not_that_of_the_release() -> None:
     assert whats(_slow(plan, SCENE, plan.segments[0], command(0.5, VALVE))) == ["released too fast"]
 
 
+def evenly(speed: float) -> list[tuple[float, float, float]]:
+    """The rail goes from rest at a speed from 0.5 s to 1.5 s, and rests again at 2 s."""
+    return [(0.5, speed / 4, speed), (1.5, speed * 5 / 4, speed), (2.0, speed * 3 / 2, 0.0)]
+
+
+@pytest.mark.parametrize(("over", "is_thrown"), [(-1e-3, False), (1e-3, True)])
+def test_the_tool_goes_at_10_cm_a_second_from_the_command_on_and_stands_when_the_valve_is_closed(
+    over: float, is_thrown: bool
+) -> None:
+    """Standing is to move by 2 mm/s at most."""
+    for speed, closed in ((0.1, 2.0), (0.002, 1.0)):
+        moves = evenly(speed * (1.0 + over))
+        plan = plan_of((PLACE, 2.0, CRAYOLA), moves=moves)
+        valve = command(0.7, VALVE, took=closed - 0.7)
+        found = list(_slow(plan, SCENE, plan.segments[0], valve))
+        assert whats(found) == ["released too fast"] * is_thrown
+        assert all(f"at most {speed} m/s" in reason.detail for reason in found)
+
+
+@pytest.mark.parametrize(("away", "is_refused"), [(0.0049, False), (0.0051, True)])
+def test_the_valve_opens_within_5_mm_of_the_contact(away: float, is_refused: bool) -> None:
+    """The rail goes at 10 mm/s from 0.5 s to 1.5 s and by another 2.5 mm, and then rests on the item."""
+    at = 1.5 - (away - 0.0025) / 0.01
+    on = [event(PUMP, "on", 3.0), event(VALVE, "on", at)]
+    held = [(kind, 1.0, CRAYOLA) for kind in (LIFT, TRANSFER)]
+    plan = plan_of((CONTACT, 4.0, None), *held, moves=evenly(0.01), events=[*on, event(READ, "read", 5.5)])
+    assert said(plan) == ["event at the wrong place"] * is_refused
+
+
+@pytest.mark.parametrize(("away", "is_refused"), [(0.0099, False), (0.0101, True)])
+def test_the_valve_closes_within_10_mm_of_the_release(away: float, is_refused: bool) -> None:
+    """The rail goes at 30 mm/s to 1.5 s and by another 7.5 mm until 2 s, where the item is let go."""
+    at, lead = 1.5 - (away - 0.0075) / 0.03, cell().devices[VALVE].lead
+    plan = plan_of((PLACE, 2.0, CRAYOLA), (TRANSIT, 2.0, None), moves=evenly(0.03),
+                   events=[event(VALVE, "off", at + lead), event(PUMP, "off", 4.0)])  # fmt: skip
+    found = [what for what in said(plan) if what != "released too fast"]
+    assert found == ["event at the wrong place"] * is_refused
+
+
 @pytest.mark.parametrize(("t", "is_far"), [(0.0, True), (1.0, True), (2.0, False)])
 def test_the_tool_is_near_where_its_segment_ends(t: float, is_far: bool) -> None:
     plan = plan_of((PLACE, 2.0, CRAYOLA), moves=[(2.0, 0.2, 0.0)])

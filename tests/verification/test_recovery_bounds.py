@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan, RecoveryLevel
-from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import Scene
 from pickcli.verification.fcl_solids import Solid
@@ -26,32 +25,14 @@ from pickcli.verification.recovery_check import (
     check_recovery,
     needed_clearance,
 )
-from pickcli.verification.state_sampling import States, sample_states
+from pickcli.verification.state_sampling import sample_states
 from support.handmade_plans import CRAYOLA, cell, make_scene, tip
-from support.tool_states import STRAIGHT
+from support.rail_motions import HOME, rail, states_of
 
-HOME = np.asarray(cell().configurations["home"].q)
 ALONG = tip(HOME + np.eye(len(HOME))[0])[:3, 3] - tip(HOME)[:3, 3]  # where the rail takes the tool
 SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
 NEAR = Opening(frozenset({("cup", "box")}))
 FREE = Opening()
-
-
-def rail(*ways: float, level: RecoveryLevel | None = None, kind: SegmentKind = SegmentKind.RETREAT) -> Plan:
-    """The rail goes by so many m, one after the other, at rest in between."""
-    at = np.cumsum([0.0, *ways])
-    p = np.tile(HOME, (len(at), 1))
-    p[:, 0] += at
-    still = np.zeros_like(p)
-    trajectory = Trajectory(cell().robot.joint_names, np.arange(float(len(at))), p, still, still)
-    segments = tuple(Segment(kind, a, b, STRAIGHT, None) for a, b in pairwise(trajectory.times.tolist()))
-    return Plan("recover", "", "", 0, segments, trajectory, (), recovery=level)
-
-
-def states_of(plan: Plan) -> States:
-    reach = np.zeros(len(HOME))
-    reach[0] = 1.0
-    return sample_states(cell().robot, plan.trajectory, np.empty(0), reach)
 
 
 def told(
@@ -92,6 +73,13 @@ def test_a_way_out_takes_nothing_and_a_slow_one_holds_nothing_and_is_slow(level:
     assert told(replace(way, events=(event,)), outside) == told(contact, outside) == ["not a way out"]
     carried = replace(way, segments=(replace(way.segments[0], held=CRAYOLA),))
     is_slow = level in SLOW_LEVELS
+    twice = rail(-0.01, -0.01, level=level)
+    for k in (0, 1):  # one segment of two is enough
+        ends = [*twice.segments]
+        ends[k] = replace(ends[k], kind=SegmentKind.CONTACT)
+        assert told(replace(twice, segments=tuple(ends)), outside) == ["not a way out"]
+        ends[k] = replace(twice.segments[k], held=CRAYOLA)
+        assert told(replace(twice, segments=tuple(ends)), outside) == ["not a way out"] * is_slow
     assert told(carried, outside) == ["not a way out"] * is_slow
     for velocity, is_refused in ((SLOW, False), (SLOW * (1 + 0.9e-6), False), (SLOW * (1 + 1.1e-6), is_slow)):
         assert told(way, outside, velocity) == ["not slow"] * is_refused
@@ -105,6 +93,19 @@ def test_a_jog_is_as_long_as_all_of_its_way(ways: tuple[float, ...], is_long: bo
     for level in RecoveryLevel:
         is_refused = is_long and level is RecoveryLevel.JOG
         assert told(rail(*ways, level=level), pod_at(-1.0)) == ["not a jog"] * is_refused
+
+
+@pytest.mark.parametrize(("way", "is_long"), [(0.0299, False), (0.0301, True)])
+def test_a_jog_is_as_long_as_the_way_of_the_tool_where_no_link_goes_as_far(way: float, is_long: bool) -> None:
+    """A joint of the wrist turns the tool aside by an arc of so many m."""
+    plan, joint = rail(0.1, level=RecoveryLevel.JOG), len(HOME) - 2
+    radius = (
+        float(np.linalg.norm(tip(HOME + 1e-4 * np.eye(len(HOME))[joint])[:3, 3] - tip(HOME)[:3, 3])) * 1e4
+    )
+    p = np.tile(HOME, (2, 1))
+    p[1, joint] += way / radius
+    turned = replace(plan, trajectory=replace(plan.trajectory, positions=p))
+    assert told(turned, pod_at(-1.0)) == ["not a jog"] * is_long
 
 
 @pytest.mark.parametrize("level", [RecoveryLevel.OPENING, RecoveryLevel.SLOWLY, RecoveryLevel.BACKWARDS])

@@ -184,6 +184,14 @@ def test_a_way_back_keeps_the_order_of_the_motion_and_leaves_nothing_out() -> No
     assert _strayed(states_of(aside, 3.0, 0.0) + np.array([0.0, 0.0051]), aside) is not None
 
 
+@pytest.mark.parametrize(("depth", "is_refused"), [(0.0145, False), (0.0155, True)])
+def test_a_way_back_may_leave_out_20_mm_at_once(depth: float, is_refused: bool) -> None:
+    """A spur: 5 mm into it, and out again, a way back that passes it by is still near enough."""
+    spur = along((0.0, 0.0), (0.3, 0.0), (0.3, depth), (0.3, 0.0), (0.6, 0.0))
+    past_it = np.vstack([states_of(spur, 4.0, 3.0), states_of(spur, 1.0, 0.0)])
+    assert (_strayed(past_it, spur) is not None) is is_refused
+
+
 def test_a_way_out_switches_nothing() -> None:
     scene, builder = in_the_air(), moved([-0.05])
     event = Event("valve", "off", Anchor(AnchorKind.SEGMENT_END, 0, 0.0), 0.05, 3.0, 2.95)

@@ -9,8 +9,9 @@ import pytest
 
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, pose
+from pickcli.geometry import GRAVITY, Array, pose
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.tipping_check import (
     HALVINGS,
     Press,
@@ -210,6 +211,31 @@ def test_what_is_within_a_touch_of_what_carries_carries_as_well_and_nothing_lowe
         support, _ = _support(scene, item)
         assert support[:, 0].min() == pytest.approx(-0.025, abs=1e-4)
         assert support[:, 0].max() == pytest.approx(reach, abs=1e-4)
+
+
+@pytest.mark.parametrize("noise", [PoseNoise(), PoseNoise(0.002, 0.0), PoseNoise(0.001, 0.02)])
+def test_what_stands_in_an_item_deeper_than_poses_and_a_touch_explain_is_beside_it(noise: PoseNoise) -> None:
+    """A bar that reaches up into the box from below; both of them may be off."""
+    bar = Shape(ShapeKind.BOX, (0.01, 0.2, 0.02))
+    scene, item = standing_on({"bar": (bar, pose())})
+    off = noise.bound(item.item) + noise.bound(scene.find("bar").item)
+    for beyond, carries in ((-1e-5, True), (1e-5, False)):
+        up = pose((0.0, 0.0, -0.01 + off + TOUCH + beyond))
+        scene, item = standing_on({"bar": (bar, up)})
+        support, _ = _support(replace(scene, noise=noise), item)
+        assert (len(support) > 0) is carries
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.9])
+def test_a_press_and_a_weight_lead_between_them_by_their_shares(share: float) -> None:
+    """A press at the very edge of the face and beyond, and a weight in its middle."""
+    scene, item = standing_on(FLOOR)
+    heavy = replace(item, item=replace(item.item, mass=1.0))
+    scene = scene.moved(heavy)
+    press = np.array([0.0, 0.0, -GRAVITY * share / (1.0 - share)])
+    for at, beside in ((0.029 / share, 0.0), (0.031 / share, 0.001), (0.08 / share, 0.05)):
+        point = DEEP[:3, 3] + (0.0, at, 0.1)
+        assert beside_support(scene, heavy, press, point) == pytest.approx(beside, abs=1e-6)
 
 
 def test_of_everything_but_the_item_itself_it_is_known_how_far_it_may_be_off() -> None:
