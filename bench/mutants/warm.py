@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import gc
 import multiprocessing
+import signal
 import types
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -34,13 +35,13 @@ class WarmTests:
         self._process = context.Process(target=_serve, args=(tests, there), daemon=False)
         self._process.start()
 
-    def survives(self, path: Path, source: str, names: Sequence[str], seconds: float) -> bool:
+    def survives(self, path: Path, source: str, most: Mapping[str, float]) -> bool:
         """Whether tests pass with this source in place of the module's functions.
 
-        names: of the tests, in the order in which they run
-        seconds: CPU time after which a mutant counts as found: it runs on for ever
+        most: of each test by its name, in the order in which they run: CPU time (s) after which the mutant
+            counts as found, as it runs on for ever
         """
-        self._to.send((path, source, names, seconds))
+        self._to.send((path, source, dict(most)))
         return bool(self._to.recv())
 
     def close(self) -> None:
@@ -67,10 +68,10 @@ class _Loop:
         functions = [each for each in gc.get_objects() if isinstance(each, types.FunctionType)]
         gc.freeze()
         while (mutant := self._asked.recv()) is not None:
-            path, source, names, seconds = mutant
+            path, source, most = mutant
             mutated = codes(source, path, [f for f in functions if f.__code__.co_filename == str(path)])
-            chosen = [items[name] for name in names]
-            passes, _ = in_child(partial(_run_with, mutated, session, chosen), seconds)
+            chosen = [(items[name], seconds) for name, seconds in most.items()]
+            passes, _ = in_child(partial(_run_with, mutated, session, chosen), sum(most.values()))
             self._asked.send(passes)
         return True
 
@@ -78,12 +79,16 @@ class _Loop:
 def _run_with(
     mutated: Sequence[tuple[types.FunctionType, types.CodeType]],
     session: pytest.Session,
-    items: Sequence[pytest.Item],
+    items: Sequence[tuple[pytest.Item, float]],
 ) -> int:
-    """Run tests with other code in functions until one fails; returns how many did."""
+    """Run tests, each for so many s of CPU time, with other code in functions until one fails.
+
+    Returns how many did; a test that takes longer ends the process.
+    """
     for function, code in mutated:
         function.__code__ = code
-    for item, following in zip(items, [*items[1:], None], strict=True):
+    for (item, seconds), following in zip(items, [*(item for item, _ in items[1:]), None], strict=True):
+        signal.setitimer(signal.ITIMER_PROF, seconds)
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
         if session.testsfailed:
             break
