@@ -41,7 +41,7 @@ PACKAGES = (
     Package(
         "orders",
         ("files/json_reader", "trial/order_file"),
-        ("tests/files/test_json_reader.py", "tests/trial/test_order_file.py"),
+        ("tests/files/test_json_reader.py", "tests/trial/test_order_file.py", "tests/trial/test_moves.py"),
     ),
     Package(
         "cell files",

@@ -10,9 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.cell.gripper import Finger, ParallelGripper
 from pickcli.cell.item import Item
+from pickcli.cell.pinch_limits import PinchLimits
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle, rotation_rpy
-from pickcli.grasping.holding import CupLoad, Hold
+from pickcli.grasping.holding import CupLoad, Hold, loads_at_rest
 from pickcli.kinematics.tip_motion import TipMotion
 
 CELL = load_cell("apc2016_delft")
@@ -181,3 +184,18 @@ def test_the_torque_of_the_weight_counts_by_what_the_cup_bears_of_it() -> None:
 def test_the_worst_of_two_loads_has_each_figure_from_where_it_is_larger() -> None:
     loads = (CupLoad(1.0, 5.0, 0.1, 0.4, 0.3), CupLoad(2.0, 4.0, 0.2, 0.3, 0.5))
     assert CupLoad.worst(loads) == CupLoad(2.0, 5.0, 0.2, 0.4, 0.5)
+
+
+def test_pads_bear_by_their_friction_whatever_a_cup_would_have_of_the_faces() -> None:
+    """A weight along the pads of 20 N at a friction of 0.5: 20 N of both; all of them lies on the box."""
+    limits = PinchLimits(20.0, 0.5, (0.02, 0.02))
+    fingers = tuple(Finger(f"finger_{side:.0f}", f"joint_{side:.0f}", side, 1.0) for side in (1.0, -1.0))
+    gripper = ParallelGripper(fingers, (0.02, 0.02), 0.0, limits, 0.1, 0.1)  # type: ignore[arg-type]
+    tool = replace(TOOL, grip=gripper)
+    box = Shape(ShapeKind.BOX, (0.1, 0.04, 0.1))
+    for seal in (0.1, 1.0):
+        item = replace(BOTTLE, shape=box, mass=1.0, mass_error=0.0, seals=dict.fromkeys(box.face_names, seal))
+        (at_rest,) = loads_at_rest(item, "y", np.eye(4)[None], np.eye(3), tool)
+        assert at_rest.ratio == pytest.approx(GRAVITY / 20.0)
+        hold = Hold.of(item, "y", np.eye(4), tool)
+        assert hold.at_rest(np.eye(3)[None]).ratio == pytest.approx(GRAVITY / 20.0)

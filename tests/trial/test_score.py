@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
-from pickcli.trial.order_file import BINS, Order, OrderKind
+from pickcli.trial.order_file import BINS, Order, OrderKind, Target
 from pickcli.trial.score import (
     HELD,
     RULES,
@@ -335,3 +335,22 @@ def test_the_bonus_of_an_item_is_that_of_its_year() -> None:
     found = item_bonuses(cell, order)
     assert list(found) == ["crayola_24_ct", "dove_beauty_bar", "jane_eyre_dvd"]
     assert found == {name: cell.item(name, 2016).bonus for name in found}
+
+
+def test_every_move_is_one_point_for_a_copy_of_its_own_that_is_where_it_is_wanted() -> None:
+    """Two copies are wanted in two places, another item in one; what comes from elsewhere does not count."""
+    one, other = ITEMS[:2]
+    moves = Target("bin_A", one, "bin_B"), Target("bin_A", one, "bin_C"), Target("bin_D", other, TOTE)
+    order = Order(OrderKind.MOVE, 2016, {"bin_A": (one, one), "bin_D": (other,)}, (), moves)
+    assert maximum_score(order, BONUS) == 3
+    for ends, points in (
+        (("bin_B", "bin_C", TOTE), (1, 1, 1)), (("bin_C", "bin_B", TOTE), (1, 1, 1)),
+        (("bin_B", "bin_B", "bin_D"), (1, 0, 0)), (("bin_A", "bin_C", OUTSIDE), (0, 1, 0)),
+        (("bin_A", "bin_A", HELD), (0, 0, 0)),
+    ):  # fmt: skip
+        items = (FinalItem("1", one, "bin_A", ends[0]), FinalItem("2", one, "bin_A", ends[1]),
+                 FinalItem("3", other, "bin_D", ends[2]), FinalItem("4", one, "bin_E", "bin_C"))  # fmt: skip
+        for shuffled in (items, items[::-1]):
+            found = score(order, FinalState(shuffled), BONUS)
+            assert tuple(line.points for line in found.lines) == points
+            assert (found.total, found.maximum) == (sum(points), 3)
