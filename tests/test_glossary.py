@@ -17,6 +17,7 @@ TERMS, PLAIN = (ROOT / "docs" / "glossary.md").read_text().split("## Plain words
 # Public names that occur in two rooms, and why.
 MIRRORED = {
     "execute": "the command and the function that it calls",
+    "export": "the command and the room of the formats",
     "make_order": "the command and the function that it calls",
     "make_scene": "the command and the function that it calls",
     "planner": "what the commands that plan share, and what scripts call",

@@ -8,7 +8,8 @@ Read in this order:
 - From a folder to a cell: `cell_file` reads it by `cell_schema`, `tool_schema`, `place_schema` and
   `pose_schema`, with `items_file` and `joint_limits_file`; `data_path` says where the data folder is.
 - From a robot's files to its tree: `urdf` with `urdf_link`, `urdf_joint`, `urdf_origin` and `mesh_names`;
-  `srdf`; `robot_tree` puts several robots into one tree, `planning_group` takes out what an arm moves.
+  `srdf`; `robot_tree` puts several robots into one tree, `planning_group` takes out what an arm moves;
+  `urdf_writer` writes one.
 - From figures to solids, places and tools: `pod`, `tote`, `grid`, `carrier_builder`, `tool_builder`.
 - What must agree: `consistency`, by `references`, `robot_consistency`, `tool_consistency`,
   `gripper_consistency` and `station_consistency`; `arm_consistency` where there are several arms.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, refuse_arm_mismatch, standing_option
+from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
@@ -24,6 +24,7 @@ from pickcli.commands.planner import (
     certified,
     load_planner,
     parse_configuration,
+    trusted,
 )
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_or_cell_options, scene_or_empty
@@ -99,7 +100,7 @@ def command(
         _refuse_unknown_states(plan, plan_path, scene)
         click.echo(f"note: {plan_path} was not verified: this run is an experiment", err=True)
     else:
-        plan = _trusted(plan, plan_path, believed)
+        plan = trusted(plan, plan_path, believed, "plan it anew, or watch it fail with --unverified")
     q, tool_state = _stand(plan, scene, start)
     plans = [plan]
     if bridge and _is_away(plan, q, scene.cell.robot.limits):
@@ -119,32 +120,6 @@ def command(
     world.close()
     if why := trouble(runs):
         raise TrialAbortedError(why)
-
-
-def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:
-    """The plan, verified for this scene whatever certificate it carries: that guards against accidents only.
-
-    Raises RejectedError, or StaleError for another scene or cell.
-    """
-    from pickcli.errors import StaleError
-    from pickcli.scene.scene_file import scene_hash
-
-    refuse_arm_mismatch(plan, path, believed.cell)
-    here, cell, carried = scene_hash(believed), believed.cell, plan.certificate
-    if plan.cell_fingerprint != cell.fingerprint:
-        raise StaleError(
-            f"{path}: made for the cell {plan.cell_fingerprint}, {cell.name} is {cell.fingerprint}; plan it "
-            "anew"
-        )
-    if carried is not None and plan.scene_hash != here:
-        raise StaleError(
-            f"{path}: made for the scene {plan.scene_hash}, this is {here}; plan it anew, or name the scene "
-            "it was made in with --planned-in"
-        )
-    plan = certified(plan, believed, "plan it anew, or watch it fail with --unverified", path)
-    if carried is None:
-        click.echo(f"note: {path} carries no certificate; verified now and accepted", err=True)
-    return plan
 
 
 def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:

@@ -37,6 +37,7 @@ COMMANDS: dict[str, str] = {
     "plan-move": "Plan a move between two configurations.",
     "verify": "Let the independent verifier check a plan.",
     "execute": "Run a plan in pybullet.",
+    "export": "Write a verified plan for a robot or for other tools.",
     "run-trial": "Play a whole order by the rules and keep score.",
     "check": "Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.",
     "refresh": "Make a roadmap or trajectory database right for a cell that changed.",

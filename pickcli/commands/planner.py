@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.commands.arm_options import refuse_arm_mismatch
 from pickcli.commands.building import build_report
 from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
@@ -160,6 +161,43 @@ def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -
         what = plan.query if path is None else f"{path}: {plan.query}"
         raise RejectedError(what, error.reasons, advice) from None
     plan.statistics.update(verification_ms=1e3 * (time.perf_counter() - began))
+    return plan
+
+
+def trusted(plan: Plan, path: Path, believed: Scene, advice: str) -> Plan:
+    """Have a plan of a file verified, whatever certificate it carries: that guards against accidents only.
+
+    Args:
+        plan: The plan.
+        path: Its file.
+        believed: The scene that it must be made for.
+        advice: What to do where it is rejected.
+
+    Returns:
+        The plan with the verifier's certificate.
+
+    Raises:
+        RejectedError: The verifier refuses it.
+        StaleError: It was made for another scene or cell.
+    """
+    from pickcli.errors import StaleError
+    from pickcli.scene.scene_file import scene_hash
+
+    refuse_arm_mismatch(plan, path, believed.cell)
+    here, cell, carried = scene_hash(believed), believed.cell, plan.certificate
+    if plan.cell_fingerprint != cell.fingerprint:
+        raise StaleError(
+            f"{path}: made for the cell {plan.cell_fingerprint}, {cell.name} is {cell.fingerprint}; plan it "
+            "anew"
+        )
+    if carried is not None and plan.scene_hash != here:
+        raise StaleError(
+            f"{path}: made for the scene {plan.scene_hash}, this is {here}; plan it anew, or name the scene "
+            "it was made in with --planned-in"
+        )
+    plan = certified(plan, believed, advice, path)
+    if carried is None:
+        click.echo(f"note: {path} carries no certificate; verified now and accepted", err=True)
     return plan
 
 

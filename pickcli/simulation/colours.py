@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import colorsys
 import zlib
+from typing import TYPE_CHECKING
 
 from pickcli.cell.item import Item
-from pickcli.simulation.engine_bodies import Colour
+
+if TYPE_CHECKING:
+    from pickcli.simulation.engine_bodies import Colour
 
 STATIC_COLOURS: dict[str, Colour] = {
     "pod": (0.93, 0.82, 0.42, 1.0),  # the yellow fabric of a Kiva pod

@@ -15,15 +15,12 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from pickcli.cell.robot import Joint, JointType, Link, Robot
+from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.tool import Tool
-from pickcli.geometry import Array, to_rpy
+from pickcli.cell.urdf_writer import add_joint, add_link, add_shape, spaced
+from pickcli.geometry import Array
 from pickcli.simulation.bellows import SOLID_DEPTH
-
-DENSITY = 1000.0  # kg/m^3 of the boxes around a link whose mass the URDF does not state
-LEAST_MASS = 1e-3  # kg; the engine divides by masses
-_DIGITS = 12  # of angles: those that a file states with fewer come out as they went in
 
 
 def write_urdf(robot: Robot, folder: Path) -> Path:
@@ -39,14 +36,14 @@ def write_urdf(robot: Robot, folder: Path) -> Path:
     root = ElementTree.Element("robot", name=robot.name)
     for link in robot.links:
         # The engine takes a base's centre of mass for its frame; this one stands still.
-        element = _link(root, link, np.eye(4) if link is robot.links[0] else link.T_link_inertia)
+        element = add_link(root, link, np.eye(4) if link is robot.links[0] else link.T_link_inertia)
         shapes = link.shapes
         if robot.tool.suction_cup is not None and link.name == robot.tool.cup_link:
             _add_shapes(element, "visual", shapes, folder)  # pictures show the relaxed cup
             shapes = tuple(solid_cup(robot.tool, shapes))
         _add_shapes(element, "collision", shapes, folder)
     for joint in robot.joints:
-        _add_joint(root, joint)
+        add_joint(root, joint)
     path = folder / "robot.urdf"
     ElementTree.indent(root)  # the engine reads lines of 8 kB and breaks longer ones, wherever that is
     path.write_bytes(ElementTree.tostring(root))
@@ -87,69 +84,22 @@ def _cut(body: Body, half: Array, low: float, length: float) -> Body:
     return replace(body, shape=Shape(ShapeKind.BOX, size), T_parent_shape=T)
 
 
-def _link(root: ElementTree.Element, link: Link, T_link_inertia: Array) -> ElementTree.Element:
-    element = ElementTree.SubElement(root, "link", name=link.name)
-    inertial = ElementTree.SubElement(element, "inertial")
-    _add_origin(inertial, T_link_inertia)
-    volume = sum(float(np.prod(body.shape.extents)) for body in link.shapes)
-    mass = link.mass or max(LEAST_MASS, DENSITY * volume)
-    ElementTree.SubElement(inertial, "mass", value=repr(mass))
-    # Figures that the engine wants but does not use: inertia follows from mass and shapes.
-    zeros = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0")
-    ElementTree.SubElement(inertial, "inertia", zeros)
-    return element
-
-
 def _add_shapes(link: ElementTree.Element, tag: str, shapes: tuple[Body, ...], folder: Path) -> None:
     for body in shapes:
-        element = ElementTree.SubElement(link, tag, name=body.name)
-        _add_origin(element, body.T_parent_shape)
-        _add_geometry(ElementTree.SubElement(element, "geometry"), body.shape, folder)
-
-
-def _add_geometry(geometry: ElementTree.Element, shape: Shape, folder: Path) -> None:
-    size = shape.size
-    if shape.kind is ShapeKind.BOX:
-        ElementTree.SubElement(geometry, "box", size=_text(size))
-    elif shape.kind is ShapeKind.CYLINDER:
-        ElementTree.SubElement(geometry, "cylinder", radius=repr(size[0]), length=repr(size[1]))
-    elif shape.kind is ShapeKind.SPHERE:
-        ElementTree.SubElement(geometry, "sphere", radius=repr(size[0]))
-    else:
-        path = folder / f"hull_{len(list(folder.iterdir()))}.obj"
-        path.write_text(_obj(shape), encoding="ascii")
-        ElementTree.SubElement(geometry, "mesh", filename=path.name)
+        mesh = ""
+        if body.shape.kind is ShapeKind.HULL:
+            mesh = f"hull_{len(list(folder.iterdir()))}.obj"
+            (folder / mesh).write_text(_obj(body.shape), encoding="ascii")
+        add_shape(link, tag, body, mesh)
 
 
 def _obj(shape: Shape) -> str:
     """A hull as OBJ, its triangles as seen from outside."""
     corners = np.array(shape.vertices)
     hull = ConvexHull(corners)
-    lines = [f"v {_text(corner)}" for corner in corners.tolist()]
+    lines = [f"v {spaced(corner)}" for corner in corners.tolist()]
     for triangle, plane in zip(hull.simplices, hull.equations, strict=True):
         a, b, c = corners[triangle]
         is_outwards = np.cross(b - a, c - a) @ plane[:3] > 0.0
         lines.append("f " + " ".join(str(k + 1) for k in (triangle if is_outwards else triangle[::-1])))
     return "\n".join(lines) + "\n"
-
-
-def _add_joint(root: ElementTree.Element, joint: Joint) -> None:
-    element = ElementTree.SubElement(root, "joint", name=joint.name, type=joint.type.value)
-    ElementTree.SubElement(element, "parent", link=joint.parent)
-    ElementTree.SubElement(element, "child", link=joint.child)
-    _add_origin(element, joint.T_parent_joint)
-    if joint.type is not JointType.FIXED:
-        ElementTree.SubElement(element, "axis", xyz=_text(joint.axis.tolist()))
-        # Force and speed are what the motors are told at every step.
-        limit = ElementTree.SubElement(element, "limit", effort="0", velocity="0")
-        if joint.type is not JointType.CONTINUOUS:
-            limit.attrib.update(lower=repr(joint.lower), upper=repr(joint.upper))
-
-
-def _add_origin(element: ElementTree.Element, T: Array) -> None:
-    rpy = np.round(to_rpy(T[:3, :3]), _DIGITS).tolist()
-    ElementTree.SubElement(element, "origin", xyz=_text(T[:3, 3].tolist()), rpy=_text(rpy))
-
-
-def _text(numbers: tuple[float, ...] | list[float]) -> str:
-    return " ".join(map(repr, numbers))

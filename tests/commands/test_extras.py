@@ -16,7 +16,7 @@ sys.modules.update(dict.fromkeys(sys.argv.pop(1).split(",")))  # None: importing
 from pickcli.commands.main import main
 main()
 """
-NONE = "pybullet,ompl,matplotlib,plotly,distributed,xacro"
+NONE = "pybullet,ompl,matplotlib,plotly,distributed,xacro,mcap,mcap_ros2"
 
 
 def without(packages: str, *argv: object) -> subprocess.CompletedProcess[str]:
@@ -52,3 +52,11 @@ def test_moves_are_planned_and_verified_without_any_extra(tmp_path: Path) -> Non
     planned = without(NONE, "plan-move", "--cell", cell, "--from", "home", "--to", "away", "-o", move)
     assert planned.returncode == 0, planned.stderr
     assert without(NONE, "verify", move, "--cell", cell).returncode == 0
+    to = ("export", move, "--cell", cell, "--to")
+    assert without(NONE, *to, "joint-trajectory", "-o", tmp_path / "x.json").returncode == 0
+    assert without(NONE, *to, "csv", "-o", tmp_path / "x.csv").returncode == 0
+    refused = without(NONE, *to, "mcap", "-o", tmp_path / "x.mcap")
+    assert refused.returncode == 3 and not (tmp_path / "x.mcap").exists()
+    assert "needs mcap; install it with: pip install 'apc-pick[export]'" in refused.stderr
+    recorded = without(NONE.replace(",mcap,mcap_ros2", ""), *to, "mcap", "-o", tmp_path / "x.mcap")
+    assert recorded.returncode == 0, recorded.stderr

@@ -22,6 +22,24 @@ CALL_MISTAKES = (
         3,
     ),
     Mistake(
+        "an export at no rate",
+        "export PLAN --scene SCENE --to joint-trajectory --rate 0 -o OUT",
+        "plan.json to joint-trajectory: rate: 0 Hz is not between 1 and 1000; name one that is",
+        3,
+    ),
+    Mistake(
+        "an export to a format that nobody knows",
+        "export PLAN --scene SCENE --to trajectory -o OUT",
+        "unknown format 'trajectory'; did you mean 'joint-trajectory'?",
+        3,
+    ),
+    Mistake(
+        "an export under a name of another format",
+        "export PLAN --scene SCENE --to mcap -o OUT",
+        "out.json: the format mcap is written as .mcap; name such a file",
+        3,
+    ),
+    Mistake(
         "a scene as roadmap",
         MOVE + " --roadmap SCENE",
         "scene.json: is a scene, but a roadmap or … or apc build-trajectories makes one)",

@@ -1,0 +1,95 @@
+"""A robot written as URDF: its links, shapes and joints as elements of XML."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import numpy as np
+
+from pickcli.cell.robot import Joint, JointType, Link
+from pickcli.cell.shapes import Body, ShapeKind
+from pickcli.geometry import Array, to_rpy
+
+DENSITY = 1000.0  # kg/m^3 of the boxes around a link whose mass its URDF does not state
+LEAST_MASS = 1e-3  # kg; physics engines divide by masses
+_DIGITS = 12  # of angles: those that a file states with fewer come out as they went in
+
+
+def add_link(root: ElementTree.Element, link: Link, T_link_inertia: Array) -> ElementTree.Element:
+    """Add a link without shapes.
+
+    Args:
+        root: The robot's element.
+        link: The link.
+        T_link_inertia: (4, 4) pose of the frame in its centre of mass.
+
+    Returns:
+        The link's element.
+    """
+    element = ElementTree.SubElement(root, "link", name=link.name)
+    inertial = ElementTree.SubElement(element, "inertial")
+    _add_origin(inertial, T_link_inertia)
+    volume = sum(float(np.prod(body.shape.extents)) for body in link.shapes)
+    mass = link.mass or max(LEAST_MASS, DENSITY * volume)
+    ElementTree.SubElement(inertial, "mass", value=repr(mass))
+    # Figures that readers want and do not use: inertia follows from mass and shapes.
+    zeros = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0")
+    ElementTree.SubElement(inertial, "inertia", zeros)
+    return element
+
+
+def add_shape(link: ElementTree.Element, tag: str, body: Body, mesh: str = "") -> None:
+    """Add a shape to a link.
+
+    Args:
+        link: The link's element.
+        tag: "visual" or "collision".
+        body: The shape, in the link frame.
+        mesh: Name of the file that holds a hull.
+    """
+    element = ElementTree.SubElement(link, tag, name=body.name)
+    _add_origin(element, body.T_parent_shape)
+    geometry, size = ElementTree.SubElement(element, "geometry"), body.shape.size
+    if body.shape.kind is ShapeKind.BOX:
+        ElementTree.SubElement(geometry, "box", size=spaced(size))
+    elif body.shape.kind is ShapeKind.CYLINDER:
+        ElementTree.SubElement(geometry, "cylinder", radius=repr(size[0]), length=repr(size[1]))
+    elif body.shape.kind is ShapeKind.SPHERE:
+        ElementTree.SubElement(geometry, "sphere", radius=repr(size[0]))
+    else:
+        ElementTree.SubElement(geometry, "mesh", filename=mesh)
+
+
+def add_joint(root: ElementTree.Element, joint: Joint) -> None:
+    """Add a joint. Its limits of force and speed are 0: they are stated elsewhere.
+
+    Args:
+        root: The robot's element.
+        joint: The joint.
+    """
+    element = ElementTree.SubElement(root, "joint", name=joint.name, type=joint.type.value)
+    ElementTree.SubElement(element, "parent", link=joint.parent)
+    ElementTree.SubElement(element, "child", link=joint.child)
+    _add_origin(element, joint.T_parent_joint)
+    if joint.type is not JointType.FIXED:
+        ElementTree.SubElement(element, "axis", xyz=spaced(joint.axis.tolist()))
+        limit = ElementTree.SubElement(element, "limit", effort="0", velocity="0")
+        if joint.type is not JointType.CONTINUOUS:
+            limit.attrib.update(lower=repr(joint.lower), upper=repr(joint.upper))
+
+
+def spaced(numbers: tuple[float, ...] | list[float]) -> str:
+    """Numbers as URDF writes them.
+
+    Args:
+        numbers: The numbers.
+
+    Returns:
+        All their digits, with blanks between them.
+    """
+    return " ".join(map(repr, numbers))
+
+
+def _add_origin(element: ElementTree.Element, T: Array) -> None:
+    rpy = np.round(to_rpy(T[:3, :3]), _DIGITS).tolist()
+    ElementTree.SubElement(element, "origin", xyz=spaced(T[:3, 3].tolist()), rpy=spaced(rpy))

@@ -1,0 +1,86 @@
+"""``apc export``: write a plan for a robot or for other tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pickcli.commands.arm_options import ArmRequest, standing_option
+from pickcli.commands.command import Command, emit_json
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH, refuse_suffix
+from pickcli.commands.options import json_option, output_option, refuse_output
+from pickcli.commands.planner import trusted
+from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
+from pickcli.export.formats import format_names
+
+
+@click.command("export", cls=Command)
+@click.argument("plan_path", metavar="PLAN", type=PATH)
+@click.option("--to", "format_name", metavar="FORMAT", required=True,
+              help=f"One of those that are installed: {', '.join(format_names())}.")  # fmt: skip
+@output_option("exported plan")
+@scene_or_cell_options
+@standing_option
+@click.option("--rate", type=float, metavar="HZ",
+              help="Samples per second.  [default: the plan's own points; urscript: 125]")  # fmt: skip
+@click.option("--channel", "channel_texts", metavar="DEVICE=N", multiple=True,
+              help="Digital output or input of a device, for urscript; once for each.  "
+                   "[default: in the order of the cell file]")  # fmt: skip
+@json_option
+def command(
+    plan_path: Path, format_name: str, output: Path, overwrite: bool, scene_path: Path | None,
+    cell_name: str | None, items_path: Path | None, standing: tuple[str, ...], rate: float | None,
+    channel_texts: tuple[str, ...], as_json: bool,
+) -> None:  # fmt: skip
+    """Write a verified plan for a robot or for other tools.
+
+    The plan is verified first, whatever certificate it carries: in the scene that it was made for, or with
+    --cell alone where it was made without one. The same plan gives the same bytes.
+
+    \b
+    Example:
+      apc export plan.json --to joint-trajectory --scene scene.json -o trajectory.json
+      apc export plan.json --to mcap --scene scene.json --rate 100 -o plan.mcap
+      apc export move.json --to urscript --cell ur5e_crates --channel valve=3 -o move.script
+    """
+    from pickcli.errors import InputError
+    from pickcli.export.exporter import ExportRequest
+    from pickcli.export.formats import exporter
+    from pickcli.files.atomic_write import write_bytes
+    from pickcli.motion.plan_file import read_plan
+
+    format_ = exporter(format_name)
+    refuse_suffix(output, (format_.suffix,), f"the format {format_name}")
+    if channel_texts and not format_.has_channels:
+        raise click.UsageError(f"--channel: the format {format_name} has no channels; leave it out")
+    channels = _channels(channel_texts)
+    refuse_output(output, overwrite, plan_path, scene_path, cell_name, items_path)
+    plan = read_plan(plan_path)
+    scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
+    refuse_held(scene, scene_path)
+    plan = trusted(plan, plan_path, scene, "plan it anew")
+    try:
+        with stage("export"):
+            content = format_.encode(ExportRequest(plan, scene, rate, channels))
+    except InputError as error:
+        raise InputError(f"{plan_path} to {format_name}: {error}") from None
+    write_bytes(output, content, overwrite)
+    if as_json:
+        emit_json({"path": str(output), "format": format_name, "bytes": len(content)})
+    else:
+        click.echo(f"wrote {output}: {format_.description}, {len(content)} bytes")
+
+
+def _channels(texts: tuple[str, ...]) -> dict[str, int]:
+    """Numbers of channels by device. Raises UsageError for what is none."""
+    found: dict[str, int] = {}
+    for text in texts:
+        device, equals, number = text.partition("=")
+        if not equals or not number.isascii() or not number.isdecimal():
+            raise click.UsageError(f"--channel {text!r}: expected DEVICE=N, e.g. valve=3")
+        if device in found:
+            raise click.UsageError(f"--channel: {device} is given twice; keep one")
+        found[device] = int(number)
+    return found

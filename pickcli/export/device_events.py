@@ -1,0 +1,55 @@
+"""Device events of a plan by the times at which they are commanded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.device import DeviceKind
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.export.samples import to_nanoseconds
+from pickcli.motion.plan import Plan
+
+
+@dataclass(frozen=True)
+class DeviceEvent:
+    """A command to a device.
+
+    Attributes:
+        nanoseconds: Since the start of the motion.
+        device: Name of a device of the cell.
+        action: One of its actions.
+        kind: What the device does.
+        lead: s from the command to its full effect.
+    """
+
+    nanoseconds: int
+    device: str
+    action: str
+    kind: DeviceKind
+    lead: float
+
+
+def device_events(plan: Plan, cell: Cell) -> tuple[DeviceEvent, ...]:
+    """The events of a plan in the order in which they are commanded.
+
+    Args:
+        plan: The plan.
+        cell: Its cell.
+
+    Returns:
+        The events; where two come in one nanosecond, in the plan's order.
+
+    Raises:
+        InputError: An event has no time yet, or the cell has no such device.
+    """
+    found = []
+    for event in plan.events:
+        if event.device not in cell.devices:
+            raise UnknownNameError("device", event.device, sorted(cell.devices))
+        if event.t_trigger is None:
+            raise InputError(f"event {event.device} {event.action}: has no time yet; plan it anew")
+        kind = cell.devices[event.device].kind
+        at = to_nanoseconds(event.t_trigger)
+        found.append(DeviceEvent(at, event.device, event.action, kind, event.lead))
+    return tuple(sorted(found, key=lambda event: event.nanoseconds))

@@ -1,0 +1,37 @@
+"""The robot as URDF in one text, as viewers read it from a topic: no files beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+from pickcli.cell.robot import Robot
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.cell.urdf_writer import add_joint, add_link, add_shape
+
+
+def robot_description(robot: Robot) -> str:
+    """A robot as the planner and the verifier know it.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        URDF. What is seen is what collides; meshes, which would be files, as the boxes around their pieces.
+    """
+    root = ElementTree.Element("robot", name=robot.name)
+    for link in robot.links:
+        element = add_link(root, link, link.T_link_inertia)
+        for body in link.shapes:
+            for tag in ("visual", "collision"):
+                add_shape(element, tag, _boxed(body))
+    for joint in robot.joints:
+        add_joint(root, joint)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _boxed(body: Body) -> Body:
+    if body.shape.kind is not ShapeKind.HULL:
+        return body
+    return replace(body, shape=Shape(ShapeKind.BOX, body.shape.size))

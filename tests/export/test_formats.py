@@ -1,0 +1,74 @@
+"""Formats by name: those of the package, and what other packages add."""
+
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.export import formats
+from pickcli.export.exporter import Exporter
+from pickcli.export.formats import BUILT_IN, GROUP, exporter, format_names
+from support.exported_motions import ur_request
+
+MODULE = """
+from pickcli.export.exporter import Exporter
+LINES = Exporter("a line for the plan", ".txt", lambda request: request.plan.query.encode())
+NOTHING = 3
+"""
+
+
+@pytest.fixture
+def added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An installed package that adds a format, two that do not work, and one of a name that is taken."""
+    (tmp_path / "added_formats_of_a_test.py").write_text(MODULE)
+    info = tmp_path / "added-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: added\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(
+        f"[{GROUP}]\n"
+        "lines = added_formats_of_a_test:LINES\n"
+        "nothing = added_formats_of_a_test:NOTHING\n"
+        "broken = no_such_module_at_all:X\n"
+        "csv = added_formats_of_a_test:LINES\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_formats_of_the_package_are_exporters(name: str) -> None:
+    found = exporter(name)
+    assert isinstance(found, Exporter) and found.suffix.startswith(".") and found.description
+
+
+@pytest.mark.usefixtures("added")
+def test_what_packages_add_is_listed_and_used() -> None:
+    assert format_names() == [*BUILT_IN, "broken", "lines", "nothing"]
+    assert exporter("lines").encode(ur_request()) == b"move there and back"
+
+
+@pytest.mark.usefixtures("added")
+def test_formats_of_the_package_are_not_replaced() -> None:
+    assert exporter("csv").suffix == ".csv"
+
+
+@pytest.mark.usefixtures("added")
+@pytest.mark.parametrize(
+    ("name", "told"), [("broken", "cannot be loaded"), ("nothing", "is no pickcli.export")]
+)
+def test_what_cannot_be_used_is_named(name: str, told: str) -> None:
+    with pytest.raises(InputError, match=f"format '{name}': .*{told}"):
+        exporter(name)
+
+
+def test_an_unknown_format_comes_with_what_was_meant() -> None:
+    with pytest.raises(UnknownNameError, match="unknown format 'joint_trajectory'; did you mean 'joint-traj"):
+        exporter("joint_trajectory")
+
+
+def test_of_two_packages_with_one_name_the_first_by_its_value_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = [EntryPoint("x", value, GROUP) for value in ("b:X", "a:X")]
+    monkeypatch.setattr(formats, "entry_points", lambda group: points)
+    assert formats.added_formats()["x"].value == "a:X"
