@@ -20,9 +20,9 @@ from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
 from pickcli.geometry import GRAVITY, inverse
 from pickcli.grasping.antipodal import pinches
-from pickcli.grasping.candidates import sample_grasps
 from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import WIDE
+from pickcli.grasping.suction_candidates import sample_suctions
 from pickcli.grasping.surfaces import faces
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -139,7 +139,7 @@ def _has_grasp(placed: PlacedItem, scene: Scene, tools: Iterable[Tool]) -> bool:
     cell_bin = scene.cell.pod.bins[placed.location]
     T_bin_item = inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item
     target = GraspTarget(placed.id, placed.item, T_bin_item, cell_bin)
-    drawn = (sample_grasps(target, tool, derived_rng("has grasp", placed.id), WIDE) for tool in tools)
+    drawn = (sample_suctions(target, tool, derived_rng("has grasp", placed.id), WIDE) for tool in tools)
     return any(found.grasps for found in drawn)
 
 

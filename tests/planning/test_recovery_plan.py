@@ -12,7 +12,7 @@ import pytest
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
-from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.suction_candidates import sample_suctions
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
@@ -57,10 +57,10 @@ def test_beside_a_tall_item_the_cup_goes_back_first(
     """Upwards it would scrape along; moved: m that the item has come towards the cup since."""
 
     def from_the_side(*args: Any) -> Any:
-        found = sample_grasps(*args)
+        found = sample_suctions(*args)
         return replace(found, grasps=tuple(g for g in found.grasps if g.kind == "side"))
 
-    monkeypatch.setattr(grasp_selection, "sample_grasps", from_the_side)
+    monkeypatch.setattr(grasp_selection, "sample_suctions", from_the_side)
     scene = scene_with(("kleenex_tissue_box", "bin_D", 0.2, 0.04))
     stuck = stopped_at_contact(planner, scene, home, "bin_D", "kleenex_tissue_box")
     tip = planner.arm.tip(stuck.q, stuck.tool_state)

@@ -10,9 +10,9 @@ import numpy as np
 
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
-from pickcli.grasping.candidates import sample_grasps
 from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
 from pickcli.grasping.search import USUAL, WIDE, Search
+from pickcli.grasping.suction_candidates import sample_suctions
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem
@@ -61,7 +61,7 @@ def _candidates(
 ) -> CandidateSet:
     target, tool, most = problem.target, problem.context.cell.robot.tool, problem.context.settings.load_ratio
     wanted = GraspTarget(target.id, target.item, problem.T_entry_item, problem.place)
-    found = sample_grasps(wanted, tool, rng, search, most)
+    found = sample_suctions(wanted, tool, rng, search, most)
     return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
 
 

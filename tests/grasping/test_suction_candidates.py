@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array, is_pose, pose, rotation_axis_angle
-from pickcli.grasping.candidates import LANCE_CLEAR, _tilt_over_the_lip, sample_grasps
 from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import USUAL, WIDE, Search
+from pickcli.grasping.suction_candidates import LANCE_CLEAR, _tilt_over_the_lip, sample_suctions
 from pickcli.grasping.surfaces import faces, tilt_on, tilted, turned
 from pickcli.motion.plan import Grasp
 from support.tool_states import DOWN
@@ -33,7 +33,7 @@ ITEMS = [
 def sampled(name: str, T: Array, search: Search, seed: int = 0) -> tuple[Grasp, ...]:
     item = CELL.item(name)
     rng = np.random.default_rng(seed)
-    return sample_grasps(GraspTarget(name, item, T, BIN), TOOL, rng, search).grasps
+    return sample_suctions(GraspTarget(name, item, T, BIN), TOOL, rng, search).grasps
 
 
 @pytest.mark.parametrize("search", [USUAL, WIDE])
@@ -108,7 +108,7 @@ def test_the_whole_rim_is_on_the_part_of_the_face_that_seals(name: str, search: 
 def test_no_candidate_is_on_a_face_that_does_not_seal() -> None:
     upright = pose([0.25, 0.0, 0.03])
     item = CELL.item("platinum_pets_dog_bowl", 2016)
-    found = sample_grasps(GraspTarget(item.name, item, upright, BIN), TOOL, np.random.default_rng(0), WIDE)
+    found = sample_suctions(GraspTarget(item.name, item, upright, BIN), TOOL, np.random.default_rng(0), WIDE)
     assert found.grasps == ()
     assert [reason.what for reason in found.rejected] == ["no face within reach"]
     lid_down = pose([0.25, 0.0, 0.03], rpy=[np.pi, 0.0, 0.0])

@@ -32,7 +32,7 @@ HOLDS = 0.8  # of what the cup bears at rest, beyond which a grasp is dropped
 TILTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # shares of the most that the cup may be tilted
 
 
-def sample_grasps(
+def sample_suctions(
     target: GraspTarget, tool: Tool, rng: np.random.Generator, search: Search = USUAL, most: float = HOLDS
 ) -> CandidateSet:
     """Candidates for an item whose pose is known. Those of a gripper: ``sample_pinches``.
