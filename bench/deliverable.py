@@ -21,8 +21,9 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import GRAVITY, inverse
 from pickcli.grasping.antipodal import pinches
 from pickcli.grasping.grasp_target import GraspTarget
+from pickcli.grasping.method_choice import grasp_method
 from pickcli.grasping.search import WIDE
-from pickcli.grasping.suction_candidates import sample_suctions
+from pickcli.grasping.suction_candidates import HOLDS
 from pickcli.grasping.surfaces import faces
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -139,8 +140,10 @@ def _has_grasp(placed: PlacedItem, scene: Scene, tools: Iterable[Tool]) -> bool:
     cell_bin = scene.cell.pod.bins[placed.location]
     T_bin_item = inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item
     target = GraspTarget(placed.id, placed.item, T_bin_item, cell_bin)
-    drawn = (sample_suctions(target, tool, derived_rng("has grasp", placed.id), WIDE) for tool in tools)
-    return any(found.grasps for found in drawn)
+    return any(
+        grasp_method(tool).sample(target, derived_rng("has grasp", placed.id), WIDE, HOLDS).grasps
+        for tool in tools
+    )
 
 
 def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:

@@ -78,3 +78,71 @@ def test_no_function_has_many_parameters() -> None:
                     long.append(f"{path.relative_to(ROOT)}:{node.lineno} {node.name}")
     assert long == []
     assert n_functions > 1500
+
+
+# Who may ask of which kind a tool is, outside `cell`: in each room the module that chooses by it, and those
+# that are of one kind. Whoever adds a kind adds modules here and touches those that choose, and no others.
+CHOOSE_THE_KIND = {"grasping/method_choice.py"}
+OF_ONE_KIND = {
+    "grasping/cup_press.py",
+    "grasping/press_check.py",
+    "grasping/suction_candidates.py",
+    "grasping/suction_grasping.py",
+    "grasping/surfaces.py",
+}
+STILL_ASK = {
+    "commands/init.py",
+    "scene/scene_checks.py",
+    "simulation/bellows.py",
+    "simulation/contact_guard.py",
+    "simulation/execute.py",
+    "simulation/fingers.py",
+    "simulation/robot_urdf.py",
+    "simulation/scene_bodies.py",
+    "simulation/start_check.py",
+    "simulation/suction.py",
+    "simulation/supervision.py",
+    "simulation/world.py",
+    "trial/simulated_cell.py",
+    "verification/contact_check.py",
+    "verification/event_check.py",
+    "verification/finger_events.py",
+    "verification/forward_kinematics.py",
+    "verification/grasp_check.py",
+    "verification/load_check.py",
+    "verification/moving_parts.py",
+    "verification/pinch_check.py",
+    "verification/straightness_check.py",
+    "verification/tipping_check.py",
+}
+KINDS = {"BareFlange", "CupLimits", "Fingers", "ParallelGripper", "PinchLimits", "Suction", "SuctionCup"}
+
+
+def asks_of_the_kind(tree: ast.AST) -> list[int]:
+    """Lines that ask of which kind a tool is, or count on one: by a class, by what only one kind has."""
+
+    def is_one(node: ast.AST) -> bool:
+        if isinstance(node, ast.Attribute):
+            of_tool = ast.unparse(node.value).endswith("tool")
+            return node.attr == "GRIPPER" or (of_tool and node.attr in ("cup", "gripper", "suction_cup"))
+        if not isinstance(node, ast.Call) or ast.unparse(node.func) != "isinstance":
+            return False
+        return bool(KINDS & {each.id for each in ast.walk(node.args[1]) if isinstance(each, ast.Name)})
+
+    return sorted({node.lineno for node in ast.walk(tree) if is_one(node) and isinstance(node, ast.expr)})
+
+
+def test_the_kind_of_a_tool_is_asked_where_it_is_chosen_and_nowhere_else() -> None:
+    allowed = CHOOSE_THE_KIND | OF_ONE_KIND | STILL_ASK
+    asking = {}
+    for path in sorted((ROOT / "pickcli").rglob("*.py")):
+        name = str(path.relative_to(ROOT / "pickcli"))
+        if not name.startswith("cell/") and (lines := asks_of_the_kind(ast.parse(path.read_text()))):
+            asking[name] = lines
+    assert {name: lines for name, lines in asking.items() if name not in allowed} == {}
+    assert allowed - set(asking) == set()  # a module that asks no more is taken off the list
+
+
+def test_a_question_for_the_kind_of_a_tool_is_found() -> None:
+    told = "if robot.tool.gripper is None:\n    r = tool.cup.radius\nx = isinstance(grip, SuctionCup)\n"
+    assert asks_of_the_kind(ast.parse(f"{told}y = gripper.pad\nz = isinstance(x, str)")) == [1, 2, 3]

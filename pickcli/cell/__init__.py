@@ -3,7 +3,8 @@
 Read in this order:
 
 - A cell as values: `cell`, as one arm sees it, and `workcell` with all arms; `robot`, made of `shapes`;
-  `tool` with a `suction_cup`, which bears `cup_limits`, or a `gripper`, which bears `pinch_limits`; `device`;
+  `tool` with a `grip_model`: a `suction_cup`, which bears `cup_limits`, a `gripper`, which bears
+  `pinch_limits`, or a `bare_flange`; `device`;
   `station` with each `place` and the `pod_tolerance`; `item`.
 - From a folder to a cell: `cell_file` reads it by `cell_schema`, `tool_schema`, `place_schema` and
   `pose_schema`, with `items_file` and `joint_limits_file`; `data_path` says where the data folder is.

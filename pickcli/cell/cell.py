@@ -218,7 +218,7 @@ class Cell:
 
     def _refuse_lacking(self, keys: list[str], needed: str) -> None:
         """Raise InputError for keys that the cell's file lacks, and for a tool that holds nothing."""
-        lacking = keys + ["tool"] * (self.robot.tool.grip is None)
+        lacking = keys + ["tool"] * self.robot.tool.is_bare
         if lacking:
             raise InputError(
                 f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; this command needs "

@@ -38,6 +38,27 @@ class CupLimits:
     max_moment: float
     max_twist: float
 
+    @property
+    def bearer(self) -> str:
+        """What bears, as reasons say it."""
+        return "the cup bears"
+
+    @property
+    def bears_push(self) -> bool:
+        """True: what is pushed into the cup is pressed on."""
+        return True
+
+    def along_axis(self, wrench: Array) -> Array:
+        """The wrench in axes whose last one is the cup's: those of the tool frame.
+
+        Args:
+            wrench: (..., 6) at the tip, in the tool frame.
+
+        Returns:
+            (..., 6), the same.
+        """
+        return wrench
+
     def lip(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
         """Share of the lip's force that pull and bending take up, at full vacuum share ``vacuum_share``.
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+
+from pickcli.errors import InputError
 
 
 class DeviceKind(StrEnum):
@@ -31,3 +34,24 @@ class Device:
     kind: DeviceKind
     lead: float
     actions: tuple[str, ...]
+
+
+def device_of(devices: Mapping[str, Device], kind: DeviceKind) -> Device:
+    """The first device of a kind.
+
+    Args:
+        devices: Devices of the cell, by name.
+        kind: What the device is for.
+
+    Returns:
+        The device.
+
+    Raises:
+        InputError: If the cell has none.
+    """
+    for device in devices.values():
+        if device.kind is kind:
+            return device
+    raise InputError(
+        f"the cell has no {kind.value}: a pick needs one, add it under `devices` in its cell.yaml"
+    )

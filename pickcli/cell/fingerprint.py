@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import astuple
 from math import isfinite
 from typing import Any
@@ -21,8 +21,6 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.robot import Joint, Robot
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import Carrier
-from pickcli.cell.suction_cup import SuctionCup
-from pickcli.cell.tool import GripModel
 from pickcli.geometry import Array
 
 _DIGITS = 9  # 1 nm and 1 nrad: below any meaning, above the noise of reading a number twice
@@ -131,19 +129,27 @@ def _robot(robot: Robot) -> dict[str, Any]:
             "links": [tool.flange_link, tool.lance_link, tool.cup_link, tool.joint],
             "states": {state.name: numbers(position) for state, position in tool.positions.items()},
             "T_cup_tip": numbers(tool.T_cup_tip),
-            **_grip(tool.grip),
+            **rounded(tool.grip.motion_figures()),
         },
     }
 
 
-def _grip(grip: GripModel | None) -> dict[str, Any]:
-    """What a motion depends on of what holds items: of a gripper the ways of its fingers too."""
-    if grip is None:
-        return {}
-    if isinstance(grip, SuctionCup):
-        return {"cup": numbers([grip.radius, grip.stroke, grip.tilt])}
-    fingers = [[f.link, f.joint, numbers([f.side, f.opening])] for f in grip.fingers]
-    return {"gripper": [fingers, numbers([*grip.pad, grip.gap])]}
+def rounded(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Named figures with every number in them rounded as ``numbers`` does.
+
+    Args:
+        figures: Lists of numbers, names and such lists, by name.
+
+    Returns:
+        Plain values, by name.
+    """
+    return {name: _rounded(value) for name, value in figures.items()}
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_rounded(each) for each in value]
+    return value if isinstance(value, str) else numbers(value)[0]
 
 
 def _carrier(carrier: Carrier) -> list[Any]:

@@ -7,7 +7,9 @@ middle of the pads, +z out of the hand, y along which the fingers close.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+from pickcli.cell.device import DeviceKind
 from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.geometry import Array
 
@@ -49,18 +51,62 @@ class ParallelGripper:
     closing_speed: float
     contact_speed: float
 
-    def joint_position(self, joint: str, width: float) -> float:
+    @property
+    def kind(self) -> str:
+        """The kind of tool in words."""
+        return "gripper"
+
+    @property
+    def holder(self) -> str:
+        """What an item is held in."""
+        return "gripper"
+
+    @property
+    def mover(self) -> DeviceKind:
+        """What moves the fingers."""
+        return DeviceKind.GRIPPER
+
+    @property
+    def holds_by_vacuum(self) -> bool:
+        """False: the fingers hold by where they stand."""
+        return False
+
+    @property
+    def takes_widths(self) -> bool:
+        """True: on an item the fingers stand between open and closed."""
+        return True
+
+    @property
+    def finger_joints(self) -> tuple[str, ...]:
+        """Names of the joints of both fingers."""
+        return tuple(finger.joint for finger in self.fingers)
+
+    @property
+    def finger_links(self) -> tuple[str, ...]:
+        """Names of the links of both fingers."""
+        return tuple(finger.link for finger in self.fingers)
+
+    def motion_figures(self) -> dict[str, Any]:
+        """Where the pads go with the joints: stored motions do not depend on what they bear."""
+        fingers = [[f.link, f.joint, [f.side, f.opening]] for f in self.fingers]
+        return {"gripper": [fingers, [*self.pad, self.gap]]}
+
+    def limit_figures(self) -> dict[str, Any]:
+        """What the pads bear."""
+        return {"pinch limits": [self.limits.force, self.limits.friction, *self.limits.pad]}
+
+    def joint_position(self, joint: str, stated: float) -> float:
         """Position of a finger's joint at a width.
 
         Args:
             joint: Name of the joint.
-            width: m between the pads.
+            stated: m between the pads.
 
         Returns:
             m.
         """
         finger = next(finger for finger in self.fingers if finger.joint == joint)
-        return finger.opening * (width - self.gap) / 2
+        return finger.opening * (stated - self.gap) / 2
 
     def width_at(self, positions: Array) -> float:
         """The width where the fingers' joints stand.

@@ -39,6 +39,16 @@ class PinchLimits:
     pad: tuple[float, float]
 
     @property
+    def bearer(self) -> str:
+        """What bears, as reasons say it."""
+        return "the pads bear"
+
+    @property
+    def bears_push(self) -> bool:
+        """False: along the axis a push loads one pad as a pull loads the other."""
+        return False
+
+    @property
     def max_shear(self) -> float:
         """N along the pads, in any direction."""
         return N_PADS * self.friction * self.force

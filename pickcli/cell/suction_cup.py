@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
+from typing import Any
 
 from pickcli.cell.cup_limits import CupLimits
+from pickcli.cell.device import DeviceKind
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,3 +34,58 @@ class SuctionCup:
     take_up: float
     take_up_speed: float
     seal_time: float
+
+    @property
+    def kind(self) -> str:
+        """The kind of tool in words."""
+        return "suction cup"
+
+    @property
+    def holder(self) -> str:
+        """What an item is held in."""
+        return "cup"
+
+    @property
+    def mover(self) -> DeviceKind:
+        """What moves the joint of the cup, if it has one."""
+        return DeviceKind.TOOL_ACTUATOR
+
+    @property
+    def holds_by_vacuum(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def takes_widths(self) -> bool:
+        """False: the cup rests in the states that the cell names."""
+        return False
+
+    @property
+    def finger_joints(self) -> tuple[str, ...]:
+        """None: the joint of the cup is the last of the chain."""
+        return ()
+
+    @property
+    def finger_links(self) -> tuple[str, ...]:
+        """None: the cup is the last link of the chain."""
+        return ()
+
+    def joint_position(self, joint: str, stated: float) -> float:
+        """Position of the joint of the cup, which is what the cell states.
+
+        Args:
+            joint: Its name.
+            stated: rad or m.
+
+        Returns:
+            rad, or m of a prismatic joint.
+        """
+        return stated
+
+    def motion_figures(self) -> dict[str, Any]:
+        """The cup's size and how it gives way: stored motions do not depend on what it bears."""
+        return {"cup": [self.radius, self.stroke, self.tilt]}
+
+    def limit_figures(self) -> dict[str, Any]:
+        """What the seal bears."""
+        return {"cup limits": list(astuple(self.limits))}

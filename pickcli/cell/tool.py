@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
-from pickcli.cell.cup_limits import CupLimits
+from pickcli.cell.bare_flange import BareFlange
 from pickcli.cell.device import DeviceKind
+from pickcli.cell.grip_model import GripModel
 from pickcli.cell.gripper import ParallelGripper
-from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.suction_cup import SuctionCup
 from pickcli.errors import InputError
 from pickcli.geometry import Array, cross
@@ -70,13 +69,6 @@ MOVING = ToolState("moving")
 FIXED = ToolState("fixed")
 
 
-GripLimits: TypeAlias = CupLimits | PinchLimits
-"""What a hold bears, by the kind of tool that holds."""
-
-GripModel: TypeAlias = SuctionCup | ParallelGripper
-"""What holds items, and what it bears: of every tool one of these kinds."""
-
-
 @dataclass(frozen=True, eq=False)
 class Tool:
     """What is mounted on the flange: a lance with a suction cup, or a hand with two fingers.
@@ -97,7 +89,7 @@ class Tool:
             else is said.
         T_flange_tip: Pose (4, 4) of the tool frame in the flange link, by state.
         T_cup_tip: Pose (4, 4) of the tool frame in the cup link.
-        grip: What holds items; None where nothing is mounted.
+        grip: What holds items, of a kind of tool; a ``BareFlange`` where nothing is mounted.
     """
 
     flange_link: str
@@ -107,7 +99,7 @@ class Tool:
     positions: dict[ToolState, float]
     T_flange_tip: dict[ToolState, Array]
     T_cup_tip: Array
-    grip: GripModel | None
+    grip: GripModel
 
     @classmethod
     def bare(cls, flange_link: str) -> Tool:
@@ -119,9 +111,13 @@ class Tool:
         Returns:
             A tool with one state, whose frame is that of the flange.
         """
-        return cls(
-            flange_link, flange_link, flange_link, None, {FIXED: 0.0}, {FIXED: np.eye(4)}, np.eye(4), None
-        )
+        link, grip = flange_link, BareFlange(flange_link)
+        return cls(link, link, link, None, {FIXED: 0.0}, {FIXED: np.eye(4)}, np.eye(4), grip)
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether nothing is mounted."""
+        return isinstance(self.grip, BareFlange)
 
     @property
     def suction_cup(self) -> SuctionCup | None:
@@ -145,26 +141,22 @@ class Tool:
     @property
     def contact_speed(self) -> float:
         """The fastest final approach, m/s; without limit where nothing is mounted."""
-        return np.inf if self.grip is None else self.grip.contact_speed
+        return self.grip.contact_speed
 
     @property
     def mover(self) -> DeviceKind:
         """The kind of device that changes its state."""
-        return DeviceKind.TOOL_ACTUATOR if self.gripper is None else DeviceKind.GRIPPER
+        return self.grip.mover
 
     @property
     def joints(self) -> tuple[str, ...]:
         """Names of the joints that the state moves: the cup's, or those of the fingers."""
-        if self.gripper is not None:
-            return tuple(finger.joint for finger in self.gripper.fingers)
-        return () if self.joint is None else (self.joint,)
+        return self.grip.finger_joints if self.joint is None else (self.joint,)
 
     @property
     def contact_links(self) -> tuple[str, ...]:
         """Names of the links that may touch what is grasped: the cup, or the fingers."""
-        if self.gripper is not None:
-            return tuple(finger.link for finger in self.gripper.fingers)
-        return (self.cup_link,)
+        return self.grip.finger_links or (self.cup_link,)
 
     @property
     def states(self) -> tuple[ToolState, ...]:
@@ -196,7 +188,7 @@ class Tool:
             True if it can.
         """
         least, most = self.range
-        is_between = self.gripper is not None and state.width is not None and least <= state.width <= most
+        is_between = self.grip.takes_widths and state.width is not None and least <= state.width <= most
         return state in self.positions or is_between
 
     def position(self, state: ToolState) -> float:
@@ -208,7 +200,7 @@ class Tool:
         Returns:
             rad, or m of a prismatic joint and of a width.
         """
-        if self.gripper is not None and state.width is not None and state not in self.positions:
+        if self.grip.takes_widths and state.width is not None and state not in self.positions:
             return state.width
         return self.positions[self.default_state if state == MOVING else state]
 
@@ -250,7 +242,7 @@ class Tool:
         return min(ends), max(ends)
 
     def _joint_at(self, joint: str, position: float) -> float:
-        return position if self.gripper is None else self.gripper.joint_position(joint, position)
+        return self.grip.joint_position(joint, position)
 
     def tip_in_flange(self, state: ToolState) -> Array:
         """Pose of the tool frame in the flange link.

@@ -123,7 +123,7 @@ class CollisionModel:
         return dict(zip(self.frame_names, self._covers, strict=True))
 
     @property
-    def cup_excess(self) -> float:
+    def tip_excess(self) -> float:
         """How far in m the cup's spheres stick out of it, at most."""
         return self._covers[-1].excess
 
@@ -135,9 +135,8 @@ class CollisionModel:
     @property
     def _fingers(self) -> dict[int, Joint]:
         """Joints of the fingers of a gripper, by the frame that each moves."""
-        if self.robot.tool.gripper is None:
-            return {}
-        return {k: self.robot.joints[k] for k in self.tool_frames}
+        joints, fingers = self.robot.joints, self.robot.tool.grip.finger_joints
+        return {k: joints[k] for k in self.tool_frames if joints[k].name in fingers}
 
     @property
     def held_tested_frames(self) -> NDArray[np.int32]:

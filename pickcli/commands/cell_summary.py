@@ -85,8 +85,10 @@ def _of_one_arm(cell: Cell) -> dict[str, Any]:
 
 def _tool(tool: Tool) -> dict[str, Any]:
     """Which kind of tool there is, and its states: positions of its joint, or widths between its pads."""
-    kind = "suction cup" if tool.suction_cup is not None else "none" if tool.gripper is None else "gripper"
-    return {"kind": kind, **{f"state {state}": position for state, position in tool.positions.items()}}
+    return {
+        "kind": tool.grip.kind,
+        **{f"state {state}": position for state, position in tool.positions.items()},
+    }
 
 
 def _place(place: Place) -> str:

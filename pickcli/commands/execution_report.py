@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from pickcli.simulation.execution import Execution
     from pickcli.simulation.world import World
 
-CUP, GRIPPER = "cup", "gripper"  # where an item is that is still held
-
 
 def trouble(runs: Sequence[Execution]) -> str:
     """Tell what must not happen in one sentence. A lost item is a result, not trouble.
@@ -78,8 +76,7 @@ def execution_text(plans: Sequence[Plan], runs: Sequence[Execution], world: Worl
     if item is not None:
         place = {
             "tote": "in the tote",
-            CUP: "still in the cup",
-            GRIPPER: "still in the gripper",
+            _holder(world): f"still in the {_holder(world)}",
             "outside": "in no place",
         }
         lines.append(f"  {item} is {place.get(where or '', f'in {where}')}")
@@ -105,7 +102,7 @@ def _whereabouts(plan: Plan, world: World) -> tuple[str | None, str | None]:
 
 def _holder(world: World) -> str:
     """What holds items: the cup, or the gripper."""
-    return CUP if world.fingers is None else GRIPPER
+    return world.robot.tool.grip.holder
 
 
 def _record(run: Execution) -> dict[str, Any]:

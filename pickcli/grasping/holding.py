@@ -7,10 +7,9 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
+from pickcli.cell.grip_model import GripLimits
 from pickcli.cell.item import Item
-from pickcli.cell.tool import GripLimits, Tool
-from pickcli.geometry import GRAVITY, Array, inverse
-from pickcli.grasping.antipodal import limits_of
+from pickcli.geometry import GRAVITY, Array
 from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
 from pickcli.motion.plan import Grasp
@@ -72,28 +71,40 @@ class CupLoad:
 
 
 @dataclass(frozen=True, eq=False)
+class HoldLimits:
+    """What a tool bears where it holds an item.
+
+    Attributes:
+        limits: What the cup bears at full vacuum, or the pads as far as they touch the item.
+        share: Of the limits that may be used: what the face under a cup keeps of full vacuum, 1 between pads.
+    """
+
+    limits: GripLimits
+    share: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
 class Hold:
     """An item, as heavy as it may be, in the cup or between the pads.
 
     Attributes:
         body: The item as a rigid body in the tool frame.
         limits: What the cup bears at full vacuum, or the pads as far as they touch the item.
-        vacuum_share: What the face under the cup keeps of full vacuum; 1 between pads.
+        share: Of the limits that may be used.
     """
 
     body: HeldBody
     limits: GripLimits
-    vacuum_share: float
+    share: float
 
     @classmethod
-    def of(cls, item: Item, face: str, T_tip_item: Array, tool: Tool) -> Hold:
-        """An item held by one of its faces, or two of them.
+    def of(cls, item: Item, T_tip_item: Array, bears: HoldLimits) -> Hold:
+        """An item that a tool holds.
 
         Args:
             item: What is held.
-            face: The name of the face under the cup, or of what is pinched.
             T_tip_item: (4, 4) the item in the tool frame.
-            tool: The tool that holds it.
+            bears: What the tool bears where it holds it.
 
         Returns:
             The item with its mass and inertia as large as they may be.
@@ -101,7 +112,7 @@ class Hold:
         R = T_tip_item[:3, :3]
         inertia = (1.0 + item.mass_error) * R @ item.inertia @ R.T
         body = HeldBody(item.heaviest, T_tip_item[:3, 3], inertia)
-        return cls(body, *_bears(item, face, inverse(T_tip_item), tool))
+        return cls(body, bears.limits, bears.share)
 
     def at_rest(self, R_world_tip: Array) -> CupLoad:
         """The worst load at rest: no slower motion loads the cup less.
@@ -123,7 +134,7 @@ class Hold:
         Returns:
             (N,).
         """
-        return self.limits.ratio(self.body.weight(R_world_tip), self.vacuum_share)
+        return self.limits.ratio(self.body.weight(R_world_tip), self.share)
 
     def torque_at_rest(self, R_world_tip: Array) -> float:
         """How much of what the cup bears the torque of the weight takes, in bending or in twist.
@@ -136,7 +147,7 @@ class Hold:
         """
         torque = self.body.weight(R_world_tip[None])[0, 3:]
         bending, twist = np.hypot(torque[0], torque[1]), abs(torque[2])
-        return float(max(bending / self.limits.max_moment, twist / self.limits.max_twist) / self.vacuum_share)
+        return float(max(bending / self.limits.max_moment, twist / self.limits.max_twist) / self.share)
 
     def in_motion(self, motion: TipMotion) -> CupLoad:
         """The worst load over the states of a motion in time.
@@ -150,20 +161,19 @@ class Hold:
         return self._worst(self.body.wrench(motion))
 
     def _worst(self, wrenches: Array) -> CupLoad:
-        return _worst(wrenches[None], self.limits, self.vacuum_share)[0]
+        return _worst(wrenches[None], HoldLimits(self.limits, self.share))[0]
 
 
 def loads_at_rest(
-    item: Item, face: str, T_item_tip: Array, R_world_item: Array, tool: Tool
+    item: Item, bears: HoldLimits, T_item_tip: Array, R_world_item: Array
 ) -> tuple[CupLoad, ...]:
-    """The loads at rest, for many places on one face; of a gripper for one place, in several ways.
+    """The loads at rest, for many places at all of which the tool bears the same.
 
     Args:
         item: What is held.
-        face: The name of the face under the cup, or of what is pinched.
+        bears: What the tool bears there.
         T_item_tip: (P, 4, 4) places of the tool.
         R_world_item: (3, 3) how the item lies.
-        tool: The tool that holds it.
 
     Returns:
         For each place the worst over the item as it lies and as it hangs straight down from the cup.
@@ -173,17 +183,11 @@ def loads_at_rest(
     upwards = np.stack([R_world_item[2] @ R, np.tile((0.0, 0.0, -1.0), (len(R), 1))], axis=1)
     force = item.heaviest * GRAVITY * upwards
     wrenches = np.concatenate([force, np.cross(p_tip_com, force)], axis=2)
-    return _worst(wrenches, *_bears(item, face, T_item_tip[0], tool))
+    return _worst(wrenches, bears)
 
 
-def _bears(item: Item, face: str, T_item_tip: Array, tool: Tool) -> tuple[GripLimits, float]:
-    """What the tool bears where it holds an item, and which share of it."""
-    if tool.gripper is not None:
-        return limits_of(tool.gripper, item.shape, face, T_item_tip), 1.0
-    return tool.cup.limits, item.seals[face]
-
-
-def _worst(wrenches: Array, limits: GripLimits, vacuum_share: float) -> tuple[CupLoad, ...]:
+def _worst(wrenches: Array, bears: HoldLimits) -> tuple[CupLoad, ...]:
     """The worst load of each of many sets of wrenches (P, N, 6)."""
-    figures = np.concatenate([limits.figures(wrenches), limits.ratio(wrenches, vacuum_share)[None]])
+    ratio = bears.limits.ratio(wrenches, bears.share)
+    figures = np.concatenate([bears.limits.figures(wrenches), ratio[None]])
     return tuple(CupLoad(*worst) for worst in figures.max(axis=2).T.tolist())

@@ -7,13 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from pickcli.cell.gripper import ParallelGripper
-from pickcli.cell.item import Item
 from pickcli.cell.tool import Tool, ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.grasping.antipodal import Pinch, pinches, width_of
+from pickcli.grasping.antipodal import Pinch, limits_of, pinches
 from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
-from pickcli.grasping.holding import loads_at_rest
+from pickcli.grasping.holding import HoldLimits, loads_at_rest
 from pickcli.grasping.search import Search
 from pickcli.motion.plan import Grasp
 
@@ -56,7 +55,8 @@ def sample_pinches(
             wide = f"{1e3 * pinch.width:.0f} mm, the fingers open {1e3 * widest:.0f} mm"
             rejected[pinch.face] = Reason("too wide for the gripper", where, wide)
             continue
-        load = loads_at_rest(item, pinch.face, pinch.T_item_tip[None], target.R_level_item, tool)[0]
+        bears = HoldLimits(limits_of(gripper, item.shape, pinch.face, pinch.T_item_tip))
+        load = loads_at_rest(item, bears, pinch.T_item_tip[None], target.R_level_item)[0]
         if load.ratio > most:
             detail = f"{load} at rest, {load.ratio:.2f} of what the pads bear"
             rejected.setdefault(pinch.face, Reason("does not hold", where, detail))
@@ -71,22 +71,6 @@ def sample_pinches(
         told = "no two opposite places across the way in take the pads"
         rejected[""] = Reason("nothing to pinch", target.id, told)
     return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected.values()))
-
-
-def holding_state(grasp: Grasp, item: Item, tool: Tool) -> ToolState:
-    """The state of the tool while it holds an item.
-
-    Args:
-        grasp: How it holds the item.
-        item: The item.
-        tool: The tool.
-
-    Returns:
-        The state of the grasp; of a gripper the width at which its pads stand on the item.
-    """
-    if tool.gripper is None:
-        return grasp.tool_state
-    return ToolState.of_width(width_of(item.shape, grasp.face))
 
 
 def _states(tool: Tool, pinch: Pinch) -> Iterator[tuple[ToolState, float]]:

@@ -1,4 +1,4 @@
-"""Grasp candidates for one item in one bin: sampled by seed, filtered by seal, reach of the tool and hold.
+"""Grasp candidates of a cup for one item in one place: sampled by seed, filtered by seal, reach and hold.
 
 This is Delft's first filter (section 2: "impossible grasps are eliminated heuristically"); the second
 one, by inverse kinematics and collisions along every line, stands in ``planning``.
@@ -15,8 +15,7 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.grasping.face_poses import face_poses
 from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
-from pickcli.grasping.holding import loads_at_rest
-from pickcli.grasping.pinch_candidates import sample_pinches
+from pickcli.grasping.holding import HoldLimits, loads_at_rest
 from pickcli.grasping.search import USUAL, Search
 from pickcli.grasping.surfaces import Face, faces, tilted, turned, wide_faces
 from pickcli.motion.plan import Grasp, GraspKind
@@ -35,7 +34,7 @@ TILTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # shares of the most that the cup
 def sample_suctions(
     target: GraspTarget, tool: Tool, rng: np.random.Generator, search: Search = USUAL, most: float = HOLDS
 ) -> CandidateSet:
-    """Candidates for an item whose pose is known. Those of a gripper: ``sample_pinches``.
+    """Candidates of a cup for an item whose pose is known.
 
     Into a place from the front, frontal grasps hold the lance in line with the cup, top-down and side grasps
     across it; from above all are top-down, in line. Each face yields its centre, random places and
@@ -44,7 +43,7 @@ def sample_suctions(
 
     Args:
         target: What is to be grasped.
-        tool: What it is grasped with.
+        tool: What it is grasped with, which has a cup.
         rng: Source of the random places.
         search: How many places, turns and tilts are tried.
         most: Largest share of what the cup bears that the item at rest may take up.
@@ -53,8 +52,6 @@ def sample_suctions(
         Candidates, best first, and why others were dropped.
     """
     item = target.item
-    if tool.gripper is not None:
-        return sample_pinches(target, tool, tool.gripper, rng, search, most)
     if not item.suction:
         return CandidateSet((), (Reason("cannot be held by suction", target.id, item.why_not),))
     found: list[Grasp] = []
@@ -127,7 +124,8 @@ def _of_kind(
     tool_state = tool.state_with_lance(IN_LINE if kind == "frontal" else ACROSS)
     if tool_state is None:
         return [], [Reason("no state of the tool for this grasp", where, kind)]
-    loads = loads_at_rest(target.item, face, T_item_tip, target.R_level_item, tool)
+    bears = HoldLimits(tool.cup.limits, target.item.seals[face])
+    loads = loads_at_rest(target.item, bears, T_item_tip, target.R_level_item)
     rejected = [
         Reason("does not hold", where, f"{load} at rest, {load.ratio:.2f} of what the cup bears")
         for load in loads if load.ratio > most

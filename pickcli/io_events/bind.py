@@ -6,11 +6,11 @@ and timing move anchors in time; what they mean stays: the vacuum is there when 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.tool import MOVING, ToolState
+from pickcli.cell.device import Device, DeviceKind, device_of
+from pickcli.cell.tool import MOVING, Tool
 from pickcli.errors import InputError
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.segment import Segment, SegmentKind
@@ -19,17 +19,19 @@ from pickcli.motion.segment import Segment, SegmentKind
 def bind_pick(
     segments: Sequence[Segment],
     devices: Mapping[str, Device],
+    tool: Tool,
     seal_time: float = 0.0,
     release_time: float = 0.0,
 ) -> tuple[Event, ...]:
-    """All events of a pick: vacuum on, sensor, vacuum off, and the turns of the cup.
+    """All events of a pick: vacuum on, sensor, vacuum off, and the changes of the tool's state.
 
     Missing parts of a pick have no events: without a contact segment nothing is switched on, without a
-    release nothing off.
+    release nothing off. Fingers hold and let go by their state alone.
 
     Args:
         segments: Segments of the pick, with their times.
         devices: Devices of the cell, by name.
+        tool: The tool that holds.
         seal_time: s at rest at the end of the contact; the vacuum is complete when it begins.
         release_time: s at rest at the end of the last segment that holds; the valve is closed when it begins.
 
@@ -39,18 +41,14 @@ def bind_pick(
     Raises:
         InputError: If the cell lacks a device that is needed.
     """
-    return (
-        *_grasp(segments, devices, seal_time),
-        *_release(segments, devices, release_time),
-        *bind_tool_states(segments, devices),
-    )
+    changes = bind_tool_states(segments, devices, tool)
+    if not tool.grip.holds_by_vacuum:
+        return changes
+    return (*_grasp(segments, devices, seal_time), *_release(segments, devices, release_time), *changes)
 
 
 def bind_tool_states(
-    segments: Sequence[Segment],
-    devices: Mapping[str, Device],
-    mover: DeviceKind = DeviceKind.TOOL_ACTUATOR,
-    command: Callable[[ToolState], str] = str,
+    segments: Sequence[Segment], devices: Mapping[str, Device], tool: Tool
 ) -> tuple[Event, ...]:
     """Changes of the tool's state: each begins with the segment in which it may be anywhere in between.
 
@@ -60,8 +58,7 @@ def bind_tool_states(
     Args:
         segments: Segments of the motion, with their times.
         devices: Devices of the cell, by name.
-        mover: Kind of the device that moves the tool.
-        command: Its action that leads to a state.
+        tool: The tool, which says what moves it, and by which action to a state.
 
     Returns:
         The events, unresolved.
@@ -74,9 +71,9 @@ def bind_tool_states(
             continue
         resting = next((s.tool_state for s in segments[index:] if s.tool_state != MOVING), None)
         if resting is not None:
-            device = device_of(devices, mover)
+            device = device_of(devices, tool.mover)
             anchor = Anchor(AnchorKind.SEGMENT_START, index, device.lead)
-            events.append(_event(device, command(resting), anchor))
+            events.append(_event(device, tool.command(resting), anchor))
     return tuple(events)
 
 
@@ -114,27 +111,6 @@ def _release(
     at_rest = Anchor(AnchorKind.SEGMENT_END, holding[-1], -release_time)
     afterwards = Anchor(AnchorKind.SEGMENT_END, holding[-1], pump.lead - release_time)
     return (_event(valve, "off", at_rest), _event(pump, "off", afterwards))
-
-
-def device_of(devices: Mapping[str, Device], kind: DeviceKind) -> Device:
-    """The first device of a kind.
-
-    Args:
-        devices: Devices of the cell, by name.
-        kind: What the device is for.
-
-    Returns:
-        The device.
-
-    Raises:
-        InputError: If the cell has none.
-    """
-    for device in devices.values():
-        if device.kind is kind:
-            return device
-    raise InputError(
-        f"the cell has no {kind.value}: a pick needs one, add it under `devices` in its cell.yaml"
-    )
 
 
 def _event(device: Device, action: str, anchor: Anchor) -> Event:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pickcli.errors import Reason
 from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import USUAL
-from pickcli.grasping.suction_candidates import sample_suctions
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
@@ -79,7 +78,7 @@ def _judged(scene: Scene, preference: int, query: PickQuery, seed: int) -> ArmSu
     problem = PickProblem.of(context, scene, query, seed)
     rng = derived_rng(seed, "choice of the arm", name, problem.target.id)
     wanted = GraspTarget(problem.target.id, problem.target.item, problem.T_entry_item, problem.place)
-    found = sample_suctions(wanted, scene.cell.robot.tool, rng, USUAL, context.settings.load_ratio)
+    found = context.method.sample(wanted, rng, USUAL, context.settings.load_ratio)
     if not found.grasps:
         return ArmSuitability(name, preference, 0, 0, next(iter(found.rejected), None))
     grasps = found.grasps[:MOST_GRASPS]

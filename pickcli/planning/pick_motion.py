@@ -10,8 +10,8 @@ from pickcli.cell.robot import Limits
 from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.motion_segment import MotionSegment
-from pickcli.collision.stage_contacts import CupPress
 from pickcli.geometry import Array
+from pickcli.grasping.grasp_method import GraspModes
 from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Grasp
 from pickcli.roadmap.query_experience import QueryExperience
@@ -24,13 +24,13 @@ class ToolLines:
 
     Attributes:
         grasp: Where the cup sits on the target.
-        press: How the cup is pressed on there; None for fingers, which close at rest.
+        modes: What each stage of the grasp must be free for, without the target.
         inward: Ways to the contact, the plainest first.
         outward: Ways out of the bin that leave the lance room, and on which the cup holds.
     """
 
     grasp: Grasp
-    press: CupPress | None
+    modes: GraspModes
     inward: tuple[PickPoses, ...]
     outward: tuple[LiftPoses, ...]
 

@@ -12,6 +12,8 @@ from pickcli.collision.checker_cache import CheckerCache
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
+from pickcli.grasping.grasp_method import GraspMethod
+from pickcli.grasping.method_choice import grasp_method
 from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.planning.pick_settings import DEFAULTS, PickSettings
@@ -54,6 +56,11 @@ class PlanningContext:
     def arm(self) -> Arm:
         """Kinematics of the cell's arm."""
         return Arm(self.cell.robot)
+
+    @cached_property
+    def method(self) -> GraspMethod:
+        """How the cell's tool takes items, holds them and lets them go."""
+        return grasp_method(self.cell.robot.tool)
 
     @cached_property
     def model(self) -> CollisionModel:

@@ -116,7 +116,7 @@ def _out_of_reach(source: Source, n_places: int) -> str:
 def _reaches(
     cell: Cell, n_poses: int, seed: int, on_progress: ProgressObserver
 ) -> Iterator[PlaceReachability]:
-    if cell.robot.tool.suction_cup is None and cell.robot.tool.gripper is None:
+    if cell.robot.tool.is_bare:
         return
     survey = ReachabilityCheck(cell, cell.robot.tool.default_state, n_poses, seed)
     for i, place in enumerate(cell.places.values()):

@@ -10,7 +10,6 @@ import dataclasses
 import json
 import os
 from collections.abc import Callable
-from dataclasses import astuple
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -19,11 +18,9 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import cell_names, load_cell
-from pickcli.cell.fingerprint import digest, numbers
+from pickcli.cell.fingerprint import digest, numbers, rounded
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement
-from pickcli.cell.suction_cup import SuctionCup
-from pickcli.cell.tool import GripModel
 from pickcli.errors import InputError, StaleError, suggestion
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import SCENE
@@ -161,20 +158,11 @@ def scene_hash(scene: Scene) -> str:
             "cell": scene.cell.fingerprint,
             "T_world_pod": _coarse(scene.T_world_pod),
             "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
-            **_grip_limits(scene.cell.robot.tool.grip),
+            **rounded(scene.cell.robot.tool.grip.limit_figures()),
             "noise": numbers([scene.noise.position, scene.noise.angle]),
             "items": sorted(_item_content(placed) for placed in scene.items),
         }
     )
-
-
-def _grip_limits(grip: GripModel | None) -> dict[str, Any]:
-    """What the tool bears."""
-    if grip is None:
-        return {}
-    if isinstance(grip, SuctionCup):
-        return {"cup limits": numbers(astuple(grip.limits))}
-    return {"pinch limits": numbers([grip.limits.force, grip.limits.friction, *grip.limits.pad])}
 
 
 def _carriers_content(scene: Scene) -> dict[str, Any]:

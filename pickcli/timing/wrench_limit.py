@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.pinch_limits import PinchLimits
-from pickcli.cell.tool import GripLimits, ToolState
+from pickcli.cell.grip_model import GripLimits
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.held_body import HeldBody
@@ -47,8 +47,7 @@ class WrenchLimit:
     share: float
 
     def __str__(self) -> str:
-        bearer = "the pads bear" if isinstance(self.limits, PinchLimits) else "the cup bears"
-        return f"{self.share:.2f} of what {bearer}"
+        return f"{self.share:.2f} of what {self.limits.bearer}"
 
     def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
         """Polygons inscribed in the limits of the wrench (see ``PathConstraint``).
@@ -97,9 +96,7 @@ class WrenchLimit:
         return factor
 
     def _along_axis(self, plane: Plane) -> Plane:
-        """Wrenches in axes whose last one is that of the hold: of a cup those of the tool frame."""
-        if not isinstance(self.limits, PinchLimits):
-            return plane
+        """Wrenches in axes whose last one is that of the hold."""
         a, b, c = plane
         return self.limits.along_axis(a), self.limits.along_axis(b), self.limits.along_axis(c)
 
@@ -122,10 +119,10 @@ class WrenchLimit:
         a, b, c = (w[:, 3:5] / self.limits.max_moment / self.share for w in plane)
         by_u, by_x, at_rest = (w[:, 2:3] / self.limits.max_pull / self.share for w in plane)
         room = np.maximum(1.0 + at_rest, AT_REST)  # fz, which is the pull with its sign turned
-        if isinstance(self.limits, PinchLimits):  # which bears a push no better than a pull
-            pushed = np.maximum(1.0 - at_rest, AT_REST)
-            return ((a, b, c), (by_u, by_x, room)), ((a, b, c), (-by_u, -by_x, pushed))
-        return ((a, b, c), (by_u, by_x, room)), ((a, b, c), _constant(np.ones_like(room)))
+        if self.limits.bears_push:
+            return ((a, b, c), (by_u, by_x, room)), ((a, b, c), _constant(np.ones_like(room)))
+        pushed = np.maximum(1.0 - at_rest, AT_REST)
+        return ((a, b, c), (by_u, by_x, room)), ((a, b, c), (-by_u, -by_x, pushed))
 
 
 def _inscribed(vector: Plane, radius: Plane) -> Plane:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
-from pickcli.grasping.tool_suitability import may_hold
+from pickcli.grasping.method_choice import may_hold
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.trial.order_file import Target
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import cache
 
 from pickcli.errors import InputError, NoPlanError
-from pickcli.grasping.tool_suitability import may_hold
+from pickcli.grasping.method_choice import may_hold
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene

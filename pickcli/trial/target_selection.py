@@ -15,7 +15,7 @@ from enum import StrEnum
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import Tool
-from pickcli.grasping.tool_suitability import may_hold
+from pickcli.grasping.method_choice import may_hold
 from pickcli.trial.order_file import Order, OrderKind, Target
 from pickcli.trial.score import target_points
 

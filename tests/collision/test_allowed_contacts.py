@@ -114,7 +114,7 @@ def test_the_cup_gives_along_its_axis_and_the_held_item_has_a_leave_of_its_own(
 
     assert not is_free(0.02, item=True)
     assert not is_free(0.003, cup=True)
-    assert is_free(0.0045 + model.cup_excess, cup=True)
+    assert is_free(0.0045 + model.tip_excess, cup=True)
 
 
 def test_what_goes_too_deep_is_named(

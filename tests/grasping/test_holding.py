@@ -16,6 +16,8 @@ from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle, rotation_rpy
 from pickcli.grasping.holding import CupLoad, Hold, loads_at_rest
+from pickcli.grasping.pinch_grasping import PinchGrasping
+from pickcli.grasping.suction_grasping import SuctionGrasping
 from pickcli.kinematics.tip_motion import TipMotion
 
 CELL = load_cell("apc2016_delft")
@@ -30,8 +32,8 @@ vectors = st.tuples(*[st.floats(-5.0, 5.0)] * 3).map(np.array)
 
 def held(item: Item, p_tip_com: tuple[float, ...], face: str = "mantle", R: Array | None = None) -> Hold:
     """Nothing is known to be heavier than stated, so that figures are plain."""
-    return Hold.of(
-        replace(item, mass_error=0.0), face, pose(p_tip_com, R=np.eye(3) if R is None else R), TOOL
+    return SuctionGrasping(TOOL).hold(
+        replace(item, mass_error=0.0), face, pose(p_tip_com, R=np.eye(3) if R is None else R)
     )
 
 
@@ -89,9 +91,9 @@ def test_pushing_onto_the_item_is_no_pull() -> None:
 def test_an_item_is_held_as_if_it_were_as_heavy_as_it_may_be() -> None:
     heavy, stated = replace(BOTTLE, mass_error=0.25), replace(BOTTLE, mass_error=0.0)
     loads = [
-        Hold.of(item, "mantle", pose([0.01, 0.02, 0.05]), TOOL).in_motion(
-            moving(FORWARD, np.ones(3), np.ones(3), 5.0 * np.ones(3))
-        )
+        SuctionGrasping(TOOL)
+        .hold(item, "mantle", pose([0.01, 0.02, 0.05]))
+        .in_motion(moving(FORWARD, np.ones(3), np.ones(3), 5.0 * np.ones(3)))
         for item in (heavy, stated)
     ]
     assert loads[0].ratio == pytest.approx(1.25 * loads[1].ratio)
@@ -115,7 +117,8 @@ def test_the_load_is_the_same_turned_about_the_axis_of_the_cup(
     """The same item in the same motion, in a tool frame that is turned about its own z."""
     turn = rotation_axis_angle((0.0, 0.0, 1.0), angle)
     T = pose([0.01, 0.02, 0.05], rpy=[0.3, 0.2, 0.1])
-    hold, turned = (Hold.of(BOTTLE, "mantle", T_tip_item, TOOL) for T_tip_item in (T, pose(R=turn).T @ T))
+    method = SuctionGrasping(TOOL)
+    hold, turned = (method.hold(BOTTLE, "mantle", at) for at in (T, pose(R=turn).T @ T))
     one = hold.in_motion(moving(FORWARD, a, w, alpha))
     other = turned.in_motion(moving(FORWARD @ turn, a, w, alpha))
     for name in ("pull", "shear", "moment", "twist", "ratio"):
@@ -177,7 +180,7 @@ def test_the_torque_of_the_weight_counts_by_what_the_cup_bears_of_it() -> None:
     assert bent.torque_at_rest(FORWARD) == pytest.approx(weight * 0.05 / TOOL.cup.limits.max_moment)
     assert turned.torque_at_rest(FORWARD) == pytest.approx(weight * 0.01 / TOOL.cup.limits.max_twist)
     assert bent.torque_at_rest(DOWN) == pytest.approx(0.0, abs=1e-12)
-    leaking = replace(bent, vacuum_share=0.5)
+    leaking = replace(bent, share=0.5)
     assert leaking.torque_at_rest(FORWARD) == pytest.approx(2.0 * bent.torque_at_rest(FORWARD))
 
 
@@ -191,11 +194,11 @@ def test_pads_bear_by_their_friction_whatever_a_cup_would_have_of_the_faces() ->
     limits = PinchLimits(20.0, 0.5, (0.02, 0.02))
     fingers = tuple(Finger(f"finger_{side:.0f}", f"joint_{side:.0f}", side, 1.0) for side in (1.0, -1.0))
     gripper = ParallelGripper(fingers, (0.02, 0.02), 0.0, limits, 0.1, 0.1)  # type: ignore[arg-type]
-    tool = replace(TOOL, grip=gripper)
+    method = PinchGrasping(replace(TOOL, grip=gripper), gripper)
     box = Shape(ShapeKind.BOX, (0.1, 0.04, 0.1))
     for seal in (0.1, 1.0):
         item = replace(BOTTLE, shape=box, mass=1.0, mass_error=0.0, seals=dict.fromkeys(box.face_names, seal))
-        (at_rest,) = loads_at_rest(item, "y", np.eye(4)[None], np.eye(3), tool)
+        (at_rest,) = loads_at_rest(item, method.bears(item, "y", np.eye(4)), np.eye(4)[None], np.eye(3))
         assert at_rest.ratio == pytest.approx(GRAVITY / 20.0)
-        hold = Hold.of(item, "y", np.eye(4), tool)
+        hold = method.hold(item, "y", np.eye(4))
         assert hold.at_rest(np.eye(3)[None]).ratio == pytest.approx(GRAVITY / 20.0)

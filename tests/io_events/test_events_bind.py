@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import InputError
@@ -15,6 +16,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from support.tool_states import DOWN, STRAIGHT
 
+TOOL = load_cell("apc2016_delft").robot.tool
 DEVICES = {
     device.name: device
     for device in (
@@ -54,7 +56,7 @@ def line(duration: float = 10.0, speed: float = 0.5) -> Trajectory:
 
 def times_of(segments: tuple[Segment, ...]) -> dict[tuple[str, str], tuple[float, float]]:
     """(device, action) -> (anchor, trigger)."""
-    events = resolve(bind_pick(segments, DEVICES, 0.5, 0.5), segments, line()).events
+    events = resolve(bind_pick(segments, DEVICES, TOOL, 0.5, 0.5), segments, line()).events
     out = {(e.device, e.action): (e.t_anchor, e.t_trigger) for e in events}
     assert len(out) == len(events)
     return out  # type: ignore[return-value]
@@ -78,36 +80,37 @@ def test_cup_turns_as_soon_as_it_may() -> None:
 
 
 def test_no_turn_without_a_moving_segment() -> None:
-    assert bind_tool_states(pick(STRAIGHT, STRAIGHT), DEVICES) == ()
+    assert bind_tool_states(pick(STRAIGHT, STRAIGHT), DEVICES, TOOL) == ()
 
 
 def test_several_moving_segments_in_a_row_are_one_turn() -> None:
     segments = (Segment(SegmentKind.DEPART, 0.0, 1.0, DOWN, None), *pick(STRAIGHT)[:1], *pick(STRAIGHT))
-    events = bind_tool_states(segments, DEVICES)
+    events = bind_tool_states(segments, DEVICES, TOOL)
     assert [(e.action, e.anchor.segment) for e in events] == [("straight", 1)]
 
 
 def test_a_move_without_contact_switches_nothing() -> None:
-    assert bind_pick(pick(STRAIGHT, STRAIGHT)[:1], DEVICES) == ()
+    assert bind_pick(pick(STRAIGHT, STRAIGHT)[:1], DEVICES, TOOL) == ()
 
 
 def test_a_pick_that_keeps_the_item_does_not_let_go() -> None:
-    assert not [e for e in bind_pick(pick()[:-1], DEVICES) if e.action == "off"]
+    assert not [e for e in bind_pick(pick()[:-1], DEVICES, TOOL) if e.action == "off"]
 
 
 def test_missing_device_or_action_is_named() -> None:
     without_valve = {name: device for name, device in DEVICES.items() if name != "valve"}
     with pytest.raises(InputError, match="no valve"):
-        bind_pick(pick(), without_valve)
+        bind_pick(pick(), without_valve, TOOL)
     deaf = {**DEVICES, "pump": Device("pump", DeviceKind.PUMP, 2.0, ("off",))}
     with pytest.raises(InputError, match="pump cannot 'on'"):
-        bind_pick(pick(), deaf)
+        bind_pick(pick(), deaf, TOOL)
 
 
 def test_lead_longer_than_the_way_asks_for_a_delay_that_suffices() -> None:
     segments = pick()[2:]
     segments = tuple(Segment(s.kind, s.t_start - 2, s.t_end - 2, s.tool_state, s.held) for s in segments)
-    events = bind_pick(segments, {**DEVICES, "pump": Device("pump", DeviceKind.PUMP, 5.0, ("on", "off"))})
+    slow = {**DEVICES, "pump": Device("pump", DeviceKind.PUMP, 5.0, ("on", "off"))}
+    events = bind_pick(segments, slow, TOOL)
     first = resolve(events, segments, line())
     assert first.start_delay == pytest.approx(5.0 - 2.5)
     shifted = delay_segments(segments, first.start_delay)

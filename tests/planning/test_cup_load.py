@@ -12,6 +12,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.geometry import inverse, pose, rotation_axis_angle
 from pickcli.grasping.holding import Hold
+from pickcli.grasping.suction_grasping import SuctionGrasping
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.motion.trajectory import Trajectory
@@ -54,7 +55,7 @@ def test_planner_and_verifier_agree_on_a_random_held_motion(cell: Cell, arm: Arm
     tool_state = (STRAIGHT, DOWN)[seed % 2]
     trajectory = random_motion(cell, rng)
     face = item.shape.face_names[0]
-    hold = Hold.of(item, face, T_tip_item, cell.robot.tool)
+    hold = SuctionGrasping(cell.robot.tool).hold(item, face, T_tip_item)
     times = np.arange(1.0, int(trajectory.duration / STEP) - 1) * STEP
     states = trajectory.sample(np.concatenate([[times[0] - STEP], times, [times[-1] + STEP]]))
     by_verifier = wrenches(
@@ -82,7 +83,7 @@ def test_an_item_hangs_where_the_pressed_cup_left_it(cell: Cell, arm: Arm) -> No
     """At rest with the cup straight down the lever is that of the hanging item, not that of the grasp."""
     item = cell.item("crayola_24_ct", 2016)
     grasp, pressed = pose([0.02, 0.0, 0.0125], rpy=[np.pi, 0.0, 0.0]), pose([0.0, 0.0, 0.005])
-    hold = Hold.of(item, "+z", inverse(grasp @ pressed), cell.robot.tool)
+    hold = SuctionGrasping(cell.robot.tool).hold(item, "+z", inverse(grasp @ pressed))
     load = hold.at_rest(np.diag([1.0, -1.0, -1.0])[None])
     assert load.moment == pytest.approx(item.heaviest * 9.81 * 0.02)
     assert hold.body.p_tip_com[2] == pytest.approx(0.0125 - 0.005)
@@ -104,12 +105,13 @@ def lift(cell: Cell, arm: Arm, tool_state: ToolState) -> MotionSegment:
 def bottle_in_front(cell: Cell, mass: float) -> Hold:
     """Its own axis upright, the cup on its mantle."""
     item = replace(cell.item("dasani_water_bottle", 2016), mass=mass)
-    return Hold.of(item, "mantle", pose([0.0, 0.0, 0.0335], rpy=[0.0, np.pi / 2, 0.0]), cell.robot.tool)
+    T_tip_item = pose([0.0, 0.0, 0.0335], rpy=[0.0, np.pi / 2, 0.0])
+    return SuctionGrasping(cell.robot.tool).hold(item, "mantle", T_tip_item)
 
 
 def test_a_weight_that_turns_the_item_on_the_cup_is_taken_up_by_itself(cell: Cell, arm: Arm) -> None:
     tool, whole = cell.robot.tool, lift(cell, arm, STRAIGHT)
-    divided = divided_lift(arm, tool, whole, bottle_in_front(cell, 0.52))
+    divided = divided_lift(arm, SuctionGrasping(tool), whole, bottle_in_front(cell, 0.52))
     assert divided is not None
     slow, rest = divided
     assert slow.limits.max_tool_speed == pytest.approx(0.98 * tool.cup.take_up_speed)
@@ -122,9 +124,9 @@ def test_a_weight_that_turns_the_item_on_the_cup_is_taken_up_by_itself(cell: Cel
 
 
 def test_what_hardly_turns_on_the_cup_or_hangs_below_it_is_lifted_at_once(cell: Cell, arm: Arm) -> None:
-    tool = cell.robot.tool
-    assert divided_lift(arm, tool, lift(cell, arm, STRAIGHT), bottle_in_front(cell, 0.1)) is None
+    method = SuctionGrasping(cell.robot.tool)
+    assert divided_lift(arm, method, lift(cell, arm, STRAIGHT), bottle_in_front(cell, 0.1)) is None
     down = np.diag([1.0, -1.0, -1.0])
-    beside = Hold.of(cell.item("dasani_water_bottle", 2016), "mantle", pose([0.05, 0.0, 0.03]), tool)
+    beside = method.hold(cell.item("dasani_water_bottle", 2016), "mantle", pose([0.05, 0.0, 0.03]))
     assert beside.torque_at_rest(down) > 0.4
-    assert divided_lift(arm, tool, lift(cell, arm, DOWN), beside) is None
+    assert divided_lift(arm, method, lift(cell, arm, DOWN), beside) is None

@@ -10,18 +10,23 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, pose
 from pickcli.grasping.cup_press import outward_of
+from pickcli.grasping.suction_grasping import SuctionGrasping
+from pickcli.motion.plan import Grasp
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages import grasp_selection
 from pickcli.planning.stages.grasp_selection import feasible_grasps
-from pickcli.planning.stages.press_check import contact_speed
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.verification.verify import verify
 
 BIN = "bin_E"
+
+
+def contact_speed(problem: PickProblem, grasp: Grasp) -> float | None:
+    """How fast the cup may meet the target."""
+    return problem.context.method.contact_speed(problem.contacts, grasp)
 
 
 def scene_of(cell: Cell, *placed: tuple[str, Array]) -> Scene:
@@ -134,7 +139,7 @@ def test_a_light_item_is_pressed_where_it_is_carried(
     out[0, 3] = 0.1
     assert contact_speed(problem, replace(found[0].grasp, T_item_tip=out)) is None
     assert contact_speed(problem, replace(found[0].grasp, T_item_tip=out, kind="frontal"))
-    monkeypatch.setattr(grasp_selection, "contact_speed", lambda problem, grasp: None)
+    monkeypatch.setattr(SuctionGrasping, "contact_speed", lambda method, contacts, grasp: None)
     none, reasons = feasible_grasps(problem, ())
     assert not none
     assert "tips the item" in {reason.what for reason in reasons}
@@ -151,9 +156,9 @@ def test_the_verifier_refuses_what_tips_by_a_rule_of_its_own(
     start = Start(home.q, home.tool_state)
     assert verify(plan_pick(planner, scene, query, start, 1), scene).certificate is not None
     monkeypatch.setattr(
-        grasp_selection,
+        SuctionGrasping,
         "contact_speed",
-        lambda _, grasp: 0.05 if abs(grasp.T_item_tip[0, 3]) >= 0.08 else None,
+        lambda method, contacts, grasp: 0.05 if abs(grasp.T_item_tip[0, 3]) >= 0.08 else None,
     )
     verdict = verify(plan_pick(planner, scene, query, start, 1), scene)
     assert [reason.what for reason in verdict.reasons] == ["tips the item"]

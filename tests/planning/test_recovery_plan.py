@@ -12,6 +12,7 @@ import pytest
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
+from pickcli.grasping import suction_grasping
 from pickcli.grasping.suction_candidates import sample_suctions
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.motion.segment import SegmentKind
@@ -20,7 +21,6 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.recovery.recovery_plan import plan_recovery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
-from pickcli.planning.stages import grasp_selection
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.verification.verify import verify
@@ -60,7 +60,7 @@ def test_beside_a_tall_item_the_cup_goes_back_first(
         found = sample_suctions(*args)
         return replace(found, grasps=tuple(g for g in found.grasps if g.kind == "side"))
 
-    monkeypatch.setattr(grasp_selection, "sample_suctions", from_the_side)
+    monkeypatch.setattr(suction_grasping, "sample_suctions", from_the_side)
     scene = scene_with(("kleenex_tissue_box", "bin_D", 0.2, 0.04))
     stuck = stopped_at_contact(planner, scene, home, "bin_D", "kleenex_tissue_box")
     tip = planner.arm.tip(stuck.q, stuck.tool_state)

@@ -13,6 +13,7 @@ from pickcli.cell.cell import Cell
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.grasping.grasp_method import ContactLimit
 from pickcli.kernel import line_deviation
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.assembly import certified_timing
@@ -46,13 +47,12 @@ def corner(
 
 
 def test_lines_that_are_rounded_too_much_are_mended(
-    planner: PlanningContext, cell: Cell, scene: Scene, monkeypatch: pytest.MonkeyPatch
+    planner: PlanningContext, scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
-    fastest = cell.robot.tool.cup.contact_speed
     run = proven_run(planner, scene, segments)
     assert not isinstance(run, Failures)
-    assert broken_promise(planner.arm, fastest, run, segments) is None
+    assert broken_promise(planner.arm, planner.method.contact_limit, run, segments) is None
     monkeypatch.setattr(certified_timing, "MENDS", 0)
     unmended = proven_run(planner, scene, segments)
     assert isinstance(unmended, Failures) and [r.what for r in unmended] == ["not straight"]
@@ -64,7 +64,7 @@ def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(
     segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
     run = certified_timing._timed_once(planner, segments, None, None)
     assert not isinstance(run, Failures)
-    better = mended(planner.arm, 1.0, run, segments)
+    better = mended(planner.arm, ContactLimit(SegmentKind.CONTACT, 1.0), run, segments)
     assert better is not None
     assert len(better) == len(segments) == 2
     for new, old in zip(better, segments, strict=True):
@@ -79,7 +79,7 @@ def test_a_contact_that_is_too_fast_is_slowed_down(
     fastest = cell.robot.tool.cup.contact_speed
     run = proven_run(planner, scene, segments)
     assert not isinstance(run, Failures)
-    assert broken_promise(planner.arm, fastest, run, segments) is None
+    assert broken_promise(planner.arm, planner.method.contact_limit, run, segments) is None
     times = np.arange(0.0, run.part_times[1], 1e-3)
     p = planner.arm.tips(run.trajectory.sample(times), STRAIGHT)[:, :3, 3]
     speeds = np.linalg.norm(np.diff(p, axis=0), axis=1) / 1e-3
@@ -92,7 +92,7 @@ def test_coarse_motions_promise_no_line(planner: PlanningContext, scene: Scene) 
     ]
     run = certified_timing._timed_once(planner, segments, None, None)
     assert not isinstance(run, Failures)
-    assert mended(planner.arm, 1e-3, run, segments) is None
+    assert mended(planner.arm, ContactLimit(SegmentKind.CONTACT, 1e-3), run, segments) is None
 
 
 @pytest.mark.parametrize("bow", [0.0, 0.001, 0.003])

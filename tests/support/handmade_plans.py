@@ -16,7 +16,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array, pose, rotation_vector
-from pickcli.grasping.holding import Hold
+from pickcli.grasping.suction_grasping import SuctionGrasping
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Grasp, Plan
@@ -214,7 +214,7 @@ def loaded(plan: Plan, T_tip_item: Array) -> Plan:
     times = np.linspace(held[0].t_start, held[-1].t_end, 8000)
     q, dq, ddq = (plan.trajectory.sample(times, d) for d in range(3))
     motion = Arm(robot).tip_motion(q, dq, ddq, held[0].tool_state)
-    load = Hold.of(item, plan.grasp.face, T_tip_item, robot.tool).in_motion(motion)
+    load = SuctionGrasping(robot.tool).hold(item, plan.grasp.face, T_tip_item).in_motion(motion)
     return replace(plan, grasp=load.of(plan.grasp))
 
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.tool import Tool, ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
+from pickcli.grasping.grasp_method import GraspMethod
 from pickcli.grasping.holding import CupLoad, Hold
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
@@ -96,7 +97,7 @@ def carried_run(
     if still.ratio > most:
         at_rest = f"{still} at rest on the way, {still.ratio:.2f} of the limit"
         return Failures.of(Reason("does not hold", where, at_rest))
-    cup = WrenchLimit(context.arm, grasp.tool_state, hold.body, hold.limits, most * hold.vacuum_share)
+    cup = WrenchLimit(context.arm, grasp.tool_state, hold.body, hold.limits, most * hold.share)
     checkers = _checkers(context, scene, segments)
     limit, are_blends_proven, failures = None, False, Failures()
     while True:
@@ -134,7 +135,7 @@ def carried_runs(
     Returns:
         One run, or two of which the first ends within the first segment; or every reason why there is none.
     """
-    divided = divided_lift(context.arm, context.cell.robot.tool, segments[0], hold)
+    divided = divided_lift(context.arm, context.method, segments[0], hold)
     parts = (segments,) if divided is None else (divided[:1], (divided[1], *segments[1:]))
     runs: list[CertifiedRun] = []
     for part in parts:
@@ -146,7 +147,7 @@ def carried_runs(
 
 
 def divided_lift(
-    arm: Arm, tool: Tool, lift: MotionSegment, hold: Hold
+    arm: Arm, method: GraspMethod, lift: MotionSegment, hold: Hold
 ) -> tuple[MotionSegment, MotionSegment] | None:
     """Divide the lift where the cup has taken the weight up, if it has to do so slowly.
 
@@ -156,14 +157,14 @@ def divided_lift(
 
     Args:
         arm: Kinematics of the arm.
-        tool: The tool that holds the item.
+        method: How the tool holds the item.
         lift: With the item in the cup, from where it was grasped.
         hold: The item as it hangs in the cup.
 
     Returns:
         The take-up, at its speed, and the rest of the lift; None where the weight hardly turns the cup.
     """
-    if tool.suction_cup is None:  # pads give way by nothing
+    if method.take_up == 0.0:
         return None
     tips = arm.tips(lift.waypoints, lift.mode.tool_state)
     R_world_tip, p = tips[0, :3, :3], tips[:, :3, 3]
@@ -171,13 +172,13 @@ def divided_lift(
     if (
         abs(R_world_tip[2, 2]) > LEVEL
         or hold.torque_at_rest(R_world_tip) < TURNS
-        or ways[-1] <= tool.cup.take_up
+        or ways[-1] <= method.take_up
     ):
         return None
-    k = int(np.argmax(ways > tool.cup.take_up))
-    share = (tool.cup.take_up - ways[k - 1]) / (ways[k] - ways[k - 1])
+    k = int(np.argmax(ways > method.take_up))
+    share = (method.take_up - ways[k - 1]) / (ways[k] - ways[k - 1])
     end = lift.waypoints[k - 1] + share * (lift.waypoints[k] - lift.waypoints[k - 1])
-    slow = replace(lift.limits, max_tool_speed=SLOWER_THAN_ALLOWED * tool.cup.take_up_speed)
+    slow = replace(lift.limits, max_tool_speed=SLOWER_THAN_ALLOWED * method.take_up_speed)
     return (
         replace(lift, waypoints=np.vstack([lift.waypoints[:k], end]), limits=slow),
         replace(lift, waypoints=np.vstack([end, lift.waypoints[k:]])),
@@ -197,16 +198,16 @@ def _timed(
     limit: PathConstraint | None = None,
 ) -> TimedRun | Failures:
     """One run that keeps what is promised of lines and contact, or what it breaks however it is mended."""
-    fastest = context.cell.robot.tool.contact_speed
+    coming = context.method.contact_limit
     run = _timed_once(context, segments, checkers, limit)
     for _ in range(MENDS):
-        if isinstance(run, Failures) or (better := mended(context.arm, fastest, run, segments)) is None:
+        if isinstance(run, Failures) or (better := mended(context.arm, coming, run, segments)) is None:
             return run
         segments = better
         run = _timed_once(context, segments, checkers, limit)
     if isinstance(run, Failures):
         return run
-    broken = broken_promise(context.arm, fastest, run, segments)
+    broken = broken_promise(context.arm, coming, run, segments)
     return run if broken is None else Failures.of(broken)
 
 

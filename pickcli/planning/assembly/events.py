@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pickcli.errors import Failures
-from pickcli.io_events.bind import bind_pick, bind_tool_states
+from pickcli.grasping.grasp_method import GraspTimes
+from pickcli.io_events.bind import bind_pick
 from pickcli.io_events.resolve import delay_segments, resolve
 from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment
@@ -17,7 +18,7 @@ Schedule = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
 
 
 def schedule(
-    context: PlanningContext, segments: Sequence[Segment], trajectory: Trajectory
+    context: PlanningContext, segments: Sequence[Segment], trajectory: Trajectory, rests: GraspTimes
 ) -> Schedule | Failures:
     """Bind the events of a pick to its timed motion.
 
@@ -28,15 +29,13 @@ def schedule(
         context: The cell, its models and its precomputed files.
         segments: The segments with their times.
         trajectory: The timed motion.
+        rests: How long the arm rests where the item is taken and where it is let go.
 
     Returns:
         Segments, trajectory and events with their times; or every event that cannot be bound.
     """
     tool, devices = context.cell.robot.tool, context.cell.devices
-    if tool.suction_cup is None:
-        events = bind_tool_states(segments, devices, tool.mover, tool.command)
-    else:
-        events = bind_pick(segments, devices, tool.suction_cup.seal_time, context.settings.release_time)
+    events = bind_pick(segments, devices, tool, rests.taking, rests.releasing)
     resolution = resolve(events, segments, trajectory)
     if resolution.start_delay > 0.0:
         trajectory = delayed(trajectory, resolution.start_delay)

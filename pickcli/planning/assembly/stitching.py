@@ -7,14 +7,14 @@ the key waypoints. The motion stops only on the item and over the tote.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, Reason
-from pickcli.grasping.holding import CupLoad, Hold
-from pickcli.io_events.bind import device_of
+from pickcli.grasping.grasp_method import GraspTimes
+from pickcli.grasping.holding import CupLoad
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
@@ -42,14 +42,14 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     """
     context, grasp = problem.context, motion.in_bin.grasp
     item, scene = problem.target.item, problem.scene
-    grip = _GripTimes.of(context)
+    rests = context.method.rests(context.cell.devices, context.settings.release_time)
     to_item = _moving(context, [motion.transit, *motion.in_bin.inward])
     to_place = _moving(context, [*motion.in_bin.outward, motion.transfer, *motion.placement.inward])
     away = _moving(context, motion.placement.away)
     first = proven_run(context, scene, to_item)
     if isinstance(first, Failures):
         return first
-    hold = Hold.of(item, grasp.face, motion.in_bin.attached.T_tip_item, context.cell.robot.tool)
+    hold = context.method.hold(item, grasp.face, motion.in_bin.attached.T_tip_item)
     slowed = [segment.scaled(item.speed_scale) for segment in to_place]
     carried = carried_runs(context, scene, slowed, grasp, hold)
     if isinstance(carried, Failures):
@@ -58,14 +58,14 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     if isinstance(last, Failures):
         return last
     runs = [first, *(part.run for part in carried), last]
-    rests = [grip.take, *[0.0] * (len(carried) - 1), grip.release]
+    resting = [rests.taking, *[0.0] * (len(carried) - 1), rests.releasing]
     lift = to_place[:1] * len(carried)
-    trajectory, segments = _joined([*to_item, *lift, *to_place[1:], *away], runs, rests)
+    trajectory, segments = _joined([*to_item, *lift, *to_place[1:], *away], runs, resting)
     if len(carried) > 1:
         segments = _joined_at(segments, len(to_item))
-    if context.cell.robot.tool.gripper is not None:
-        segments = _with_rests(segments, grip, motion)
-    scheduled = schedule(context, segments, trajectory)
+    if context.method.closes_at_rest:
+        segments = _with_rests(segments, rests, motion)
+    scheduled = schedule(context, segments, trajectory, rests)
     if isinstance(scheduled, Failures):
         return scheduled
     segments, trajectory, events = scheduled
@@ -115,40 +115,24 @@ def stitch_run(
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class _GripTimes:
-    """How long the arm rests where the item is taken, and where it is let go, in s."""
-
-    take: float
-    release: float
-
-    @classmethod
-    def of(cls, context: PlanningContext) -> _GripTimes:
-        tool = context.cell.robot.tool
-        if tool.gripper is not None:
-            lead = device_of(context.cell.devices, tool.mover).lead
-            return cls(lead, lead)
-        return cls(tool.cup.seal_time, context.settings.release_time)
-
-
-def _with_rests(segments: tuple[Segment, ...], grip: _GripTimes, motion: PickMotion) -> tuple[Segment, ...]:
+def _with_rests(segments: tuple[Segment, ...], rests: GraspTimes, motion: PickMotion) -> tuple[Segment, ...]:
     """The segments, with those in which only fingers move cut off the ends of the ones before.
 
     Args:
         segments: Those that move; the arm rests at the end of the last before the item is held, and of the
             last that holds it.
-        grip: How long it rests there.
-        motion: The pick of a gripper: its way in ends with the segment in which the fingers close, its way
-            away begins with the one in which they open.
+        rests: How long it rests there.
+        motion: The pick of a tool that closes at rest: its way in ends with the segment in which it does, its
+            way away begins with the one in which it opens.
     """
     closing, opening = motion.in_bin.inward[-1], motion.placement.away[0]
     held = [k for k, segment in enumerate(segments) if segment.held is not None]
     taken, let_go = held[0] - 1, held[-1]
     return (
         *segments[:taken],
-        *_cut(segments[taken], grip.take, closing),
+        *_cut(segments[taken], rests.taking, closing),
         *segments[held[0] : let_go],
-        *_cut(segments[let_go], grip.release, opening),
+        *_cut(segments[let_go], rests.releasing, opening),
         *segments[let_go + 1 :],
     )
 

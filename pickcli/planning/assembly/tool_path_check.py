@@ -16,6 +16,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Reason
 from pickcli.geometry import Array
+from pickcli.grasping.grasp_method import ContactLimit
 from pickcli.kernel import line_deviation
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
@@ -35,13 +36,13 @@ SPEED_STEP = 1e-3  # s over which a speed is measured
 
 
 def mended(
-    arm: Arm, contact_speed: float, run: TimedRun, segments: Sequence[MotionSegment]
+    arm: Arm, coming: ContactLimit, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> list[MotionSegment] | None:
     """Find the segments to be timed again because a run breaks a promise.
 
     Args:
         arm: Kinematics of the tool.
-        contact_speed: m/s, the fastest that the tool may meet an item.
+        coming: How fast the tool may come to an item.
         run: The segments as they are timed.
         segments: What the run was made of.
 
@@ -54,8 +55,8 @@ def mended(
         for j in range(max(0, k - 1), min(len(segments), k + 2)):
             wide = min(segments[i].limits.blend_tolerance for i in (k, j))
             limits[j] = replace(limits[j], blend_tolerance=min(limits[j].blend_tolerance, NARROWER * wide))
-    for k, speed in _too_fast(arm, contact_speed, run, segments):
-        slower = SLOWER * (segments[k].limits.max_tool_speed or speed) * contact_speed / speed
+    for k, speed in _too_fast(arm, coming, run, segments):
+        slower = SLOWER * (segments[k].limits.max_tool_speed or speed) * coming.speed / speed
         limits[k] = replace(limits[k], max_tool_speed=slower)
     if limits == [segment.limits for segment in segments]:
         return None
@@ -63,13 +64,13 @@ def mended(
 
 
 def broken_promise(
-    arm: Arm, contact_speed: float, run: TimedRun, segments: Sequence[MotionSegment]
+    arm: Arm, coming: ContactLimit, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> Reason | None:
     """Find the first promise that a run breaks.
 
     Args:
         arm: Kinematics of the tool.
-        contact_speed: m/s, the fastest that the tool may meet an item.
+        coming: How fast the tool may come to an item.
         run: The segments as they are timed.
         segments: What the run was made of.
 
@@ -78,9 +79,9 @@ def broken_promise(
     """
     for k, off in not_straight(arm, run, segments):
         return Reason("not straight", f"{segments[k].kind}", off)
-    for k, speed in _too_fast(arm, contact_speed, run, segments):
+    for k, speed in _too_fast(arm, coming, run, segments):
         return Reason(
-            "contact speed", f"{segments[k].kind}", f"{speed:.4f} m/s, the tool takes {contact_speed}"
+            "contact speed", f"{segments[k].kind}", f"{speed:.4f} m/s, the tool takes {coming.speed}"
         )
     return None
 
@@ -135,21 +136,17 @@ def not_straight(arm: Arm, run: TimedRun, segments: Sequence[MotionSegment]) -> 
 
 
 def _too_fast(
-    arm: Arm, contact_speed: float, run: TimedRun, segments: Sequence[MotionSegment]
+    arm: Arm, coming: ContactLimit, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> Iterator[tuple[int, float]]:
-    """Index of every way to an item that is faster than allowed, and its greatest speed in m/s.
-
-    A cup comes to it in the contact, fingers on either side of it in the approach.
-    """
-    is_gripper = arm.robot.tool.gripper is not None
+    """Index of every way to an item that is faster than allowed, and its greatest speed in m/s."""
     for k, segment in enumerate(segments):
-        if segment.kind is not (SegmentKind.APPROACH if is_gripper else SegmentKind.CONTACT):
+        if segment.kind is not coming.kind:
             continue
         start, end = run.part_times[k], run.part_times[k + 1]
         times = np.linspace(start, end, max(2, int(np.ceil((end - start) / SPEED_STEP)) + 1))
         p = _tips(arm, run.trajectory, times, segment.mode.tool_state)[:, :3, 3]
         speed = float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max(initial=0.0))
-        if speed > contact_speed:
+        if speed > coming.speed:
             yield k, speed
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from pickcli.cell.robot import Limits, Robot
 from pickcli.errors import LimitError, NoPlanError, Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.holding import Hold
+from pickcli.grasping.method_choice import grasp_method
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
@@ -149,7 +149,7 @@ def _loaded(plan: Plan, scene: Scene) -> Plan | Reason:
     """The plan with the load on the cup of this motion, which is not that of the one that stopped."""
     assert plan.grasp is not None and scene.held is not None
     robot, grasp = scene.cell.robot, plan.grasp
-    hold = Hold.of(scene.held.item, grasp.face, scene.held.T_tip_item, robot.tool)
+    hold = grasp_method(robot.tool).hold(scene.held.item, grasp.face, scene.held.T_tip_item)
     load = carried_load(Arm(robot), plan.segments[0].tool_state, plan.trajectory, hold)
     if load.ratio > 1.0:
         return Reason("does not hold", plan.query, f"{load}, {load.ratio:.2f} of the limit")

@@ -16,13 +16,12 @@ import numpy as np
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import PickPoses
 from pickcli.cartesian.line_following import follow_line
-from pickcli.cell.tool import MOVING
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode, MotionSegment, at_rest
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.pinch_candidates import holding_state
+from pickcli.grasping.grasp_method import GraspModes
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, ToolLines
 from pickcli.planning.pick_problem import PickProblem
@@ -53,7 +52,7 @@ def plan_grasp_motion(
     if len(solutions) == 0:
         return Failures.of(Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact)))
     lines = _Lines.of(problem, ways, contact_speed)
-    failures, pressed = Failures(), lines.checker(lines.pressing)
+    failures, pressed = Failures(), lines.checker(lines.modes.taking)
     for q_contact in solutions[: context.settings.solutions_per_grasp]:
         if not pressed.is_valid(q_contact):
             failures += _invalid(pressed, q_contact, f"{where}, contact")
@@ -100,11 +99,8 @@ class _Lines:
         contact: (4, 4) pose of the tool in the world when the cup is pressed on.
         where: The grasp, as reasons call it.
         attached: The target in the cup.
-        approaching: Of the empty tool in the bin.
-        pressing: Of the empty tool at the target: a cup that is pressed on, fingers that close.
-        lifting: With the target, over the first stretch of the lift.
-        carrying: With the target when it touches nothing any more.
-        contact_speed: m/s at which the cup may meet the target.
+        modes: What each stage must be free for, with the target where it is held.
+        contact_speed: m/s at which the tool may meet the target.
     """
 
     context: PlanningContext
@@ -112,41 +108,22 @@ class _Lines:
     contact: Array
     where: str
     attached: AttachedItem
-    approaching: Mode
-    pressing: Mode
-    lifting: Mode
-    carrying: Mode
+    modes: GraspModes
     contact_speed: float
 
     @classmethod
     def of(cls, problem: PickProblem, ways: ToolLines, contact_speed: float) -> _Lines:
-        state, contacts, target = ways.grasp.tool_state, problem.contacts, problem.target
+        context, scene, target = problem.context, problem.scene, problem.target
         # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
         T_tip_item = inverse(ways.contact) @ target.T_world_item
         attached = AttachedItem(target.item, T_tip_item, problem.uncertainty, target.id)
-        if ways.press is None:
-            held = holding_state(ways.grasp, target.item, problem.context.cell.robot.tool)
-            return cls(
-                problem.context, problem.scene, ways.contact, str(ways.grasp), attached,
-                approaching=Mode(state, None, contacts.while_approaching()),
-                pressing=Mode(MOVING, None, contacts.while_closing()),
-                lifting=Mode(held, attached, contacts.while_lifting_pinched()),
-                carrying=Mode(held, attached, contacts.while_carrying()),
-                contact_speed=contact_speed,
-            )  # fmt: skip
-        return cls(
-            problem.context, problem.scene, ways.contact, str(ways.grasp), attached,
-            approaching=Mode(state, None, contacts.while_approaching()),
-            pressing=Mode(state, None, contacts.while_pressing(ways.press)),
-            lifting=Mode(state, attached, contacts.while_lifting(ways.press)),
-            carrying=Mode(state, attached, contacts.while_carrying()),
-            contact_speed=contact_speed,
-        )  # fmt: skip
+        modes = ways.modes.holding(attached)
+        return cls(context, scene, ways.contact, str(ways.grasp), attached, modes, contact_speed)
 
     @property
     def closes(self) -> bool:
-        """Whether fingers close on the target, at rest."""
-        return self.pressing.tool_state == MOVING
+        """Whether the tool closes on the target, at rest."""
+        return self.context.method.closes_at_rest
 
     def checker(self, mode: Mode) -> SceneChecker:
         """What proves lines in one mode."""
@@ -154,35 +131,35 @@ class _Lines:
 
     def inward(self, poses: PickPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Pre-approach, approach and contact, followed backwards from the contact configuration."""
-        settings, kind = self.context.settings, SegmentKind
+        settings, kind, modes = self.context.settings, SegmentKind, self.modes
         contact_speed = SLOWER_THAN_ALLOWED * self.contact_speed
         approach, preapproach = settings.approach_speed, settings.preapproach_speed
         if self.closes:
             approach = min(approach, contact_speed)
         lines = (
-            _Line(kind.CONTACT, self.pressing, poses.contact, poses.touch, contact_speed),
-            _Line(kind.APPROACH, self.approaching, poses.touch, poses.approach, approach),
-            _Line(kind.PREAPPROACH, self.approaching, poses.approach, poses.preapproach, preapproach),
+            _Line(kind.CONTACT, modes.taking, poses.contact, poses.touch, contact_speed),
+            _Line(kind.APPROACH, modes.approaching, poses.touch, poses.approach, approach),
+            _Line(kind.PREAPPROACH, modes.approaching, poses.approach, poses.preapproach, preapproach),
         )
         found = self._followed(lines[self.closes :], q_contact)
         if isinstance(found, Failures):
             return found
         inward = tuple(segment.backwards(segment.kind) for segment in reversed(found))
-        return (*inward, at_rest(kind.CONTACT, q_contact, self.pressing)) if self.closes else inward
+        return (*inward, at_rest(kind.CONTACT, q_contact, modes.taking)) if self.closes else inward
 
     def outward(self, poses: LiftPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Lift and retreat with the target; free of all contact once the first stretch has ended."""
-        settings, kind = self.context.settings, SegmentKind
-        freeing = _Line(kind.LIFT, self.lifting, self.contact, poses.freed, settings.lift_speed)
+        settings, kind, modes = self.context.settings, SegmentKind, self.modes
+        freeing = _Line(kind.LIFT, modes.lifting, self.contact, poses.freed, settings.lift_speed)
         freed = self._followed((freeing,), q_contact)
         if isinstance(freed, Failures):
             return freed
-        q, carrying = freed[-1].end, self.checker(self.carrying)
+        q, carrying = freed[-1].end, self.checker(modes.carrying)
         if not carrying.is_valid(q):
             return _invalid(carrying, q, f"{self.where}, lift")
-        lift = _Line(kind.LIFT, self.carrying, poses.freed, poses.lift, settings.lift_speed)
+        lift = _Line(kind.LIFT, modes.carrying, poses.freed, poses.lift, settings.lift_speed)
         pushes = (
-            _Line(kind.RETREAT, self.carrying, here, there, settings.retreat_speed)
+            _Line(kind.RETREAT, modes.carrying, here, there, settings.retreat_speed)
             for here, there in pairwise((poses.lift, *poses.retreat))
         )
         rest = self._followed((lift, *pushes), q)

@@ -12,13 +12,11 @@ from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
 from pickcli.grasping.search import USUAL, WIDE, Search
-from pickcli.grasping.suction_candidates import sample_suctions
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
-from pickcli.planning.stages.press_check import contact_speed
 from pickcli.planning.stages.target_check import check_target
 from pickcli.planning.stages.tool_clearance import tool_lines, with_tool_clearance
 from pickcli.seeds import derived_rng
@@ -51,7 +49,7 @@ def feasible_grasps(
             failures += against
             if feasible:
                 return feasible, failures
-        if problem.context.cell.robot.tool.gripper is None and not problem.target.item.suction:
+        if not problem.context.method.may_hold(problem.target.item):
             break
     return (), failures
 
@@ -59,9 +57,9 @@ def feasible_grasps(
 def _candidates(
     problem: PickProblem, search: Search, exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator
 ) -> CandidateSet:
-    target, tool, most = problem.target, problem.context.cell.robot.tool, problem.context.settings.load_ratio
+    target, context = problem.target, problem.context
     wanted = GraspTarget(target.id, target.item, problem.T_entry_item, problem.place)
-    found = sample_suctions(wanted, tool, rng, search, most)
+    found = context.method.sample(wanted, rng, search, context.settings.load_ratio)
     return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
 
 
@@ -82,7 +80,7 @@ def _tried(
     feasible: list[GraspMotion] = []
     roomy, failures = with_tool_clearance(problem, grasps, ways_out)
     for grasp in roomy if search is USUAL else _in_turns(roomy):
-        speed = contact_speed(problem, grasp)
+        speed = problem.context.method.contact_speed(problem.contacts, grasp)
         if speed is None:
             failures += Reason(
                 "tips the item", str(grasp), "the cup presses it over the edge of what carries it"

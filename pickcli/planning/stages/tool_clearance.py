@@ -14,15 +14,11 @@ from numpy.typing import NDArray
 
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import CONTACT_DISTANCE, PickPoses, pick_poses
-from pickcli.cell.tool import MOVING, Tool, ToolState
-from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FreeToolChecker
-from pickcli.collision.stage_contacts import CupPress
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.cup_press import cup_press, outward_of
-from pickcli.grasping.holding import Hold
-from pickcli.grasping.pinch_candidates import holding_state
+from pickcli.grasping.grasp_method import GraspModes
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
@@ -99,28 +95,21 @@ def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) ->
     Returns:
         Ways in and out, or what is in the way.
     """
-    press = _press(problem, grasp)
-    inward = _ways_in(problem, grasp, press)
+    modes = problem.context.method.modes(problem.contacts, grasp, problem.context.model.tip_excess)
+    inward = _ways_in(problem, grasp, modes)
     if isinstance(inward, Failures):
         return inward.within(str(grasp))
     outward = _ways_out(problem, grasp, inward[0].contact, ways_out)
     if isinstance(outward, Failures):
         return outward.within(str(grasp))
-    return ToolLines(grasp, press, inward, outward)
+    return ToolLines(grasp, modes, inward, outward)
 
 
-def _press(problem: PickProblem, grasp: Grasp) -> CupPress | None:
-    """How the cup is pressed on the target; fingers are not."""
-    tool, noise, R_world_item = _tool_of(problem), problem.scene.noise, problem.target.T_world_item[:3, :3]
-    if tool.gripper is not None:
-        return None
-    return cup_press(grasp, tool, noise, R_world_item, problem.context.model.cup_excess)
-
-
-def _ways_in(problem: PickProblem, grasp: Grasp, press: CupPress | None) -> tuple[PickPoses, ...] | Failures:
+def _ways_in(problem: PickProblem, grasp: Grasp, modes: GraspModes) -> tuple[PickPoses, ...] | Failures:
     """Ways to the contact, the plainest first."""
-    empty = _checker(problem, grasp.tool_state, problem.contacts.while_approaching())
-    overtravel, slow = (0.0, 0.0) if press is None else (press.overtravel, CONTACT_DISTANCE)
+    empty = _checker(problem, modes.approaching)
+    slow = 0.0 if problem.context.method.closes_at_rest else CONTACT_DISTANCE
+    overtravel = modes.overtravel
     usual, shortest = problem.context.settings.approach_offset, max(overtravel + slow, LEAST_APPROACH)
 
     def poses_of(offset: float, aside: tuple[float, float] = STRAIGHT_IN) -> PickPoses:
@@ -162,7 +151,7 @@ def _ways_out(
     free = [poses for poses in roomy if _is_valid_path(tool, *poses)]
     if not free:
         return _blocked(problem, tool, found[0][LIFTED], "lift")
-    hold = Hold.of(problem.target.item, grasp.face, inverse(grasp.T_item_tip), _tool_of(problem))
+    hold = problem.context.method.hold(problem.target.item, grasp.face, inverse(grasp.T_item_tip))
     most = problem.context.settings.load_ratio
     held = [poses for poses in free if hold.ratios_at_rest(poses[:, :3, :3]).max() <= most]
     if not held:
@@ -170,27 +159,19 @@ def _ways_out(
     return tuple(LiftPoses.of(poses) for poses in held)
 
 
-def _tool_of(problem: PickProblem) -> Tool:
-    return problem.context.cell.robot.tool
-
-
-def _checker(problem: PickProblem, tool_state: ToolState, contacts: AllowedContacts) -> FreeToolChecker:
+def _checker(problem: PickProblem, mode: Mode) -> FreeToolChecker:
     axes = problem.T_world_entry[:3, :3]
-    return problem.context.checkers.tool(problem.scene, tool_state, axes, contacts)
+    return problem.context.checkers.tool(problem.scene, mode.tool_state, axes, mode.contacts)
 
 
 def _at_target(problem: PickProblem, grasp: Grasp) -> tuple[FreeToolChecker, ...]:
-    """What the tool has to be valid for at the target: a cup pressed on; fingers open, and closing."""
-    if _tool_of(problem).gripper is not None:
-        room = _checker(problem, grasp.tool_state, problem.contacts.while_approaching())
-        return room, _checker(problem, MOVING, problem.contacts.while_closing())
-    outward = outward_of(grasp.face, problem.target.T_world_item[:3, :3])
-    return (_checker(problem, grasp.tool_state, problem.contacts.tool_while_pressing(outward)),)
+    """What the tool has to be valid for at the target."""
+    modes = problem.context.method.at_target(problem.contacts, grasp)
+    return tuple(_checker(problem, mode) for mode in modes)
 
 
 def _carrying(problem: PickProblem, grasp: Grasp) -> FreeToolChecker:
-    state = holding_state(grasp, problem.target.item, _tool_of(problem))
-    return _checker(problem, state, problem.contacts.while_carrying())
+    return _checker(problem, problem.context.method.carrying(problem.contacts, grasp))
 
 
 def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:

@@ -21,10 +21,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pickcli.cell.tool import Tool
+from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import GRAVITY, Array
 from pickcli.grasping.cup_press import farthest_push, overtravel
 from pickcli.motion.plan import Grasp
-from pickcli.planning.pick_problem import PickProblem
 
 WITHIN = 1e-3  # m that a press from above stays within the edge of what carries the item
 MOST_TILT = 0.95  # of the angle at which an item falls over, to which a press may tip it
@@ -36,7 +37,7 @@ NO_ARM = 1e-6  # m
 SAME = 1e-6  # m
 
 
-def contact_speed(problem: PickProblem, grasp: Grasp) -> float | None:
+def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | None:
     """The fastest that the cup may meet the target, so that it does not tip it over.
 
     A cup from above is not to tip it at all: a tipped end rises towards the lance, and hardly any tipped face
@@ -44,19 +45,19 @@ def contact_speed(problem: PickProblem, grasp: Grasp) -> float | None:
     stand by its weight as its pose says: what keeps it is not known.
 
     Args:
-        problem: The pick.
+        contacts: The scene, the target in it, and what carries that.
+        tool: The tool with the cup.
         grasp: Where the cup sits on the target.
 
     Returns:
         m/s, at most the tool's contact speed; None where the cup tips the target at any useful speed.
     """
-    tool = problem.context.cell.robot.tool
     fastest = tool.contact_speed
-    if problem.target.can_roll or tool.gripper is not None:  # fingers close from both sides
+    if contacts.target.can_roll:
         return fastest
     if grasp.kind == "top-down":
-        return None if _tips_below(problem, grasp) else fastest
-    press = _press(problem, grasp)
+        return None if _tips_below(contacts, tool, grasp) else fastest
+    press = _press(contacts, tool, grasp)
     if press is None:
         return fastest
     speed = MOST_SPEED * press.throwing_speed
@@ -109,21 +110,21 @@ class _Press:
         return self.arm / REBOUND * float(np.sqrt(2.0 * GRAVITY * lift / self.inertia))
 
 
-def _tips_below(problem: PickProblem, grasp: Grasp) -> bool:
+def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
     """Whether a cup from above presses beside what carries the target."""
-    target, supports, tool = problem.target, problem.contacts.supports, problem.context.cell.robot.tool
+    target, supports = contacts.target, contacts.supports
     tip = target.T_world_item @ grasp.T_item_tip
-    press = tool.cup.stiffness * overtravel(grasp, tool, problem.scene.noise) * tip[:3, 2]
+    press = tool.cup.stiffness * overtravel(grasp, tool, contacts.scene.noise) * tip[:3, 2]
     around = [tip[:3, 3] + (x, y, 0.0) for x in (-WITHIN, WITHIN) for y in (-WITHIN, WITHIN)]
     if all(supports.balance.stays_under(target.id, press, point) for point in around):
         return False
     return supports.balance.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])
 
 
-def _press(problem: PickProblem, grasp: Grasp) -> _Press | None:
+def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     """The press, and the edge of the footing over which the least of it tips; None where none does."""
-    target, tool, noise = problem.target, problem.context.cell.robot.tool, problem.scene.noise
-    footing = problem.contacts.supports.balance.footing(target.id)
+    target, noise = contacts.target, contacts.scene.noise
+    footing = contacts.supports.balance.footing(target.id)
     if len(footing) == 0:
         return None
     T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip

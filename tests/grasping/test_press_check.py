@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from pickcli.cell.cell import Cell
 from pickcli.geometry import GRAVITY, pose
 from pickcli.grasping.cup_press import farthest_push, overtravel
+from pickcli.grasping.press_check import MOST_SPEED
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.press_check import MOST_SPEED, contact_speed
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.verification.tipping_check import Press, falls_over
 from support import handmade_plans
@@ -40,6 +40,11 @@ def pressed(
     depth, _, tall = item.item.shape.size
     tip = pose((-depth / 2, 0.0, height - tall / 2), R=INTO_X)
     return problem, Grasp(item.id, "frontal", "-x", STRAIGHT, tip, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def contact_speed(problem: PickProblem, grasp: Grasp) -> float | None:
+    """How fast the cup may meet it."""
+    return problem.context.method.contact_speed(problem.contacts, grasp)
 
 
 def test_what_stands_firmly_is_met_as_fast_as_the_tool_may(cell: Cell) -> None:

@@ -1,0 +1,146 @@
+"""The pinch: open fingers come on either side of the item and close on it, and open from it, at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pickcli.cell.device import Device, device_of
+from pickcli.cell.gripper import ParallelGripper
+from pickcli.cell.item import Item
+from pickcli.cell.tool import MOVING, ToolState
+from pickcli.collision.motion_segment import Mode
+from pickcli.collision.stage_contacts import PickContacts
+from pickcli.geometry import Array
+from pickcli.grasping.antipodal import limits_of, width_of
+from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
+from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
+from pickcli.grasping.holding import HoldLimits
+from pickcli.grasping.pinch_candidates import sample_pinches
+from pickcli.grasping.search import Search
+from pickcli.motion.plan import Grasp
+from pickcli.motion.segment import SegmentKind
+
+
+@dataclass(frozen=True, eq=False)
+class PinchGrasping(GraspMethod):
+    """Picks with a parallel gripper (see ``GraspMethod``).
+
+    Attributes:
+        gripper: The fingers of the tool.
+    """
+
+    gripper: ParallelGripper
+    comes_in: ClassVar[SegmentKind] = SegmentKind.APPROACH
+    closes_at_rest: ClassVar[bool] = True
+
+    def may_hold(self, item: Item) -> bool:
+        """Whether the fingers open wider than the least extent of an item.
+
+        Args:
+            item: The item.
+
+        Returns:
+            True if they do.
+        """
+        return float(min(item.shape.extents)) < max(self.tool.positions.values())
+
+    def sample(
+        self, target: GraspTarget, rng: np.random.Generator, search: Search, most: float
+    ) -> CandidateSet:
+        """Pinches, each in every state of the tool that is wider than it (see ``GraspMethod``).
+
+        Args:
+            target: What is to be grasped.
+            rng: Source of the random places.
+            search: How many places and turns are tried.
+            most: Largest share of what the pads bear that the item at rest may take up.
+
+        Returns:
+            Candidates, best first, and why others were dropped.
+        """
+        return sample_pinches(target, self.tool, self.gripper, rng, search, most)
+
+    def bears(self, item: Item, face: str, T_item_tip: Array) -> HoldLimits:
+        """What the pads bear, as much as the parts of them that touch the item.
+
+        Args:
+            item: The item.
+            face: The name of what is pinched.
+            T_item_tip: (4, 4) where the pads are.
+
+        Returns:
+            The limits.
+        """
+        return HoldLimits(limits_of(self.gripper, item.shape, face, T_item_tip))
+
+    def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
+        """The width at which the pads stand on the item.
+
+        Args:
+            grasp: How the item is held.
+            item: The item.
+
+        Returns:
+            The state.
+        """
+        return ToolState.of_width(width_of(item.shape, grasp.face))
+
+    def contact_speed(self, contacts: PickContacts, grasp: Grasp) -> float | None:
+        """The tool's: fingers close from both sides, and tip nothing.
+
+        Args:
+            contacts: The scene, and the target in it.
+            grasp: Where the target is pinched.
+
+        Returns:
+            m/s.
+        """
+        return self.tool.contact_speed
+
+    def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
+        """The fingers open, and closing.
+
+        Args:
+            contacts: Of the pick.
+            grasp: Where the target is pinched.
+
+        Returns:
+            Both modes.
+        """
+        return (
+            Mode(grasp.tool_state, contacts=contacts.while_approaching()),
+            Mode(MOVING, contacts=contacts.while_closing()),
+        )
+
+    def modes(self, contacts: PickContacts, grasp: Grasp, tool_excess: float) -> GraspModes:
+        """The fingers close on the target, and hold it in another state than they came in.
+
+        Args:
+            contacts: Of the pick.
+            grasp: Where the target is pinched.
+            tool_excess: Of no account: fingers are not pressed on anything.
+
+        Returns:
+            The modes.
+        """
+        carrying = self.carrying(contacts, grasp)
+        approaching, closing = self.at_target(contacts, grasp)
+        lifting = Mode(carrying.tool_state, contacts=contacts.while_lifting_pinched())
+        return GraspModes(approaching, closing, lifting, carrying)
+
+    def rests(self, devices: Mapping[str, Device], release_time: float) -> GraspTimes:
+        """As long as the fingers move.
+
+        Args:
+            devices: Devices of the cell, by name.
+            release_time: Of no account: what open fingers leave stands where it stood.
+
+        Returns:
+            The rests.
+        """
+        lead = device_of(devices, self.tool.mover).lead
+        return GraspTimes(lead, lead)

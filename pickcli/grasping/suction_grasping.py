@@ -1,0 +1,153 @@
+"""Suction: a cup is pressed on a face of the item, rests there until it seals, and is lifted off with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from pickcli.cell.device import Device
+from pickcli.cell.item import Item
+from pickcli.cell.tool import ToolState
+from pickcli.collision.motion_segment import Mode
+from pickcli.collision.stage_contacts import PickContacts
+from pickcli.geometry import Array
+from pickcli.grasping.cup_press import cup_press, outward_of
+from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
+from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
+from pickcli.grasping.holding import HoldLimits
+from pickcli.grasping.press_check import contact_speed
+from pickcli.grasping.search import Search
+from pickcli.grasping.suction_candidates import sample_suctions
+from pickcli.motion.plan import Grasp
+from pickcli.motion.segment import SegmentKind
+
+
+@dataclass(frozen=True, eq=False)
+class SuctionGrasping(GraspMethod):
+    """Picks with a suction cup (see ``GraspMethod``)."""
+
+    comes_in: ClassVar[SegmentKind] = SegmentKind.CONTACT
+    closes_at_rest: ClassVar[bool] = False
+
+    @property
+    def take_up(self) -> float:
+        """The stretch in which the sealed bellows give way."""
+        return self.tool.cup.take_up
+
+    @property
+    def take_up_speed(self) -> float:
+        """As the cell states it."""
+        return self.tool.cup.take_up_speed
+
+    def may_hold(self, item: Item) -> bool:
+        """Whether an item is one for suction.
+
+        Args:
+            item: The item.
+
+        Returns:
+            What the list of items says.
+        """
+        return item.suction
+
+    def sample(
+        self, target: GraspTarget, rng: np.random.Generator, search: Search, most: float
+    ) -> CandidateSet:
+        """Places of the cup on the faces of an item (see ``GraspMethod``).
+
+        Args:
+            target: What is to be grasped.
+            rng: Source of the random places.
+            search: How many places, turns and tilts are tried.
+            most: Largest share of what the cup bears that the item at rest may take up.
+
+        Returns:
+            Candidates, best first, and why others were dropped.
+        """
+        return sample_suctions(target, self.tool, rng, search, most)
+
+    def bears(self, item: Item, face: str, T_item_tip: Array) -> HoldLimits:
+        """What the cup bears at the vacuum that the face keeps, wherever on it.
+
+        Args:
+            item: The item.
+            face: The name of the face under the cup.
+            T_item_tip: (4, 4) where the cup sits.
+
+        Returns:
+            The limits.
+        """
+        return HoldLimits(self.tool.cup.limits, item.seals[face])
+
+    def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
+        """That in which the cup came.
+
+        Args:
+            grasp: How the item is held.
+            item: The item.
+
+        Returns:
+            The state.
+        """
+        return grasp.tool_state
+
+    def contact_speed(self, contacts: PickContacts, grasp: Grasp) -> float | None:
+        """The fastest that the cup may meet the target (see ``press_check``).
+
+        Args:
+            contacts: The scene, the target in it, and what carries that.
+            grasp: Where the cup sits on the target.
+
+        Returns:
+            m/s; None where the cup tips the target at any useful speed.
+        """
+        return contact_speed(contacts, self.tool, grasp)
+
+    def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
+        """The cup pressed on, however deep.
+
+        Args:
+            contacts: Of the pick.
+            grasp: Where the cup sits on the target.
+
+        Returns:
+            One mode.
+        """
+        outward = outward_of(grasp.face, contacts.target.T_world_item[:3, :3])
+        return (Mode(grasp.tool_state, contacts=contacts.tool_while_pressing(outward)),)
+
+    def modes(self, contacts: PickContacts, grasp: Grasp, tool_excess: float) -> GraspModes:
+        """The cup is pressed on while it keeps its state.
+
+        Args:
+            contacts: Of the pick.
+            grasp: Where the cup sits on the target.
+            tool_excess: m by which the model of the cup is larger than the cup.
+
+        Returns:
+            The modes.
+        """
+        R_world_item = contacts.target.T_world_item[:3, :3]
+        press = cup_press(grasp, self.tool, contacts.scene.noise, R_world_item, tool_excess)
+        return GraspModes(
+            approaching=Mode(grasp.tool_state, contacts=contacts.while_approaching()),
+            taking=Mode(grasp.tool_state, contacts=contacts.while_pressing(press)),
+            lifting=Mode(grasp.tool_state, contacts=contacts.while_lifting(press)),
+            carrying=self.carrying(contacts, grasp),
+            overtravel=press.overtravel,
+        )
+
+    def rests(self, devices: Mapping[str, Device], release_time: float) -> GraspTimes:
+        """Until the cup has sealed, and until the item has come off it.
+
+        Args:
+            devices: Devices of the cell, by name.
+            release_time: s that an item takes to come off the cup.
+
+        Returns:
+            The rests.
+        """
+        return GraspTimes(self.tool.cup.seal_time, release_time)
