@@ -187,7 +187,7 @@ def _scene(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any
 
 
 def _supports(scene: Scene) -> dict[str, Any]:
-    """By item: what it rests on, and what falls or rolls when it is taken away."""
+    """By item: what it rests on, and what falls, slumps or rolls when it is taken away."""
     from pickcli.scene.supports import supports_of
 
     supports = supports_of(scene)
@@ -196,7 +196,8 @@ def _supports(scene: Scene) -> dict[str, Any]:
         told[placed.id] = {
             "rests_on": list(supports.graph.carriers(placed.id)),
             "carries": list(supports.graph.lying_on(placed.id)),
-            "without_it_fall": list(supports.falling(placed.id)),
+            "without_it_fall": list(supports.blocking(placed.id)),
+            "without_it_slump": list(supports.slumping(placed.id)),
             "without_it_may_roll": list(supports.rolling(placed.id)),
         }
     return told

@@ -40,6 +40,8 @@ class Search:
         pitches: rad, of the lance beside an item, positive where it rises towards the mouth.
         tilts: Tilts of the cup off the face's normal, as shares of the tool's most, beside the least that
             leads over the lip.
+        quarters: Whether a lance from above is turned by quarter turns, and not by half turns only: so the cup
+            can be tilted to every side, and the wrist has more branches.
     """
 
     n_random: int
@@ -48,19 +50,24 @@ class Search:
     yaws: tuple[float, ...]
     pitches: tuple[float, ...]
     tilts: tuple[float, ...]
+    quarters: bool
 
-    def rolls(self, kind: str) -> list[ToolRoll]:
+    def rolls(self, kind: str, is_from_above: bool = False) -> list[ToolRoll]:
         """Turns about the cup's axis that are tried for one kind of grasp.
 
         Args:
             kind: "frontal", "top-down" or "side".
+            is_from_above: Whether the way in leads down.
 
         Returns:
             The rolls, the usual one first.
         """
         if kind == "frontal":
             # flange x down, as in the named poses in front of the bins; or up, for the wrist's other branch
-            return [ToolRoll(np.array([0.0, 0.0, -1.0]), 0.0), ToolRoll(np.array([0.0, 0.0, 1.0]), 0.0)]
+            found = [ToolRoll(np.array([0.0, 0.0, z]), 0.0) for z in (-1.0, 1.0)]
+            if is_from_above and self.quarters:
+                found += [ToolRoll(np.array([0.0, y, 0.0]), 0.0) for y in (-1.0, 1.0)]
+            return found
         # the lance lies across the cup's axis and leaves the cup along +x of the tool frame
         if kind == "top-down":
             return [ToolRoll(-np.array([np.cos(a), np.sin(a), 0.0]), abs(a)) for a in self.yaws]
@@ -86,9 +93,10 @@ def _degrees(*angles: float) -> tuple[float, ...]:
 USUAL = Search(
     n_random=6, grid=0, fan=(0.0,),
     yaws=_degrees(0, 15, -15, 30, -30), pitches=_degrees(0, 10, 20, 30, -10), tilts=(),
+    quarters=False,
 )  # fmt: skip
 WIDE = Search(
     n_random=0, grid=5, fan=_degrees(0, 14, -14, 28, -28),
     yaws=_degrees(0, 8, -8, 16, -16, 24, -24, 32, -32), pitches=_degrees(0, 8, 16, 24, 32, -8),
-    tilts=(-1.0, -0.5, 0.0, 0.5, 1.0),
+    tilts=(-1.0, -0.5, 0.0, 0.5, 1.0), quarters=True,
 )  # fmt: skip

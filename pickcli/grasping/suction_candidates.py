@@ -22,6 +22,8 @@ from pickcli.motion.plan import Grasp, GraspKind
 
 # A straight lance fits into a bin only when it is tilted little (30 degrees: 162 of 360 poses, 60: 54).
 MAX_FRONTAL_TILT = np.radians(30.0)
+# From above it may lean as far as walls and neighbours let it, which is asked of the tool by itself.
+MAX_LEAN_FROM_ABOVE = np.radians(75.0)
 MAX_ACROSS_TILT = np.radians(25.0)
 LANCE_CLEAR = 0.02  # m from the axis of the lance to a lip: its radius, the clearance, the cover's excess
 TRIES_PER_PLACE = 8
@@ -37,8 +39,8 @@ def sample_suctions(
     """Candidates of a cup for an item whose pose is known.
 
     Into a place from the front, frontal grasps hold the lance in line with the cup, top-down and side grasps
-    across it; from above all are top-down, in line. Each face yields its centre, random places and
-    those of the search's grid. The order follows ``Grasp.score``: load over limit, which is least near the
+    across it; from above all are in line, and lean over with the face. Each face yields its centre, random
+    places and those of the search's grid. The order follows ``Grasp.score``: load over limit, which is least near the
     centre of mass and on faces that seal well, plus penalties for tilt, turn and pressing from the side.
 
     Args:
@@ -82,11 +84,16 @@ def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Gener
     samples = face.region.sample(rng, TRIES_PER_PLACE * n)
     T = target.T_entry_item @ samples
     # A cup across the lance points down or aside; the lance lies above or beside the tip, and may be tilted.
-    is_across = T[:, 0, 2] < np.cos(MAX_FRONTAL_TILT)
+    is_across = T[:, 0, 2] < np.cos(_most_tilt(target))
     gained = T[:, 2, :3] @ _to_lance(tool) + np.sin(tool.cup.tilt) * np.maximum(T[:, 0, 3], 0.0)
     height = T[:, 2, 3] + np.where(is_across, gained, 0.0)
     is_clear = (height >= LANCE_CLEAR) & (T[:, 2, 3] <= target.place.access.height - LANCE_CLEAR)
     return samples[is_clear][:n]
+
+
+def _most_tilt(target: GraspTarget) -> float:
+    """How far (rad) a lance in line with the cup may be off the way in."""
+    return float(MAX_LEAN_FROM_ABOVE if target.place.access.is_from_above else MAX_FRONTAL_TILT)
 
 
 def _to_lance(tool: Tool) -> Array:
@@ -104,7 +111,7 @@ def _placements(
     """
     found: list[Grasp] = []
     rejected: list[Reason] = []
-    off, kinds = _kinds(T_item_tip[:, :3, 2] @ target.T_entry_item[:3, :3].T)
+    off, kinds = _kinds(T_item_tip[:, :3, 2] @ target.T_entry_item[:3, :3].T, _most_tilt(target))
     for kind, mine in kinds.items():
         # From above there is no room for a lance that lies level.
         if mine.any() and (kind == "frontal" or not target.place.access.is_from_above):
@@ -134,19 +141,29 @@ def _of_kind(
     if kind == "side":
         costs += SIDE + (ROLLING if target.item.can_roll(target.R_level_item) else 0.0)
     scores = np.array([load.ratio for load in loads])[:, None] + off[:, None] / np.pi + costs
-    named = "top-down" if target.place.access.is_from_above else kind
     found = [
-        Grasp(target.id, named, face, tool_state, pose, score, load.moment, load.pull, load.shear, load.twist,
-              load.ratio)
+        Grasp(target.id, _named(target, kind, pose), face, tool_state, pose, score, load.moment, load.pull,
+              load.shear, load.twist, load.ratio)
         for load, poses, along in zip(loads, T, scores.tolist(), strict=True) if load.ratio <= most
         for pose, score in zip(poses, along, strict=True)
     ]  # fmt: skip
     return found, rejected
 
 
-def _kinds(along: Array) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
-    """How far in rad cups with axes (P, 3) in the bin frame are off the ideal, and which are of each kind."""
-    is_frontal = along[:, 0] >= np.cos(MAX_FRONTAL_TILT)
+def _named(target: GraspTarget, kind: str, T_item_tip: Array) -> str:
+    """The kind of a grasp (4, 4), from above by the axis of the place that the cup's is nearest to."""
+    if not target.place.access.is_from_above:
+        return kind
+    x, y, z = target.R_level_item @ T_item_tip[:3, 2]
+    return max((x, "frontal"), (-z, "top-down"), (abs(y), "side"))[1]
+
+
+def _kinds(along: Array, most_tilt: float) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
+    """How far in rad cups with axes (P, 3) in the bin frame are off the ideal, and which are of each kind.
+
+    most_tilt: rad that a frontal grasp may be off the way in
+    """
+    is_frontal = along[:, 0] >= np.cos(most_tilt)
     down, aside = -along[:, 2], np.abs(along[:, 1])
     off = np.arccos(np.minimum(1.0, np.where(is_frontal, along[:, 0], np.maximum(down, aside))))
     is_across = ~is_frontal & (off <= MAX_ACROSS_TILT)
@@ -158,7 +175,7 @@ def _turned_and_tilted(
     target: GraspTarget, kind: str, T_item_tip: Array, tool: Tool, search: Search
 ) -> tuple[Array, Array]:
     """Every turn and tilt of the tool at places (P, 4, 4): poses (P, M, 4, 4), and what each costs (P, M)."""
-    rolls = search.rolls(kind)
+    rolls = search.rolls(kind, target.place.access.is_from_above)
     R_entry_item = target.T_entry_item[:3, :3]
     # The directions that x is to point in, along the tool's x and y axes.
     wanted = np.array([roll.x_target for roll in rolls]) @ (R_entry_item @ T_item_tip[:, :3, :2])

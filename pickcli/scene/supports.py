@@ -1,4 +1,4 @@
-"""The support relation of a scene: what falls or rolls when an item is taken away."""
+"""The support relation of a scene: what falls, rolls or slumps when an item is taken away."""
 
 from __future__ import annotations
 
@@ -48,6 +48,41 @@ class Supports:
                     todo.append(name)
         return tuple(sorted(gone - {item_id}, key=lambda name: (-self._bottom[name], name)))
 
+    def slumping(self, item_id: str) -> tuple[str, ...]:
+        """Of the items that would fall without an item, those that only slump, and do not keep it where it is.
+
+        Between the walls of a box that is open above nothing falls far. What is beside the item or under it
+        gives way downwards when it is lifted out: a centre of mass that nothing lifts does not rise, and so
+        does not get over a rim that it is below. What lies on the item, on all that does, would be lifted.
+
+        Args:
+            item_id: Id of the item that is taken away.
+
+        Returns:
+            Ids, in the order of ``falling``.
+        """
+        rim = self._rim(item_id)
+        if rim is None:
+            return ()
+        lifted = self.graph.chain(self.graph.lying_on, item_id)
+        return tuple(
+            name
+            for name in self.falling(item_id)
+            if name not in lifted and self._highest_centre(name) < rim
+        )
+
+    def blocking(self, item_id: str) -> tuple[str, ...]:
+        """Items that must go before an item: what would fall or roll away without it, and not only slump.
+
+        Args:
+            item_id: Id of the item that is taken away.
+
+        Returns:
+            Ids, what must be moved first at the head.
+        """
+        slumping = self.slumping(item_id)
+        return tuple(name for name in self.falling(item_id) if name not in slumping)
+
     def rolling(self, item_id: str) -> tuple[str, ...]:
         """Items that stay if an item that they touch is taken away, but roll as soon as they are pushed.
 
@@ -77,6 +112,19 @@ class Supports:
         if name in below:  # what is lifted off it may be its counterweight, or keep it on a slope
             return self.balance.stays(name) or contact.is_steep
         return not self.balance.lies_level(name, gone)
+
+    def _rim(self, item_id: str) -> float | None:
+        """Height in the world of the rim of the open box that an item is in; None where it is in none."""
+        scene = self.graph.scene
+        place = scene.cell.places.get(self.graph.items[item_id].location)
+        if place is None or not place.is_open_box:
+            return None
+        return float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
+
+    def _highest_centre(self, name: str) -> float:
+        """Height in the world of an item's centre, as high as its pose may be off."""
+        placed = self.graph.items[name]
+        return float(placed.T_world_item[2, 3] + self.graph.scene.noise.bound(placed.item))
 
     @cached_property
     def _bottom(self) -> Mapping[str, float]:

@@ -27,6 +27,7 @@ PLANNING_CHARGE = 1.5  # s per planning call: at most 0.5 s of planning and 1 s 
 PRIOR = 4.0  # successes that every item and every bin starts with
 RETRY_CHANCE = 0.5  # by which each attempt in vain at one target lowers the chance of the next
 AGAIN_CHANCE = 0.2  # of a plan where another look found none: the error of the poses is another one
+HIDING = 0.03  # of a move to where other targets wait, which it hides: three looks at each of them come first
 CLEAR_CHANCE = 0.5  # that moving something aside helps
 CLEAR_CALLS = 4  # planning calls that finding out what is in the way takes, about
 
@@ -191,8 +192,12 @@ def options(jobs: Iterable[TargetState], experience: Experience, may_clear: bool
     Yields:
         What could be done next.
     """
+    jobs = tuple(jobs)
+    waiting = {job.target.bin for job in jobs}
     for job in jobs:
         chance = experience.chance(job.target) * RETRY_CHANCE**job.failures if job.can_hold else 0.0
+        if job.target.into in waiting:
+            chance *= HIDING
         if job.can_pick:
             seen = AGAIN_CHANCE**job.refusals
             yield Option(job, Move.PICK, chance * seen * job.points / (job.seconds + PLANNING_CHARGE))

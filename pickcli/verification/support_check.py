@@ -24,5 +24,5 @@ def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     taken = plan.grasp.item
     return tuple(
         Reason("takes away what others need", taken, f"{name} would fall or roll away", name)
-        for name in supports_of(scene).falling(taken)
+        for name in supports_of(scene).blocking(taken)
     )

@@ -11,7 +11,12 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array, is_pose, pose, rotation_axis_angle
 from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import USUAL, WIDE, Search
-from pickcli.grasping.suction_candidates import LANCE_CLEAR, _tilt_over_the_lip, sample_suctions
+from pickcli.grasping.suction_candidates import (
+    LANCE_CLEAR,
+    MAX_LEAN_FROM_ABOVE,
+    _tilt_over_the_lip,
+    sample_suctions,
+)
 from pickcli.grasping.surfaces import faces, tilt_on, tilted, turned
 from pickcli.motion.plan import Grasp
 from support.tool_states import DOWN
@@ -148,3 +153,48 @@ def test_a_lance_is_tilted_by_the_first_step_that_takes_it_over_the_lip(
     assume(min(map(abs, spare.values())) > 1e-9)
     clear = [tilt for tilt, over in spare.items() if over > 0.0]
     assert _tilt_over_the_lip(T, TO_LANCE, most) == pytest.approx(min(clear, default=0.0))
+
+
+# From above
+
+
+CRATES = load_cell("ur5e_crates")
+
+
+def from_above(name: str, lean: float, turn: float, search: Search) -> tuple[Grasp, ...]:
+    """Grasps of an item in a crate whose top leans over by an angle, towards where it is turned."""
+    place, item = CRATES.places["crate_left"], CRATES.item(name)
+    R = rotation_axis_angle((0.0, 0.0, 1.0), turn) @ rotation_axis_angle((0.0, 1.0, 0.0), lean)
+    T_entry_item = np.linalg.inv(place.T_place_entry) @ pose([0.0, 0.0, 0.06], R=R)
+    target = GraspTarget(name, item, T_entry_item, place)
+    return sample_suctions(target, CRATES.robot.tool, np.random.default_rng(0), search).grasps
+
+
+@given(st.floats(0.0, 1.5), st.floats(-np.pi, np.pi))
+def test_from_above_a_cup_leans_over_with_the_face_and_is_named_by_its_axis(lean: float, turn: float) -> None:
+    """Cards whose flats alone seal: where they stand on edge, there is no grasp."""
+    grasps = from_above("staples_index_cards", lean, turn, USUAL)
+    assert bool(grasps) == bool(lean <= MAX_LEAN_FROM_ABOVE)
+    R = rotation_axis_angle((0.0, 0.0, 1.0), turn) @ rotation_axis_angle((0.0, 1.0, 0.0), lean)
+    for grasp in grasps:
+        x, y, z = R @ grasp.T_item_tip[:3, 2]
+        assert np.arccos(-z) <= MAX_LEAN_FROM_ABOVE + 1e-6
+        nearest = {"frontal": x, "top-down": -z, "side": abs(y)}
+        assert nearest[grasp.kind] == max(nearest.values())
+
+
+def test_a_cup_from_above_is_tilted_to_every_side_where_few_grasps_do_not_do() -> None:
+    """So it stands nearly upright on a face that leans to any side by no more than it takes up."""
+    lean = 0.9 * CRATES.robot.tool.cup.tilt
+    for turn in np.arange(4) * np.pi / 2:
+        R = rotation_axis_angle((0.0, 0.0, 1.0), turn) @ rotation_axis_angle((0.0, 1.0, 0.0), lean)
+        axes = [R @ g.T_item_tip[:3, 2] for g in from_above("staples_index_cards", lean, turn, WIDE)]
+        assert min(np.arccos(min(1.0, -axis[2])) for axis in axes) < 0.5 * lean
+
+
+def test_into_a_bin_a_lance_leans_no_farther_than_before() -> None:
+    flat = pose([0.25, 0.0, -0.01], rpy=[0.0, np.radians(35.0), 0.0])
+    for search in (USUAL, WIDE):
+        for grasp in sampled("crayola_24_ct", flat, search):
+            along = (flat @ grasp.T_item_tip)[0, 2]
+            assert grasp.kind != "frontal" or along >= np.cos(np.radians(30.0) + TOOL.cup.tilt + 1e-6)

@@ -111,6 +111,20 @@ def test_what_the_tool_cannot_hold_is_asked_for_once_and_last() -> None:
     assert list(options([hopeless.tried().refused()], Experience(), True)) == []
 
 
+def test_what_would_lie_on_waiting_targets_waits_for_three_looks_at_each_of_them() -> None:
+    """Whatever else is open comes first, and what is brought there all the same in the end."""
+    hiding = replace(JOB, target=Target("bin_B", "crayola_24_ct", "bin_A"))
+    waiting = replace(JOB, index=1, target=Target("bin_A", "jane_eyre_dvd", "bin_C"))
+    elsewhere = replace(JOB, index=2, target=Target("bin_B", "jane_eyre_dvd", "bin_C"))
+    assert chosen(hiding, waiting, may_clear=False) is waiting
+    for n_refusals in range(1, 3):
+        looked_at = replace(waiting, refusals=n_refusals)
+        assert chosen(hiding, looked_at, may_clear=False) is looked_at
+        assert chosen(hiding, looked_at, elsewhere, may_clear=False) is elsewhere
+    assert chosen(hiding, replace(waiting, refusals=3), may_clear=False) is hiding
+    assert chosen(hiding, elsewhere, may_clear=False) is hiding  # nothing waits there any more: the order's line decides
+
+
 def test_a_known_duration_replaces_the_estimate() -> None:
     assert JOB.timed(7.5).seconds == 7.5
     assert JOB.tried().seconds == JOB.seconds and JOB.tried().attempts == 1

@@ -91,15 +91,17 @@ def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> G
 def _orientations(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
     """How the target may stand at its destination, (3, 3) each: as it stands where it is taken from.
 
-    What is taken out of a place from above by its upper side goes into a bin with that side to the front, and
-    may be turned about the way in. On a table the side that the cup holds is up.
+    What is taken out of a place from above goes into a bin with the side that the cup holds straight to the
+    front, and may be turned about the way in. On a table that side is up.
     """
     if problem.destination.access.is_from_above:
         return _hanging(problem, chosen)
     R_entry_item = problem.T_entry_item[:3, :3]
     if not problem.place.access.is_from_above:
         return [R_entry_item]
-    return [rotation_axis_angle((1.0, 0.0, 0.0), turn) @ R_entry_item for turn in QUARTER_TURNS]
+    inward = np.array([1.0, 0.0, 0.0])
+    straight = least_turn(R_entry_item @ chosen.grasp.T_item_tip[:3, 2], inward) @ R_entry_item
+    return [rotation_axis_angle(inward, turn) @ straight for turn in QUARTER_TURNS]
 
 
 def _hanging(problem: PickProblem, chosen: GraspMotion) -> list[Array]:

@@ -32,7 +32,7 @@ def _blocking(problem: PickProblem) -> tuple[Reason, ...]:
             "rests on the target" if name in lying else "falls without the target", "lift",
             f"{name} would fall or roll away", name,
         )
-        for name in supports.falling(target)
+        for name in supports.blocking(target)
         if name not in problem.ignored
     )  # fmt: skip
 
