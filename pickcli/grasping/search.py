@@ -40,8 +40,8 @@ class Search:
         pitches: rad, of the lance beside an item, positive where it rises towards the mouth.
         tilts: Tilts of the cup off the face's normal, as shares of the tool's most, beside the least that
             leads over the lip.
-        quarters: Whether a lance from above is turned by quarter turns, and not by half turns only: so the cup
-            can be tilted to every side, and the wrist has more branches.
+        quarters: Whether a lance from above is turned by quarter turns, and not by half turns only: so the
+            cup can be tilted to every side, and the wrist has more branches.
     """
 
     n_random: int

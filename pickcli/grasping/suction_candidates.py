@@ -40,8 +40,9 @@ def sample_suctions(
 
     Into a place from the front, frontal grasps hold the lance in line with the cup, top-down and side grasps
     across it; from above all are in line, and lean over with the face. Each face yields its centre, random
-    places and those of the search's grid. The order follows ``Grasp.score``: load over limit, which is least near the
-    centre of mass and on faces that seal well, plus penalties for tilt, turn and pressing from the side.
+    places and those of the search's grid. The order follows ``Grasp.score``: load over limit, which is least
+    near the centre of mass and on faces that seal well, plus penalties for tilt, turn and pressing from the
+    side.
 
     Args:
         target: What is to be grasped.

@@ -49,7 +49,7 @@ class Supports:
         return tuple(sorted(gone - {item_id}, key=lambda name: (-self._bottom[name], name)))
 
     def slumping(self, item_id: str) -> tuple[str, ...]:
-        """Of the items that would fall without an item, those that only slump, and do not keep it where it is.
+        """Of the items that would fall without an item, those that only slump and do not keep it in.
 
         Between the walls of a box that is open above nothing falls far. What is beside the item or under it
         gives way downwards when it is lifted out: a centre of mass that nothing lifts does not rise, and so
@@ -66,9 +66,7 @@ class Supports:
             return ()
         lifted = self.graph.chain(self.graph.lying_on, item_id)
         return tuple(
-            name
-            for name in self.falling(item_id)
-            if name not in lifted and self._highest_centre(name) < rim
+            name for name in self.falling(item_id) if name not in lifted and self._highest_centre(name) < rim
         )
 
     def blocking(self, item_id: str) -> tuple[str, ...]:

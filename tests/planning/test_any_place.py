@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.place import Place
 from pickcli.collision.attached_item import AttachedItem
@@ -165,6 +166,24 @@ def test_an_item_goes_from_any_place_into_any_other(
         assert world.placed(scene.items[0].id).location == into
     finally:
         world.close()
+
+
+@pytest.mark.slow
+def test_what_leans_in_a_crate_stands_straight_in_a_shelf() -> None:
+    """Its top leans by 35 degrees to any side; the cup leans with it, and points straight into the bin."""
+    cell = load_cell("ur5e_crates")
+    planner, crate = PlanningContext(cell), cell.places["crate_left"]
+    for yaw in (0.3, 2.0):
+        R = rotation_axis_angle((0.0, 0.0, 1.0), yaw) @ rotation_axis_angle((1.0, 0.0, 0.0), 0.6)
+        item = cell.item("soft_white_lightbulb")
+        at = pose((0.0, 0.0, float(item.shape.reach(R)[2])), R=R)
+        scene = scene_of(cell, PlacedItem("bulb", item, "crate_left", cell.T_world_place(crate) @ at))
+        plan = moved(planner, scene, "shelf_1_1")
+        assert verify(plan, scene).reasons == ()
+        held, k = pose_in_tool(plan, scene), max(k for k, s in enumerate(plan.segments) if s.held is not None)
+        assert plan.grasp is not None and held is not None
+        tip = release_pose(plan, scene, k, held) @ plan.grasp.T_item_tip
+        assert (cell.T_world_place(cell.places["shelf_1_1"])[:3, 0] @ tip[:3, 2]) > np.cos(np.radians(2.0))
 
 
 # What the verifier refuses

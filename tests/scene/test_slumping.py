@@ -1,4 +1,4 @@
-"""What only slumps between the walls of a box when an item is taken out of it, and what keeps that item in."""
+"""What only slumps between the walls of a box when an item is taken out of it, and what keeps it in."""
 
 from __future__ import annotations
 

@@ -54,15 +54,17 @@ def check_heap(seed: int) -> int:
     return n_lifted
 
 
+@pytest.mark.slow
 def test_what_slumps_lets_go_and_stays_in_the_box() -> None:
     assert check_heap(25) >= 3
 
 
 @pytest.mark.slow
 def test_what_slumps_lets_go_and_stays_in_the_box_in_any_heap() -> None:
-    assert sum(check_heap(seed) for seed in range(40, 48)) >= 16
+    assert sum(check_heap(seed) for seed in range(40, 44)) >= 8
 
 
+@pytest.mark.slow
 def test_the_judge_sees_what_is_carried_along() -> None:
     """What lies on the item that is lifted presses on it, as what slumps does not."""
     scene = heap(25)

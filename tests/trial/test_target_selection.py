@@ -122,7 +122,9 @@ def test_what_would_lie_on_waiting_targets_waits_for_three_looks_at_each_of_them
         assert chosen(hiding, looked_at, may_clear=False) is looked_at
         assert chosen(hiding, looked_at, elsewhere, may_clear=False) is elsewhere
     assert chosen(hiding, replace(waiting, refusals=3), may_clear=False) is hiding
-    assert chosen(hiding, elsewhere, may_clear=False) is hiding  # nothing waits there any more: the order's line decides
+    assert (
+        chosen(hiding, elsewhere, may_clear=False) is hiding
+    )  # nothing waits there any more: the order's line decides
 
 
 def test_a_known_duration_replaces_the_estimate() -> None:
