@@ -133,9 +133,8 @@ def state_intervals(states: States, first: int, last: int, reach: Array) -> Stat
         The intervals.
     """
     way = states.travel[first : last + 1] @ reach
-    way = way - way[0]
-    n = max(1, int(np.ceil(way[-1] / INTERVAL)))
-    edges = np.unique(np.searchsorted(way, np.linspace(0.0, way[-1], n + 1)[1:-1]))
+    n = max(1, int(np.ceil((way[-1] - way[0]) / INTERVAL)))
+    edges = np.unique(np.searchsorted(way, np.linspace(way[0], way[-1], n + 1)[1:-1]))
     edges = np.unique(np.concatenate([[0], edges, [last - first]])) + first
     return StateIntervals(edges[:-1], (edges[:-1] + edges[1:]) // 2, edges[1:])
 

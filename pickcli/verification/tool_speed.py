@@ -24,8 +24,6 @@ def check_tool_speed(plan: Plan, cell: Cell) -> Iterator[Reason]:
     if limit is None:
         return
     for k, segment in enumerate(plan.segments):
-        if segment.t_end <= segment.t_start:
-            continue
         span = segment.t_start, segment.t_end
         speed = max(fastest_tip(plan, cell.robot, tool_state, *span) for tool_state in cell.robot.tool.states)
         if not speed <= limit * (1.0 + SPEED_TOLERANCE):

@@ -24,7 +24,7 @@ from pickcli.verification.static_solids import plan_fixtures
 from pickcli.verification.verify import sampled
 from support.handmade_plans import cell, pick
 
-ROUNDING = 1e-9  # m
+ROUNDING = 1e-6  # m, to which fcl looks for the nearest points
 
 
 def random_shape(rng: np.random.Generator) -> Shape:
@@ -74,12 +74,13 @@ def test_faces_that_lie_opposite_each_other_are_bounded_exactly() -> None:
 
 @cache
 def carried() -> tuple[States, SolidArrays, list[int], list[int]]:
-    """A pick's states, and what moves and what stands while it lifts the item."""
+    """A pick's states, and what moves and what stands while it lifts the item; some of it with a slack."""
     plan, scene = pick()
     T_tip_item = pose_in_tool(plan, scene)
     moving = parts_of_segments(plan, scene, T_tip_item)
     k = next(k for k, segment in enumerate(plan.segments) if segment.held is not None)
-    solids = SolidArrays.of((*moving[k], *plan_fixtures(plan, scene, T_tip_item).of(k)))
+    found: tuple[Part | Fixture, ...] = (*moving[k], *plan_fixtures(plan, scene, T_tip_item).of(k))
+    solids = SolidArrays.of(replace(each, slack=0.01 * (i % 3)) for i, each in enumerate(found))
     n = len(moving[k])
     return sampled(plan, scene, moving), solids, list(range(n)), list(range(n, len(solids.solids)))
 
@@ -132,6 +133,39 @@ def test_tightened_bounds_hold_and_cover_the_same_motion() -> None:
         first, end = found.first[mine][order], found.last[mine][order]
         assert first[0] == 0 and end[-1] == last[k] and (first[1:] == end[:-1]).all()
     assert (found.bound >= below).any()
+
+
+@pytest.mark.parametrize(
+    ("below", "floor", "reached"), [(0.05, 0.001, 0.02), (0.05, 0.03, 0.03), (0.01, 0.001, 0.01)]
+)
+def test_bounds_above_the_smallest_gap_are_no_use(below: float, floor: float, reached: float) -> None:
+    """A cube at rest, 20 mm before a second one and 40 mm before a third: gaps are distances."""
+    _, carrying, moving, _ = carried()
+    part, shape = carrying.pair(moving[0], moving[0])[0], Shape(ShapeKind.BOX, (0.1, 0.1, 0.1))
+    cube = replace(part, link=0, T_link_shape=np.eye(4), shape=shape, slack=0.0)
+    others = [Fixture("cube", pose((x, 0.0, 0.0)), shape, Solid(shape)) for x in (0.12, 0.14)]
+    solids, travel = SolidArrays.of((cube, *others)), np.zeros((9, cell().robot.n_joints))
+    links = np.tile(np.eye(4), (1, 9, 1, 1))
+    states = States(np.arange(9.0), travel, links, travel, 0.0, cell().robot, still())
+    for order in ([1, 2], [2, 1]):
+        zero = np.zeros(2, dtype=np.int64)
+        whole = Stretches(np.full(2, -np.inf), zero, zero, np.array(order), zero, zero + 8)
+        found, lowered = tightened(whole, below, floor, states, solids)
+        assert lowered == pytest.approx(reached)
+        assert dict(zip(found.b.tolist(), found.bound, strict=True)) == pytest.approx({1: 0.02, 2: 0.04})
+
+
+@pytest.mark.parametrize("slack", [0.0, 0.02])
+def test_a_ball_around_a_solid_holds_all_of_it_and_what_may_be_outside_of_it(slack: float) -> None:
+    _, carrying, moving, _ = carried()
+    part = carrying.pair(moving[0], moving[0])[0]
+    for shape, radius in (
+        (Shape(ShapeKind.BOX, (0.06, 0.08, 0.24)), 0.13),
+        (Shape(ShapeKind.CYLINDER, (0.05, 0.24)), 0.13),
+        (Shape(ShapeKind.SPHERE, (0.05,)), 0.05),
+    ):
+        solids = SolidArrays.of([replace(part, shape=shape, slack=slack)])
+        np.testing.assert_allclose(solids.radii(np.zeros(2, dtype=np.int64)), radius + slack)
 
 
 @pytest.mark.parametrize("n", [2, 3, 101, 2001])
