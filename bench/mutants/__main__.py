@@ -87,7 +87,7 @@ PACKAGES = (
          "verification/pair_distance", "verification/tipping_check", "verification/load_check",
          "verification/separation", "verification/recovery_check", "verification/exemptions",
          "verification/support_check", "verification/tool_speed", "verification/static_solids",
-         "verification/held_pose"),
+         "verification/held_pose", "verification/state_sampling"),
         ("tests/verification/test_figures.py", "tests/verification/test_events.py",
          "tests/verification/test_quintic.py",
          "tests/verification/test_load_check.py", "tests/verification/test_planned_touch.py",
@@ -100,7 +100,8 @@ PACKAGES = (
          "tests/verification/test_fingers.py", "tests/verification/test_clearance_bounds.py",
          "tests/verification/test_at_the_limit.py", "tests/verification/test_straightness.py",
          "tests/verification/test_contact_depth.py", "tests/verification/test_release_check.py",
-         "tests/verification/test_exemptions.py", "tests/verification/test_static_solids.py"),
+         "tests/verification/test_exemptions.py", "tests/verification/test_static_solids.py",
+         "tests/verification/test_state_sampling.py"),
     ),
     Package(
         "contact rules",

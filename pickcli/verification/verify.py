@@ -86,7 +86,7 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
     states = sampled(plan, scene, moving)
     if ratios.reasons and len(states.times) > MANY_STATES:
         return Verdict(None, ratios.reasons)
-    if states.max_step > MAX_STEP * 1.001:
+    if not states.max_step <= MAX_STEP * 1.001:
         return Verdict(
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
         )

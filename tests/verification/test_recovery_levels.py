@@ -192,6 +192,15 @@ def test_a_way_back_may_leave_out_20_mm_at_once(depth: float, is_refused: bool) 
     assert (_strayed(past_it, spur) is not None) is is_refused
 
 
+def test_a_way_back_does_not_leave_out_a_loop_that_ends_beside_its_start() -> None:
+    """A motion around a square that stopped 9 mm before it was where it began."""
+    loop = along((0.0, 0.0), (0.2, 0.0), (0.2, 0.2), (0.0, 0.2), (0.0, 0.009))
+    short_cut = states_of(along((0.0, 0.009), (0.0, 0.0)), 0.0, 1.0)
+    strayed = _strayed(short_cut, loop)
+    assert strayed is not None and "does not go on backwards" in strayed[1]
+    assert _strayed(short_cut[:30], loop) is None, "the first few mm are near enough to where it stopped"
+
+
 def test_a_way_out_switches_nothing() -> None:
     scene, builder = in_the_air(), moved([-0.05])
     event = Event("valve", "off", Anchor(AnchorKind.SEGMENT_END, 0, 0.0), 0.05, 3.0, 2.95)
