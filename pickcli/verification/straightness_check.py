@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pickcli.cell.robot import Robot
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
-from pickcli.geometry import Array, rotation_vector
+from pickcli.geometry import Array, rotation_angle, rotation_vector
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
@@ -82,13 +83,10 @@ def _largest_angle(tips: Array, s: Array) -> float:
     """Largest angle in rad between a pose and the one that the line has at the same place."""
     if s.max() <= 0.0:
         s = np.linspace(0.0, 1.0, len(tips))
-    v = rotation_vector(tips[0, :3, :3].T @ tips[-1, :3, :3])
-    angle = float(np.linalg.norm(v))
-    K = np.cross(np.eye(3), v / max(angle, 1e-12))  # K @ x is axis x x: how the line turns, if it does
-    sine, cosine = np.sin(s * angle)[:, None, None], np.cos(s * angle)[:, None, None]
-    line = tips[0, :3, :3] @ (np.eye(3) + sine * K + (1.0 - cosine) * (K @ K))
-    traces = np.einsum("nij,nij->n", line, tips[:, :3, :3])
-    return float(np.arccos(np.clip((traces.min() - 1.0) / 2.0, -1.0, 1.0)))
+    turn = rotation_vector(tips[0, :3, :3].T @ tips[-1, :3, :3])
+    line = tips[0, :3, :3] @ Rotation.from_rotvec(np.outer(s, turn)).as_matrix()
+    worst = int(np.argmin(np.einsum("nij,nij->n", line, tips[:, :3, :3])))  # traces: least where farthest off
+    return rotation_angle(line[worst].T @ tips[worst, :3, :3])
 
 
 def _contact(plan: Plan, robot: Robot, segment: Segment, tips: Array, where: str) -> Iterator[Reason]:

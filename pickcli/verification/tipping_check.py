@@ -151,7 +151,7 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
     centres, points = _across(centre - edges, ways), _across(point - edges, ways)
     way = np.column_stack([ways @ press.tip[:2, 2], np.full(len(ways), press.tip[2, 2])])
     arms = points[:, 1] * way[:, 0] - points[:, 0] * way[:, 1]
-    lasts = np.where(arms > 0.0, -centres[:, 0] / np.maximum(arms, 1e-12), np.inf)
+    lasts = np.divide(-centres[:, 0], arms, out=np.full(len(ways), np.inf), where=arms > 0.0)
     first = int(np.argmin(lasts))  # the edge over which the least force tips it
     if lasts[first] >= MOST_FRICTION:
         return False
