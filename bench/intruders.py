@@ -182,7 +182,7 @@ def _watch(meeting: Meeting, names: set[str], tips: list[Array], world: World) -
         world.engine.push(INTRUDER, np.array([0.0, 0.0, 9.81 * world.engine.mass(INTRUDER)]), middle)
     points = world.engine.contact_points(ROBOT)
     points += world.engine.contact_points(world.held) if world.held is not None else []
-    force = sum(t.force for t in points if {t.a, t.b} & names - world.touching)
+    force = sum(t.force for t in points if {t.a, t.b} & names - world.planned.touching)
     if force > TOUCHED and meeting.touched is None:
         meeting.touched = world.t
         meeting.speed = float(np.linalg.norm(world.tip[:3, 3] - tips[-1])) / world.time_step

@@ -55,6 +55,21 @@ class BareFlange:
         return False
 
     @property
+    def tip_radius(self) -> float:
+        """Nothing."""
+        return 0.0
+
+    @property
+    def gives_way(self) -> float:
+        """By nothing."""
+        return 0.0
+
+    @property
+    def stiffness(self) -> float:
+        """Rigid."""
+        return np.inf
+
+    @property
     def takes_widths(self) -> bool:
         """False."""
         return False

@@ -125,6 +125,18 @@ class GripModel(Protocol):
         """Whether it holds by vacuum, which pump and valve switch, and not by where its parts stand."""
 
     @property
+    def tip_radius(self) -> float:
+        """m around the tip within which what is held begins."""
+
+    @property
+    def gives_way(self) -> float:
+        """How far in m what meets an item gives way along the tool's axis; 0 where it does not."""
+
+    @property
+    def stiffness(self) -> float:
+        """N/m with which it gives way."""
+
+    @property
     def takes_widths(self) -> bool:
         """Whether the tool rests in states between those that the cell names: at widths, in m."""
 

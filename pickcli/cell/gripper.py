@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.geometry import Array
@@ -70,6 +72,21 @@ class ParallelGripper:
     def holds_by_vacuum(self) -> bool:
         """False: the fingers hold by where they stand."""
         return False
+
+    @property
+    def tip_radius(self) -> float:
+        """The longer half of a pad."""
+        return max(self.pad) / 2
+
+    @property
+    def gives_way(self) -> float:
+        """By nothing: pads close on an item, and are not pressed on it."""
+        return 0.0
+
+    @property
+    def stiffness(self) -> float:
+        """Rigid along the axis."""
+        return np.inf
 
     @property
     def takes_widths(self) -> bool:

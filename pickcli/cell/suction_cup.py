@@ -56,6 +56,16 @@ class SuctionCup:
         return True
 
     @property
+    def tip_radius(self) -> float:
+        """That of the lip."""
+        return self.radius
+
+    @property
+    def gives_way(self) -> float:
+        """How far the bellows compress."""
+        return self.stroke
+
+    @property
     def takes_widths(self) -> bool:
         """False: the cup rests in the states that the cell names."""
         return False

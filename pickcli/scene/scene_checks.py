@@ -137,7 +137,9 @@ def _add_alike(source: Source, mistakes: Sequence[Mistake], advice: str, if_many
 
 
 def check_held(source: Source, scene: Scene) -> None:
-    """Check that what the cup holds begins at the tip, as far as its pose is uncertain and bellows give way.
+    """Check that what is held begins at the tip, as far as its pose is uncertain and bellows give way.
+
+    Between two fingers it may reach behind the tip, towards the hand.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -146,16 +148,16 @@ def check_held(source: Source, scene: Scene) -> None:
     if scene.held is None:
         return
     item, tool = PosedSolid(scene.held.item.shape, scene.held.T_tip_item), scene.cell.robot.tool
-    slack = SUNK + tool.cup.stroke + scene.noise.bound(scene.held.item)
+    slack = SUNK + tool.grip.gives_way + scene.noise.bound(scene.held.item)
     advice = (
-        "; position is that of the item's middle in the tool frame, in m: the origin at the tip of the cup, "
-        "+z out of it"
+        "; position is that of the item's middle in the tool frame, in m: the origin at the tip of the "
+        f"{tool.grip.holder}, +z out of it"
     )
-    if overlap_depth(item, _ball(tool.cup.radius + slack, 0.0), 0.0) == 0.0:
+    if overlap_depth(item, _ball(tool.grip.tip_radius + slack, 0.0), 0.0) == 0.0:
         away = float(np.linalg.norm(item.center))
-        where = f"{away:.3g} m from the tip of the cup, which its surface is to be at"
+        where = f"{away:.3g} m from the tip of the {tool.grip.holder}, which its surface is to be at"
         source.add(("held", "position"), f"the middle of {scene.held.id} is {where}{advice}")
-    elif overlap_depth(item, _ball(_POINT, -slack - _POINT), 0.0) > 0.0:
+    elif not tool.grip.takes_widths and overlap_depth(item, _ball(_POINT, -slack - _POINT), 0.0) > 0.0:
         where = f"reaches more than {1000 * slack:.0f} mm behind the tip of the cup, into the tool"
         source.add(("held", "position"), f"{scene.held.id} {where}{advice}")
 

@@ -15,7 +15,8 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
-from pickcli.simulation.supervision import FILTER_TIME, TORQUE_NOISE, ExternalTorque, Thresholds
+from pickcli.simulation.supervision import FILTER_TIME, TORQUE_NOISE, ExternalTorque
+from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import World
 
 AVERAGE_TIME = 0.01  # s over which the force is averaged, after the filter of the torques
@@ -52,8 +53,8 @@ class ContactGuard:
         Returns:
             The stop to be made, or None.
         """
-        world, cup = self._world, self._world.robot.tool.suction_cup
-        if segment.kind is not SegmentKind.CONTACT or cup is None:
+        world, grip = self._world, self._world.robot.tool.grip
+        if segment.kind is not SegmentKind.CONTACT or grip.gives_way == 0.0:
             self._force = 0.0
             return None
         tip = self._arm.tip(world.q, segment.tool_state)
@@ -63,7 +64,7 @@ class ContactGuard:
         left = float((self._arm.tip(q_end, segment.tool_state) - tip)[:3, 3] @ tip[:3, 2])
         if self._force < max(self._thresholds.touch, CERTAIN * noise) or left < LEAST_LEFT:
             return None
-        pressed, most = self._force / cup.stiffness + left, self._thresholds.bellows * cup.stroke
+        pressed, most = self._force / grip.stiffness + left, self._thresholds.bellows * grip.gives_way
         if pressed <= most:
             return None
         return ProtectiveStop(StopCause.EARLY_CONTACT, "bellows", pressed, most, "m", world.t)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.simulation.engine import ContactPoint
+from pickcli.simulation.planned_contacts import PlannedContacts
 
 FORGET_TIME = 0.1  # s without contact after which the same pair counts anew
 HELD_PRESS = (
@@ -81,8 +82,7 @@ class ContactLog:
     def update(
         self,
         points: Iterable[ContactPoint],
-        touching: frozenset[str],
-        met: frozenset[str],
+        planned: PlannedContacts,
         held: str | None,
         t: float,
     ) -> None:
@@ -90,8 +90,7 @@ class ContactLog:
 
         Args:
             points: Contact points.
-            touching: Names that the held item may touch now.
-            met: Names that cup or fingers may touch now.
+            planned: What may be touched now.
             held: Name of the held item, or None.
             t: s, simulated.
         """
@@ -99,7 +98,7 @@ class ContactLog:
             self._closed.append(self._open.pop(pair))
         for point in points:
             a, b = self._pair(point)
-            most = self._most(a, b, touching, met, held)
+            most = self._most(a, b, planned, held)
             if point.force > most:
                 self._record(a, b, point, t)
 
@@ -108,14 +107,14 @@ class ContactLog:
             return point.link_a, point.link_b or point.b
         return point.a, point.link_b or point.b
 
-    def _most(self, a: str, b: str, touching: frozenset[str], met: frozenset[str], held: str | None) -> float:
+    def _most(self, a: str, b: str, planned: PlannedContacts, held: str | None) -> float:
         """N with which a pair may press at one point; negative where it may not touch at all."""
         is_of_hold = a == held and b in self._links
         if (a, b) in self._exempt or held == b or is_of_hold:
             return np.inf  # the held item's own contacts are judged from its side
-        if a == held and b in touching:
+        if a == held and (b in planned.touching or b in planned.held):
             return HELD_PRESS
-        return self._max_press if a in self._links and b in met else -1.0
+        return self._max_press if a in self._links and b in planned.met else -1.0
 
     def _record(self, a: str, b: str, point: ContactPoint, t: float) -> None:
         known = self._open.get((a, b))

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.tool import MOVING
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import EventTracker
 from pickcli.kinematics.arm import Arm
@@ -21,12 +20,12 @@ from pickcli.simulation.contact_guard import ContactGuard
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.grip import Release
 from pickcli.simulation.places import bounds
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.start_check import at_the_robot, check_start
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
 from pickcli.simulation.supervision import Supervisor
 from pickcli.simulation.trigger import TriggerDistance
-from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.simulation.world import World
 
 END_TIME = 0.1  # s after the last set point: the servo arrives, the last events fire
@@ -35,7 +34,6 @@ BEHIND = 0.02  # s of the plan: contacts end so much after the robot has left th
 STANDING = 0.02  # rad/s or m/s of every joint, below which a stopping robot stands
 MOST_BRAKING = 1.0  # s in which the heaviest joint stands from full speed
 SEAL_TIME = 1.5  # s beyond the plan's own rest on an item: a line that leaked is evacuated to 0.95 by then
-SEALED = 0.9  # of the vacuum that the face is to keep, from which on the item is lifted
 AT_REST = 1e-6  # rad/s or m/s of every joint
 RETURN_TIME = 0.3  # s from standstill beside the path to standstill on it
 YIELD_TIME = 0.5  # s after a contact in which the robot may go back along its path to where nothing presses
@@ -171,12 +169,10 @@ class _Run:
                 return
 
     def _has_hold(self) -> bool:
-        """Whether the gauge tells what the item's face is to keep, or the fingers stand."""
+        """Whether the tool has taken hold of the item as the plan counts on it."""
         assert self.plan.grasp is not None
-        if self.world.fingers is not None:
-            return self.world.fingers.are_standing
         seal = self.world.scene.find(self.plan.grasp.item).item.seals.get(self.plan.grasp.face, 0.0)
-        return self.world.suction.vacuum.cup >= SEALED * seal * FULL_VACUUM
+        return self.world.tool.has_hold(seal)
 
     def _step(self) -> None:
         world, trace = self.world, self.trace
@@ -277,18 +273,7 @@ class _Run:
         """Allow the contacts of all segments between where the robot is and where it is told to be."""
         behind = min(self.tracker.progress, t_plan) - BEHIND
         now = [s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= behind]
-        self.world.touching = frozenset(name for segment in now for name in segment.touching)
-        is_gripper = self.world.robot.tool.gripper is not None
-        moving = [s for s in now if is_gripper and s.tool_state == MOVING]
-        self.world.grasped = frozenset(name for segment in now for name in self._met_by_fingers(segment))
-        self.world.meant = frozenset(segment.held for segment in now if segment.held is not None)
-        self.world.is_meeting = any(s.kind is SegmentKind.CONTACT or s in moving for s in now)
-
-    def _met_by_fingers(self, segment: Segment) -> tuple[str, ...]:
-        """What fingers may touch: what they close on, and what they have let go of and may lean on them."""
-        if segment.kind is SegmentKind.DEPART and self.plan.grasp is not None:
-            return (self.plan.grasp.item,)
-        return segment.touching if segment.tool_state == MOVING else ()
+        self.world.planned = PlannedContacts.of(self.plan, now, self.world.robot.tool)
 
     def _record(self) -> Execution:
         world, plan, trace = self.world, self.plan, self.trace

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.item import Item
 from pickcli.cell.tool import Tool
 from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle, rotation_vector
@@ -46,19 +47,25 @@ class Fingers:
         engine: Where the robot and the items are.
         robot: Name of the robot's body.
         tool: The robot's tool.
+        gripper: Its fingers.
         drive: What moves the fingers.
         items: What can be held, by the name of its body.
     """
 
     def __init__(
-        self, engine: Engine, robot: str, tool: Tool, drive: FingerDrive, items: dict[str, Item]
+        self,
+        engine: Engine,
+        robot: str,
+        tool: Tool,
+        gripper: ParallelGripper,
+        drive: FingerDrive,
+        items: dict[str, Item],
     ) -> None:
-        assert tool.gripper is not None
-        self._engine, self._robot, self._tool, self._gripper = engine, robot, tool, tool.gripper
+        self._engine, self._robot, self._tool, self._gripper = engine, robot, tool, gripper
         self._drive, self._items = drive, items
         self.held: str | None = None
         self.load, self.ratio, self.max_ratio = np.zeros(6), 0.0, 0.0
-        self.friction = tool.gripper.limits.friction
+        self.friction = gripper.limits.friction
         self.releases: list[Release] = []
         self.contact_points: list[ContactPoint] = []
         self._press = 0.0  # N on either pad, averaged

@@ -120,7 +120,7 @@ def rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
         group_of[joint.child] = first
         groups.setdefault(first, []).append(joint.child)
     rigid = [pair for group in groups.values() for pair in combinations(group, 2)]
-    return rigid if robot.tool.gripper is None else [*rigid, *combinations(robot.tool.contact_links, 2)]
+    return [*rigid, *combinations(robot.tool.grip.finger_links, 2)]
 
 
 def standing_links(robot: Robot) -> list[str]:

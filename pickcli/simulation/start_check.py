@@ -10,7 +10,8 @@ from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.errors import InputError, StaleError
 from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan, other_arm_elsewhere
-from pickcli.simulation.world import WIDTH_TOLERANCE, World
+from pickcli.simulation.simulated_gripper import WIDTH_TOLERANCE
+from pickcli.simulation.world import World
 
 START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
 
@@ -78,12 +79,12 @@ def check_start(plan: Plan, world: World) -> None:
         raise StartError(cell.robot.joint_names[worst], float(offsets[worst]), cell.robot.units[worst])
     wanted, now = plan.segments[0].tool_state, world.tool_state
     if MOVING not in (wanted, now) and not _is_as(cell.robot.tool, wanted, now):
-        what = "cup is" if cell.robot.tool.gripper is None else "gripper is"
-        raise InputError(f"refusing to start: the {what} {now}, the plan begins with it {wanted}")
+        what = cell.robot.tool.grip.holder
+        raise InputError(f"refusing to start: the {what} is {now}, the plan begins with it {wanted}")
 
 
 def _is_as(tool: Tool, wanted: ToolState, now: ToolState) -> bool:
     """Whether a tool is in a state; fingers on an item only about, as no two items are quite the same."""
-    if tool.gripper is None:
+    if not tool.grip.takes_widths:
         return wanted == now
     return abs(tool.position(wanted) - tool.position(now)) < WIDTH_TOLERANCE

@@ -7,7 +7,6 @@ and their sources stand in docs/supervision.md.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,10 +14,10 @@ from pickcli.cell.robot import JointType
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import GRAVITY, Array
 from pickcli.kinematics.arm import Arm
-from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.segment import Segment
 from pickcli.seeds import derived_rng
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
-from pickcli.simulation.suction import SEAL_VACUUM
+from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import World
 
 TORQUE_NOISE = 0.02  # of a motor's largest torque: error of a torque that is read from its current
@@ -26,37 +25,8 @@ FILTER_TIME = 4e-3  # s over which the unexplained torque is averaged
 SPEED_MEMORY = 0.1  # s that a joint's speed still excuses its lag after it has slowed down
 PAYLOAD_FACTOR = 1.5  # of the weight of what is held: its acceleration, and masses known to 10 %
 LET_GO_TIME = 0.5  # s after the plan lets go of something in which its weight may still hang on
-SEAL_GRACE = 0.05  # s after the lift began by which the seal must stand
 
 Dynamics = Callable[[Array, Array, Array], Array]  # q, dq, ddq (m,) -> motor torques (m,)
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """Thresholds beyond which a motion is stopped.
-
-    Attributes:
-        lag: s by which a joint or the tool may trail its command, whatever its speed.
-        joint: rad or m that a joint may be off on top of that.
-        tool: m that the tool may be off on top of that.
-        torque: Share of a motor's largest torque that the motion need not explain.
-        planned_force: N at the tool on top of that, where the plan touches something.
-        vacuum: Share of the level at the seal below which the seal is lost.
-        width: m by which fingers may stand closer, or farther apart, than the item is wide; at most half of
-            that.
-        touch: N along the tool's axis from which the cup counts as touching, where that exceeds the noise.
-        bellows: Share of the cup's stroke to which a contact may press it in.
-    """
-
-    lag: float = 0.06
-    joint: float = 0.01
-    tool: float = 0.01
-    torque: float = 0.06
-    planned_force: float = 60.0
-    vacuum: float = 0.5
-    width: float = 0.005
-    touch: float = 2.0
-    bellows: float = 0.95
 
 
 class ExternalTorque:
@@ -120,8 +90,7 @@ class Supervisor:
         self.external = ExternalTorque(world.inverse_dynamics, self._forces, world.time_step, seed)
         self._command, self._speed = world.q, np.zeros(len(self._names))
         self._weight, self._t_held = 0.0, -np.inf
-        self._sealed_level, self._t_lift = 0.0, np.inf
-        self._has_lifted = False
+        self._hold_watch = world.tool.watch(self._thresholds)
 
     def motion(self, command: Array, segment: Segment) -> ProtectiveStop | None:
         """Whether the robot follows, and feels nothing that it should not; after a step.
@@ -146,40 +115,7 @@ class Supervisor:
         Returns:
             The stop to be made, or None.
         """
-        tool = self._world.robot.tool
-        if tool.suction_cup is not None:
-            return self._seal(segment)
-        return None if tool.gripper is None else self._grasp(segment)
-
-    def _grasp(self, segment: Segment) -> ProtectiveStop | None:
-        """Whether the fingers stand at the width at which the plan counts on them."""
-        if segment.held is None or segment.tool_state.width is None or self._world.fingers is None:
-            self._has_lifted = False
-            return None
-        planned, width = segment.tool_state.width, self._world.fingers.width
-        off = min(self._thresholds.width, planned / 2)
-        cause = StopCause.GRASP_LOST if self._has_lifted else StopCause.NOT_GRASPED
-        self._has_lifted = True
-        if width < planned - off:
-            return self._stop(cause, "fingers", width, planned - off, "m")
-        return self._stop(cause, "fingers", width, planned + off, "m") if width > planned + off else None
-
-    def _seal(self, segment: Segment) -> ProtectiveStop | None:
-        gauge, t = self._world.suction.vacuum, self._world.t
-        level = gauge.cup
-        if segment.held is None or segment.kind is SegmentKind.CONTACT or not gauge.is_valve_open:
-            self._sealed_level, self._t_lift = 0.0, np.inf
-            return None
-        self._t_lift = min(self._t_lift, t)
-        if t - self._t_lift < SEAL_GRACE:
-            return None
-        if self._sealed_level == 0.0 and level < SEAL_VACUUM:
-            return self._stop(StopCause.NOT_SEALED, "vacuum", level / 1e3, SEAL_VACUUM / 1e3, "kPa")
-        self._sealed_level = max(self._sealed_level, level)
-        least = self._thresholds.vacuum * self._sealed_level
-        if level < least:
-            return self._stop(StopCause.SEAL_LOST, "vacuum", level / 1e3, least / 1e3, "kPa")
-        return None
+        return self._hold_watch.stop(segment, self._world.t)
 
     def feel(self) -> float:
         """Go on measuring while the robot brakes (see ``pressing``).
@@ -210,7 +146,7 @@ class Supervisor:
             self._weight = 0.0
 
     def _contact(self, unexplained: Array) -> ProtectiveStop | None:
-        force = self._weight + (self._thresholds.planned_force if self._world.touching else 0.0)
+        force = self._weight + (self._thresholds.planned_force if self._world.planned.touching else 0.0)
         limits = self._thresholds.torque * self._forces
         if not (np.abs(unexplained) > limits).any():
             return None

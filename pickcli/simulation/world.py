@@ -15,20 +15,17 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.gripper import ParallelGripper
-from pickcli.cell.tool import MOVING, Tool, ToolState
-from pickcli.errors import InputError, UnknownNameError
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.tool import ToolState
+from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.simulation.bellows import Bellows
-from pickcli.simulation.bushing import RIGID, Stiffness
 from pickcli.simulation.contacts import Collision, ContactLog
 from pickcli.simulation.engine import Engine
-from pickcli.simulation.engine_bodies import ITEM_FRICTION
 from pickcli.simulation.fingers import Fingers
-from pickcli.simulation.grip import Grip, NoGrip
+from pickcli.simulation.grip import Grip
 from pickcli.simulation.places import location_of
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.robot_urdf import write_urdf
 from pickcli.simulation.scene_bodies import (
@@ -40,17 +37,12 @@ from pickcli.simulation.scene_bodies import (
     standing_links,
     true_masses,
 )
-from pickcli.simulation.servo import IDEAL, CupDrive, Drives, FingerDrive, Servo, ToolDrive
-from pickcli.simulation.suction import CupModel, Suction
-from pickcli.simulation.vacuum import Vacuum
+from pickcli.simulation.servo import IDEAL, Drives, Servo
+from pickcli.simulation.suction import Suction
+from pickcli.simulation.tool_choice import simulated_tool
 
 TIME_STEP = 1e-3  # s: at 2 m/s the tool moves 2 mm, so that events fire that exactly; 75 us of computing
 ROBOT = "robot"
-TOOL_FORCE = 20.0  # N or Nm where the cell names no force for the tool's joint
-TOOL_TOLERANCE = 0.02  # rad or m around the position of a state within which the tool counts as arrived
-WIDTH_TOLERANCE = 2e-3  # m around the width of a state within which fingers do
-PRESS_PEAK = 2.0  # of the force of fingers: with which they press for a moment as they meet an item
-MIRROR_FORCE = 1e3  # N that the gear bears which lets fingers mirror each other
 REST_STEPS = 100  # between two looks for items that rest
 REST_MOVE = 2e-4  # m
 REST_SPEED = 5e-3  # m/s
@@ -60,6 +52,10 @@ REST_LOOKS = 2  # in a row at which an item rests before it sleeps: what topples
 
 class World:
     """Cell, robot and items of a scene, at rest at simulated time 0.
+
+    Attributes:
+        planned: What the robot may touch now; nothing until it is told.
+        tool: What the robot has mounted.
 
     Args:
         scene: With the true poses of the items; the noisy ones are the planner's business.
@@ -86,10 +82,7 @@ class World:
         self.reality, self.seed = reality, seed
         self._n_steps = 0
         self.servo = servo or (Servo() if reality.servo else IDEAL)
-        self.touching: frozenset[str] = frozenset()  # what held item and cup may touch now
-        self.grasped: frozenset[str] = frozenset()  # what fingers close on or open from now
-        self.meant: frozenset[str] = frozenset()  # what hangs in the cup now by the plan, sealed or not
-        self.is_meeting = False  # the cup is being put on an item, which still stands where it stood
+        self.planned = PlannedContacts()
         self.robot = scene.cell.robot
         self.engine = Engine(time_step)
         add_statics(self.engine, scene)
@@ -119,24 +112,13 @@ class World:
 
     def _mount(self, q: Array, tool_state: ToolState, earlier: tuple[Collision, ...] = ()) -> None:
         """Put the robot into the world, with what its arm is moved and watched by. earlier: collisions."""
+        self.tool = simulated_tool(self.scene.cell, self.reality, self.servo.lag, tool_state)
         self._load_robot(q, tool_state)
         self._uncollided: frozenset[str] = frozenset()
         exempt = self._apply_allowed_pairs()
-        self.grip = self._build_grip()
-        tool = self.robot.tool
-        self.contacts = ContactLog(ROBOT, tool.contact_links, exempt, _max_press(tool), earlier)
-
-    def _build_grip(self) -> Grip:
-        tool, is_compliant = self.robot.tool, self.reality.compliant_cup
-        items = {placed.id: placed.item for placed in self.scene.items}
-        if isinstance(self._tool_drive, FingerDrive):
-            return Fingers(self.engine, ROBOT, tool, self._tool_drive, items)
-        if tool.suction_cup is None:
-            return NoGrip()
-        bellows = Bellows(self.engine, ROBOT, tool, tool.cup.stiffness if is_compliant else 0.0)
-        vacuum = Vacuum(self._device(DeviceKind.PUMP).lead, self._device(DeviceKind.VALVE).lead)
-        cup = CupModel(vacuum, bellows, Stiffness() if is_compliant else RIGID)
-        return Suction(self.engine, ROBOT, tool, cup, items, self.reality.honest_seals)
+        self.tool.mount(self.engine, ROBOT, {placed.id: placed.item for placed in self.scene.items})
+        links = self.robot.tool.contact_links
+        self.contacts = ContactLog(ROBOT, links, exempt, self.tool.max_press, earlier)
 
     def _load_robot(self, q: Array, tool_state: ToolState) -> None:
         tool = self.robot.tool
@@ -148,48 +130,14 @@ class World:
         self._drives = Drives(
             self.servo, names, self.robot.limits, np.array([forces[name] for name in names]), self.time_step
         )
-        self._tool_drive = self._build_tool_drive(tool_state)
         tool_joints = tool.joints
         start = np.array([*q, *(tool.joint_position(name, tool_state) for name in tool_joints)])
         self._indices = [indices[name] for name in (*names, *tool_joints)]
         self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
-        if tool.gripper is not None:
-            self._couple(tool.gripper)
         self._command = np.array(q, dtype=float)
         self._measured = start
         self._torques = np.zeros(len(start))
         self._tip: Array | None = None  # computed when asked for, once a step
-
-    def _couple(self, gripper: ParallelGripper) -> None:
-        """Let the fingers mirror each other, their pads as rough as the cell says."""
-        one, other = gripper.fingers
-        ratio = one.opening * other.opening
-        self.engine.gear(ROBOT, (one.link, other.link), ratio, MIRROR_FORCE)
-        for finger in gripper.fingers:
-            self.engine.roughen(ROBOT, finger.link, gripper.limits.friction / ITEM_FRICTION)
-
-    def _device(self, kind: DeviceKind) -> Device:
-        """The first device of a kind. Raises InputError if the cell has none."""
-        device = next((d for d in self.scene.cell.devices.values() if d.kind is kind), None)
-        if device is None:
-            raise InputError(
-                f"cell {self.scene.cell.name}: has no device of kind {kind}, which its tool is simulated "
-                "with; add one under `devices` in its cell.yaml"
-            )
-        return device
-
-    def _build_tool_drive(self, tool_state: ToolState) -> ToolDrive | None:
-        """What moves the tool's joints, at rest. Raises InputError if no device of the cell does."""
-        tool = self.robot.tool
-        if not tool.joints:
-            return None
-        (least, most), lead = tool.range, self._device(tool.mover).lead
-        position, lag = tool.position(tool_state), self.servo.lag
-        if tool.gripper is not None:
-            delay = max(0.0, lead - (most - least) / tool.gripper.closing_speed)
-            return FingerDrive(tool.gripper, position, delay, lag)
-        force = self.robot.motor_forces.get(tool.joints[0], TOOL_FORCE)
-        return CupDrive(position, (most - least) / lead, force, lag)
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
         """Switch off the physics of pairs that may overlap; returns them.
@@ -245,8 +193,8 @@ class World:
             self.suction.vacuum.switch_pump(action == "on")
         elif kind is DeviceKind.VALVE:
             self.suction.vacuum.switch_valve(action == "on")
-        elif self._tool_drive is not None:
-            self._tool_drive.command(self.robot.tool.position(ToolState(action)))
+        elif self.tool.drive is not None:
+            self.tool.drive.command(self.robot.tool.position(ToolState(action)))
         return None
 
     def step(self) -> None:
@@ -266,7 +214,7 @@ class World:
     def _drive(self) -> None:
         """Set the motors for the next step: the planned joints by their loops, the tool's by theirs."""
         velocities, forces = self._drives.velocities(self._command, self.q, self.torques), self._drives.forces
-        if (tool := self._tool_drive) is not None:
+        if (tool := self.tool.drive) is not None:
             swing = tool.velocities(self._measured[self.robot.n_joints :], self.time_step)
             velocities, forces = np.append(velocities, swing), np.append(forces, tool.forces)
         self.engine.drive(ROBOT, self._indices, velocities, forces)
@@ -287,11 +235,9 @@ class World:
         points = self.engine.contact_points(ROBOT)
         # The bellows push off what they let go of: that is no contact anew.
         points += [point for point in self.grip.contact_points if point.b not in self._uncollided]
-        if self.held is not None and not self.is_meeting:
+        if self.held is not None and not self.planned.is_meeting:
             points += self.engine.contact_points(self.held)
-        touching = self.touching | self.meant
-        met = touching if self.robot.tool.gripper is None else self.grasped
-        self.contacts.update(points, touching, met, self.held, self.t)
+        self.contacts.update(points, self.planned, self.held, self.t)
 
     def _let_held_through(self) -> None:
         """No physics between what holds and its item until they are apart: it would throw the item off."""
@@ -367,19 +313,12 @@ class World:
     @property
     def tool_state(self) -> ToolState:
         """State of the tool as it stands."""
-        tool = self.robot.tool
-        if self._tool_drive is None:
-            return tool.default_state
-        if isinstance(self.grip, Fingers):
-            return self._width_state(self.grip)
-        resting = (s for s in tool.states if abs(tool.position(s) - self._measured[-1]) < TOOL_TOLERANCE)
-        return next(resting, MOVING)
+        return self.tool.state(self._measured[self.robot.n_joints :])
 
-    def _width_state(self, fingers: Fingers) -> ToolState:
-        """The state that the cell names; where the fingers stand on something, their width."""
-        tool, width = self.robot.tool, fingers.width
-        arrived = (s for s in tool.states if abs(tool.position(s) - width) < WIDTH_TOLERANCE)
-        return next(arrived, ToolState.of_width(width) if fingers.is_holding else MOVING)
+    @property
+    def grip(self) -> Grip:
+        """What holds items."""
+        return self.tool.grip
 
     @property
     def tip(self) -> Array:
@@ -397,14 +336,12 @@ class World:
     @property
     def suction(self) -> Suction:
         """What the cup does. Raises InputError where none is mounted."""
-        if not isinstance(self.grip, Suction):
-            raise InputError(f"no suction cup is mounted on {self.robot.tool.flange_link}")
-        return self.grip
+        return self.tool.suction
 
     @property
     def fingers(self) -> Fingers | None:
         """What the fingers do; None where there are none."""
-        return self.grip if isinstance(self.grip, Fingers) else None
+        return self.tool.fingers
 
     def placed(self, item_id: str) -> PlacedItem:
         """One item as it stands now, with its present location.
@@ -420,10 +357,3 @@ class World:
         """The scene as it stands now, without the item that is held."""
         items = tuple(self.placed(p.id) for p in self.scene.items if p.id != self.held)
         return replace(self.scene, items=items)
-
-
-def _max_press(tool: Tool) -> float:
-    """N with which what holds may press on what it is planned to touch, at one point."""
-    if tool.gripper is not None:
-        return PRESS_PEAK * tool.gripper.limits.force
-    return 0.0 if tool.suction_cup is None else tool.cup.stiffness * tool.cup.stroke

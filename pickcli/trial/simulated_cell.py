@@ -267,14 +267,13 @@ def _let_go(world: World, duration: float) -> None:
     """
     bodies = (ROBOT,) if world.held is None else (ROBOT, world.held)
     touched = {touch.b for body in bodies for touch in world.engine.contact_points(body)}
-    world.touching |= frozenset(touched | set(bodies))
-    world.grasped |= frozenset(touched)
-    positions = world.robot.tool.positions
+    world.planned = world.planned.also(frozenset(touched | set(bodies)))
+    tool = world.robot.tool
     for device in world.scene.cell.devices.values():
         if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
             world.act(device.name, "off")
-        elif device.kind is DeviceKind.GRIPPER:
-            world.act(device.name, max(positions, key=positions.__getitem__).name)
+        elif device.kind is tool.mover and tool.grip.takes_widths:
+            world.act(device.name, max(tool.positions, key=tool.positions.__getitem__).name)
             duration = max(duration, device.lead)
     world.wait(duration)
 

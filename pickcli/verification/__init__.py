@@ -3,8 +3,8 @@
 Read in this order:
 
 - The question and the answer: `verify`, which runs all checks, and its `verdict`.
-- What is where: `state_sampling`, `forward_kinematics`, `held_pose`, `moving_parts`, `static_solids` and
-  `cloud_points`.
+- What is where: `state_sampling`, `forward_kinematics` with `finger_kinematics`, `held_pose`,
+  `moving_parts`, `static_solids` and `cloud_points`.
 - How far apart: `fcl_solids` and `separation` for two solids, `pair_distance` over a motion; `solid_arrays`
   and `broad_phase` for thousands of pairs at once.
 - The motion: `structure_check`, `clearance_check` but for `exemptions`, `joint_limit_check` by the bounds in

@@ -144,7 +144,7 @@ class _Pair:
         """The cup with the whole stroke of its bellows pressed in."""
         robot = self.scene.cell.robot
         T_lance_tip = T_lance_cup(robot, self.segment.tool_state) @ robot.tool.T_cup_tip
-        back = pose(-robot.tool.cup.stroke * T_lance_tip[:3, 2])
+        back = pose(-robot.tool.grip.gives_way * T_lance_tip[:3, 2])
         return replace(self.part, T_link_shape=back @ self.part.T_link_shape)
 
     def _uncertain(self, name: str) -> float:

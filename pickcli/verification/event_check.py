@@ -90,7 +90,7 @@ def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
         elif not -TIME_TOLERANCE <= event.t_trigger <= plan.trajectory.duration + TIME_TOLERANCE:
             yield Reason("trigger outside the motion", where, f"at {event.t_trigger:.3f} s")
         elif (
-            device.kind in (DeviceKind.TOOL_ACTUATOR, DeviceKind.GRIPPER)
+            device.kind is scene.cell.robot.tool.mover
             and event.t_anchor > plan.trajectory.duration + TIME_TOLERANCE
         ):
             detail = (

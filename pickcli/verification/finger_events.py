@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.errors import Reason
 from pickcli.motion.event import Event
@@ -52,7 +51,7 @@ def leads_to(tool: Tool, command: ToolState, segment: Segment) -> bool:
     Returns:
         True if it does.
     """
-    if segment.held is None or tool.gripper is None:
+    if segment.held is None or not tool.grip.takes_widths:
         return command == segment.tool_state
     return tool.positions[command] < _width(tool, segment)
 
@@ -63,8 +62,8 @@ def _width(tool: Tool, segment: Segment) -> float:
 
 
 def _commands(plan: Plan, scene: Scene) -> list[Event]:
-    devices = scene.cell.devices
-    return [event for event in plan.events if devices[event.device].kind is DeviceKind.GRIPPER]
+    devices, mover = scene.cell.devices, scene.cell.robot.tool.mover
+    return [event for event in plan.events if devices[event.device].kind is mover]
 
 
 def _moved_at_rest(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pickcli.cell.robot import Joint, JointType, Robot
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.verification.finger_kinematics import finger_position
 
 BLOCK = 1024  # configurations of which the whole chain stays in the cache; BLAS takes no threads for so few
 
@@ -101,10 +102,7 @@ def touching_joints(robot: Robot) -> tuple[int, ...]:
     Returns:
         That of the cup, or those of both fingers.
     """
-    gripper = robot.tool.gripper
-    if gripper is None:
-        return (cup_joint_index(robot),)
-    links = [finger.link for finger in gripper.fingers]
+    links = robot.tool.contact_links
     return tuple(i for i, joint in enumerate(robot.joints) if joint.child in links)
 
 
@@ -188,9 +186,6 @@ def stated_position(robot: Robot, tool_state: ToolState) -> float:
 def joint_position(robot: Robot, index: int, stated: float) -> float:
     """Position of one of the tool's joints where the tool stands as a state says.
 
-    The pads of a gripper stand ``gap`` apart where the joints of the fingers stand at 0, and each finger goes
-    half of the way.
-
     Args:
         robot: The robot.
         index: Of the joint.
@@ -199,11 +194,9 @@ def joint_position(robot: Robot, index: int, stated: float) -> float:
     Returns:
         rad or m.
     """
-    gripper, name = robot.tool.gripper, robot.joints[index].name
-    if gripper is None:
+    if not robot.tool.grip.finger_joints:
         return stated
-    way = 0.5 * (stated - gripper.gap)
-    return next((way * finger.opening for finger in gripper.fingers if finger.joint == name), 0.0)
+    return finger_position(robot.tool, robot.joints[index].name, stated)
 
 
 def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:

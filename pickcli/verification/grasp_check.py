@@ -153,7 +153,7 @@ def _as_grasped(scene: Scene, grasp: Grasp, T_item_tip: Array, where: str) -> It
     """The tip (4, 4) is where the grasp says, pressed on by what noise and bellows allow."""
     off = inverse(grasp.T_item_tip) @ T_item_tip
     aside, pressed = float(np.hypot(*off[:2, 3])), float(off[2, 3])
-    most = scene.noise.bound(scene.item(grasp.item)) + scene.cell.robot.tool.cup.stroke
+    most = scene.noise.bound(scene.item(grasp.item)) + scene.cell.robot.tool.grip.gives_way
     if not -ON_SURFACE <= pressed <= most:
         yield Reason(
             "misses the item", where, f"pressed on by {pressed * 1e3:.1f} mm, expected 0..{most * 1e3:.1f}"

@@ -182,7 +182,8 @@ def _in_states(
     robot: Robot, index: int, tool_state: ToolState, body: Body, slack: float = 0.0, is_held: bool = False
 ) -> list[Part]:
     """A body that hangs on one of the tool's joints as parts of the link before that, many where it moves."""
-    parent, joint, is_finger = parent_index(robot, index), robot.joints[index], robot.tool.gripper is not None
+    parent, joint = parent_index(robot, index), robot.joints[index]
+    is_finger = joint.name in robot.tool.grip.finger_joints
     positions = [joint_position(robot, index, stated_position(robot, tool_state))]
     ends = [joint_position(robot, index, stated) for stated in robot.tool.positions.values()]
     least, most = min(ends), max(ends)

@@ -58,7 +58,7 @@ def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
         where = f"segment {k} ({segment.kind})"
         if segment.kind in STRAIGHT:
             reasons += _straight(tips, where)
-        if segment.kind is (SegmentKind.CONTACT if robot.tool.gripper is None else SegmentKind.APPROACH):
+        if segment.kind is (SegmentKind.APPROACH if robot.tool.grip.takes_widths else SegmentKind.CONTACT):
             reasons += _contact(plan, robot, segment, tips, where)
         if segment.kind in touched and segment.touching:
             touched[segment.kind] += float(np.linalg.norm(np.diff(tips[:, :3, 3], axis=0), axis=1).sum())

@@ -79,7 +79,7 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
         One fault for each contact that does.
     """
     robot = scene.cell.robot
-    if plan.grasp is None or robot.tool.gripper is not None:  # fingers close from both sides
+    if plan.grasp is None or robot.tool.grip.gives_way == 0.0:  # fingers close from both sides
         return
     for k, segment in enumerate(plan.segments):
         if segment.kind is not SegmentKind.CONTACT:
@@ -91,7 +91,7 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
         tip = tip_poses(robot, links, segment.tool_state)[0]
         pressed = float((inverse(placed.T_world_item @ plan.grasp.T_item_tip) @ tip)[2, 3])
         speed = fastest_tip(plan, robot, segment.tool_state, segment.t_start, segment.t_end)
-        press = Press(tip, max(0.0, pressed), robot.tool.cup.stiffness, speed)
+        press = Press(tip, max(0.0, pressed), robot.tool.grip.stiffness, speed)
         detail = _pressed_over(scene, placed, press, plan.grasp.kind == "top-down")
         if detail:
             yield Reason("tips the item", f"segment {k} ({segment.kind})", f"{placed.id}: {detail}")

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, evacuate, make_world
 
@@ -33,6 +34,6 @@ def holding(build_world: BuildWorld) -> World:
     world.wait(0.4)
     assert world.held == "cube"
     world.engine.remove("pedestal")
-    world.touching = frozenset()
+    world.planned = PlannedContacts()
     world.wait(0.1)
     return world

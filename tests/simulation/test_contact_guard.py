@@ -16,6 +16,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.world import World
 from support.pedestal import STATED_MASS, BuildWorld, cube, evacuate
@@ -71,7 +72,7 @@ def press(cell: Cell, build_world: BuildWorld) -> Press:
     def play(nearer: float, supervision: bool = True) -> Pressed:
         reality = replace(STATED_MASS, supervision=supervision)
         world = build_world(cube(mass=0.5), gap=GAP - nearer, tool_state=DOWN, reality=reality)
-        world.touching = frozenset()
+        world.planned = PlannedContacts()
         evacuate(world)
         touches = [(0.0, 0.0)]
 

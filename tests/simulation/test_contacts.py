@@ -9,11 +9,12 @@ import numpy as np
 from pickcli.cell.shapes import box
 from pickcli.simulation.contacts import HELD_PRESS, ContactLog
 from pickcli.simulation.engine import ContactPoint
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, cube
 from support.tool_states import STRAIGHT
 
-NONE: frozenset[str] = frozenset()
+NOTHING = PlannedContacts()
 
 
 def point(
@@ -29,7 +30,7 @@ def log() -> ContactLog:
 def test_an_ongoing_contact_counts_once_with_its_deepest_point() -> None:
     contacts = log()
     for k, depth in enumerate((1e-3, 3e-3, 2e-3)):
-        contacts.update([point(depth=depth)], NONE, NONE, None, 0.01 * k)
+        contacts.update([point(depth=depth)], NOTHING, None, 0.01 * k)
     (collision,) = contacts.collisions
     assert (collision.a, collision.b, collision.depth) == ("cup", "shelf", 3e-3)
     assert (collision.t_start, collision.t_end) == (0.0, 0.02)
@@ -38,54 +39,54 @@ def test_an_ongoing_contact_counts_once_with_its_deepest_point() -> None:
 def test_a_contact_that_comes_back_later_counts_again() -> None:
     contacts = log()
     for t in (0.0, 0.05, 0.5):
-        contacts.update([point()], NONE, NONE, None, t)
+        contacts.update([point()], NOTHING, None, t)
     assert len(contacts.collisions) == 2
 
 
 def test_planned_contacts_are_those_of_cup_and_held_item_only() -> None:
-    allowed = frozenset({"box"})
+    allowed = NOTHING.also(frozenset({"box"}))
     contacts = log()
-    contacts.update([point(b="box"), point(a="tea", link="", b="box")], allowed, allowed, "tea", 0.0)
+    contacts.update([point(b="box"), point(a="tea", link="", b="box")], allowed, "tea", 0.0)
     assert not contacts.collisions
-    contacts.update([point(link="lance", b="box")], allowed, allowed, "tea", 0.1)
+    contacts.update([point(link="lance", b="box")], allowed, "tea", 0.1)
     assert [c.a for c in contacts.collisions] == ["lance"]
 
 
 def test_a_planned_contact_that_presses_harder_than_the_bellows_is_a_collision() -> None:
-    allowed = frozenset({"shelf"})
+    allowed = NOTHING.also(frozenset({"shelf"}))
     contacts = log()
-    contacts.update([replace(point(), force=7.9)], allowed, allowed, None, 0.0)
+    contacts.update([replace(point(), force=7.9)], allowed, None, 0.0)
     assert not contacts.collisions
-    contacts.update([replace(point(), force=8.1)], allowed, allowed, None, 0.1)
+    contacts.update([replace(point(), force=8.1)], allowed, None, 0.1)
     assert [(c.a, c.b) for c in contacts.collisions] == [("cup", "shelf")]
 
 
 def test_a_held_item_that_is_driven_into_what_it_may_touch_is_a_collision() -> None:
-    allowed = frozenset({"shelf"})
+    allowed = NOTHING.also(frozenset({"shelf"}))
     contacts = log()
-    contacts.update([replace(point(a="tea", link=""), force=HELD_PRESS)], allowed, allowed, "tea", 0.0)
+    contacts.update([replace(point(a="tea", link=""), force=HELD_PRESS)], allowed, "tea", 0.0)
     assert not contacts.collisions
-    contacts.update([replace(point(a="tea", link=""), force=HELD_PRESS + 0.1)], allowed, allowed, "tea", 0.1)
+    contacts.update([replace(point(a="tea", link=""), force=HELD_PRESS + 0.1)], allowed, "tea", 0.1)
     (found,) = contacts.collisions
     assert (found.a, found.b, found.force) == ("tea", "shelf", HELD_PRESS + 0.1)
 
 
 def test_what_goes_on_after_a_time_is_told_since_then() -> None:
     contacts = log()
-    contacts.update([point(b="gone"), point(b="goes on")], NONE, NONE, None, 0.0)
-    contacts.update([replace(point(b="goes on"), force=70.0)], NONE, NONE, None, 0.05)
+    contacts.update([point(b="gone"), point(b="goes on")], NOTHING, None, 0.0)
+    contacts.update([replace(point(b="goes on"), force=70.0)], NOTHING, None, 0.05)
     assert [(c.b, c.force) for c in contacts.since(0.02)] == [("goes on", 70.0)]
 
 
 def test_links_of_the_robot_that_meet_are_named() -> None:
     contacts = log()
-    contacts.update([point(link="cup", b="robot", link_b="support")], NONE, NONE, None, 0.0)
+    contacts.update([point(link="cup", b="robot", link_b="support")], NOTHING, None, 0.0)
     assert [(c.a, c.b) for c in contacts.collisions] == [("cup", "support")]
 
 
 def test_exempt_pairs_and_the_grip_itself_never_count() -> None:
     contacts = log()
-    contacts.update([point(link="carriage", b="rail"), point(b="tea")], NONE, NONE, "tea", 0.0)
+    contacts.update([point(link="carriage", b="rail"), point(b="tea")], NOTHING, "tea", 0.0)
     assert not contacts.collisions
 
 
@@ -101,7 +102,7 @@ def test_running_into_an_item_is_a_collision_unless_it_is_planned(build_world: B
     for planned in (True, False):
         world = build_world(cube(side=0.08), gap=0.01, tool_state=STRAIGHT)
         if not planned:
-            world.touching = NONE
+            world.planned = NOTHING
         push_forward(world, 0.015)
         found = world.contacts.collisions
         assert [(c.a, c.b) for c in found] == ([] if planned else [("cup", "cube")])
@@ -114,7 +115,7 @@ def test_what_the_cup_did_not_seal_on_is_met_as_planned_while_the_plan_has_it_he
     build_world: BuildWorld,
 ) -> None:
     world = build_world(cube(side=0.08), gap=0.01, tool_state=STRAIGHT)
-    world.touching, world.meant = NONE, frozenset({"cube"})
+    world.planned = PlannedContacts(met=frozenset({"cube"}), held=frozenset({"cube"}))
     push_forward(world, 0.015)
     assert world.held is None and world.contacts.collisions == ()
 
@@ -123,7 +124,7 @@ def test_a_held_item_set_down_on_what_it_may_touch_is_none_until_it_is_driven_in
     x, y, z = holding.engine.pose("cube")[:3, 3]
     table = box("table", (x - 0.1, y - 0.1, z - 0.13), (x + 0.1, y + 0.1, z - 0.03))
     holding.engine.add_static(table, np.eye(4), (1.0, 1.0, 1.0, 1.0))
-    holding.touching = frozenset({"table"})
+    holding.planned = NOTHING.also(frozenset({"table"}))
     n_before = len(holding.contacts.collisions)
     q = holding.q.copy()
     found = []

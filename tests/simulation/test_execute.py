@@ -12,9 +12,11 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import StaleError
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.simulation.execute import SEAL_TIME, SEALED, execute
+from pickcli.simulation.execute import SEAL_TIME, execute
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.servo import IDEAL, Servo
+from pickcli.simulation.simulated_cup import SEALED
 from pickcli.simulation.start_check import StartError
 from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.vacuum import FULL_VACUUM
@@ -32,7 +34,7 @@ def build_ready(build_world: BuildWorld) -> BuildReady:
 
     def build(item: object = None, servo: Servo | None = None) -> World:
         world = build_world(item, gap=GAP, tool_state=STRAIGHT, servo=servo)
-        world.touching = frozenset()
+        world.planned = PlannedContacts()
         evacuate(world)
         return world
 

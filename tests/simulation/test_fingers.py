@@ -18,6 +18,7 @@ from pickcli.geometry import GRAVITY, Array, inverse, pose
 from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.fingers import Fingers
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.reality import IDEAL
 from pickcli.simulation.world import World
 
@@ -55,8 +56,8 @@ class Hand:
         x, y, low = (*T[:2, 3], T[2, 3] - float(shape.reach(T[:3, :3])[2]))
         pedestal = box("pedestal", (x - 0.1, y - 0.1, low - 0.05), (x + 0.1, y + 0.1, low))
         self.world.engine.add_static(pedestal, np.eye(4), (0.5, 0.5, 0.5, 1.0))
-        self.world.touching = self.world.grasped = frozenset({ITEM})
-        self.world.is_meeting = True
+        names = frozenset({ITEM})
+        self.world.planned = PlannedContacts(names, names, is_meeting=True)
 
     @property
     def fingers(self) -> Fingers:
@@ -76,7 +77,7 @@ class Hand:
     def lifted(self) -> Hand:
         """With nothing but the pads under the item."""
         self.world.engine.remove("pedestal")
-        self.world.grasped, self.world.is_meeting = frozenset(), False
+        self.world.planned = PlannedContacts(frozenset({ITEM}))
         return self
 
 
@@ -206,7 +207,7 @@ def test_fingers_that_open_let_go(hand: Any) -> None:
 
 def test_pads_may_touch_what_they_are_to_grasp_and_nothing_else(hand: Any) -> None:
     other = hand()
-    other.world.grasped = frozenset({"another"})
+    other.world.planned = replace(other.world.planned, met=frozenset({"another"}))
     other.closed()
     assert {c.b for c in other.world.contacts.collisions} == {ITEM}
     assert {c.a for c in other.world.contacts.collisions} <= {"panda_leftfinger", "panda_rightfinger"}

@@ -10,6 +10,7 @@ import pytest
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.suction import BREAK_TIME, face_at
 from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.simulation.world import World
@@ -215,7 +216,7 @@ def flat(thickness: float, mass: float = 0.1) -> Item:
 
 def test_a_thin_book_is_pressed_on_its_shelf_with_the_force_of_the_bellows(build_world: BuildWorld) -> None:
     world = build_world(flat(0.004), gap=-0.003)
-    world.touching = frozenset({"cube", "pedestal"})
+    world.planned = PlannedContacts().also(frozenset({"cube", "pedestal"}))
     forces = []
     evacuate(world)
     world.act("valve", "on")

@@ -16,11 +16,13 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.braking import Return
 from pickcli.simulation.execute import STANDING, execute
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.servo import Servo
 from pickcli.simulation.suction import SEAL_VACUUM
-from pickcli.simulation.supervision import TORQUE_NOISE, ExternalTorque, Thresholds
+from pickcli.simulation.supervision import TORQUE_NOISE, ExternalTorque
+from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import ROBOT, World
 from support.pedestal import BuildWorld, cube, evacuate
 from support.rail_pick import GAP, T_END, rail_pick
@@ -167,7 +169,7 @@ def test_an_arm_that_does_not_follow_is_stopped(cell: Cell) -> None:
 @pytest.fixture
 def ready(build_world: BuildWorld) -> World:
     world = build_world(cube(), gap=GAP, tool_state=STRAIGHT)
-    world.touching = frozenset()
+    world.planned = PlannedContacts()
     evacuate(world)
     return world
 

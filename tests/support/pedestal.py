@@ -14,6 +14,7 @@ from pickcli.cell.station import Obstacles
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array, pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.servo import Servo
 from pickcli.simulation.world import TIME_STEP, World
@@ -56,7 +57,7 @@ def make_world(
     placed = PlacedItem("cube", item, "bin_A", pose(centre, R=R))
     scene = Scene(changed, cell.T_world_pod, (placed,), PoseNoise())
     world = World(scene, home, tool_state, reality=reality, servo=servo, time_step=time_step)
-    world.touching = frozenset({"cube"})
+    world.planned = PlannedContacts().also(frozenset({"cube"}))
     return world
 
 

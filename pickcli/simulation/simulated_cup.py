@@ -1,0 +1,117 @@
+"""A suction cup in the world: a joint that may turn it, bellows, vacuum, and the seal that holds."""
+
+from __future__ import annotations
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.item import Item
+from pickcli.cell.suction_cup import SuctionCup
+from pickcli.cell.tool import MOVING, ToolState
+from pickcli.geometry import Array
+from pickcli.simulation.bellows import Bellows
+from pickcli.simulation.bushing import RIGID, Stiffness
+from pickcli.simulation.engine import Engine
+from pickcli.simulation.grip import Grip
+from pickcli.simulation.hold_watch import HoldWatch, SealWatch
+from pickcli.simulation.reality import Reality
+from pickcli.simulation.servo import CupDrive
+from pickcli.simulation.simulated_tool import SimulatedTool, device_for
+from pickcli.simulation.suction import CupModel, Suction
+from pickcli.simulation.thresholds import Thresholds
+from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
+
+TOOL_FORCE = 20.0  # N or Nm where the cell names no force for the tool's joint
+TOOL_TOLERANCE = 0.02  # rad or m around the position of a state within which the tool counts as arrived
+SEALED = 0.9  # of the vacuum that the face is to keep, from which on the item is lifted
+
+
+class SimulatedCup(SimulatedTool):
+    """The suction cup of one robot.
+
+    Args:
+        cell: The cell as the robot's arm sees it.
+        cup: Its cup.
+        reality: How the world differs from what the planner believes.
+        lag: s by which the joint of the cup follows.
+        state: State of the tool at the start.
+    """
+
+    def __init__(self, cell: Cell, cup: SuctionCup, reality: Reality, lag: float, state: ToolState) -> None:
+        self.tool, self._cup, self._cell, self._reality = cell.robot.tool, cup, cell, reality
+        self.drive = self._drive(lag, state) if self.tool.joints else None
+
+    def _drive(self, lag: float, state: ToolState) -> CupDrive:
+        """What moves the cup's joint, at rest. Raises InputError if no device of the cell does."""
+        tool, (least, most) = self.tool, self.tool.range
+        lead = device_for(self._cell, tool.mover).lead
+        force = self._cell.robot.motor_forces.get(tool.joints[0], TOOL_FORCE)
+        return CupDrive(tool.position(state), (most - least) / lead, force, lag)
+
+    def mount(self, engine: Engine, robot: str, items: dict[str, Item]) -> None:
+        """Give the cup its bellows and its vacuum.
+
+        Args:
+            engine: Where the robot and the items are.
+            robot: Name of the robot's body.
+            items: What can be held, by the name of its body.
+
+        Raises:
+            InputError: If the cell lacks a pump or a valve.
+        """
+        is_compliant = self._reality.compliant_cup
+        bellows = Bellows(engine, robot, self.tool, self._cup.stiffness if is_compliant else 0.0)
+        pump, valve = (device_for(self._cell, kind) for kind in (DeviceKind.PUMP, DeviceKind.VALVE))
+        cup = CupModel(Vacuum(pump.lead, valve.lead), bellows, Stiffness() if is_compliant else RIGID)
+        self._suction = Suction(engine, robot, self.tool, cup, items, self._reality.honest_seals)
+
+    @property
+    def grip(self) -> Grip:
+        """The cup."""
+        return self._suction
+
+    @property
+    def suction(self) -> Suction:
+        """What the cup does."""
+        return self._suction
+
+    @property
+    def max_press(self) -> float:
+        """N of the bellows when they are pressed in all the way."""
+        return self._cup.stiffness * self._cup.stroke
+
+    def state(self, measured: Array) -> ToolState:
+        """The state at the position of which the joint stands.
+
+        Args:
+            measured: (k,) where it is, if there is one.
+
+        Returns:
+            The state, or MOVING.
+        """
+        tool = self.tool
+        if self.drive is None:
+            return tool.default_state
+        resting = (s for s in tool.states if abs(tool.position(s) - measured[-1]) < TOOL_TOLERANCE)
+        return next(resting, MOVING)
+
+    def has_hold(self, seal: float) -> bool:
+        """Whether the gauge tells what the item's face is to keep.
+
+        Args:
+            seal: Share of full vacuum that the face is to keep.
+
+        Returns:
+            True if it does.
+        """
+        return self._suction.vacuum.cup >= SEALED * seal * FULL_VACUUM
+
+    def watch(self, thresholds: Thresholds) -> HoldWatch:
+        """What judges the seal.
+
+        Args:
+            thresholds: Beyond which it stops.
+
+        Returns:
+            A watch over the gauge.
+        """
+        return SealWatch(self._suction.vacuum, thresholds)
