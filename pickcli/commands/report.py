@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 KEY_WIDTH = 18  # characters of the widest key
 LEAST_ROOM = 30  # columns that a value has beside its key; where there are fewer, it stands below
 INDENT = "    "  # of a value that stands below its key
+DIGEST = re.compile(r"\b[0-9a-f]{64}\b")  # SHA-256: copied as one word or not at all
 
 
 def key_lines(summary: Mapping[str, Any], width: int | None = None) -> list[str]:
@@ -23,8 +25,8 @@ def key_lines(summary: Mapping[str, Any], width: int | None = None) -> list[str]
 
     Args:
         summary: What is told, by key.
-        width: Columns that a line may have; a word that is longer is folded. None where nobody says how many
-            there are: then words stay whole, for programs that search for them.
+        width: Columns that a line may have; a word that is longer is folded, unless it is a hash. None where
+            nobody says how many there are: then words stay whole, for programs that search for them.
 
     Returns:
         The lines.
@@ -40,7 +42,8 @@ def _below(key: str, value: Any, width: int, is_folded: bool) -> list[str]:
     """The lines of a value, the first beside its key if there is room, the others below that."""
     room = width - len(key) - 2
     first, *rest = _entries(value, max(room, 1), is_folded)
-    if room < LEAST_ROOM and (rest or len(first) > room):
+    is_beyond = len(first) > room and (is_folded or room < LEAST_ROOM)
+    if is_beyond or (room < LEAST_ROOM and rest):
         below = _entries(value, max(width - len(INDENT), 1), is_folded)
         return [f"{key}:", *(f"{INDENT}{line}" for line in below)]
     return [f"{key}: {first}", *(f"{'':>{len(key)}}  {line}" for line in rest)]
@@ -73,8 +76,9 @@ def _in_words(value: Any) -> str:
 
 
 def _wrapped(text: str, width: int, is_folded: bool) -> list[str]:
-    """A text in lines of so many columns at most; unless it is folded, a longer word is a longer line."""
-    return textwrap.wrap(text, width, break_long_words=is_folded, break_on_hyphens=False) or [text]
+    """A text in lines of so many columns at most; a word that is not folded may be a longer line."""
+    is_cut = is_folded and DIGEST.search(text) is None
+    return textwrap.wrap(text, width, break_long_words=is_cut, break_on_hyphens=False) or [text]
 
 
 def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
