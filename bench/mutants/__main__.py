@@ -81,6 +81,7 @@ PACKAGES = (
     Package(
         "verifier",
         ("verification/joint_limit_check", "verification/structure_check", "verification/event_check",
+         "verification/vacuum_events",
          "verification/release_check", "verification/contact_exemptions", "verification/quintic",
          "verification/straightness_check", "verification/contact_check", "verification/grasp_check",
          "verification/clearance_check", "verification/broad_phase", "verification/solid_arrays",

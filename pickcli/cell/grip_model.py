@@ -126,7 +126,7 @@ class GripModel(Protocol):
 
     @property
     def tip_radius(self) -> float:
-        """m around the tip within which what is held begins."""
+        """M around the tip within which what is held begins."""
 
     @property
     def gives_way(self) -> float:

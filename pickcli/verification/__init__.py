@@ -8,8 +8,9 @@ Read in this order:
 - How far apart: `fcl_solids` and `separation` for two solids, `pair_distance` over a motion; `solid_arrays`
   and `broad_phase` for thousands of pairs at once.
 - The motion: `structure_check`, `clearance_check` but for `exemptions`, `joint_limit_check` by the bounds in
-  `quintic`, `straightness_check`, `tool_speed`, and `event_check` with `finger_events`.
-- The item: `contact_check` with `contact_exemptions`, `support_check`, `tipping_check`, `grasp_check` with
-  `pinch_check` and `load_check`, and `release_check`.
+  `quintic`, `straightness_check`, `tool_speed`, and `event_check` with `finger_events` or
+  `vacuum_events`.
+- The item: `contact_check` with `contact_exemptions`, `support_check`, `tipping_check`, by `hold_choice`
+  `grasp_check` with `load_check`, or `pinch_check`, and `release_check`.
 - Ways out of a stop: `recovery_check`.
 """

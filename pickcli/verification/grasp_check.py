@@ -16,7 +16,6 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.load_check import check_load
-from pickcli.verification.pinch_check import check_pinch
 
 ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
 ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
@@ -24,21 +23,18 @@ TURNED = np.radians(1.0)
 ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, on top of what the cup takes up
 
 
-def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
-    """Check all that concerns the cup, or the fingers, and the item.
+def check_seal(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...]:
+    """Check all that concerns the cup and the item.
 
     Args:
-        plan: The plan.
-        scene: The plan's scene.
+        plan: A plan with a grasp.
+        scene: The plan's scene, of a cell with a cup.
         T_tip_item: (4, 4) the item as it hangs in the tool frame.
 
     Returns:
-        The faults; () for a plan without a grasp.
+        The faults.
     """
-    if plan.grasp is None or T_tip_item is None:
-        return ()
-    if scene.cell.robot.tool.gripper is not None:
-        return (*check_pinch(plan, scene, T_tip_item), *_kind(scene, plan.grasp))
+    assert plan.grasp is not None
     grasp, item = plan.grasp, scene.item(plan.grasp.item)
     reasons = [*_face(grasp, item), *_seal(grasp, item, scene.cell.robot.tool)]
     if grasp.tool_state == MOVING:
@@ -54,7 +50,7 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
                     )
                 )
             reasons += _meets(plan, scene, grasp, segment.t_end, f"segment {k} (contact)")
-            reasons += _kind(scene, grasp)
+            reasons += check_kind(scene, grasp)
     if plan.segments[0].held is not None and scene.held is not None:
         reasons += _as_grasped(scene, grasp, inverse(scene.held.T_tip_item), "in the cup")
     if not item.suction:
@@ -139,8 +135,16 @@ def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iter
     yield from _as_grasped(scene, grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
 
 
-def _kind(scene: Scene, grasp: Grasp) -> Iterator[Reason]:
-    """The kind is that of the place's axis which the cup's, where it takes the item, is nearest to."""
+def check_kind(scene: Scene, grasp: Grasp) -> Iterator[Reason]:
+    """Check that the kind is that of the axis of the place to which the tool is nearest at the item.
+
+    Args:
+        scene: The scene.
+        grasp: The grasp.
+
+    Yields:
+        The fault.
+    """
     placed = scene.find(grasp.item)
     T_world_place = scene.T_world_place(scene.cell.places[placed.location])
     into, aside, up = (inverse(T_world_place) @ placed.T_world_item @ grasp.T_item_tip)[:3, 2]

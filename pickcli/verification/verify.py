@@ -22,8 +22,8 @@ from pickcli.verification.cloud_points import near_points
 from pickcli.verification.contact_check import check_touch
 from pickcli.verification.event_check import check_io
 from pickcli.verification.exemptions import exemptions
-from pickcli.verification.grasp_check import check_hold
 from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.hold_choice import check_hold
 from pickcli.verification.joint_limit_check import Ratios, check_limits
 from pickcli.verification.moving_parts import Part, farthest, parts_of_segments
 from pickcli.verification.recovery_check import check_opening, check_recovery, needed_clearance

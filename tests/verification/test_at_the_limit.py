@@ -18,7 +18,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import HeldItem, PoseNoise
 from pickcli.verification.contact_check import _Pair
-from pickcli.verification.grasp_check import _as_grasped, _kind, _seal
+from pickcli.verification.grasp_check import _as_grasped, _seal, check_kind
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.joint_limit_check import check_limits
 from pickcli.verification.release_check import check_release
@@ -203,7 +203,7 @@ def test_a_grasp_is_of_the_kind_of_the_side_from_which_the_cup_comes(
     in_item = (inverse(target.T_world_item) @ T_place)[:3, :3] @ np.array(axis)
     for stated in ("frontal", "top-down", "side"):
         grasp = replace(cup_at((0.0, 0.0, 0.0), in_item), kind=stated)
-        assert whats(_kind(turned, grasp)) == ["wrong kind"] * (stated != kind)
+        assert whats(check_kind(turned, grasp)) == ["wrong kind"] * (stated != kind)
 
 
 def item_of(*size: float) -> Item:

@@ -16,14 +16,12 @@ from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
-from pickcli.verification.event_check import (
+from pickcli.verification.event_check import WAY_TOLERANCE, _anchored, _apart, _changes, _still, check_io
+from pickcli.verification.straightness_check import every_millisecond
+from pickcli.verification.vacuum_events import (
     LAST_MOMENT,
     TIME_TOLERANCE,
-    WAY_TOLERANCE,
-    _anchored,
-    _apart,
-    _changes,
-    _Command,
+    TimedEvent,
     _is_on,
     _kept,
     _near,
@@ -31,10 +29,7 @@ from pickcli.verification.event_check import (
     _release,
     _rests,
     _slow,
-    _still,
-    check_io,
 )
-from pickcli.verification.straightness_check import every_millisecond
 from support.handmade_plans import CRAYOLA, bound, cell, make_scene
 from support.tool_states import DOWN, STRAIGHT
 
@@ -50,8 +45,8 @@ def whats(reasons: Iterable[Reason]) -> list[str]:
     return [reason.what for reason in reasons]
 
 
-def command(t: float, device: str = PUMP, action: str = "off", took: float = 0.0) -> _Command:
-    return _Command(device, cell().devices[device].kind, action, t, t + took)
+def command(t: float, device: str = PUMP, action: str = "off", took: float = 0.0) -> TimedEvent:
+    return TimedEvent(device, cell().devices[device].kind, action, t, t + took)
 
 
 def event(
@@ -377,8 +372,8 @@ def test_the_pump_is_not_off_before_the_valve_and_both_are_needed() -> None:
     plan = plan_of((PLACE, 2.0, CRAYOLA), (TRANSIT, 2.0, None))
     (place, _) = plan.segments
 
-    def found(*commands: _Command) -> list[str]:
-        def find(kind: DeviceKind, action: str) -> list[_Command]:
+    def found(*commands: TimedEvent) -> list[str]:
+        def find(kind: DeviceKind, action: str) -> list[TimedEvent]:
             return [c for c in commands if c.kind is kind and c.action == action]
 
         return whats(_release(plan, SCENE, place, place, find))
@@ -395,7 +390,7 @@ def test_the_pump_is_not_off_before_the_valve_and_both_are_needed() -> None:
 # The state of the tool
 
 
-def turn(t: float, action: str) -> _Command:
+def turn(t: float, action: str) -> TimedEvent:
     return command(t, "cup_pivot", action, 0.5)
 
 
@@ -414,7 +409,7 @@ def states(*stated: ToolState) -> list[Segment]:
     return [Segment(TRANSIT, float(k), k + 1.0, state, None) for k, state in enumerate(stated)]
 
 
-def changes(segments: list[Segment], moves: list[_Command]) -> Iterable[Reason]:
+def changes(segments: list[Segment], moves: list[TimedEvent]) -> Iterable[Reason]:
     return _changes(segments, SCENE.cell.robot.tool, moves)
 
 

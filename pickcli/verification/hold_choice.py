@@ -1,0 +1,67 @@
+"""What is checked of a hold, by the kind of the tool: the one place of the verifier that asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from pickcli.cell.gripper import ParallelGripper
+from pickcli.cell.tool import Tool
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.plan import Plan
+from pickcli.scene.scene import Scene
+from pickcli.verification.finger_events import check_finger_events
+from pickcli.verification.grasp_check import check_kind, check_seal
+from pickcli.verification.pinch_check import check_pinch
+from pickcli.verification.vacuum_events import TimedEvent, check_vacuum_events
+
+
+@dataclass(frozen=True)
+class HoldChecks:
+    """The checks of one kind of tool.
+
+    Attributes:
+        grasp: Of a plan with a grasp, with the item (4, 4) as it hangs in the tool frame.
+        events: Of what is commanded to take hold and to let go.
+    """
+
+    grasp: Callable[[Plan, Scene, Array], tuple[Reason, ...]]
+    events: Callable[[Plan, Scene, Sequence[TimedEvent]], Iterable[Reason]]
+
+
+def _check_grasp_of_fingers(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...]:
+    assert plan.grasp is not None
+    return (*check_pinch(plan, scene, T_tip_item), *check_kind(scene, plan.grasp))
+
+
+SUCTION = HoldChecks(check_seal, check_vacuum_events)
+PINCH = HoldChecks(_check_grasp_of_fingers, lambda plan, scene, _: check_finger_events(plan, scene))
+
+
+def hold_checks(tool: Tool) -> HoldChecks:
+    """The checks for a tool.
+
+    Args:
+        tool: The tool; nothing is held by a bare flange, whose plans have neither grasp nor contact.
+
+    Returns:
+        The checks.
+    """
+    return PINCH if isinstance(tool.grip, ParallelGripper) else SUCTION
+
+
+def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
+    """Check all that concerns the tool and the item that it holds.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        T_tip_item: (4, 4) the item as it hangs in the tool frame.
+
+    Returns:
+        The faults; () for a plan without a grasp.
+    """
+    if plan.grasp is None or T_tip_item is None:
+        return ()
+    return hold_checks(scene.cell.robot.tool).grasp(plan, scene, T_tip_item)
