@@ -49,7 +49,7 @@ class PlannedContacts:
         return cls(touching, met, held, is_contact or any(s.tool_state == MOVING for s in now))
 
     def also(self, names: frozenset[str]) -> PlannedContacts:
-        """The same, and more.
+        """Allow more contacts.
 
         Args:
             names: What held item and tool may touch as well.

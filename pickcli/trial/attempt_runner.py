@@ -1,4 +1,4 @@
-"""One attempt after another: plan, verify, execute, look what became of it. See docs/recovery.md.
+"""What plans, verifies and executes the attempts of a trial, with a clock and eyes.
 
 A runner knows what a robot could know: what it perceives when it looks (which takes time), what the tool
 measures of its hold and why a motion stopped. Where things truly are is noted beside it for the score, and
@@ -19,10 +19,8 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.seeds import derived_seed
-from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
-from pickcli.trial.score import HELD
 from pickcli.trial.target_selection import TrialClock
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult, TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome
@@ -237,27 +235,16 @@ class AttemptRunner:
             )  # fmt: skip
         return replace(attempt, plan=plan, statistics={**plan.statistics, "planning_ms": _ms_since(began)})
 
-    def carried_out(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """Verify and execute a planned attempt: nothing uncertified is executed.
+    def verified(self, attempt: Attempt, scene: Scene) -> Attempt:
+        """Ask the verifier for a certificate of a planned attempt.
 
         Args:
             attempt: The attempt with its plan.
             scene: The scene that it was planned in.
 
         Returns:
-            The attempt with its execution, or as rejected.
+            The attempt with its certified plan, or as rejected.
         """
-        from pickcli.trial.arm_turns import hand_over
-
-        verified = self._verified(attempt, scene)
-        if verified.outcome is Outcome.REJECTED:
-            return verified
-        assert verified.plan is not None
-        if verified.plan.arm != self.arm:
-            verified = hand_over(self, verified)
-        return verified if verified.plan is None else self._executed(verified)
-
-    def _verified(self, attempt: Attempt, scene: Scene) -> Attempt:
         assert attempt.plan is not None
         began = time.perf_counter()
         certified = self.certified(attempt.plan, self._seen_by(attempt.plan.arm, scene))
@@ -305,48 +292,6 @@ class AttemptRunner:
         self.clock = self.clock.moved(execution.duration)
         self.has_seen = False
         return execution
-
-    def _executed(self, attempt: Attempt) -> Attempt:
-        from pickcli.trial.recovery_levels import recover
-
-        assert attempt.plan is not None
-        if not self.has_time_for(attempt.plan, afterwards=self.settings.reality.look_time):
-            duration = attempt.plan.trajectory.duration
-            reason = f"the motion takes {duration:.1f} s and a look, {self.clock.left:.1f} s are left"
-            return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
-        self.say(attempt, "moving")
-        before = self.scene()
-        execution = self.execute(attempt.plan)
-        attempt = replace(attempt, execution=execution)
-        if execution.stopped or self.interfaces.arena.is_holding():
-            self.say(attempt, "recovering")
-            attempt = replace(attempt, recovery=recover(self, attempt, before))
-        return self._judged(attempt, execution)
-
-    def _judged(self, attempt: Attempt, execution: ExecutionResult) -> Attempt:
-        """What the robot believes of the attempt, by a look; the stop and the sensor say why."""
-        seen = {placed.id: placed.location for placed in self.scene().items}
-        attempt = replace(attempt, truly_in=self._true_place(attempt.item))
-        if not self.has_seen:
-            reason = f"{execution.stopped or 'it was moved'}; the time was over before a look"
-            return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
-        attempt = replace(attempt, seen_in=seen.get(attempt.item, ""))
-        if attempt.seen_in == attempt.into:
-            there = Outcome.IN_TOTE if attempt.into == TOTE else Outcome.DELIVERED
-            return replace(attempt, outcome=Outcome.MOVED if attempt.is_aside else there)
-        where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"
-        missed = f"never reached: {', '.join(execution.missed)}" if execution.missed else ""
-        cause = execution.stopped or missed or "it was let go"
-        if not execution.has_item and attempt.seen_in == attempt.out_of:
-            return replace(attempt, outcome=Outcome.NOT_PICKED, reason=f"{cause}; {where}")
-        return replace(attempt, outcome=Outcome.LOST, reason=f"{cause}; {where}")
-
-    def _true_place(self, item: str) -> str:
-        """Where an item really is: for the record alone."""
-        arena = self.interfaces.arena
-        if arena.held == item:
-            return HELD
-        return next((p.location for p in arena.now().items if p.id == item), OUTSIDE)
 
 
 def _query(attempt: Attempt, exclude: Sequence[Grasp | GraspKind] = ()) -> PickQuery:

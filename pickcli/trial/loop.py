@@ -1,4 +1,4 @@
-"""A whole trial: the most promising job next, until all is done or the time is over.
+"""A whole trial: the most promising target next, until all is done or the time is over.
 
 Whatever is random follows from the seed, whatever is timed from simulated time and counted planning calls:
 two runs of one trial differ in nothing but ``statistics``.
@@ -6,18 +6,18 @@ two runs of one trial differ in nothing but ``statistics``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 
-from pickcli.errors import InputError, NoPlanError
-from pickcli.grasping.method_choice import may_hold
+from pickcli.errors import InputError
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.simulation.protective_stop import StopCause
+from pickcli.trial.attempt_execution import carry_out
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
-from pickcli.trial.blocking_items import destinations, from_the_mouth, in_the_way, worth_moving
+from pickcli.trial.blocking_items import destinations, from_the_mouth
+from pickcli.trial.clearing import Clearing
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.final_state import final_state
@@ -28,9 +28,9 @@ from pickcli.trial.target_selection import (
     Move,
     TargetState,
     best_option,
-    jobs_of,
     may_move_others,
     options,
+    target_states,
     time_limit,
 )
 from pickcli.trial.trial_interfaces import TrialInterfaces
@@ -97,12 +97,12 @@ def require_playable(order: Order, where: str = "the order") -> Order:
 
 
 class _Trial:
-    """The state of a trial: open jobs and what happened so far.
+    """The state of a trial: open targets and what happened so far.
 
     homes: the bin, or other place, in which each item was seen at the start, by id
     delivered: ids of the items that were brought where they are wanted
     in_vain: grasps that failed, by the id of their item
-    refused: by the index of its job, in which scene there was no plan for which item, and what it blamed
+    refused: by the index of its target, in which scene there was no plan for which item, and what it blamed
     """
 
     def __init__(
@@ -124,8 +124,8 @@ class _Trial:
         cell = self.before.cell
         self.bonus = item_bonuses(cell, order)
         self.tools = [each.robot.tool for each in (interfaces.cells or {"": cell}).values()]
-        self.jobs = jobs_of(order, cell, self.bonus, self.tools)
-        self.open = {job.index: job for job in self.jobs}
+        self.targets = target_states(order, cell, self.bonus, self.tools)
+        self.open = {state.index: state for state in self.targets}
         limit = time_limit(order) if settings.time_limit is None else settings.time_limit
         self.runner = AttemptRunner(interfaces, settings, limit, self._say)
         self.experience = Experience()
@@ -143,47 +143,47 @@ class _Trial:
             best = best_option(options(self.open.values(), self.experience, may_clear))
             if best is None:
                 break
-            (self._pick if best.move is Move.PICK else self._clear)(best.job)
-        self.on_progress(Progress(len(self.jobs), len(self.jobs), "done"))
+            (self._pick if best.move is Move.PICK else self._clear)(best.state)
+        self.on_progress(Progress(len(self.targets), len(self.targets), "done"))
 
     def so_far(self) -> str:
         """What is lost with a trial that is interrupted, and how to have it again."""
         n_in = sum(attempt.outcome.is_delivered for _, attempt in self.attempts)
         where = "delivered" if self.order.kind is OrderKind.MOVE else "in the tote"
-        played = f"{n_in} of {len(self.jobs)} targets were {where} after {len(self.attempts)} attempts"
+        played = f"{n_in} of {len(self.targets)} targets were {where} after {len(self.attempts)} attempts"
         return (
             f"{played}; no trial goes on where it was: the same command plays the same one from its beginning"
         )
 
-    def _pick(self, job: TargetState) -> None:
-        """One attempt at a target; what comes of it decides whether its job stays open."""
-        if job.refusals:
+    def _pick(self, state: TargetState) -> None:
+        """One attempt at a target; what comes of it decides whether it stays open."""
+        if state.refusals:
             self.runner.look_again()  # the scene has not changed, but no two looks are the same
-        job = job.tried()
-        attempt = self._attempt(job)
-        self._note(job, attempt)
+        state = state.tried()
+        attempt = self._attempt(state)
+        self._note(state, attempt)
         if attempt.outcome.is_delivered or attempt.outcome in (Outcome.MISSING, Outcome.NO_TIME):
-            self.open.pop(job.index, None)
+            self.open.pop(state.index, None)
         elif attempt.execution is None:
-            self.open[job.index] = job.refused()
+            self.open[state.index] = state.refused()
             if attempt.outcome is Outcome.NO_PLAN:
-                self.refused[job.index] = (self.runner.scene(), attempt.item, attempt.in_the_way)
+                self.refused[state.index] = (self.runner.scene(), attempt.item, attempt.in_the_way)
         else:
-            self.open[job.index] = self.open[job.index].failed()
+            self.open[state.index] = self.open[state.index].failed()
 
-    def _attempt(self, job: TargetState) -> Attempt:
+    def _attempt(self, state: TargetState) -> Attempt:
         scene = self.runner.scene()
-        now, into = self.runner.clock.now, job.target.into
-        attempt = Attempt(job.target, "", job.attempts, now, Outcome.MISSING, into=into)
-        placed = self._choose_copy(scene, job)
+        now, into = self.runner.clock.now, state.target.into
+        attempt = Attempt(state.target, "", state.attempts, now, Outcome.MISSING, into=into)
+        placed = self._choose_copy(scene, state)
         if placed is None:
-            return replace(attempt, reason=f"no {job.target.item} of {job.target.bin} is seen any more")
+            return replace(attempt, reason=f"no {state.target.item} of {state.target.bin} is seen any more")
         return self._moved(replace(attempt, item=placed.id, out_of=placed.location), scene)
 
     def _moved(self, attempt: Attempt, scene: Scene) -> Attempt:
         """An attempt played to its end, whatever that is."""
         planned = self._planned(attempt, scene)
-        return planned if planned.plan is None else self.runner.carried_out(planned, scene)
+        return planned if planned.plan is None else carry_out(self.runner, planned, scene)
 
     def _planned(self, attempt: Attempt, scene: Scene) -> Attempt:
         """Plan with a grasp of a kind that has not failed yet, else with another place of a kind that has."""
@@ -198,11 +198,11 @@ class _Trial:
                 return found
         return self.runner.planned(attempt, scene, in_vain)
 
-    def _note(self, job: TargetState, attempt: Attempt) -> None:
+    def _note(self, state: TargetState, attempt: Attempt) -> None:
         """Keep an attempt, and learn from it."""
-        self.attempts.append((job, attempt))
+        self.attempts.append((state, attempt))
         self.after_attempt()
-        self.open[job.index] = job
+        self.open[state.index] = state
         if attempt.plan is None:
             return
         # An early contact says that the item was seen wrongly, and nothing of the grasp.
@@ -213,72 +213,46 @@ class _Trial:
         if attempt.execution is None:
             return
         if not attempt.is_aside:
-            self.experience.note(job.target, attempt.outcome.is_delivered)
+            self.experience.note(state.target, attempt.outcome.is_delivered)
             self.delivered |= {attempt.item} if attempt.outcome.is_delivered else set()
-            self.open[job.index] = job.timed(attempt.plan.trajectory.duration)
+            self.open[state.index] = state.timed(attempt.plan.trajectory.duration)
         # Whatever it came to, where it reached into and where it went something may lie otherwise now.
         touched = {attempt.out_of, attempt.into, attempt.seen_in}
         for index, other in self.open.items():
             if touched & {placed.location for placed in self._copies(self.runner.scene(), other)}:
                 self.open[index] = other.renewed()
 
-    def _clear(self, job: TargetState) -> None:
+    def _clear(self, state: TargetState) -> None:
         """Move one item aside that is in the way of a target."""
         scene = self.runner.scene()
-        self.open[job.index] = replace(job, clearings=job.clearings + 1)
-        placed = self._choose_copy(scene, job)
+        self.open[state.index] = replace(state, clearings=state.clearings + 1)
+        placed = self._choose_copy(scene, state)
         if placed is None:
             return
         wanted = Attempt(
-            job.target,
+            state.target,
             placed.id,
-            job.attempts,
+            state.attempts,
             self.runner.clock.now,
             Outcome.NO_PLAN,
             out_of=placed.location,
         )
         self.runner.say(wanted, "looking for what is in the way")
         wanted = self.runner.ranked(wanted, scene)
-        exclude = self.in_vain.get(placed.id, ())
-        is_reachable = False
-
-        def what_if(without: Scene) -> None:
-            nonlocal is_reachable
-            if not self.runner.has_time_to_plan:
-                raise NoPlanError("a pick without what is in its way", [])
-            self.runner.plan(without, wanted, exclude)
-            is_reachable = is_reachable or without is scene
-
-        known = self.refused.get(job.index)
+        clearing = Clearing(self.runner, wanted, scene, self.tools, self.in_vain.get(placed.id, ()))
+        known = self.refused.get(state.index)
         blamed = known[2] if known is not None and known[0] is scene and known[1] == placed.id else None
-        queue = [*in_the_way(what_if, scene, placed, job.clearings > 0, blamed)]
-        if is_reachable:  # seen anew since it was refused: it is to be picked by what is seen now
-            self.open[job.index] = replace(self.open[job.index], refusals=0)
+        clearing.blame(state.clearings > 0, blamed)
+        if clearing.is_reachable:  # seen anew since it was refused: it is to be picked by what is seen now
+            self.open[state.index] = replace(self.open[state.index], refusals=0)
             return
-        here = {p.id for p in scene.in_location(placed.location)} - {placed.id}
-
-        @cache
-        def others() -> tuple[str, ...]:  # costs a planning call: asked for when nothing blamed can be moved
-            return worth_moving(what_if, scene, placed, self.tools)
-
-        def promising() -> Iterator[str]:
-            yield from queue
-            yield from others()
-
-        asked = set[str]()
-        while self.runner.has_time_to_plan:
-            left = (name for name in promising() if name not in asked)
-            name = next((name for name in left if may_hold(self.tools, scene.find(name).item)), None)
-            if name is None:
-                return
-            asked.add(name)
+        while self.runner.has_time_to_plan and (name := clearing.next_item()) is not None:
             aside = self._moved_aside(replace(wanted, item=name, is_aside=True), scene)
-            self._note(self.open[job.index], aside)
+            self._note(self.open[state.index], aside)
             if aside.execution is not None:  # the scene has changed
-                self.open[job.index] = replace(self.open[job.index], cleared=job.cleared + 1)
+                self.open[state.index] = replace(self.open[state.index], cleared=state.cleared + 1)
                 return
-            # What cannot be moved either may itself lie under something that can.
-            queue += [name for name in aside.in_the_way if name in here]
+            clearing.also(aside.in_the_way)
 
     def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt:
         """An attempt to bring an item into another bin, or into the tote, where none takes it.
@@ -289,40 +263,40 @@ class _Trial:
         out = self._planned(replace(attempt, into=TOTE), scene)
         if out.plan is None:
             return out
-        targets = [job.target for job in self.open.values()]
+        targets = [state.target for state in self.open.values()]
         for into in destinations(scene, attempt.out_of, targets):
             if not self.runner.has_time_to_plan:
                 break
             moved = self._moved(replace(attempt, into=into), scene)
             if moved.plan is not None:
                 return moved
-        return self.runner.carried_out(out, scene)
+        return carry_out(self.runner, out, scene)
 
-    def _choose_copy(self, scene: Scene, job: TargetState) -> PlacedItem | None:
+    def _choose_copy(self, scene: Scene, state: TargetState) -> PlacedItem | None:
         """Of several copies of the target's bin the one nearest to a mouth; on a retry the next one.
 
         A copy counts for the bin in which it was at the start, wherever it has got to.
         """
-        copies = from_the_mouth(scene, self._copies(scene, job))
-        return copies[max(0, job.attempts - 1) % len(copies)] if copies else None
+        copies = from_the_mouth(scene, self._copies(scene, state))
+        return copies[max(0, state.attempts - 1) % len(copies)] if copies else None
 
-    def _copies(self, scene: Scene, job: TargetState) -> tuple[PlacedItem, ...]:
-        """What would fulfil a job, wherever but at its destination it is seen."""
+    def _copies(self, scene: Scene, state: TargetState) -> tuple[PlacedItem, ...]:
+        """What would fulfil a target, wherever but at its destination it is seen."""
         return tuple(
             placed
             for placed in scene.items
-            if placed.item.name == job.target.item
-            and self.homes.get(placed.id) == job.target.bin
-            and placed.location != job.target.into
+            if placed.item.name == state.target.item
+            and self.homes.get(placed.id) == state.target.bin
+            and placed.location != state.target.into
             and placed.id not in self.delivered
         )
 
     def _say(self, attempt: Attempt, doing: str) -> None:
-        n_done = len(self.jobs) - len(self.open)
+        n_done = len(self.targets) - len(self.open)
         what = f"{attempt.item} aside" if attempt.is_aside else attempt.target.item
         left = f"{self.runner.clock.left:.0f} s left on the trial's clock"
         told = f"{attempt.target.bin} {what}: {doing}, {left}"
-        self.on_progress(Progress(n_done, len(self.jobs), told))
+        self.on_progress(Progress(n_done, len(self.targets), told))
 
     def result(self) -> TrialResult:
         """Everything measured, with the score of where the items really are."""
@@ -341,17 +315,17 @@ class _Trial:
         points = score(self.order, final, self.bonus)
         return TrialResult(
             self.order, self.settings.seed, self.settings.noise, self.settings.reality,
-            tuple(self._target_result(job, points) for job in self.jobs), attempts, self.before, after,
+            tuple(self._target_result(state, points) for state in self.targets), attempts, self.before, after,
             final, points, arena.collisions, runner.clock.simulated, runner.clock.now, runner.stuck,
             runner.cut_short, disturbed_last,
         )  # fmt: skip
 
-    def _target_result(self, job: TargetState, score: Score) -> TargetResult:
-        own = tuple(attempt for j, attempt in self.attempts if j.index == job.index)
+    def _target_result(self, state: TargetState, score: Score) -> TargetResult:
+        own = tuple(attempt for j, attempt in self.attempts if j.index == state.index)
         picks = [attempt for attempt in own if not attempt.is_aside]
-        points = score.lines[job.index].points  # the lines of the targets come first, in their order
+        points = score.lines[state.index].points  # the lines of the targets come first, in their order
         if not picks:
-            return TargetResult(job.target, Outcome.NO_TIME, "the time was over", points, own)
+            return TargetResult(state.target, Outcome.NO_TIME, "the time was over", points, own)
         told = (a for a in reversed(picks) if a.outcome is not Outcome.NO_TIME or a.executions)
         last = next(told, picks[-1])
-        return TargetResult(job.target, last.outcome, last.reason, points, own)
+        return TargetResult(state.target, last.outcome, last.reason, points, own)

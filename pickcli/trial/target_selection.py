@@ -1,7 +1,7 @@
 """What to do next: whatever promises most points per second, as long as there is something new to try.
 
 Delft retried failed picks for ever, at the end, and moved away what hid a target. Here a chance is kept for
-every job: it starts from a prior, falls with every attempt in vain, and learns from what happened to the same
+every target: it starts from a prior, falls with every attempt in vain, and learns from what happened to that
 item and in the same bin. What failed is tried again only where something about it is new: another grasp, a
 scene that has changed, or another look at one that has not.
 """
@@ -46,7 +46,7 @@ class Move(StrEnum):
 
 @dataclass(frozen=True)
 class TargetState:
-    """One target and what is known of it. A job is replaced, never changed.
+    """One target and what is known of it. It is replaced, never changed.
 
     Attributes:
         index: Place in the work order, which breaks ties.
@@ -76,7 +76,7 @@ class TargetState:
         """Count one more attempt.
 
         Returns:
-            The job after it.
+            The target after it.
         """
         return replace(self, attempts=self.attempts + 1)
 
@@ -87,7 +87,7 @@ class TargetState:
             seconds: Duration of the plan, s.
 
         Returns:
-            The job with it.
+            The target with it.
         """
         return replace(self, seconds=seconds)
 
@@ -95,7 +95,7 @@ class TargetState:
         """Count one more motion in vain.
 
         Returns:
-            The job after it.
+            The target after it.
         """
         return replace(self, failures=self.failures + 1)
 
@@ -103,7 +103,7 @@ class TargetState:
         """Count one more look that led to no plan.
 
         Returns:
-            The job after it.
+            The target after it.
         """
         return replace(self, refusals=self.refusals + 1)
 
@@ -111,7 +111,7 @@ class TargetState:
         """Forget the looks at a scene that has changed where it matters.
 
         Returns:
-            The job in the new scene.
+            The target in the new scene.
         """
         return replace(self, refusals=0, clearings=0)
 
@@ -171,40 +171,40 @@ class Option:
     """One thing that could be done next.
 
     Attributes:
-        job: The target that it is done for.
+        state: The target that it is done for.
         move: What is done.
         rate: Expected points per second.
     """
 
-    job: TargetState
+    state: TargetState
     move: Move
     rate: float
 
 
-def options(jobs: Iterable[TargetState], experience: Experience, may_clear: bool) -> Iterator[Option]:
-    """List all that is worth trying for the open jobs.
+def options(targets: Iterable[TargetState], experience: Experience, may_clear: bool) -> Iterator[Option]:
+    """List all that is worth trying for the open targets.
 
     Args:
-        jobs: The open jobs.
+        targets: The open targets.
         experience: What went well and ill so far.
         may_clear: Whether items may be moved aside.
 
     Yields:
         What could be done next.
     """
-    jobs = tuple(jobs)
-    waiting = {job.target.bin for job in jobs}
-    for job in jobs:
-        chance = experience.chance(job.target) * RETRY_CHANCE**job.failures if job.can_hold else 0.0
-        if job.target.into in waiting:
+    targets = tuple(targets)
+    waiting = {state.target.bin for state in targets}
+    for state in targets:
+        chance = experience.chance(state.target) * RETRY_CHANCE**state.failures if state.can_hold else 0.0
+        if state.target.into in waiting:
             chance *= HIDING
-        if job.can_pick:
-            seen = AGAIN_CHANCE**job.refusals
-            yield Option(job, Move.PICK, chance * seen * job.points / (job.seconds + PLANNING_CHARGE))
-        if may_clear and job.can_clear:
-            seconds = 2 * job.seconds + CLEAR_CALLS * PLANNING_CHARGE
-            left = CLEAR_CHANCE ** (1 + job.cleared + job.clearings)
-            yield Option(job, Move.CLEAR, chance * left * job.points / seconds)
+        if state.can_pick:
+            seen = AGAIN_CHANCE**state.refusals
+            yield Option(state, Move.PICK, chance * seen * state.points / (state.seconds + PLANNING_CHARGE))
+        if may_clear and state.can_clear:
+            seconds = 2 * state.seconds + CLEAR_CALLS * PLANNING_CHARGE
+            left = CLEAR_CHANCE ** (1 + state.cleared + state.clearings)
+            yield Option(state, Move.CLEAR, chance * left * state.points / seconds)
 
 
 def best_option(found: Iterable[Option]) -> Option | None:
@@ -216,7 +216,7 @@ def best_option(found: Iterable[Option]) -> Option | None:
     Returns:
         The option, None if there is none.
     """
-    return max(found, key=lambda o: (o.rate, -o.job.index, o.move is Move.PICK), default=None)
+    return max(found, key=lambda o: (o.rate, -o.state.index, o.move is Move.PICK), default=None)
 
 
 def time_limit(order: Order) -> float:
@@ -243,10 +243,10 @@ def may_move_others(order: Order) -> bool:
     return order.kind is OrderKind.PICK and order.year != 2015
 
 
-def jobs_of(
+def target_states(
     order: Order, cell: Cell, bonus: Mapping[str, int], tools: Sequence[Tool]
 ) -> tuple[TargetState, ...]:
-    """Make one job per line of a pick order.
+    """Make one target per line of a pick order.
 
     Args:
         order: The order.
@@ -255,16 +255,16 @@ def jobs_of(
         tools: Of every arm.
 
     Returns:
-        The jobs, in the order of the lines.
+        The targets, in the order of the lines.
     """
-    jobs = []
+    states = []
     for index, target in enumerate(order.work_order):
         item = cell.item(target.item, order.year)
         points = target_points(order, target.bin, target.item, bonus)
         # Only the second half of a pick carries the item; slow items stretch that half.
         seconds = PICK_SECONDS / 2 * (1.0 + 1.0 / item.speed_scale)
-        jobs.append(TargetState(index, target, points, seconds, can_hold=may_hold(tools, item)))
-    return tuple(jobs)
+        states.append(TargetState(index, target, points, seconds, can_hold=may_hold(tools, item)))
+    return tuple(states)
 
 
 @dataclass(frozen=True)

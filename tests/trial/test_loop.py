@@ -176,7 +176,7 @@ def test_a_target_is_tried_anew_when_something_changed_where_it_lies_now(cell: C
     trial.homes = {placed.id: placed.location for placed in fake.scene.items}
     fake.put("scotch_duct_tape", "bin_C")
     trial.runner.look()
-    tape, bottle = trial.jobs[1], trial.jobs[2]
+    tape, bottle = trial.targets[1], trial.targets[2]
 
     def refusals_after(bin_name: str) -> int:
         trial.open[tape.index] = tape.refused()

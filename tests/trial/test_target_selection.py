@@ -24,7 +24,7 @@ from pickcli.trial.target_selection import (
 JOB = TargetState(0, Target("bin_A", "crayola_24_ct"), 10, 12.0)
 TARGETS = [Target(f"bin_{b}", item) for b in "ABC" for item in ("crayola_24_ct", "jane_eyre_dvd")]
 
-jobs = st.builds(
+targets = st.builds(
     TargetState,
     index=st.integers(0, 20),
     target=st.sampled_from(TARGETS),
@@ -44,10 +44,10 @@ def chosen(
 ) -> TargetState:
     best = best_option(options(candidates, experience or Experience(), may_clear))
     assert best is not None
-    return best.job
+    return best.state
 
 
-@given(st.lists(jobs, min_size=1, max_size=8, unique_by=lambda job: job.index), st.booleans())
+@given(st.lists(targets, min_size=1, max_size=8, unique_by=lambda state: state.index), st.booleans())
 def test_nothing_beats_what_is_chosen_in_whatever_order_it_is_asked(
     candidates: list[TargetState], may: bool
 ) -> None:
@@ -79,15 +79,15 @@ def test_what_happened_to_the_same_item_or_in_the_same_bin_counts() -> None:
     assert chosen(other, same_item, experience=experience) is same_item
 
 
-@given(jobs)
-def test_every_job_comes_to_an_end_of_options(job: TargetState) -> None:
+@given(targets)
+def test_every_job_comes_to_an_end_of_options(state: TargetState) -> None:
     """Whatever is tried in vain in a scene that does not change, in the end nothing is left."""
     for _ in range(MOST_FAILURES + MOST_REFUSALS + MOST_CLEARINGS + 20):
-        best = best_option(options([job], Experience(), True))
+        best = best_option(options([state], Experience(), True))
         if best is None:
             return
-        clearings = job.clearings + (best.move is Move.CLEAR)
-        job = replace(job.tried().refused() if best.move is Move.PICK else job, clearings=clearings)
+        clearings = state.clearings + (best.move is Move.CLEAR)
+        state = replace(state.tried().refused() if best.move is Move.PICK else state, clearings=clearings)
     pytest.fail("options without end")
 
 

@@ -1,0 +1,77 @@
+"""A planned attempt is verified, executed, and looked at: what became of it. See docs/recovery.md."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pickcli.scene.scene import TOTE, Scene
+from pickcli.simulation.places import OUTSIDE
+from pickcli.trial.arm_turns import hand_over
+from pickcli.trial.attempt_runner import AttemptRunner
+from pickcli.trial.recovery_levels import recover
+from pickcli.trial.score import HELD
+from pickcli.trial.trial_interfaces import ExecutionResult
+from pickcli.trial.trial_result import Attempt, Outcome
+
+
+def carry_out(runner: AttemptRunner, attempt: Attempt, scene: Scene) -> Attempt:
+    """Verify and execute a planned attempt: nothing uncertified is executed.
+
+    Args:
+        runner: Who plays; its clock goes on.
+        attempt: The attempt with its plan.
+        scene: The scene that it was planned in.
+
+    Returns:
+        The attempt with its execution, or as rejected.
+    """
+    verified = runner.verified(attempt, scene)
+    if verified.outcome is Outcome.REJECTED:
+        return verified
+    assert verified.plan is not None
+    if verified.plan.arm != runner.arm:
+        verified = hand_over(runner, verified)
+    return verified if verified.plan is None else _executed(runner, verified)
+
+
+def _executed(runner: AttemptRunner, attempt: Attempt) -> Attempt:
+    assert attempt.plan is not None
+    if not runner.has_time_for(attempt.plan, afterwards=runner.settings.reality.look_time):
+        duration = attempt.plan.trajectory.duration
+        reason = f"the motion takes {duration:.1f} s and a look, {runner.clock.left:.1f} s are left"
+        return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
+    runner.say(attempt, "moving")
+    before = runner.scene()
+    execution = runner.execute(attempt.plan)
+    attempt = replace(attempt, execution=execution)
+    if execution.stopped or runner.interfaces.arena.is_holding():
+        runner.say(attempt, "recovering")
+        attempt = replace(attempt, recovery=recover(runner, attempt, before))
+    return _judged(runner, attempt, execution)
+
+
+def _judged(runner: AttemptRunner, attempt: Attempt, execution: ExecutionResult) -> Attempt:
+    """What the robot believes of the attempt, by a look; the stop and the sensor say why."""
+    seen = {placed.id: placed.location for placed in runner.scene().items}
+    attempt = replace(attempt, truly_in=_true_place(runner, attempt.item))
+    if not runner.has_seen:
+        reason = f"{execution.stopped or 'it was moved'}; the time was over before a look"
+        return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
+    attempt = replace(attempt, seen_in=seen.get(attempt.item, ""))
+    if attempt.seen_in == attempt.into:
+        there = Outcome.IN_TOTE if attempt.into == TOTE else Outcome.DELIVERED
+        return replace(attempt, outcome=Outcome.MOVED if attempt.is_aside else there)
+    where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"
+    missed = f"never reached: {', '.join(execution.missed)}" if execution.missed else ""
+    cause = execution.stopped or missed or "it was let go"
+    if not execution.has_item and attempt.seen_in == attempt.out_of:
+        return replace(attempt, outcome=Outcome.NOT_PICKED, reason=f"{cause}; {where}")
+    return replace(attempt, outcome=Outcome.LOST, reason=f"{cause}; {where}")
+
+
+def _true_place(runner: AttemptRunner, item: str) -> str:
+    """Where an item really is: for the record alone."""
+    arena = runner.interfaces.arena
+    if arena.held == item:
+        return HELD
+    return next((p.location for p in arena.now().items if p.id == item), OUTSIDE)
