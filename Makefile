@@ -8,10 +8,11 @@ CASES ?= 20000
 KERNEL_SOURCES := pickcli/kernel/CMakeLists.txt $(shell find pickcli/kernel/src -type f)
 
 PEERS := .venv-peers
+VENDOR := pickcli/page/vendor
 LOCKER := .venv-lock
 INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-.PHONY: run test check check-kernel stubs docs coverage fuzz mutants bench bench-peers install lock format clean
+.PHONY: run test check check-kernel stubs docs coverage fuzz mutants bench bench-peers install lock three format clean
 
 install: $(VENV)/.installed
 
@@ -81,6 +82,14 @@ lock: $(LOCKER)/bin/uv
 $(LOCKER)/bin/uv:
 	$(PYTHON) -m venv $(LOCKER)
 	$(LOCKER)/bin/python -m pip install --quiet --disable-pip-version-check uv
+
+# three.js for the pages, bundled anew from the pinned packages of the npm registry. Same pins, same bytes: a test
+# compares their hash with the one in three.json.
+three:
+	rm -rf build/three && mkdir -p build/three && cp $(VENDOR)/package.json $(VENDOR)/package-lock.json $(VENDOR)/three_parts.js build/three/
+	cd build/three && npm ci --silent --no-audit --no-fund && npm run --silent build
+	cp build/three/three.min.js $(VENDOR)/three.min.js && cp build/three/node_modules/three/LICENSE $(VENDOR)/LICENSE
+	sha256sum $(VENDOR)/three.min.js
 
 format: install
 	$(BIN)/ruff format .

@@ -6,7 +6,7 @@ Read in this order:
 - A new cell: `init`, `suggest_mount`, `suggest_configurations`.
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
 - Online: `make_order`, `make_scene`, `plan_move`, `verify`, `execute`, `export` and `run_trial`.
-- What is in a file, and whether it is right: `inspect` and `check`.
+- What is in a file, and whether it is right: `inspect`, `show` and `check`.
 - Options that commands share: `options` with `option_types`; `arm_options`, `scene_options`, `build_options`
   and `pod_shift`; `logs` has --verbose and --debug.
 - Work that commands share: `planner` and `experience_session` for queries, `building` for builds,

@@ -208,10 +208,10 @@ def _reach_table(found: CellCheck) -> list[str]:
 
 
 def _draw(found: CellCheck, picture: Path, overwrite: bool) -> None:
-    from pickcli.drawing.draw import write_picture
     from pickcli.drawing.place_picture import reach_picture
+    from pickcli.page.picture_page import write_drawing
 
-    write_picture(reach_picture(found.cell, found.reaches), picture, overwrite)
+    write_drawing(reach_picture(found.cell, found.reaches), found.cell, picture, overwrite)
 
 
 def _checked_scene(path: Path, options: CheckOptions) -> dict[str, Any]:

@@ -29,8 +29,6 @@ from pickcli.commands.table import told_width
 if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
 
-HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, and the last
-
 
 @click.command("inspect", cls=Command)
 @click.argument("path", metavar="FILE", type=PATH)
@@ -96,8 +94,9 @@ def _draw(
     """Draw what was described. Raises InputError for what is no cell, roadmap or database."""
     from pickcli.cell.cell_file import load_workcell
     from pickcli.drawing.cell_picture import cell_picture
-    from pickcli.drawing.draw import cell_of, draw, write_picture
+    from pickcli.drawing.draw import cell_of, picture_of
     from pickcli.errors import InputError
+    from pickcli.page.picture_page import write_drawing
 
     if summary["format"] == "apc cell":
         workcell = load_workcell(path)
@@ -106,10 +105,10 @@ def _draw(
             raise InputError(
                 f"{path}: --plot draws the arm in a named configuration, the cell has none; add one"
             )
-        write_picture(cell_picture(cell), plot, overwrite)
+        write_drawing(cell_picture(cell), cell, plot, overwrite)
     elif summary["format"] in ("roadmap", "trajectory database"):
         cell = cell_of(summary["cell_fingerprint"]) if cell_name is None else open_cell(cell_name, arms)
-        draw(path, plot, cell, overwrite)
+        write_drawing(picture_of(path, cell), cell, plot, overwrite)
     else:
         raise InputError(
             f"{path}: --plot draws a cell, roadmap or trajectory database, this is: {summary['format']}"
@@ -120,22 +119,13 @@ def _draw(
 def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any]:
     """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
     from pickcli.errors import InputError
-    from pickcli.files.bounded_reading import refuse_special_file
-    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE, kind_of, refuse_utf_16
+    from pickcli.files.bounded_reading import read_kind
+    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE
 
     refuse_missing(path, (".h5", ".json"))
     if path.is_dir() or not path.exists():
         return cell_summary(path, arms)
-    try:
-        refuse_special_file(path)
-        with path.open("rb") as file:
-            head = file.read(HEAD)
-            file.seek(max(file.tell(), path.stat().st_size - HEAD))
-            head += file.read()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    refuse_utf_16(path, head)
-    kind = kind_of(head) or (CELL if path.suffix == ".yaml" else None)
+    kind = read_kind(path)
     if kind == SCENE:
         return _scene(path, cell_name, arms)
     if kind == CELL:

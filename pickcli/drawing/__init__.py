@@ -1,5 +1,5 @@
-"""Pictures of cells and of what is stored for them, as an image or a page to turn about.
+"""Pictures of cells and of what is stored for them, as an image; pages show them in 3-D.
 
 Read `draw`, then `picture` and `scenery`, of which all pictures are made: `cell_picture`, `place_picture` and
-those of what is `stored`; `png` and `html` write them.
+those of what is `stored`; `png` writes them.
 """

@@ -29,43 +29,20 @@ def refuse_suffix(output: Path) -> None:
         raise InputError(f"{output}: a picture is written as {' or '.join(SUFFIXES)}; name such a file")
 
 
-def draw(stored: Path, output: Path, cell: Cell, replace: bool = True) -> None:
-    """Draw a roadmap or database of a cell as a PNG or an HTML page.
-
-    Args:
-        stored: File of the roadmap or database.
-        output: The picture's file; its suffix says which kind.
-        cell: The cell that the file was made for.
-        replace: Whether a file that exists may be replaced.
-
-    Raises:
-        StaleError: If the file was made for another cell.
-        InputError: If the suffix is another, or a file cannot be read or written.
-    """
-    write_picture(picture_of(stored, cell), output, replace)
-
-
-def write_picture(picture: Picture, output: Path, replace: bool = True) -> None:
-    """Write a picture as a PNG or an HTML page.
+def write_png(picture: Picture, output: Path, replace: bool = True) -> None:
+    """Write a picture as a PNG.
 
     Args:
         picture: The picture.
-        output: The picture's file; its suffix says which kind.
+        output: The picture's file.
         replace: Whether a file that exists may be replaced.
 
     Raises:
-        InputError: If the suffix is another, or the file cannot be written.
+        InputError: If the file cannot be written.
     """
-    refuse_suffix(output)
-    # Each of them is heavy, and only one is needed.
-    if output.suffix.lower() == ".png":
-        from pickcli.drawing.png import png_bytes
+    from pickcli.drawing.png import png_bytes  # slow to import
 
-        write_bytes(output, png_bytes(picture), replace)
-    else:
-        from pickcli.drawing.html import html_bytes
-
-        write_bytes(output, html_bytes(picture), replace)
+    write_bytes(output, png_bytes(picture), replace)
 
 
 def picture_of(stored: Path, cell: Cell) -> Picture:
@@ -77,6 +54,10 @@ def picture_of(stored: Path, cell: Cell) -> Picture:
 
     Returns:
         The picture.
+
+    Raises:
+        StaleError: If the file was made for another cell.
+        InputError: If it cannot be read.
     """
     if kind_of(stored) is ROADMAP:
         return roadmap_picture(cell, read_roadmap(stored, cell), read_gaps(stored))

@@ -45,13 +45,6 @@ class DrawnSolid:
     faces: NDArray[np.intp]
     ink: Colour
 
-    @property
-    def triangles(self) -> NDArray[np.intp]:
-        """The faces as triangles (T, 3)."""
-        if self.faces.shape[1] == 3:
-            return self.faces
-        return np.concatenate([self.faces[:, [0, 1, 2]], self.faces[:, [0, 2, 3]]])
-
 
 @dataclass(frozen=True, eq=False)
 class DrawnLine:

@@ -7,9 +7,11 @@ import stat
 from pathlib import Path
 
 from pickcli.errors import InputError
-from pickcli.files.file_kind import FileKind, refuse_other_kind
+from pickcli.files.file_kind import CELL, FileKind, kind_of, refuse_other_kind, refuse_utf_16
 
 _log = logging.getLogger(__name__)
+
+_ENDS = 4096  # bytes, the first in which a JSON file of ours names its format, and the last
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -77,6 +79,30 @@ def read_text(
         return content.decode("utf-8-sig")  # some editors begin a file with a mark
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
+
+
+def read_kind(path: Path) -> FileKind | None:
+    """Tell the kind that a file says to be, by its beginning and its end.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The kind; None where the file says nothing. A YAML file that says nothing counts as a cell.
+
+    Raises:
+        InputError: It cannot be read, is no regular file, or a text in UTF-16.
+    """
+    try:
+        refuse_special_file(path)
+        with path.open("rb") as file:
+            head = file.read(_ENDS)
+            file.seek(max(file.tell(), path.stat().st_size - _ENDS))
+            head += file.read()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    refuse_utf_16(path, head)
+    return kind_of(head) or (CELL if path.suffix == ".yaml" else None)
 
 
 def refuse_special_file(path: Path, what_to_do: str = "name a file") -> None:

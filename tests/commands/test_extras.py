@@ -16,7 +16,7 @@ sys.modules.update(dict.fromkeys(sys.argv.pop(1).split(",")))  # None: importing
 from pickcli.commands.main import main
 main()
 """
-NONE = "pybullet,ompl,matplotlib,plotly,distributed,xacro,mcap,mcap_ros2"
+NONE = "pybullet,ompl,matplotlib,distributed,xacro,mcap,mcap_ros2"
 
 
 def without(packages: str, *argv: object) -> subprocess.CompletedProcess[str]:
@@ -30,7 +30,6 @@ def without(packages: str, *argv: object) -> subprocess.CompletedProcess[str]:
         ("pybullet", "sim", ("make-scene", "jsk_pick_sample", "-o", "x.json")),
         ("pybullet", "sim", ("run-trial", "jsk_pick_sample", "-o", "x")),
         ("matplotlib", "view", ("inspect", "apc2016_delft", "--plot", "x.png")),
-        ("plotly", "view", ("inspect", "apc2016_delft", "--plot", "x.html")),
         ("ompl", "plan-offline", ("build-roadmap", "-o", "x.h5", "--jobs", "1")),
     ],
 )
@@ -60,3 +59,5 @@ def test_moves_are_planned_and_verified_without_any_extra(tmp_path: Path) -> Non
     assert "needs mcap; install it with: pip install 'apc-pick[export]'" in refused.stderr
     recorded = without(NONE.replace(",mcap,mcap_ros2", ""), *to, "mcap", "-o", tmp_path / "x.mcap")
     assert recorded.returncode == 0, recorded.stderr
+    shown = without(NONE, "show", move, "--cell", cell, "-o", tmp_path / "move.html")
+    assert shown.returncode == 0, shown.stderr

@@ -1,0 +1,126 @@
+"""``apc show``: one HTML file in which a file of ours is seen in 3-D, without a network."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
+from pickcli.commands.command import Command, emit_json
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
+from pickcli.commands.options import (
+    items_option,
+    json_option,
+    output_option,
+    refuse_missing,
+    refuse_output,
+)
+from pickcli.commands.scene_options import open_scene, scene_or_empty
+from pickcli.errors import InputError
+
+if TYPE_CHECKING:
+    from pickcli.page.page_document import PageDocument
+
+
+@click.command("show", cls=Command)
+@click.argument("path", metavar="WHAT", type=PATH)
+@click.option("--scene", "scene_path", type=PATH, metavar="FILE",
+              help="Of a plan its scene.  [default: --cell with nothing in it]")  # fmt: skip
+@click.option("--cell", "cell_name", metavar="NAME|DIR",
+              help="The cell of what is shown.  [default: the one under data/cells]")  # fmt: skip
+@items_option
+@arm_option("the preferred one, or that of the plan")
+@standing_option
+@output_option("page, an .html file")
+@json_option
+def command(
+    path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None, arm: str | None,
+    standing: tuple[str, ...], output: Path, overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Make a page to watch a cell, scene, plan, roadmap or database in 3-D.
+
+    The page is one file that needs no network. Motions are replayed in it: with the segments and devices, the
+    joints' velocity, acceleration and jerk against their limits, and the clearance along the path. What the
+    verifier has against a plan is drawn where it is. WHAT may also be a cell's folder or name.
+
+    \b
+    Example:
+      apc show plan.json --scene scene.json -o plan.html
+      apc show scene.json -o scene.html
+      apc show apc2016_delft -o cell.html
+      apc show roadmap.h5 -o roadmap.html
+    """
+    from pickcli.files.atomic_write import write_bytes
+    from pickcli.page.html_page import page_bytes
+
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{output}: a page is written as .html; name such a file")
+    refuse_output(output, overwrite, path, scene_path, cell_name, items_path)
+    document = _document(path, scene_path, cell_name, ArmRequest(arm, standing, items=items_path))
+    with stage("writing of the page"):
+        content = page_bytes(document)
+        write_bytes(output, content, overwrite)
+    if as_json:
+        emit_json({"path": str(output), "kind": document.kind, "bytes": len(content)})
+    else:
+        click.echo(f"wrote {output}: {document.kind}, {len(content) / 1e6:.2f} MB")
+
+
+def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+    """The page of whatever a file is. Raises InputError for what cannot be shown."""
+    from pickcli.files.bounded_reading import read_kind
+    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE
+
+    refuse_missing(path, (".h5", ".json"))
+    kind = read_kind(path) if path.is_file() else CELL
+    if kind is not PLAN and scene_path is not None:
+        raise click.UsageError("--scene is of use for a plan only; leave it out")
+    if kind is PLAN:
+        return _plan(path, scene_path, cell_name, arms)
+    if kind is STORE:
+        return _stored(path, cell_name, arms)
+    if kind is SCENE:
+        from pickcli.page.scene_page import scene_page
+
+        return scene_page(open_scene(path, cell_name, arms))
+    if kind is CELL:
+        return _cell(path, arms)
+    found = "is no file of ours" if kind is None else f"is {kind.name}"
+    raise InputError(f"{path}: {found}, but a roadmap, trajectory database, plan, scene or cell is shown")
+
+
+def _plan(path: Path, scene_path: Path | None, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+    from pickcli.errors import StaleError
+    from pickcli.motion.plan_file import read_plan
+    from pickcli.page.plan_page import plan_page
+
+    plan = read_plan(path)
+    request = ArmRequest.of_plan(plan, arms.standing, arms.items)
+    scene = scene_or_empty(scene_path, cell_name, request)
+    try:
+        with stage("verification"):
+            return plan_page(plan, scene)
+    except StaleError as error:
+        raise StaleError(f"{path} in {scene_path or cell_name}: {error}") from None
+
+
+def _stored(path: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+    from pickcli.drawing.draw import cell_of, picture_of
+    from pickcli.page.picture_page import picture_page
+    from pickcli.roadmap.store import describe
+
+    told = describe(path)
+    cell = cell_of(told["cell_fingerprint"]) if cell_name is None else open_cell(cell_name, arms)
+    return picture_page(picture_of(path, cell), cell, str(told["format"]))
+
+
+def _cell(path: Path, arms: ArmRequest) -> PageDocument:
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.page.scene_page import cell_page
+
+    workcell = load_workcell(path, arms.items)
+    is_any = arms.arm is None and not arms.standing
+    return cell_page(workcell.preferred if is_any else arms.cell_of(workcell))

@@ -1,0 +1,78 @@
+"""Reasons of failures as marks: the bodies they name, how deep, when, and which grasp was refused."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable
+
+from pickcli.errors import Reason
+from pickcli.page.page_motion import Approach, Mark
+from pickcli.page.page_scene import Tone
+from pickcli.scene.scene import Scene
+
+MOST = 24  # marks of one failure
+
+_WHEN = re.compile(r"\bat (\d+\.\d+) s\b")
+_DEEP = re.compile(r"(\d+(?:\.\d+)?) mm deep")
+_GRASP = re.compile(r"\b(frontal|top-down|side) grasp on face ([+-][xyz]|mantle|sphere)")
+_WORD = re.compile(r"[\w#.-]+")
+
+
+def failure_marks(
+    reasons: Iterable[Reason], known: Collection[str], item: str = "", t: float | None = None
+) -> tuple[Mark, ...]:
+    """Marks for the reasons of one failure; those that differ only in figures are one.
+
+    Args:
+        reasons: The reasons, in their order.
+        known: Names of links, bodies and items that may be met.
+        item: Id of the item that was to be grasped, "" if none was.
+        t: When it failed, s; None to look for that in the reasons.
+
+    Returns:
+        The marks, those with a refused grasp or a body that was met first.
+    """
+    found: dict[tuple[object, ...], Mark] = {}
+    for reason in reasons:
+        mark = _mark(reason, known, item, t)
+        key = (mark.title, mark.names, mark.grasp)
+        before = found.get(key)
+        if before is None:
+            found[key] = mark
+        else:
+            deepest = max((m for m in (before, mark)), key=lambda m: m.depth or 0.0)
+            found[key] = Mark(**{**vars(deepest), "count": before.count + 1})
+    ranked = sorted(found.values(), key=lambda mark: mark.grasp is None and not mark.names)
+    return tuple(ranked[:MOST])
+
+
+def named_parts(scene: Scene) -> frozenset[str]:
+    """Everything in a scene that a reason may name.
+
+    Args:
+        scene: The scene.
+
+    Returns:
+        Names of links, bodies and items.
+    """
+    links = {link.name for link in scene.cell.robot.links}
+    bodies = {body.name for body, _ in scene.standing}
+    items = {placed.id for placed in scene.items}
+    return frozenset(links | bodies | items)
+
+
+def _mark(reason: Reason, known: Collection[str], item: str, t: float | None) -> Mark:
+    told = str(reason)
+    grasp, deep, when = (pattern.search(told) for pattern in (_GRASP, _DEEP, _WHEN))
+    words = [word.strip(".-") for word in _WORD.findall(reason.detail)]
+    names = [word for word in (*words, reason.in_the_way) if word in known]
+    depth = None if deep is None else round(float(deep[1]) / 1e3, 6)
+    return Mark(
+        title=reason.what,
+        detail=told,
+        t=float(when[1]) if when is not None else t,
+        tone=Tone.BAD,
+        names=tuple(dict.fromkeys(names)),
+        grasp=None if grasp is None or not item else Approach(item, grasp[2], grasp[1]),
+        depth=depth,
+    )

@@ -1,0 +1,296 @@
+"""What moves in a plan, as a page replays it: positions, held items, segments, devices and joint limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.robot import Robot
+from pickcli.cell.tool import MOVING, ToolState
+from pickcli.geometry import Array, inverse
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.event import Event
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.page.cell_parts import tool_positions
+from pickcli.page.packed_array import packed
+from pickcli.page.page_motion import Carried, Lane, PageMotion, Signal, Span
+from pickcli.page.page_scene import posed
+from pickcli.scene.scene import Scene
+
+RATE = 100.0  # Hz at which a motion is sampled: at 10 rad/s^2 it is off by 0.13 mrad in between
+MOST_SAMPLES = 6000  # of one motion, by which long ones are sampled more slowly
+TIME = 1e-4  # s that times are rounded to
+POSITION = 1e-5  # rad or m that joint positions are rounded to
+RATIO = 1e-3  # of a limit
+PER_BIN = 4  # samples of a signal between two that are kept: the largest of them is
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A motion as it is replayed.
+
+    Attributes:
+        times: (N,) s, ends of segments among them.
+        Q: (N, n) positions of the planned joints.
+        tool: (N, k) positions of the tool's joints.
+    """
+
+    times: Array
+    Q: Array
+    tool: Array
+
+    @property
+    def positions(self) -> Array:
+        """(N, n + k) rad or m of all joints that move."""
+        return np.hstack([self.Q, self.tool])
+
+
+def samples_of(plan: Plan, robot: Robot) -> Samples:
+    """Sample a plan.
+
+    Args:
+        plan: The plan.
+        robot: The robot that it is for.
+
+    Returns:
+        The samples.
+    """
+    duration = plan.trajectory.duration
+    n = min(int(np.ceil(duration * RATE)), MOST_SAMPLES)
+    ends = [t for segment in plan.segments for t in (segment.t_start, segment.t_end)]
+    times = np.unique(np.round(np.append(np.linspace(0.0, duration, n + 1), ends) / TIME)) * TIME
+    times = np.clip(times, 0.0, duration)
+    return Samples(times, plan.trajectory.sample(times), _tool_motion(plan, robot, times))
+
+
+def motion_part(samples: Samples, carried: Sequence[Carried]) -> PageMotion:
+    """The motion of a plan.
+
+    Args:
+        samples: Its samples.
+        carried: What is held meanwhile.
+
+    Returns:
+        The motion.
+    """
+    duration = float(samples.times[-1])
+    return PageMotion(
+        duration, packed(samples.times, TIME), packed(samples.positions, POSITION), tuple(carried)
+    )
+
+
+def carried_items(plan: Plan, scene: Scene) -> tuple[Carried, ...]:
+    """What a plan holds, and when.
+
+    Args:
+        plan: The plan.
+        scene: The scene that it was made in.
+
+    Returns:
+        The item from the end of the contact until it is let go; none for a move with an empty tool.
+    """
+    held = [segment for segment in plan.segments if segment.held is not None]
+    if not held:
+        return ()
+    item = held[0].held
+    assert item is not None
+    contact = next((s for s in plan.segments if s.kind is SegmentKind.CONTACT), None)
+    if contact is None:
+        T_tip_item = None if scene.held is None else scene.held.T_tip_item
+    else:
+        state = held[0].tool_state if contact.tool_state == MOVING else contact.tool_state
+        tip = Arm(scene.cell.robot).tip(plan.trajectory.sample(contact.t_end)[0], state)
+        T_tip_item = inverse(tip) @ scene.find(item).T_world_item
+    if T_tip_item is None:
+        return ()
+    return (Carried(item, held[0].t_start, held[-1].t_end, posed(T_tip_item)),)
+
+
+def segment_lane(segments: Sequence[Segment], name: str = "segments") -> Lane:
+    """The segments of a motion.
+
+    Args:
+        segments: The segments.
+        name: Heading.
+
+    Returns:
+        A lane.
+    """
+    return Lane(
+        name,
+        tuple(
+            Span(round(s.t_start, 4), round(s.t_end, 4), str(s.kind), str(s.kind), _told(s)) for s in segments
+        ),
+    )
+
+
+def device_lanes(events: Sequence[Event], cell: Cell, duration: float) -> tuple[Lane, ...]:
+    """What every device of a cell does over time, as far as a plan says.
+
+    Args:
+        events: Resolved events, in any order.
+        cell: The cell.
+        duration: s.
+
+    Returns:
+        A lane for each device that does something.
+    """
+    switched = [
+        (e.t_trigger, e.device, e.action, f"commanded at {e.t_trigger:.3f} s, full effect {e.lead:g} s later")
+        for e in events
+        if e.t_trigger is not None
+    ]
+    return switched_lanes(switched, cell, duration)
+
+
+def switched_lanes(
+    switched: Sequence[tuple[float, str, str, str]], cell: Cell, duration: float
+) -> tuple[Lane, ...]:  # fmt: skip
+    """What devices do over time, from when they were switched.
+
+    Args:
+        switched: (s, device, action, what is told of it) in any order.
+        cell: The cell.
+        duration: s.
+
+    Returns:
+        A lane for each device that does something; a sensor's answers and what is off have no colour.
+    """
+    lanes = []
+    for name, device in cell.devices.items():
+        own = sorted(each for each in switched if each[1] == name)
+        ends = [*(t for t, *_ in own[1:]), duration]
+        if not own:
+            continue
+        if device.kind is DeviceKind.SENSOR:
+            spans = [Span(round(t, 4), round(t, 4), action, "mark", told) for t, _, action, told in own]
+        else:
+            spans = [
+                Span(round(t, 4), round(end, 4), action, "off" if action == "off" else "on", told)
+                for (t, _, action, told), end in zip(own, ends, strict=True)
+            ]
+        lanes.append(Lane(name.replace("_", " "), tuple(spans)))
+    return tuple(lanes)
+
+
+def limit_signals(
+    trajectory: Trajectory, cell: Cell, times: Array, t_start: float = 0.0
+) -> tuple[Signal, ...]:
+    """Velocity, acceleration and jerk of every joint, as shares of their limits.
+
+    Between two samples the largest share counts, so that no peak is lost.
+
+    Args:
+        trajectory: The trajectory.
+        cell: Whose limits hold.
+        times: (N,) s of the trajectory that are told.
+        t_start: s on the page's clock at which the trajectory begins.
+
+    Returns:
+        Three signals.
+    """
+    return tuple(
+        limit_signal(derivative, shares_of_limit(trajectory, cell, times, derivative), cell, times + t_start)
+        for derivative in (1, 2, 3)
+    )
+
+
+def shares_of_limit(trajectory: Trajectory, cell: Cell, times: Array, derivative: int) -> Array:
+    """One derivative of a trajectory over its limits, at each time the largest until the next.
+
+    Args:
+        trajectory: The trajectory.
+        cell: Whose limits hold.
+        times: (N,) s.
+        derivative: 1 for velocity, 2 for acceleration, 3 for jerk.
+
+    Returns:
+        (N, n).
+    """
+    steps = np.arange(PER_BIN) / PER_BIN
+    fine = (times[:, None] + np.append(np.diff(times), 0.0)[:, None] * steps).ravel()
+    values = trajectory.sample(fine, derivative).reshape(len(times), PER_BIN, -1)
+    largest = np.abs(values).argmax(axis=1)
+    return np.take_along_axis(values, largest[:, None], axis=1)[:, 0] / limits_of(cell)[derivative - 1]
+
+
+def limit_signal(derivative: int, shares: Array, cell: Cell, times: Array) -> Signal:
+    """A derivative of the joints' positions as curves.
+
+    Args:
+        derivative: 1 for velocity, 2 for acceleration, 3 for jerk.
+        shares: (N, n) of the limits.
+        cell: Whose limits they are.
+        times: (N,) s on the page's clock.
+
+    Returns:
+        The signal.
+    """
+    name = ("velocity", "acceleration", "jerk")[derivative - 1]
+    suffix = ("/s", "/s²", "/s³")[derivative - 1]
+    return Signal(
+        name, "of the limit", packed(times, TIME), packed(shares, RATIO), cell.robot.joint_names,
+        tuple(limits_of(cell)[derivative - 1].tolist()), tuple(unit + suffix for unit in cell.robot.units),
+        -1.1, 1.1, 1.0,
+    )  # fmt: skip
+
+
+def limits_of(cell: Cell) -> tuple[Array, Array, Array]:
+    """Limits of velocity, acceleration and jerk under which a cell moves.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        (n,) each.
+    """
+    limits, scale = cell.robot.limits, cell.speed_scale
+    return limits.velocity * scale, limits.acceleration * scale, limits.jerk
+
+
+def _tool_motion(plan: Plan, robot: Robot, times: Array) -> Array:
+    """Positions (N, k) of the tool's joints, on their way from each command until its full effect."""
+    known = [(s.t_start, s.t_end, s.tool_state) for s in plan.segments if s.tool_state != MOVING]
+    first = known[0][2] if known else robot.tool.default_state
+    moving = [s for s in plan.segments if s.tool_state == MOVING]
+    state = first if not moving or moving[0].t_start > 0.0 else _state_before(plan, robot, first)
+    knots, values = [0.0], [tool_positions(robot, state)]
+    for segment in moving:
+        after = next((k[2] for k in known if k[0] >= segment.t_end - TIME), state)
+        began, lead = _switched_in(plan, segment)
+        knots += [began, began + lead]
+        values += [values[-1], tool_positions(robot, after)]
+    table = np.array(values)
+    columns = [np.interp(times, knots, column) for column in table.T]
+    return np.array(columns).reshape(table.shape[1], len(times)).T
+
+
+def _state_before(plan: Plan, robot: Robot, after: ToolState) -> ToolState:
+    """The state in which a tool begins that moves at once: of a tool with two states the other one."""
+    others = [state for state in robot.tool.states if state != after]
+    default = robot.tool.default_state
+    return default if default != after or not others else others[0]
+
+
+def _switched_in(plan: Plan, segment: Segment) -> tuple[float, float]:
+    """When the tool is told to move in a segment, and how long that takes."""
+    span = segment.t_end - segment.t_start
+    for event in plan.events:
+        t = event.t_trigger
+        is_other = event.action in ("on", "off", "read")
+        if t is not None and not is_other and segment.t_start - TIME <= t <= segment.t_end:
+            return t, event.lead
+    return segment.t_start, span
+
+
+def _told(segment: Segment) -> str:
+    parts = [f"{segment.t_end - segment.t_start:.2f} s, tool {segment.tool_state}"]
+    parts += [f"holds {segment.held}"] if segment.held else []
+    parts += [f"may touch {', '.join(segment.touching)}"] if segment.touching else []
+    return "; ".join(parts)

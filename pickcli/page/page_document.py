@@ -1,0 +1,140 @@
+"""All that a page shows, as one JSON document. docs/formats/page.md describes it for who reads a page.
+
+SI units. A pose is seven numbers: x, y, z in m and a unit quaternion x, y, z, w. Arrays over time are packed
+(``packed_array``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+from pickcli.page.page_motion import Chapter, Lane, Mark, PageMotion, PathClearance, Signal
+from pickcli.page.page_scene import (
+    Fact,
+    PageGroup,
+    PageItem,
+    PageLine,
+    PageNode,
+    PagePlace,
+    PageRobot,
+    Tone,
+)
+
+FORMAT, VERSION = "apc page", 1
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One row of a bar chart.
+
+    Attributes:
+        name: Heading.
+        counts: How many of each kind.
+    """
+
+    name: str
+    counts: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Stacked bars.
+
+    Attributes:
+        title: Heading.
+        kinds: Name and colour of each kind.
+        bars: Rows.
+    """
+
+    title: str
+    kinds: tuple[tuple[str, str], ...]
+    bars: tuple[Bar, ...]
+
+
+@dataclass(frozen=True)
+class PageTable:
+    """Rows of text.
+
+    Attributes:
+        title: Heading.
+        columns: Headings of the columns.
+        rows: Cells.
+        tones: Of each row.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    tones: tuple[Tone, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class PageDocument:
+    """A page.
+
+    Attributes:
+        kind: "cell", "scene", "plan", "roadmap", "trajectory database", "trial" or "trials".
+        title: Heading.
+        subtitle: Under it.
+        facts: Rows of the panel.
+        robot: The robot; None in a page without a cell.
+        groups: What stands.
+        items: Items at the start.
+        places: What can be looked into.
+        nodes: Named points.
+        lines: Paths without time.
+        legend: Name and colour of the kinds of lines.
+        motion: What moves; None where nothing does.
+        lanes: Segments and devices.
+        signals: Curves.
+        clearance: Along the path; None where that is not known.
+        marks: What went wrong.
+        chapters: Attempts.
+        charts: Bars.
+        tables: Text.
+        focus: Point in the world that the view begins with; empty for the middle of everything.
+    """
+
+    kind: str
+    title: str
+    subtitle: str
+    facts: tuple[Fact, ...] = ()
+    robot: PageRobot | None = None
+    groups: tuple[PageGroup, ...] = ()
+    items: tuple[PageItem, ...] = ()
+    places: tuple[PagePlace, ...] = ()
+    nodes: tuple[PageNode, ...] = ()
+    lines: tuple[PageLine, ...] = ()
+    legend: tuple[tuple[str, str], ...] = ()
+    motion: PageMotion | None = None
+    lanes: tuple[Lane, ...] = ()
+    signals: tuple[Signal, ...] = ()
+    clearance: PathClearance | None = None
+    marks: tuple[Mark, ...] = ()
+    chapters: tuple[Chapter, ...] = ()
+    charts: tuple[Chart, ...] = ()
+    tables: tuple[PageTable, ...] = ()
+    focus: tuple[float, ...] = ()
+
+
+def document_values(document: PageDocument) -> dict[str, Any]:
+    """The document as JSON values.
+
+    Args:
+        document: The document.
+
+    Returns:
+        Values by name, with ``format`` and ``version``.
+    """
+    return {"format": FORMAT, "version": VERSION, **_plain(document)}
+
+
+def _plain(value: Any) -> Any:
+    """Dataclasses as mappings, without what is empty."""
+    if is_dataclass(value) and not isinstance(value, type):
+        told = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        return {name: each for name, each in told.items() if each is not None and each not in ("", [])}
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    return value

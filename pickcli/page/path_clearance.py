@@ -1,0 +1,143 @@
+"""How near the robot of a motion comes to what it may not touch, by the planner's collision model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.tool import ToolState
+from pickcli.collision.allowed_contacts import AllowedContacts
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.kernel_validator import Contact
+from pickcli.collision.robot_model import CollisionModel, KernelRobot
+from pickcli.geometry import Array, from_quaternion, pose
+from pickcli.motion.segment import Segment
+from pickcli.page.motion_parts import TIME
+from pickcli.page.packed_array import packed
+from pickcli.page.page_motion import Carried, PathClearance
+from pickcli.scene.scene import Scene
+
+MOST = 0.15  # m, beyond which nothing is measured
+CLEARANCE = 1e-4  # m that distances are rounded to
+MOST_STEADY = 5  # times that pairs are left out
+LONG = 0.15  # of a motion
+STEADY = 0.01  # m
+
+
+def path_clearance(
+    scene: Scene, segments: Sequence[Segment], times: Array, Q: Array, carried: Sequence[Carried]
+) -> PathClearance:
+    """The distance to the nearest solid that is no planned contact, over time.
+
+    Args:
+        scene: The scene.
+        segments: What is held and may be touched when.
+        times: (N,) s.
+        Q: (N, n) configurations.
+        carried: How what is held hangs in the tool.
+
+    Returns:
+        The clearance, from below: links count as their spheres. A link that is as near to one solid for
+        long, and never nearer, would hide all else: such pairs are left out, and told.
+    """
+    model = _WithoutSelf(scene.cell)
+    steady: dict[tuple[str, str], float] = {}
+    for _ in range(MOST_STEADY):
+        contacts = _nearest(model, scene, segments, times, Q, carried, frozenset(steady))
+        if not (found := _steady(contacts)):
+            break
+        steady |= found
+    names = tuple(sorted({str(contact) for contact in contacts if contact.b}))
+    index = {name: i for i, name in enumerate(names)}
+    numbers = np.array([index.get(str(contact), -1) for contact in contacts], dtype=float)
+    values = np.array([min(contact.distance, MOST) for contact in contacts])
+    return PathClearance(
+        packed(times, TIME), packed(values, CLEARANCE), packed(numbers, 1.0), names,
+        scene.cell.clearance, MOST,
+        tuple(f"{a} against {b}: {1e3 * distance:.0f} mm" for (a, b), distance in steady.items()),
+    )  # fmt: skip
+
+
+class _WithoutSelf(CollisionModel):
+    """The robot's links, each tested against all that stands and lies, and not against each other."""
+
+    def __init__(self, cell: Cell) -> None:
+        super().__init__(cell)
+        self._alone: dict[ToolState, KernelRobot] = {}
+
+    def state(self, tool_state: ToolState) -> KernelRobot:
+        if tool_state not in self._alone:
+            whole = super().state(tool_state)
+            self._alone[tool_state] = replace(whole, self_pairs=np.zeros((0, 2), dtype=np.int32))
+        return self._alone[tool_state]
+
+
+def _nearest(
+    model: CollisionModel,
+    scene: Scene,
+    segments: Sequence[Segment],
+    times: Array,
+    Q: Array,
+    carried: Sequence[Carried],
+    steady: frozenset[tuple[str, str]],
+) -> list[Contact]:
+    """The nearest pair at every time, but for those that are left out."""
+    found = [Contact(MOST, "", "")] * len(times)
+    for segment, rows in _rows(segments, times):
+        checker = _checker(model, scene, segment, carried, steady)
+        for i in rows:
+            contact = checker.clearance(Q[i], MOST)
+            if contact.distance < found[i].distance:
+                found[i] = contact
+    return found
+
+
+def _steady(contacts: Sequence[Contact]) -> dict[tuple[str, str], float]:
+    """Pairs that are nearest for long and never nearer, as a carriage on its rail is, and their distance."""
+    by_pair: dict[tuple[str, str], list[float]] = {}
+    for contact in contacts:
+        is_link = not contact.a.startswith("held ") and contact.kind not in (
+            "robot",
+            "item",
+            "cloud",
+            "base",
+            "",
+        )
+        if is_link:
+            by_pair.setdefault((contact.a, contact.b), []).append(contact.distance)
+    return {
+        pair: min(distances)
+        for pair, distances in by_pair.items()
+        if len(distances) >= LONG * len(contacts) and max(distances) - min(distances) < STEADY
+    }
+
+
+def _rows(segments: Sequence[Segment], times: Array) -> Iterator[tuple[Segment, range]]:
+    """Each segment with the samples in it."""
+    for segment in segments:
+        first, last = np.searchsorted(times, (segment.t_start - TIME, segment.t_end + TIME))
+        yield segment, range(int(first), int(last))
+
+
+def _checker(
+    model: CollisionModel,
+    scene: Scene,
+    segment: Segment,
+    carried: Sequence[Carried],
+    steady: frozenset[tuple[str, str]],
+) -> SceneChecker:
+    """The robot as it is in a segment. What may be touched counts as not there for who may touch it."""
+    known = {placed.id for placed in scene.items} | {body.name for body, _ in scene.standing}
+    held = next((each for each in carried if each.item == segment.held), None)
+    absent = frozenset({held.item} if held is not None else ())
+    touched = AllowedContacts.anyhow((n for n in segment.touching if n in known), absent & known)
+    contacts = replace(touched, opening=steady)
+    attached = None
+    if held is not None:
+        T = pose(held.pose[:3], R=from_quaternion(held.pose[3:]))
+        attached = AttachedItem(scene.item(held.item), T, 0.0, held.item)
+    return SceneChecker(model, scene, segment.tool_state, attached, contacts)

@@ -1,0 +1,73 @@
+"""Pages of drawings: paths of the tool's tip through a cell, named points, and bars for its places."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from pickcli.cell.cell import Cell
+from pickcli.drawing.draw import refuse_suffix, write_png
+from pickcli.drawing.picture import Coverage, Picture
+from pickcli.files.atomic_write import write_bytes
+from pickcli.page.html_page import page_bytes
+from pickcli.page.packed_array import packed
+from pickcli.page.page_document import Bar, Chart, PageDocument
+from pickcli.page.page_scene import Fact, PageLine, PageNode, rounded
+from pickcli.page.scene_page import cell_page
+
+POINT = 1e-3  # m that points of paths are rounded to
+
+
+def picture_page(picture: Picture, cell: Cell, kind: str) -> PageDocument:
+    """Show a drawing.
+
+    Args:
+        picture: The drawing.
+        cell: The cell that it is of.
+        kind: What it shows.
+
+    Returns:
+        The page.
+    """
+    title, _, more = picture.title.partition(": ")
+    base = cell_page(cell)
+    return replace(
+        base,
+        kind=kind,
+        title=title,
+        subtitle=more or base.subtitle,
+        facts=tuple(Fact("", words) for words in picture.words),
+        nodes=tuple(
+            PageNode(node.name, rounded(node.place), str(node.ink), node.is_main) for node in picture.nodes
+        ),
+        lines=tuple(
+            PageLine(line.name, packed(line.points, POINT), str(line.ink)) for line in picture.lines[1:]
+        ),
+        legend=tuple((name, str(ink)) for name, ink in picture.lines_by_ink),
+        charts=(_chart(picture.coverage),) if picture.coverage and picture.coverage.bars else (),
+        tables=(),
+    )
+
+
+def write_drawing(picture: Picture, cell: Cell, output: Path, replace: bool = True) -> None:
+    """Write a drawing as a PNG or a page.
+
+    Args:
+        picture: The drawing.
+        cell: The cell that it is of.
+        output: The file; its suffix says which kind.
+        replace: Whether a file that exists may be replaced.
+
+    Raises:
+        InputError: If the suffix is another, or the file cannot be written.
+    """
+    refuse_suffix(output)
+    if output.suffix.lower() == ".png":
+        write_png(picture, output, replace)
+    else:
+        write_bytes(output, page_bytes(picture_page(picture, cell, "drawing")), replace)
+
+
+def _chart(coverage: Coverage) -> Chart:
+    kinds = tuple((name, str(ink)) for name, ink in coverage.kinds)
+    return Chart(coverage.title, kinds, tuple(Bar(bar.name, bar.counts) for bar in coverage.bars))

@@ -1,0 +1,72 @@
+"""Shapes as a page draws them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.geometry import Array
+from pickcli.page.packed_array import packed
+from pickcli.page.page_scene import PageBody, PageShape, posed, rounded
+
+CORNER = 1e-4  # m that corners of meshes are rounded to
+
+
+def drawn_body(body: Body, colour: str = "") -> PageBody:
+    """A body of a cell as a page draws it.
+
+    Args:
+        body: The body.
+        colour: As #rrggbb; "" for that of what it is part of.
+
+    Returns:
+        The body, in the same frame.
+    """
+    return PageBody(body.name, drawn_shape(body.shape, colour), posed(body.T_parent_shape))
+
+
+def drawn_shape(shape: Shape, colour: str = "") -> PageShape:
+    """A shape of a cell as a page draws it.
+
+    Args:
+        shape: The shape.
+        colour: As #rrggbb; "" for that of what it is part of.
+
+    Returns:
+        The shape; a hull as a mesh.
+    """
+    if shape.kind is ShapeKind.HULL:
+        corners, triangles = _faces(shape)
+        return mesh(corners, triangles, colour)
+    return PageShape(str(shape.kind), rounded(shape.size), colour=colour)
+
+
+def mesh(corners: Array, triangles: Array, colour: str = "", is_smooth: bool = False) -> PageShape:
+    """A mesh as a page draws it.
+
+    Args:
+        corners: (V, 3) m.
+        triangles: (F, 3) indices of corners.
+        colour: As #rrggbb; "" for that of what it is part of.
+        is_smooth: Whether the edges between flat triangles are rounded off in the light.
+
+    Returns:
+        The shape.
+    """
+    return PageShape("mesh", (), packed(corners, CORNER), packed(triangles, 1.0), colour, is_smooth)
+
+
+@lru_cache(maxsize=256)
+def _faces(shape: Shape) -> tuple[Array, Array]:
+    """Corners (V, 3) of a hull and the triangles (F, 3) of its surface, wound so that normals point out."""
+    points = np.array(shape.vertices)
+    hull = ConvexHull(points)
+    numbers = np.full(len(points), -1)
+    numbers[hull.vertices] = np.arange(len(hull.vertices))
+    a, b, c = (points[hull.simplices[:, i]] for i in range(3))
+    is_inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    triangles = np.where(is_inward[:, None], hull.simplices[:, ::-1], hull.simplices)
+    return points[hull.vertices], numbers[triangles]

@@ -1,0 +1,54 @@
+"""``apc show``: a page of whatever is named, told, the same again, and refused before any work."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from support.command_line import Made, apc
+from support.page_files import document_of
+
+
+def test_a_plan_is_shown_in_its_scene(made: Made, tmp_path: Path) -> None:
+    pages = [tmp_path / "one.html", tmp_path / "two.html"]
+    for page in pages:
+        answer = apc("show", made.plan, "--scene", made.scene, "-o", page, "--json")
+        assert answer.code == 0, answer.err
+        told = json.loads(answer.out)
+        assert told["path"] == str(page) and told["kind"] == "plan" and told["bytes"] == page.stat().st_size
+    assert pages[0].read_bytes() == pages[1].read_bytes()
+    shown = document_of(pages[0].read_bytes())
+    assert shown["kind"] == "plan" and shown["motion"]["carried"] and "marks" not in shown
+
+
+@pytest.mark.parametrize("what", ["scene", "move", "cell", "apc2016_delft"])
+def test_other_things_are_shown(made: Made, what: str, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    named = {"scene": (made.scene,), "move": (made.move, "--scene", made.scene)}
+    from pickcli.cell.data_path import data_path
+
+    words = named.get(what, (data_path() / "cells" / "panda_table" if what == "cell" else what,))
+    answer = apc("show", *words, "-o", page)
+    assert answer.code == 0, answer.err
+    assert answer.out.startswith(f"wrote {page}: ")
+    assert document_of(page.read_bytes())["robot"]["links"]
+
+
+def test_what_cannot_be_shown_is_refused(made: Made, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    for words, code, text in (
+        ((made.plan, "-o", page), 2, "what is around the robot?"),
+        ((made.order, "-o", page), 3, "is an order, but a roadmap"),
+        ((made.scene, "--scene", made.scene, "-o", page), 2, "--scene is of use for a plan only"),
+        ((made.scene, "-o", tmp_path / "page.png"), 3, "a page is written as .html"),
+        ((tmp_path / "nothing.json", "-o", page), 3, "no such file"),
+        ((made.plan, "--cell", "apc2016_delft", "-o", page), 4, "the plan was made for the scene"),
+    ):
+        answer = apc("show", *words)
+        assert (answer.code, page.exists()) == (code, False), answer.err
+        assert text in answer.err
+    page.write_text("mine")
+    answer = apc("show", made.scene, "-o", page)
+    assert answer.code == 3 and "exists already" in answer.err and page.read_text() == "mine"

@@ -1,0 +1,146 @@
+"""The page of a plan: it replays what the plan says, and draws what the verifier has against it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.errors import Reason, StaleError
+from pickcli.geometry import Array, from_quaternion, inverse, pose, rotation_axis_angle
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.segment import SegmentKind
+from pickcli.page.failure_marks import failure_marks, named_parts
+from pickcli.page.html_page import page_bytes
+from pickcli.page.motion_parts import POSITION, TIME
+from pickcli.page.page_document import PageDocument, document_values
+from pickcli.page.plan_page import plan_page
+from pickcli.verification.verify import verify
+from support.handmade_plans import CRAYOLA, pick, pick_pushing
+from support.page_files import unpacked
+
+
+@pytest.fixture(scope="module")
+def shown() -> PageDocument:
+    return plan_page(*pick())
+
+
+def transform(told: list[float]) -> Array:
+    return pose(told[:3], R=from_quaternion(told[3:]))
+
+
+def test_positions_are_those_of_the_plan_also_between_samples(shown: PageDocument) -> None:
+    plan, scene = pick()
+    assert shown.motion is not None and shown.robot is not None
+    times, positions = unpacked(shown.motion.times), unpacked(shown.motion.positions)
+    assert shown.robot.moved == (*plan.trajectory.joint_names, *scene.cell.robot.tool.joints)
+    assert shown.motion.duration == pytest.approx(plan.trajectory.duration, abs=TIME)
+    t = np.linspace(0.0, plan.trajectory.duration, 5000)
+    played = np.column_stack([np.interp(t, times, column) for column in positions.T])
+    off = np.abs(played[:, : plan.trajectory.positions.shape[1]] - plan.trajectory.sample(t))
+    assert off.max() < 5e-4 + POSITION
+
+
+def test_the_item_is_carried_from_where_it_lay(shown: PageDocument) -> None:
+    plan, scene = pick()
+    assert shown.motion is not None
+    (carried,) = shown.motion.carried
+    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
+    held = [s for s in plan.segments if s.held is not None]
+    assert (carried.item, carried.t_start, carried.t_end) == (CRAYOLA, held[0].t_start, held[-1].t_end)
+    tip = Arm(scene.cell.robot).tip(plan.trajectory.sample(contact.t_end)[0], contact.tool_state)
+    T = tip @ transform(list(carried.pose))
+    np.testing.assert_allclose(T, scene.find(CRAYOLA).T_world_item, atol=1e-5)
+
+
+def test_lanes_and_curves_are_the_plans(shown: PageDocument) -> None:
+    plan, scene = pick()
+    lanes = {lane.name: lane.spans for lane in shown.lanes}
+    assert [span.label for span in lanes["segments"]] == [str(s.kind) for s in plan.segments]
+    valve = [e for e in plan.events if e.device == "valve"]
+    assert [span.label for span in lanes["valve"]] == [event.action for event in valve]
+    for span, event in zip(lanes["valve"], valve, strict=True):
+        assert event.t_trigger is not None and abs(span.t_start - event.t_trigger) <= TIME
+    verdict = verify(plan, scene)
+    assert verdict.certificate is not None
+    for signal in shown.signals:
+        peak = np.abs(unpacked(signal.values)).max()
+        told = getattr(verdict.certificate, f"max_{signal.name}_ratio")
+        assert told * 0.97 <= peak <= told + 1e-3
+
+
+def test_clearance_is_never_more_than_there_is(shown: PageDocument) -> None:
+    plan, scene = pick()
+    assert shown.clearance is not None
+    values = unpacked(shown.clearance.values)
+    assert len(values) == len(unpacked(shown.clearance.times))
+    certificate = verify(plan, scene).certificate
+    assert certificate is not None
+    # Spheres around links are larger than the links, but for what is rounded.
+    assert 0.0 < values.min() < 0.05 and values.max() <= shown.clearance.most
+    assert shown.clearance.kept == scene.cell.clearance
+    assert any(CRAYOLA in name for name in shown.clearance.names)
+
+
+def test_what_the_verifier_has_against_a_plan_is_marked(shown: PageDocument) -> None:
+    assert shown.marks == () and ("verifier", "accepts it") in {(f.label, f.value) for f in shown.facts}
+    _, scene = pick()
+    plan = pick_pushing(0.05)
+    rejected = plan_page(plan, scene)
+    assert any(mark.names and mark.t is not None for mark in rejected.marks)
+    for mark in rejected.marks:
+        assert set(mark.names) <= named_parts(scene)
+    assert document_values(rejected)["marks"]
+
+
+def test_a_plan_of_another_scene_is_refused() -> None:
+    plan, scene = pick()
+    with pytest.raises(StaleError):
+        plan_page(replace(plan, scene_hash="0" * 64), scene)
+
+
+def test_reasons_become_marks_with_bodies_depth_time_and_grasp() -> None:
+    reasons = [
+        Reason("collision", "segment 3 (lift)", "cup and post_left at 1.250 s, 4.2 mm deep"),
+        Reason("does not hold", "top-down grasp on face +z, lift", "2.10 of what the cup bears"),
+        Reason("collision", "frontal grasp on face -x, contact", "lance against pod post_left, 7 mm deep"),
+        Reason("collision", "frontal grasp on face -x, contact", "lance against pod post_left, 9 mm deep"),
+        Reason("no free place in the tote", "place", "40 spots tried"),
+    ]
+    marks = failure_marks(reasons, {"cup", "lance", "post_left"}, "soap")
+    assert [(m.title, m.names, m.depth, m.t, m.count) for m in marks] == [
+        ("collision", ("cup", "post_left"), 0.0042, 1.25, 1),
+        ("does not hold", ("cup",), None, None, 1),
+        ("collision", ("lance", "post_left"), 0.009, None, 2),
+        ("no free place in the tote", (), None, None, 1),
+    ]
+    assert [None if m.grasp is None else (m.grasp.item, m.grasp.face, m.grasp.kind) for m in marks] == [
+        None, ("soap", "+z", "top-down"), ("soap", "-x", "frontal"), None,
+    ]  # fmt: skip
+
+
+def test_a_page_is_the_same_again_and_small(shown: PageDocument) -> None:
+    page = page_bytes(shown)
+    assert page == page_bytes(plan_page(*pick()))
+    assert len(page) < 1_000_000
+
+
+def test_the_tool_frame_of_the_page_is_the_arms() -> None:
+    plan, scene = pick()
+    document = plan_page(plan, scene)
+    assert document.robot is not None
+    robot, here = scene.cell.robot, document.robot
+    T = [np.eye(4) for _ in here.links]
+    T[0] = transform(list(here.pose))
+    at = dict(zip(here.moved, here.start, strict=True))
+    for joint in here.joints:
+        moved = pose()
+        if joint.name in at and joint.type == "prismatic":
+            moved = pose(np.array(joint.axis) * at[joint.name])
+        elif joint.name in at:
+            moved = pose(R=rotation_axis_angle(joint.axis, at[joint.name]))
+        T[joint.child] = T[joint.parent] @ transform(list(joint.pose)) @ moved
+    tip = T[here.tip_link] @ transform(list(here.tip))
+    expected = Arm(robot).tip(plan.trajectory.positions[0], plan.segments[0].tool_state)
+    np.testing.assert_allclose(inverse(expected) @ tip, np.eye(4), atol=1e-4)
