@@ -122,8 +122,6 @@ def certificate_seal(plan: Plan) -> str:
     Returns:
         Hexadecimal digits.
     """
-    if plan.certificate is None:
-        return ""
     parts = (plan.query, plan.cell_fingerprint, plan.scene_hash, plan.seed, plan.speed_scale)
     return digest([*parts, *_arms(plan).items(), motion_hash(plan), plain(plan.certificate)])
 

@@ -42,7 +42,7 @@ def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:
     ends = roadmap.configurations[roadmap.edges]
     if not (np.array_equal(firsts, ends[:, 0]) and np.array_equal(lasts, ends[:, 1])):
         raise ValueError("the polyline of an edge does not join its nodes")
-    if not np.allclose(roadmap.lengths, _lengths(roadmap.waypoints, roadmap.offsets), atol=1e-9):
+    if not np.allclose(roadmap.lengths, _lengths(roadmap.waypoints, roadmap.offsets), rtol=0.0, atol=1e-9):
         raise ValueError("the length of an edge is not that of its polyline")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.tool import ToolState
 from pickcli.motion.trajectory import Trajectory
 from pickcli.path_planning.state_space import LIMIT_TOLERANCE
 from pickcli.roadmap import validate
@@ -185,6 +187,34 @@ def test_every_configuration_lies_within_the_limits_of_its_joints(side: str) -> 
         check(_cell(**{side: edge + inwards * 0.9e-6}))
         with pytest.raises(ValueError, match="outside of the joint limits"):
             check(_cell(**{side: edge + inwards * 1.1e-6}))
+
+
+def test_a_cell_s_tool_has_every_state_that_a_store_speaks_of() -> None:
+    sideways = ToolState("sideways")
+    n, m = len(ROADMAP.tool_states), len(DATABASE.tool_states)
+    for at in range(n):
+        states = (*ROADMAP.tool_states[:at], sideways, *ROADMAP.tool_states[at + 1 :])
+        _refused_for_its_state(partial(validate.roadmap, replace(ROADMAP, tool_states=states)))
+    _refused_for_its_state(partial(validate.roadmap, replace(ROADMAP, proven_for=sideways)))
+    for at in range(m):
+        states = (*DATABASE.tool_states[:at], sideways, *DATABASE.tool_states[at + 1 :])
+        _refused_for_its_state(partial(validate.database, replace(DATABASE, tool_states=states)))
+
+
+def _refused_for_its_state(check: Callable[[Cell | None], None]) -> None:
+    check(None)
+    with pytest.raises(ValueError, match="the tool of the cell has no state 'sideways'"):
+        check(_cell())
+
+
+@pytest.mark.parametrize(("off", "is_refused"), [(0.9e-9, False), (-0.9e-9, False), (1.1e-9, True)])
+def test_an_edge_is_as_long_as_its_polyline_to_a_billionth(off: float, is_refused: bool) -> None:
+    longer = replace(ROADMAP, lengths=_with(ROADMAP.lengths, 2, ROADMAP.lengths[2] + off))
+    if is_refused:
+        with pytest.raises(ValueError, match="the length of an edge"):
+            validate.roadmap(longer, None)
+    else:
+        validate.roadmap(longer, None)
 
 
 def test_joints_of_another_order_are_refused() -> None:

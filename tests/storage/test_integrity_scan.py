@@ -273,6 +273,11 @@ def test_the_same_file_gives_the_same_spare_whatever_the_order_of_its_data() -> 
     assert with_spare(IMAGE, [(40, 10), (60, 20)]) == with_spare(IMAGE, [(60, 20), (40, 10)])
 
 
+def test_between_data_that_lie_side_by_side_there_is_nothing_to_copy() -> None:
+    assert with_spare(IMAGE, [(40, 10), (50, 10)]) == with_spare(IMAGE, [(40, 20)])
+    assert with_spare(IMAGE, [(0, 40), (90, 10)]) == with_spare(IMAGE, [(0, 30), (30, 10), (90, 10)])
+
+
 @pytest.mark.parametrize(
     "tail",
     [

@@ -77,6 +77,13 @@ def test_mistakes_in_moves_are_told(
     assert told in str(caught.value)
 
 
+@pytest.mark.parametrize("move", [("bin_A", "bar", "tote"), ("bin_Z", BAR, "tote"), ("bin_A", BAR, "tot")])
+def test_one_mistake_in_a_move_is_one_problem(move: tuple[str, str, str], cell: Cell, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        read_order(written(tmp_path, {"bin_A": [BAR]}, move), cell)
+    assert str(caught.value).count("unknown") == str(caught.value).count("moves[0]") == 1
+
+
 def test_the_order_that_comes_with_the_crates_is_sound() -> None:
     crates = load_cell("ur5e_crates")
     order = read_order(data_path() / "cells" / "ur5e_crates" / "moves_24.json", crates)

@@ -265,6 +265,13 @@ def test_an_order_is_found_by_its_name_or_its_path(tmp_path: Path, monkeypatch: 
         assert order_file(path) == path, "what can only be a path is taken as one"
     with pytest.raises(UnknownNameError, match="kth_2015_example"):
         order_file(Path("kth_2015_exampel"))
+    Path("mine.json").write_text("{}")
+    for written in (Path("mine"), tmp_path / "mine"):
+        with pytest.raises(UnknownNameError) as caught:
+            order_file(written)
+        assert f"did you mean the file '{written}.json'?" in str(caught.value)
+    Path("kth_2015_example.json").write_text("{}")
+    assert order_file(Path("kth_2015_example")).parent == data_path() / "tasks", "a known name goes first"
     Path("kth_2015_example").write_text("{}")
     assert order_file(Path("kth_2015_example")) == Path("kth_2015_example"), "a file that is there goes first"
 

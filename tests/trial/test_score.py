@@ -25,6 +25,7 @@ from pickcli.trial.score import (
     item_bonuses,
     maximum_score,
     score,
+    target_points,
 )
 from support.order_builders import ITEMS, pick_order
 
@@ -320,7 +321,9 @@ def test_stowing_is_told_item_by_item() -> None:
     state = start_state(order)
     first = next(i for i, item in enumerate(state.items) if item.start == TOTE)
     state = moved(order, moved(order, state, first, "bin_B"), first + 1, "bin_A")
-    lines = {line.reason: line.points for line in score(order, state, BONUS).lines}
+    found = score(order, state, BONUS).lines
+    assert [line.subject for line in found] == sorted(i.id for i in state.items if i.start == TOTE)
+    lines = {line.reason: line.points for line in found}
     assert lines == {
         "stowed into bin_B, which started with 0, item bonus 3": 13,
         "stowed into bin_A, which started with 1": 10,
@@ -354,3 +357,10 @@ def test_every_move_is_one_point_for_a_copy_of_its_own_that_is_where_it_is_wante
             found = score(order, FinalState(shuffled), BONUS)
             assert tuple(line.points for line in found.lines) == points
             assert (found.total, found.maximum) == (sum(points), 3)
+
+
+def test_an_item_of_which_no_bonus_is_known_has_none() -> None:
+    order = pick_order({"bin_A": (ITEMS[0],) * 3}, ("bin_A", ITEMS[0]))
+    assert target_points(order, "bin_A", ITEMS[0], {}) == target_points(order, "bin_A", ITEMS[0], BONUS) == 15
+    assert target_points(order, "bin_A", ITEMS[0], {ITEMS[0]: 2, ITEMS[1]: 5}) == 17
+    assert target_points(order, "bin_B", ITEMS[0], {}) == 10
