@@ -133,7 +133,7 @@ def _offsets(what: str, offsets: IntArray, n_rows: int, least: int) -> None:
 def _lengths(waypoints: Array, offsets: IntArray) -> Array:
     """(M,): Euclidean length of each polyline."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(waypoints, axis=0), axis=1))])
-    return np.asarray(along[offsets[1:] - 1] - along[offsets[:-1]]) if len(waypoints) else np.zeros(0)
+    return np.asarray(along[offsets[1:] - 1] - along[offsets[:-1]])
 
 
 def _times(times: Array, offsets: IntArray) -> None:

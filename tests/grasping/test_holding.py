@@ -14,7 +14,7 @@ from pickcli.cell.gripper import Finger, ParallelGripper
 from pickcli.cell.item import Item
 from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle, rotation_rpy
+from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle, rotation_rpy
 from pickcli.grasping.holding import CupLoad, Hold, loads_at_rest
 from pickcli.grasping.pinch_grasping import PinchGrasping
 from pickcli.grasping.suction_grasping import SuctionGrasping
@@ -157,6 +157,19 @@ def test_at_rest_is_a_motion_without_speed(R: Array, p: Array) -> None:
     rest, motion = hold.at_rest(R[None]), hold.in_motion(moving(R))
     for name in ("pull", "shear", "moment", "twist", "ratio"):
         assert getattr(rest, name) == pytest.approx(getattr(motion, name), abs=1e-9)
+
+
+@given(vectors.map(lambda v: rotation_rpy(*v)), st.lists(st.tuples(vectors, vectors), min_size=1, max_size=3))
+def test_at_rest_at_each_place_the_worst_of_how_it_lies_and_hangs_straight_down_counts(
+    lying: Array, places: list[tuple[Array, Array]]
+) -> None:
+    method, T = SuctionGrasping(TOOL), [pose(0.01 * p, R=rotation_rpy(*rpy)) for p, rpy in places]
+    found = loads_at_rest(BOTTLE, method.bears(BOTTLE, "mantle", T[0]), np.array(T), lying)
+    for load, T_item_tip in zip(found, T, strict=True):
+        ways = np.stack([lying @ T_item_tip[:3, :3], DOWN])
+        expected = method.hold(BOTTLE, "mantle", inverse(T_item_tip)).at_rest(ways)
+        for name in ("pull", "shear", "moment", "twist", "ratio"):
+            assert getattr(load, name) == pytest.approx(getattr(expected, name), abs=1e-9)
 
 
 def test_an_item_beside_the_cup_loads_it_by_hand_in_every_figure() -> None:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from pickcli.errors import ApcError, DamagedError, InputError, Reason, StaleError
+from pickcli.files.file_kind import HDF5_MAGIC
 from pickcli.roadmap.database_tables import DATABASE
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.recovered_content import intact_roadmap
@@ -28,7 +29,7 @@ from pickcli.roadmap.store import (
     write_roadmap,
 )
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass, TrajectoryDatabase
-from pickcli.storage.header_backup import RestoredFile, restored, with_spare
+from pickcli.storage.header_backup import RestoredFile, full_length, restored, with_spare
 from pickcli.storage.integrity_scan import IntegrityReport, scan_integrity
 from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
@@ -221,6 +222,12 @@ def test_a_spare_copy_that_does_not_fit_its_file_is_not_believed(
     found = restored(image + spare + tail)
     assert found.has_spare is is_believed
     assert not is_believed or found.image[slice(place[0], sum(place))] == copied
+
+
+def test_only_of_a_file_that_is_cut_off_it_is_told_how_long_it_was() -> None:
+    image = HDF5_MAGIC + bytes(20) + struct.pack("<Q", 100) + bytes(64)
+    assert full_length(image[:99]) == full_length(image[:40]) == 100
+    assert full_length(image) is full_length(image + b"more") is full_length(b"x" + image[1:99]) is None
 
 
 def test_a_file_of_its_full_length_has_its_directory() -> None:
