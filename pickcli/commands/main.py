@@ -42,7 +42,7 @@ COMMANDS: dict[str, str] = {
     "check": "Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.",
     "refresh": "Make a roadmap or trajectory database right for a cell that changed.",
     "cache": "Show what is in the cache of built files, or delete it.",
-    "show": "Make a page to watch a cell, scene, plan, roadmap or database in 3-D.",
+    "show": "Make a page to watch a cell, scene, plan, trial, roadmap or database in 3-D.",
     "inspect": "Show what is in a roadmap, database, plan, scene or cell.",
 }
 

@@ -103,8 +103,8 @@ def standing(
     help="Folder to write.  [default: runs/ORDER-SEED]",
 )  # fmt: skip
 @click.option("--overwrite", is_flag=True,
-              help="Replace scene.json, after.json, trial.json, output.json, before.png and after.png in a "
-                   "folder that exists; its other files stay.")  # fmt: skip
+              help="Replace scene.json, after.json, trial.json, motion.json.gz, output.json, before.png and "
+                   "after.png in a folder that exists; its other files stay.")  # fmt: skip
 @click.option("--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
               help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
 @pod_shift_option("random, unless --reality says otherwise")
@@ -135,9 +135,11 @@ def command(
       apc run-trial jsk_pick_sample --seed 3 -o runs/mine
     """
     from pickcli.cell.cell_file import load_workcell
+    from pickcli.simulation.motion_recorder import MotionRecorder
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.attempt_runner import TrialSettings
     from pickcli.trial.loop import require_playable, run_trial
+    from pickcli.trial.motion_record import motion_values
     from pickcli.trial.order_file import order_file, read_order
     from pickcli.trial.trial_folder import write_folder
     from pickcli.trial.trial_record import trial_record
@@ -160,7 +162,8 @@ def command(
     planners = [load_planner(each, roadmap, trajectories, build_missing=True, jobs=jobs) for each in cells]
     with stage("stowing"), progress("placing the items") as report, of_file(order_path):
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
-    arena = SimulatedArena(scene, reality, seed, workcell.parked.get(cell.arm))
+    recorder = MotionRecorder() if len(cells) == 1 else None  # of one robot, which several arms are not
+    arena = SimulatedArena(scene, reality, seed, workcell.parked.get(cell.arm), recorder)
     click.get_current_context().call_on_close(arena.close)
     pictures = {"before": arena.picture()}
     began = time.perf_counter()
@@ -184,7 +187,8 @@ def command(
             emit_json(record)
         else:
             _show(result)
-        paths = write_folder(folder, result, record, pictures, overwrite)
+        motion = None if recorder is None else motion_values(recorder, cell)
+        paths = write_folder(folder, result, record, pictures, motion, overwrite)
         if not as_json:
             click.echo("\n".join(f"wrote {path}" for path in paths))
     if not result.is_clean:

@@ -24,6 +24,8 @@ from pickcli.errors import InputError
 if TYPE_CHECKING:
     from pickcli.page.page_document import PageDocument
 
+RECORD = "trial.json"
+
 
 @click.command("show", cls=Command)
 @click.argument("path", metavar="WHAT", type=PATH)
@@ -40,11 +42,12 @@ def command(
     path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None, arm: str | None,
     standing: tuple[str, ...], output: Path, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Make a page to watch a cell, scene, plan, roadmap or database in 3-D.
+    """Make a page to watch a cell, scene, plan, trial, roadmap or database in 3-D.
 
     The page is one file that needs no network. Motions are replayed in it: with the segments and devices, the
     joints' velocity, acceleration and jerk against their limits, and the clearance along the path. What the
-    verifier has against a plan is drawn where it is. WHAT may also be a cell's folder or name.
+    verifier has against a plan is drawn where it is, and of a trial every failure. WHAT may also be a cell's
+    folder or name, the folder of a trial, or a folder of such folders, which are compared.
 
     \b
     Example:
@@ -52,6 +55,7 @@ def command(
       apc show scene.json -o scene.html
       apc show apc2016_delft -o cell.html
       apc show roadmap.h5 -o roadmap.html
+      apc show runs/mine -o trial.html
     """
     from pickcli.files.atomic_write import write_bytes
     from pickcli.page.html_page import page_bytes
@@ -72,10 +76,10 @@ def command(
 def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     """The page of whatever a file is. Raises InputError for what cannot be shown."""
     from pickcli.files.bounded_reading import read_kind
-    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE
+    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE, TRIAL
 
     refuse_missing(path, (".h5", ".json"))
-    kind = read_kind(path) if path.is_file() else CELL
+    kind = read_kind(path) if path.is_file() else TRIAL if _has_trials(path) else CELL
     if kind is not PLAN and scene_path is not None:
         raise click.UsageError("--scene is of use for a plan only; leave it out")
     if kind is PLAN:
@@ -88,8 +92,13 @@ def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: 
         return scene_page(open_scene(path, cell_name, arms))
     if kind is CELL:
         return _cell(path, arms)
+    if kind is TRIAL:
+        folder = path if path.is_dir() else path.parent
+        return _trial(folder, cell_name, arms) if (folder / RECORD).is_file() else _trials(folder)
     found = "is no file of ours" if kind is None else f"is {kind.name}"
-    raise InputError(f"{path}: {found}, but a roadmap, trajectory database, plan, scene or cell is shown")
+    raise InputError(
+        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, trial or cell is shown"
+    )
 
 
 def _plan(path: Path, scene_path: Path | None, cell_name: str | None, arms: ArmRequest) -> PageDocument:
@@ -115,6 +124,29 @@ def _stored(path: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument
     told = describe(path)
     cell = cell_of(told["cell_fingerprint"]) if cell_name is None else open_cell(cell_name, arms)
     return picture_page(picture_of(path, cell), cell, str(told["format"]))
+
+
+def _has_trials(path: Path) -> bool:
+    """Whether a folder is that of a trial, or has some in it."""
+    return path.is_dir() and ((path / RECORD).is_file() or any(path.glob(f"*/{RECORD}")))
+
+
+def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+    from pickcli.page.trial_page import trial_page
+    from pickcli.trial.motion_record import read_motion
+    from pickcli.trial.trial_folder import MOTION
+    from pickcli.trial.trial_record import read_record
+
+    record = read_record(folder / RECORD)
+    motion = read_motion(folder / MOTION)
+    return trial_page(record, open_scene(folder / "scene.json", cell_name, arms), motion)
+
+
+def _trials(folder: Path) -> PageDocument:
+    from pickcli.page.trials_page import trials_page
+    from pickcli.trial.trial_record import read_record
+
+    return trials_page({path.parent.name: read_record(path) for path in sorted(folder.glob(f"*/{RECORD}"))})
 
 
 def _cell(path: Path, arms: ArmRequest) -> PageDocument:

@@ -4,7 +4,8 @@ Read in this order:
 
 - All that a page shows: `page_document`, made of `page_scene` (what stands) and `page_motion` (what happens).
 - What fills it: `shape_parts` and `cell_parts`, `motion_parts`, `path_clearance` and `failure_marks`.
-- One module for each kind of page: `scene_page`, `plan_page`, `picture_page`.
-- What writes it: `packed_array` for arrays, and `html_page`, which puts the document, the app (readable, in
+- One module for each kind of page: `scene_page`, `plan_page`, `picture_page`,
+  `trial_page` (with `trial_clearance`) and `trials_page`.
+- What writes it: `html_page`, which puts the document, the app (readable, in
   the folder app) and three.js (in the folder vendor, with its licence) into one file.
 """

@@ -11,14 +11,15 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import Robot
 from pickcli.cell.tool import MOVING, ToolState
+from pickcli.files.packed_array import packed
 from pickcli.geometry import Array, inverse
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Event
+from pickcli.motion.limit_shares import limit_shares, limits_of
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.page.cell_parts import tool_positions
-from pickcli.page.packed_array import packed
 from pickcli.page.page_motion import Carried, Lane, PageMotion, Signal, Span
 from pickcli.page.page_scene import posed
 from pickcli.scene.scene import Scene
@@ -28,7 +29,6 @@ MOST_SAMPLES = 6000  # of one motion, by which long ones are sampled more slowly
 TIME = 1e-4  # s that times are rounded to
 POSITION = 1e-5  # rad or m that joint positions are rounded to
 RATIO = 1e-3  # of a limit
-PER_BIN = 4  # samples of a signal between two that are kept: the largest of them is
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,28 +196,9 @@ def limit_signals(
         Three signals.
     """
     return tuple(
-        limit_signal(derivative, shares_of_limit(trajectory, cell, times, derivative), cell, times + t_start)
+        limit_signal(derivative, limit_shares(trajectory, cell, times, derivative), cell, times + t_start)
         for derivative in (1, 2, 3)
     )
-
-
-def shares_of_limit(trajectory: Trajectory, cell: Cell, times: Array, derivative: int) -> Array:
-    """One derivative of a trajectory over its limits, at each time the largest until the next.
-
-    Args:
-        trajectory: The trajectory.
-        cell: Whose limits hold.
-        times: (N,) s.
-        derivative: 1 for velocity, 2 for acceleration, 3 for jerk.
-
-    Returns:
-        (N, n).
-    """
-    steps = np.arange(PER_BIN) / PER_BIN
-    fine = (times[:, None] + np.append(np.diff(times), 0.0)[:, None] * steps).ravel()
-    values = trajectory.sample(fine, derivative).reshape(len(times), PER_BIN, -1)
-    largest = np.abs(values).argmax(axis=1)
-    return np.take_along_axis(values, largest[:, None], axis=1)[:, 0] / limits_of(cell)[derivative - 1]
 
 
 def limit_signal(derivative: int, shares: Array, cell: Cell, times: Array) -> Signal:
@@ -239,19 +220,6 @@ def limit_signal(derivative: int, shares: Array, cell: Cell, times: Array) -> Si
         tuple(limits_of(cell)[derivative - 1].tolist()), tuple(unit + suffix for unit in cell.robot.units),
         -1.1, 1.1, 1.0,
     )  # fmt: skip
-
-
-def limits_of(cell: Cell) -> tuple[Array, Array, Array]:
-    """Limits of velocity, acceleration and jerk under which a cell moves.
-
-    Args:
-        cell: The cell.
-
-    Returns:
-        (n,) each.
-    """
-    limits, scale = cell.robot.limits, cell.speed_scale
-    return limits.velocity * scale, limits.acceleration * scale, limits.jerk
 
 
 def _tool_motion(plan: Plan, robot: Robot, times: Array) -> Array:

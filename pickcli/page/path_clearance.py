@@ -14,10 +14,10 @@ from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.kernel_validator import Contact
 from pickcli.collision.robot_model import CollisionModel, KernelRobot
+from pickcli.files.packed_array import packed
 from pickcli.geometry import Array, from_quaternion, pose
 from pickcli.motion.segment import Segment
 from pickcli.page.motion_parts import TIME
-from pickcli.page.packed_array import packed
 from pickcli.page.page_motion import Carried, PathClearance
 from pickcli.scene.scene import Scene
 
@@ -26,6 +26,7 @@ CLEARANCE = 1e-4  # m that distances are rounded to
 MOST_STEADY = 5  # times that pairs are left out
 LONG = 0.15  # of a motion
 STEADY = 0.01  # m
+_NOTHING = Contact(MOST, "", "")
 
 
 def path_clearance(
@@ -41,25 +42,68 @@ def path_clearance(
         carried: How what is held hangs in the tool.
 
     Returns:
-        The clearance, from below: links count as their spheres. A link that is as near to one solid for
-        long, and never nearer, would hide all else: such pairs are left out, and told.
+        The clearance, from below: links count as their spheres.
     """
-    model = _WithoutSelf(scene.cell)
-    steady: dict[tuple[str, str], float] = {}
-    for _ in range(MOST_STEADY):
-        contacts = _nearest(model, scene, segments, times, Q, carried, frozenset(steady))
-        if not (found := _steady(contacts)):
-            break
-        steady |= found
-    names = tuple(sorted({str(contact) for contact in contacts if contact.b}))
-    index = {name: i for i, name in enumerate(names)}
-    numbers = np.array([index.get(str(contact), -1) for contact in contacts], dtype=float)
-    values = np.array([min(contact.distance, MOST) for contact in contacts])
-    return PathClearance(
-        packed(times, TIME), packed(values, CLEARANCE), packed(numbers, 1.0), names,
-        scene.cell.clearance, MOST,
-        tuple(f"{a} against {b}: {1e3 * distance:.0f} mm" for (a, b), distance in steady.items()),
-    )  # fmt: skip
+    pairs = NearestPairs(scene.cell)
+    pairs.add(scene, segments, times, Q, carried)
+    return pairs.clearance()
+
+
+class NearestPairs:
+    """The nearest pair at every time of one motion or several.
+
+    A link that is as near to one solid for long, and never nearer, would hide all else: such pairs are left
+    out, and told.
+
+    Args:
+        cell: The cell.
+    """
+
+    def __init__(self, cell: Cell) -> None:
+        self._cell, self._model = cell, _WithoutSelf(cell)
+        self._steady: dict[tuple[str, str], float] = {}
+        self._times: list[float] = []
+        self._contacts: list[Contact] = []
+
+    def add(
+        self, scene: Scene, segments: Sequence[Segment], times: Array, Q: Array, carried: Sequence[Carried]
+    ) -> None:
+        """Look at one motion, later than those before.
+
+        Args:
+            scene: The scene in which it takes place.
+            segments: What is held and may be touched when.
+            times: (N,) s, rising.
+            Q: (N, n) configurations.
+            carried: How what is held hangs in the tool.
+        """
+        for _ in range(MOST_STEADY):
+            contacts = _nearest(self._model, scene, segments, times, Q, carried, frozenset(self._steady))
+            if not (found := _steady(contacts)):
+                break
+            self._steady |= found
+        if self._times:  # nothing is measured between two motions
+            self._times += [self._times[-1] + TIME, max(self._times[-1] + 2 * TIME, float(times[0]) - TIME)]
+            self._contacts += [_NOTHING, _NOTHING]
+        later = [i for i, t in enumerate(times.tolist()) if not self._times or t > self._times[-1]]
+        self._times += [float(times[i]) for i in later]
+        self._contacts += [contacts[i] for i in later]
+
+    def clearance(self) -> PathClearance:
+        """What was found.
+
+        Returns:
+            The clearance, from below.
+        """
+        names = tuple(sorted({str(contact) for contact in self._contacts if contact.b}))
+        index = {name: i for i, name in enumerate(names)}
+        numbers = np.array([index.get(str(contact), -1) for contact in self._contacts], dtype=float)
+        values = np.array([min(contact.distance, MOST) for contact in self._contacts])
+        return PathClearance(
+            packed(np.array(self._times), TIME), packed(values, CLEARANCE), packed(numbers, 1.0), names,
+            self._cell.clearance, MOST,
+            tuple(f"{a} against {b}: {1e3 * distance:.0f} mm" for (a, b), distance in self._steady.items()),
+        )  # fmt: skip
 
 
 class _WithoutSelf(CollisionModel):
@@ -86,7 +130,7 @@ def _nearest(
     steady: frozenset[tuple[str, str]],
 ) -> list[Contact]:
     """The nearest pair at every time, but for those that are left out."""
-    found = [Contact(MOST, "", "")] * len(times)
+    found = [_NOTHING] * len(times)
     for segment, rows in _rows(segments, times):
         checker = _checker(model, scene, segment, carried, steady)
         for i in rows:

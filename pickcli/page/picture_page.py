@@ -9,8 +9,8 @@ from pickcli.cell.cell import Cell
 from pickcli.drawing.draw import refuse_suffix, write_png
 from pickcli.drawing.picture import Coverage, Picture
 from pickcli.files.atomic_write import write_bytes
+from pickcli.files.packed_array import packed
 from pickcli.page.html_page import page_bytes
-from pickcli.page.packed_array import packed
 from pickcli.page.page_document import Bar, Chart, PageDocument
 from pickcli.page.page_scene import Fact, PageLine, PageNode, rounded
 from pickcli.page.scene_page import cell_page

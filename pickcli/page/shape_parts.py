@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.files.packed_array import packed
 from pickcli.geometry import Array
-from pickcli.page.packed_array import packed
 from pickcli.page.page_scene import PageBody, PageShape, posed, rounded
 
 CORNER = 1e-4  # m that corners of meshes are rounded to

@@ -11,7 +11,8 @@ Read in this order:
   its `grip`: `suction` with `bellows` and `vacuum`, or `fingers` with `pads`; from both an item hangs by a
   `bushing`.
 - Carrying out a plan: `execute`, after a `start_check`, sends the set points of `stream`; `trigger` measures
-  how far from its trigger an event fired, `execution` is the record.
+  how far from its trigger an event fired, `execution` is the record; a
+  `motion_recorder` notes all that moves.
 - What is watched meanwhile: `supervision` with a `hold_watch`, and `contact_guard`; beyond their `thresholds`
   they end in a `protective_stop`.
 - Several arms in one world: `arm_turn`.

@@ -70,6 +70,11 @@ class SimulatedCup(SimulatedTool):
         return self._suction
 
     @property
+    def pressure(self) -> float:
+        """Pa below ambient in the cup."""
+        return self._suction.vacuum.cup
+
+    @property
     def suction(self) -> Suction:
         """What the cup does."""
         return self._suction

@@ -87,6 +87,11 @@ class SimulatedTool(ABC):
         """
 
     @property
+    def pressure(self) -> float:
+        """Pa below ambient in the cup; 0 where there is none."""
+        return 0.0
+
+    @property
     def suction(self) -> Suction:
         """What the cup does. Raises InputError where none is mounted."""
         raise InputError(f"no suction cup is mounted on {self.tool.flange_link}")

@@ -83,6 +83,7 @@ class World:
         self._n_steps = 0
         self.servo = servo or (Servo() if reality.servo else IDEAL)
         self.planned = PlannedContacts()
+        self.observer: Callable[[World], None] | None = None  # called after every step; decides nothing
         self.robot = scene.cell.robot
         self.engine = Engine(time_step)
         add_statics(self.engine, scene)
@@ -210,6 +211,8 @@ class World:
             self._look_at_items()
         self._look_at_contacts()
         self.grip.after_step(self.t)
+        if self.observer is not None:
+            self.observer(self)
 
     def _drive(self) -> None:
         """Set the motors for the next step: the planned joints by their loops, the tool's by theirs."""

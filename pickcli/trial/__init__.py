@@ -10,6 +10,6 @@ Read in this order:
 - What a trial plays in: `trial_interfaces`, and behind them the `simulated_cell`; `pod_shift` says
   where the pod really stands, `pose_noise` how exactly poses are told.
 - What came of it: `disturbance` and `damage`, judged in the `final_state` by the rules of `score`, make a
-  `trial_result`; `trial_folder` keeps it with its `trial_record` and the official `output_file`, and
-  `trial_summary` has the rows of its table.
+  `trial_result`; `trial_folder` keeps it with its `trial_record`, the `motion_record` and the official
+  `output_file`, and `trial_summary` has the rows of its table.
 """

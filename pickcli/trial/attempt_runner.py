@@ -231,7 +231,7 @@ class AttemptRunner:
             statistics = {"planning_ms": _ms_since(began)}
             return replace(
                 attempt, outcome=Outcome.NO_PLAN, reason=error.summary(), in_the_way=error.in_the_way,
-                statistics=statistics,
+                reasons=error.reasons, statistics=statistics,
             )  # fmt: skip
         return replace(attempt, plan=plan, statistics={**plan.statistics, "planning_ms": _ms_since(began)})
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from pickcli.cell.cell import ArmState, Cell
@@ -25,6 +26,7 @@ from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import execute, fall_of
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.grip import Release
+from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.start_check import check_start
 from pickcli.simulation.world import ROBOT, World
@@ -73,13 +75,23 @@ class SimulatedArena:
         reality: Levels at which the world differs from its model.
         seed: Seed of these differences.
         parked: Where the arm that moves first is parked; None for home.
+        recorder: Gets everything that moves; None drops it.
     """
 
     def __init__(
-        self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0, parked: ArmState | None = None
+        self,
+        scene: Scene,
+        reality: Reality = DEFAULT,
+        seed: int = 0,
+        parked: ArmState | None = None,
+        recorder: MotionRecorder | None = None,
     ) -> None:
         start = parked or scene.cell.configurations[HOME]
         self._world = World(scene, start.q, start.tool_state, reality=reality, seed=seed)
+        self._recorder = recorder or MotionRecorder()
+        if recorder is not None:
+            recorder.look(self._world)
+            self._world.observer = recorder.look
         self._recorded = scene  # the truth when something was recorded last
 
     @property
@@ -151,11 +163,13 @@ class SimulatedArena:
             What happened.
         """
         world = self._world
+        noted = self._recorder.begin(plan, world)
         try:
             check_start(plan, world)
         except InputError as error:  # nothing has moved: the way out starts from where the robot is
             return ExecutionResult(0.0, stopped=str(error))
-        run = execute(plan, world)
+        run = execute(plan, world, on_progress=partial(noted.note, world))
+        noted.t_end = world.t
         target = "" if plan.grasp is None else plan.grasp.item
         return self._settled(_recorded(run), run.t_start, run.releases, target)
 
@@ -167,7 +181,9 @@ class SimulatedArena:
         """
         world = self._world
         began, n_releases = world.t, len(world.grip.releases)
+        noted = self._recorder.begin(None, world)
         _let_go(world, LET_GO_TIME)
+        noted.t_end = world.t
         return self._settled(ExecutionResult(LET_GO_TIME), began, world.grip.releases[n_releases:], "")
 
     def _settled(

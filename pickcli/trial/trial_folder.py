@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pickcli.errors import InputError
 from pickcli.scene.scene_file import write_scene
+from pickcli.trial.motion_record import write_motion
 from pickcli.trial.output_file import write_output
 from pickcli.trial.trial_record import write_record
 from pickcli.trial.trial_result import TrialResult
@@ -19,9 +20,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+MOTION = "motion.json.gz"
+
 # Everything that is written into the folder, and so replaced in one that exists. The first is there only
 # after a trial that can claim something.
-NAMES = ("output.json", "scene.json", "after.json", "trial.json", "before.png", "after.png")
+NAMES = ("output.json", "scene.json", "after.json", "trial.json", "motion.json.gz", "before.png", "after.png")
 
 
 def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
@@ -58,6 +61,7 @@ def write_folder(
     result: TrialResult,
     record: Mapping[str, Any],
     pictures: Mapping[str, NDArray[np.uint8]],
+    motion: Mapping[str, Any] | None = None,
     replace: bool = True,
 ) -> tuple[Path, ...]:
     """Write all files of a trial, each whole or not at all.
@@ -67,6 +71,7 @@ def write_folder(
         result: What happened.
         record: The record of the trial, as JSON values.
         pictures: (height, width, 3) RGB, by name.
+        motion: Everything that moved, as JSON values; None where that was not recorded.
         replace: Whether files that are there may be replaced.
 
     Returns:
@@ -89,6 +94,8 @@ def write_folder(
         "trial.json": partial(write_record, record=record, replace=replace),
         **{f"{name}.png": partial(write_png, picture, replace=replace) for name, picture in pictures.items()},
     }
+    if motion is not None:
+        writers[MOTION] = partial(write_motion, values=motion, replace=replace)
     if (claim := result.final.claim) is not None:
         writers = {"output.json": partial(write_output, order=claim, replace=replace), **writers}
     return _write_all(folder, writers)

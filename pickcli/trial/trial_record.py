@@ -9,7 +9,8 @@ from __future__ import annotations
 import dataclasses
 import json
 import platform
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,11 @@ import numpy as np
 
 import pickcli
 from pickcli.cell.pod_tolerance import yaw_of
+from pickcli.errors import InputError, Reason, StaleError
 from pickcli.files.atomic_write import write_text
+from pickcli.files.bounded_reading import read_text
+from pickcli.files.file_kind import TRIAL
+from pickcli.files.json_reader import parse_json
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
@@ -34,6 +39,10 @@ CLAIM = (
     "beforehand: in this model it keeps the clearance and limits that its certificate states. This is "
     "evidence about the model, not a statement about the safety of a cell."
 )
+MAX_BYTES = 64 * 2**20
+_NEEDED = ("score", "max_score", "items", "items_in_tote", "attempts", "score_lines", "aborted", "clock_s")
+MOST_REASONS = 20  # of an attempt
+_FIGURE = re.compile(r"\d+(?:\.\d+)?")
 _PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig")
 
 
@@ -107,6 +116,32 @@ def write_record(path: Path, record: Mapping[str, Any], replace: bool = True) ->
     write_text(path, record_text(record), replace)
 
 
+def read_record(path: Path) -> dict[str, Any]:
+    """Read the record of a trial.
+
+    Args:
+        path: The file.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: It cannot be read, is no record, or lacks what every record has.
+        StaleError: It is of another version of the format.
+    """
+    record: dict[str, Any] = parse_json(
+        read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path)
+    )
+    made = record.get("made_from") if isinstance(record, dict) else None
+    if not isinstance(made, dict) or made.get("format") != FORMAT:
+        raise InputError(f"{path}: made_from.format is not {FORMAT!r}: no record of a trial; play one")
+    if made.get("version") != VERSION:
+        raise StaleError(f"{path}: is of version {made.get('version')}, not {VERSION}; play the trial again")
+    if lacking := [key for key in _NEEDED if key not in record]:
+        raise InputError(f"{path}: lacks {', '.join(lacking)}; play the trial again")
+    return record
+
+
 def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
     versions = {"apc-pick": pickcli.__version__, "python": platform.python_version()}
     for package in _PACKAGES:
@@ -161,6 +196,7 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
         "number": attempt.number,
         "outcome": str(attempt.outcome),
         "reason": attempt.reason,
+        "reasons": _reasons(attempt.reasons),
         **_turn(attempt),
         "t_start": _rounded(attempt.t_start),
         "plan": None if attempt.plan is None else _plan(attempt.plan),
@@ -169,6 +205,16 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
         "seen_in": attempt.seen_in,
         "truly_in": attempt.truly_in,
     }
+
+
+def _reasons(reasons: Iterable[Reason]) -> list[dict[str, Any]]:
+    """Reasons that differ in figures alone as one, the first of them; the most frequent first."""
+    groups: dict[tuple[str, ...], list[Reason]] = {}
+    for reason in reasons:
+        key = (reason.what, reason.where, _FIGURE.sub("", reason.detail), reason.in_the_way)
+        groups.setdefault(key, []).append(reason)
+    ranked = sorted(groups.values(), key=lambda group: -len(group))[:MOST_REASONS]
+    return [{**dataclasses.asdict(group[0]), "count": len(group)} for group in ranked]
 
 
 def _turn(attempt: Attempt) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
@@ -75,6 +76,7 @@ class Attempt:
         seen_in: Where the item was seen afterwards, "" if it was not.
         truly_in: Where it really was.
         in_the_way: Ids that the failed plan blames, the most blamed first.
+        reasons: Every reason why there is no plan.
         statistics: Wall-clock figures.
     """
 
@@ -95,6 +97,7 @@ class Attempt:
     seen_in: str = ""
     truly_in: str = ""
     in_the_way: tuple[str, ...] = ()
+    reasons: tuple[Reason, ...] = ()
     statistics: dict[str, float] = field(default_factory=dict)
 
     @property

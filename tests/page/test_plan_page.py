@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pickcli.errors import Reason, StaleError
+from pickcli.files.packed_array import unpacked
 from pickcli.geometry import Array, from_quaternion, inverse, pose, rotation_axis_angle
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import SegmentKind
@@ -18,7 +19,6 @@ from pickcli.page.page_document import PageDocument, document_values
 from pickcli.page.plan_page import plan_page
 from pickcli.verification.verify import verify
 from support.handmade_plans import CRAYOLA, pick, pick_pushing
-from support.page_files import unpacked
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,6 @@ import json
 import re
 from typing import Any
 
-import numpy as np
-
-from pickcli.geometry import Array
-
 
 def document_of(page: bytes) -> dict[str, Any]:
     """The document in a page."""
@@ -19,9 +15,3 @@ def document_of(page: bytes) -> dict[str, Any]:
     assert found is not None
     document: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(found[1])))
     return document
-
-
-def unpacked(packed: dict[str, Any]) -> Array:
-    """An array of a document, as the app unpacks it."""
-    steps = np.frombuffer(base64.b64decode(packed["data"]), dtype="<" + packed["type"])
-    return np.asarray(steps.reshape(packed["shape"]).cumsum(axis=0, dtype=np.int64) * packed["unit"])

@@ -29,7 +29,8 @@ def test_the_official_output_says_what_was_delivered(tmp_path: Path) -> None:
     record = trial_record(result, "order.json", wall_s=0.5)
     picture = np.zeros((4, 6, 3), np.uint8)
     folder = tmp_path / "runs" / "order-0"
-    paths = write_folder(folder, result, record, {"before": picture, "after": picture})
+    pictures = {"before": picture, "after": picture}
+    paths = write_folder(folder, result, record, pictures, {"format": "apc motion"})
     assert {p.name for p in paths} == {p.name for p in folder.iterdir()} == set(NAMES)
     output = read_order(folder / "output.json", CELL)
     assert output.bin_contents["bin_A"] == ("jane_eyre_dvd",)
@@ -79,7 +80,7 @@ def test_a_folder_that_was_filled_meanwhile_stays_as_it_is(tmp_path: Path) -> No
     for name in NAMES:
         (tmp_path / name).write_text("theirs")
     with pytest.raises(InputError, match="exists by now"):
-        write_folder(tmp_path, result, record, pictures, replace=False)
+        write_folder(tmp_path, result, record, pictures, {}, replace=False)
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == dict.fromkeys(NAMES, "theirs")
 
 

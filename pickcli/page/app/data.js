@@ -15,7 +15,7 @@ function bytesOf(base64) {
   return bytes;
 }
 
-/** Rows of numbers from an array that pickcli/page/packed_array.py packed. */
+/** Rows of numbers from an array that pickcli.files.packed_array.py packed. */
 export function unpack(packed) {
   const [n, columns = 1] = packed.shape;
   const steps = new INTEGERS[packed.type](bytesOf(packed.data).buffer);

@@ -1,6 +1,7 @@
 // What went wrong, drawn where it did: the bodies that met, how deep, and the grasp that was refused.
 import * as THREE from "three";
 
+const LABELS = 2; // of the most frequent reasons
 const LENGTH = 0.16; // m of the arrow of a grasp
 const AXES = { x: 0, y: 1, z: 2 };
 
@@ -20,14 +21,17 @@ export class Failures {
   /** Draws one reason, or several. */
   show(marks) {
     this.clear();
-    marks.forEach((mark, k) => {
+    const drawn = new Set(); // arrows that would cover each other
+    const labels = marks.map((mark, k) => {
       const met = this.stage.highlight(mark.names ?? [], "bad");
-      const depth = mark.depth ? `, ${(1e3 * mark.depth).toFixed(1)} mm deep` : "";
-      const times = mark.count > 1 ? ` (${mark.count} times)` : "";
-      const text = `${mark.title}${depth}${times}`;
-      const at = mark.grasp ? this.#arrow(mark.grasp, k) : middleOf(met);
-      if (at) this.stage.labels.set(`failure ${k}`, text, at, "bad");
-    });
+      const key = JSON.stringify(mark.grasp ?? [mark.names, k]);
+      if (drawn.has(key)) return null;
+      drawn.add(key);
+      const at = mark.grasp ? this.#arrow(mark.grasp, drawn.size - 1) : middleOf(met);
+      return at && { mark, at };
+    }).filter(Boolean);
+    labels.sort((a, b) => (b.mark.count ?? 1) - (a.mark.count ?? 1));
+    labels.slice(0, LABELS).forEach(({ mark, at }, k) => this.stage.labels.set(`failure ${k}`, words(mark), at, "bad"));
     this.stage.changed();
   }
 
@@ -50,6 +54,10 @@ export class Failures {
     this.group.add(arrow);
     return from;
   }
+}
+
+function words({ title, depth, count }) {
+  return [title, depth ? `, ${(1e3 * depth).toFixed(1)} mm deep` : "", count > 1 ? ` (${count} times)` : ""].join("");
 }
 
 /** The direction (in the world) that a face of an item looks to; of round faces the one a grasp comes from. */

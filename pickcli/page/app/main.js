@@ -89,19 +89,24 @@ class Page {
   #setChapter(t) {
     if (!this.chapters.length) return;
     const k = this.chapters.findLastIndex(({ t_start }) => t >= t_start - 1e-6);
-    if (k === this.chapter) return;
+    if (k !== this.chapter) this.#openChapter(k);
+  }
+
+  /** Shows an attempt: its path, its failures, and its row in the panel. */
+  #openChapter(k) {
     this.chapter = k;
     this.panel.setChapter(k);
     if (k < 0) return;
-    const { t_start, t_end, marks = [], title } = this.chapters[k];
+    const { t_start, t_end, marks = [] } = this.chapters[k];
     if (this.path && this.isPathShown !== false && !this.contents.motion.is_path_drawn) this.path.show(t_start, t_end);
     this.failures.show(marks);
-    this.panel.showReasons(`Reasons: ${title}`, marks);
+    this.panel.showReasons("", marks, k);
   }
 
   showChapter(k) {
     if (!this.chapters[k]) return;
     this.replay.seek(this.chapters[k].t_start);
+    this.#openChapter(k); // others may begin at the same time
   }
 
   showMark(mark) {

@@ -8,8 +8,8 @@ export class Panel {
     this.chosen = this.#add("div");
     this.reasons = this.#add("div");
     if (contents.marks?.length) this.showReasons("Reasons against it", contents.marks);
-    for (const table of contents.tables ?? []) this.#table(table);
     if (contents.chapters?.length) this.#chapters(contents.chapters);
+    for (const table of contents.tables ?? []) this.#table(table);
     for (const chart of contents.charts ?? []) this.#chart(chart);
   }
 
@@ -22,9 +22,10 @@ export class Panel {
     this.chosen.append(node("h2", "", "Chosen"), card);
   }
 
-  /** Lists reasons; a click draws one of them alone. */
-  showReasons(title, marks) {
+  /** Lists reasons, of an attempt under its row; a click draws one of them alone. */
+  showReasons(title, marks, k = -1) {
     this.reasons.replaceChildren();
+    this.chapterRows?.[k]?.after(this.reasons);
     if (!marks.length) return;
     const rows = marks.map((mark) => {
       const row = node("button", `row ${mark.tone ?? ""}`, mark.title);
@@ -33,12 +34,14 @@ export class Panel {
       row.onclick = () => this.actions.showMark(mark);
       return row;
     });
-    this.reasons.append(node("h2", "", title), node("div", "rows", ...rows));
+    this.reasons.className = k < 0 ? "" : "inner";
+    this.reasons.append(...(title ? [node("h2", "", title)] : []), node("div", "rows", ...rows));
   }
 
   /** Marks the attempt that is played. */
   setChapter(k) {
     this.chapterRows?.forEach((row, i) => row.classList.toggle("is-now", i === k));
+    this.chapterRows?.[k]?.scrollIntoView({ block: "nearest" });
   }
 
   #head({ title, subtitle, facts = [] }) {

@@ -3,6 +3,8 @@ import * as THREE from "three";
 import { placeIn, rowAt, unpack } from "./data.js";
 import { distanceColour } from "./palette.js";
 
+const STEP = 0.02; // s between two points of a path
+const MOST = 4000; // points of it
 const PLAIN = [0.35, 0.5, 0.72];
 
 export class ToolPath {
@@ -15,16 +17,13 @@ export class ToolPath {
 
   /** Draws the path between two times. */
   show(t_start, t_end) {
-    const { times } = this.replay;
-    const first = placeIn(times, t_start)[0];
-    const last = Math.min(placeIn(times, t_end)[0] + 1, times.length - 1);
     this.hide();
-    if (last <= first) return;
+    const n = Math.min(Math.ceil((t_end - t_start) / STEP), MOST);
+    if (n < 1) return;
+    const times = Array.from({ length: n + 1 }, (_, i) => t_start + (i / n) * (t_end - t_start));
     const geometry = new THREE.LineGeometry();
-    geometry.setPositions(this.replay.tips(first, last));
-    const colours = [];
-    for (let i = first; i <= last; i++) colours.push(...this.#colour(times[i]));
-    geometry.setColors(colours);
+    geometry.setPositions(this.replay.tips(times));
+    geometry.setColors(times.flatMap((t) => this.#colour(t)));
     const material = new THREE.LineMaterial({ vertexColors: true, linewidth: 3.5, worldUnits: false });
     this.line = new THREE.Line2(geometry, material);
     this.stage.overlay.add(this.line);

@@ -1,6 +1,6 @@
 // The clock of a page, and where everything is at a time.
 import * as THREE from "three";
-import { placeIn, rowAt, unpack } from "./data.js";
+import { rowAt, unpack } from "./data.js";
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
 
@@ -53,16 +53,15 @@ export class Replay {
     for (const listener of this.listeners) listener(this.t);
   }
 
-  /** Where the tip of the tool is at the times of the samples from one to another: (x, y, z) in a row. */
-  tips(first, last) {
+  /** Where the tip of the tool is at some times: (x, y, z) in a row. */
+  tips(times) {
     const { robot } = this.stage;
-    const points = new Float32Array(3 * (last - first + 1));
+    const points = new Float32Array(3 * times.length);
     const at = new THREE.Vector3();
-    const { columns, values } = this.positions;
-    for (let i = first; i <= last; i++) {
-      robot.set(values.subarray(i * columns, (i + 1) * columns));
-      robot.tip.getWorldPosition(at).toArray(points, 3 * (i - first));
-    }
+    times.forEach((t, i) => {
+      robot.set(rowAt(this.times, this.positions, t));
+      robot.tip.getWorldPosition(at).toArray(points, 3 * i);
+    });
     robot.set(this.row);
     return points;
   }
@@ -78,9 +77,7 @@ export class Replay {
       else if (isFirst) this.#put(span.item, matrixOf(this.starts.get(span.item)));
     });
     for (const track of this.tracks) {
-      const [i] = placeIn(track.times, this.t);
-      const row = this.t <= track.times[0] && i === 0 ? (this.starts.get(track.item) ?? rowAt(track.times, track.poses, this.t)) : rowAt(track.times, track.poses, this.t);
-      this.#put(track.item, matrixOf(row));
+      this.#put(track.item, matrixOf(rowAt(track.times, track.poses, this.t)));
     }
     this.stage.changed();
   }

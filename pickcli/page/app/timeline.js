@@ -276,7 +276,12 @@ function signalRow(signal) {
         ink.strokeStyle = curves.length > 1 ? curveColour(k) : styled("accent");
         ink.lineWidth = 1.2;
         ink.beginPath();
-        for (const i of rows) ink.lineTo(line.x(times[i]), level(table.values[i * table.columns + k], y));
+        rows.forEach((i, n) => {
+          const isApart = limit !== undefined && n > 0 && times[i] - times[rows[n - 1]] > apart(rows);
+          const point = [line.x(times[i]), level(table.values[i * table.columns + k], y)];
+          if (isApart) ink.moveTo(...point);
+          else ink.lineTo(...point);
+        });
         ink.stroke();
       });
       const peak = largest(times, table, line);
@@ -303,6 +308,7 @@ function clearanceRow(clearance) {
       const rows = visible(times, line);
       rows.forEach((i, k) => {
         const next = rows[k + 1] ?? i;
+        if (times[next] - times[i] > apart(rows)) return;
         const rgb = distanceColour(values[i]).map((part) => Math.round(255 * part));
         ink.fillStyle = `rgb(${rgb.join(",")})`;
         const top = level(values[i], y);
@@ -350,6 +356,11 @@ function visible(times, line) {
   const rows = [];
   for (let i = first; i <= last; i += step) rows.push(i);
   return rows;
+}
+
+/** Seconds from which two rows belong to two motions. */
+function apart(rows) {
+  return 0.15 + 0.05 * (rows.length > 1 ? rows[1] - rows[0] : 1);
 }
 
 function largest(times, { columns, values }, line) {

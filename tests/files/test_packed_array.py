@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.page.packed_array import packed
-from support.page_files import unpacked
+from pickcli.files.packed_array import packed, unpacked
 
 
 @given(

@@ -1,8 +1,9 @@
-"""Arrays of a page as few bytes: rounded to a stated resolution, as differences along time."""
+"""Arrays over time as few bytes of JSON: rounded to a stated resolution, as differences in time."""
 
 from __future__ import annotations
 
 import base64
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -36,3 +37,22 @@ def packed(values: Array, resolution: float) -> dict[str, Any]:
         "unit": resolution,
         "data": base64.b64encode(data).decode(),
     }
+
+
+def unpacked(told: Mapping[str, Any]) -> Array:
+    """An array from its JSON values.
+
+    Args:
+        told: As ``packed`` makes them.
+
+    Returns:
+        The array, of the shape that is stated.
+
+    Raises:
+        KeyError: If one of the values is missing.
+        ValueError: If there are more or fewer elements than are stated, or the type is none of those.
+    """
+    kind = dict(_TYPES)[told["type"]]
+    steps = np.frombuffer(base64.b64decode(told["data"]), dtype=np.dtype(kind).newbyteorder("<"))
+    rows = steps.reshape(told["shape"]).cumsum(axis=0, dtype=np.int64)
+    return np.asarray(rows * float(told["unit"]))

@@ -1,0 +1,72 @@
+"""How near the robot of a trial came to what it might not touch, with every item where it was then."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.geometry import Array, from_quaternion, inverse, pose
+from pickcli.kinematics.arm import Arm
+from pickcli.page.page_motion import Carried, PathClearance
+from pickcli.page.page_scene import posed
+from pickcli.page.path_clearance import NearestPairs
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
+
+STEP = 0.04  # s between two times at which the clearance is measured
+FARTHEST = 0.05  # m that an item may be from the tip to count as held where the plan says so
+
+
+def trial_clearance(scene: Scene, motion: RecordedMotion) -> PathClearance | None:
+    """The distance to the nearest solid that is no planned contact, while something is carried out.
+
+    Args:
+        scene: Where everything truly was at the start.
+        motion: What moved.
+
+    Returns:
+        The clearance, from below; None where nothing was carried out.
+    """
+    moves = [execution for execution in motion.executions if execution.segments]
+    if not moves:
+        return None
+    pairs = NearestPairs(scene.cell)
+    for move in moves:
+        times = np.arange(move.segments[0].t_start, move.segments[-1].t_end, STEP)
+        here = _scene_at(scene, motion, move.t_start)
+        Q = _joints_at(motion, times)[:, : scene.cell.robot.n_joints]
+        pairs.add(here, move.segments, times, Q, _carried(here, motion, move))
+    return pairs.clearance()
+
+
+def _scene_at(scene: Scene, motion: RecordedMotion, t: float) -> Scene:
+    """The true scene at a time: what moved by then lies where it was recorded."""
+    items = tuple(
+        replace(placed, T_world_item=_item_at(motion, placed.id, t)) if placed.id in motion.items else placed
+        for placed in scene.items
+    )
+    return replace(scene, items=items, noise=PoseNoise())
+
+
+def _carried(scene: Scene, motion: RecordedMotion, move: RecordedExecution) -> tuple[Carried, ...]:
+    """What hangs in the tool in a motion, as it did in the middle of that."""
+    held = [segment for segment in move.segments if segment.held is not None]
+    if not held or held[0].held not in motion.items:
+        return ()
+    t = (held[0].t_start + held[0].t_end) / 2
+    item = held[0].held
+    q = _joints_at(motion, np.array([t]))[0, : scene.cell.robot.n_joints]
+    tip = Arm(scene.cell.robot).tip(q, held[0].tool_state)
+    T_tip_item = inverse(tip) @ _item_at(motion, item, t)
+    return (Carried(item, held[0].t_start, held[-1].t_end, posed(T_tip_item)),)
+
+
+def _joints_at(motion: RecordedMotion, times: Array) -> Array:
+    return np.column_stack([np.interp(times, motion.times, column) for column in motion.joints.T])
+
+
+def _item_at(motion: RecordedMotion, item: str, t: float) -> Array:
+    times, poses = motion.items[item]
+    row = np.array([np.interp(t, times, column) for column in poses.T])
+    return pose(row[:3], R=from_quaternion(row[3:]))

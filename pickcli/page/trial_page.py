@@ -1,0 +1,212 @@
+"""The page of a trial: everything that moved, attempt by attempt, with what went wrong and the score."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import Reason
+from pickcli.files.packed_array import packed
+from pickcli.geometry import Array
+from pickcli.page.failure_marks import failure_marks, named_parts
+from pickcli.page.motion_parts import TIME, limit_signal, segment_lane, switched_lanes
+from pickcli.page.page_document import PageDocument, PageTable
+from pickcli.page.page_motion import Chapter, Mark, PageMotion, Signal, Track
+from pickcli.page.page_scene import Fact, Tone
+from pickcli.page.scene_page import standing_page
+from pickcli.page.trial_clearance import trial_clearance
+from pickcli.scene.scene import Scene
+from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
+
+JOINT, POSE, KILOPASCAL = 1e-4, 1e-4, 0.05  # what numbers are rounded to
+_TONES = {
+    "in tote": Tone.GOOD, "delivered": Tone.GOOD, "moved aside": Tone.GOOD, "not picked": Tone.FAIR,
+    "no time": Tone.FAIR,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Played:
+    """An attempt of the record, with what was carried out for it."""
+
+    told: Mapping[str, Any]
+    executions: tuple[tuple[Mapping[str, Any], RecordedExecution], ...]
+    t_start: float
+    t_end: float
+
+
+def trial_page(record: Mapping[str, Any], scene: Scene, motion: RecordedMotion) -> PageDocument:
+    """Show a trial.
+
+    Args:
+        record: What its ``trial.json`` says.
+        scene: Where everything truly was at its start.
+        motion: What moved.
+
+    Returns:
+        The page.
+    """
+    cell, attempts = scene.cell, _played(record["attempts"], motion)
+    duration = float(motion.times[-1])
+    segments = [segment for execution in motion.executions for segment in execution.segments]
+    made = record["made_from"]
+    subtitle = f"{made['order']}, seed {made['seed']}, cell {made['cell']}, {duration:.0f} s simulated"
+    base = standing_page(scene, "trial", f"{record['score']} of {record['max_score']} points", subtitle)
+    return replace(
+        base,
+        facts=tuple(_facts(record)),
+        motion=PageMotion(
+            duration,
+            packed(motion.times, TIME),
+            packed(motion.joints, JOINT),
+            tracks=tuple(
+                Track(item, packed(times, TIME), packed(poses, POSE))
+                for item, (times, poses) in motion.items.items()
+            ),
+            is_path_drawn=False,
+        ),
+        lanes=(segment_lane(segments), *switched_lanes(_switched(attempts), cell, duration)),
+        signals=(*_vacuum(motion), *_limits(motion, cell)),
+        clearance=trial_clearance(scene, motion),
+        chapters=tuple(_chapter(attempt, scene) for attempt in attempts),
+        tables=(_score(record),),
+    )
+
+
+def _played(attempts: Sequence[Mapping[str, Any]], motion: RecordedMotion) -> list[_Played]:
+    """Every attempt with its executions, which were recorded in the same order."""
+    left, played, now = list(motion.executions), [], 0.0
+    for told in attempts:
+        own = []
+        for each in _executed(told):
+            if left:
+                own.append((each, left.pop(0)))
+        began = own[0][1].t_start if own else now
+        now = own[-1][1].t_end if own else now
+        played.append(_Played(told, tuple(own), began, now))
+    return played
+
+
+def _executed(attempt: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+    """The executions of an attempt, in the order of time."""
+    steps = (attempt.get("parking"), attempt["execution"], *(s["execution"] for s in attempt["recovery"]))
+    return (step for step in steps if step is not None)
+
+
+def _facts(record: Mapping[str, Any]) -> Iterator[Fact]:
+    share = record["score"] / record["max_score"] if record["max_score"] else 0.0
+    yield Fact("score", f"{record['score']} of {record['max_score']}, {share:.0%}")
+    yield Fact("delivered", f"{record['items_in_tote']} of {len(record['items'])} targets")
+    for key, label in (
+        ("collisions", "collisions"), ("limit_violations", "limit violations"), ("drops", "items lost"),
+        ("disturbed", "items moved"), ("misjudged", "misjudged"),
+    ):  # fmt: skip
+        yield Fact(label, str(record[key]), Tone.BAD if record[key] else Tone.PLAIN)
+    yield Fact("time", f"{record['clock_s']:.0f} s on the clock, {record['simulated_s']:.0f} s simulated")
+    shift = record["pod_shift"]
+    yield Fact("pod", f"shifted by {shift['x_mm']:.0f}, {shift['y_mm']:.0f} mm, {shift['yaw_deg']:.1f}°")
+    if record["aborted"]:
+        yield Fact("aborted", record["aborted"], Tone.BAD)
+
+
+def _score(record: Mapping[str, Any]) -> PageTable:
+    lines = record["score_lines"]
+    rows = tuple((f"{line['points']:+d}", line["subject"], line["reason"]) for line in lines)
+    tones = tuple(Tone.BAD if line["points"] < 0 else Tone.PLAIN for line in lines)
+    return PageTable("Score by rule", ("points", "for", "why"), rows or (("0", "", "no line"),), tones)
+
+
+def _chapter(attempt: _Played, scene: Scene) -> Chapter:
+    told = attempt.told
+    item, aside = told["item"], "aside: " if told["is_aside"] else ""
+    retry = f" (try {told['number']})" if told["number"] > 1 else ""
+    return Chapter(
+        f"{aside}{item.replace('_', ' ')}, {told['out_of'] or told['bin']} to {told['into']}{retry}",
+        told["outcome"],
+        _TONES.get(told["outcome"], Tone.BAD),
+        round(attempt.t_start, 3),
+        round(attempt.t_end, 3),
+        item,
+        told["out_of"] or told["bin"],
+        told["reason"],
+        tuple(_marks(attempt, scene)),
+    )
+
+
+def _marks(attempt: _Played, scene: Scene) -> Iterator[Mark]:
+    """Refused grasps and what was met, contacts, drops and what was moved."""
+    known = named_parts(scene)
+    reasons = [
+        Reason(each["what"], each["where"], each["detail"], each["in_the_way"])
+        for each in attempt.told.get("reasons", ())
+        for _ in range(each["count"])
+    ]
+    for mark in failure_marks(reasons, known, attempt.told["item"]):
+        yield replace(mark, t=None)  # there was no motion yet
+    for told, execution in attempt.executions:
+        yield from _happened(told, execution, known)
+
+
+def _happened(
+    told: Mapping[str, Any], execution: RecordedExecution, known: frozenset[str]
+) -> Iterator[Mark]:  # fmt: skip
+    """What went wrong while something was carried out."""
+    if told["stopped"]:
+        yield Mark("stopped", told["stopped"], execution.t_end, Tone.FAIR)
+    for hit in told["collisions"]:
+        names = tuple(name for name in (hit["a"], hit["b"]) if name in known)
+        detail = f"{hit['a']} and {hit['b']}, {hit['force']:.0f} N"
+        yield Mark("contact", detail, hit["t_start"], Tone.BAD, names, depth=hit["depth"])
+    for drop in told["drops"]:
+        if not drop["is_release"]:
+            detail = f"{drop['item']} fell {drop['height']:.2f} m"
+            yield Mark("lost", detail, execution.t_end, Tone.BAD, (drop["item"],))
+    for moved in told["disturbed"]:
+        detail = f"{moved['item']} {moved['kind']}, by {1e3 * moved['moved']:.0f} mm"
+        yield Mark("moved", detail, execution.t_end, Tone.FAIR, (moved["item"],))
+
+
+def _switched(attempts: Sequence[_Played]) -> list[tuple[float, str, str, str]]:
+    """(s, device, action, what is told) of every event that fired."""
+    found = []
+    for attempt in attempts:
+        for told, _ in attempt.executions:
+            for event in told["events"]:
+                off = f"{1e3 * event['distance']:.1f} mm of path from where it was due"
+                read = (
+                    "" if event["reading"] is None else f"reads {'held' if event['reading'] else 'nothing'}, "
+                )
+                found.append((event["t"], event["device"], event["action"], read + off))
+    return found
+
+
+def _vacuum(motion: RecordedMotion) -> Iterator[Signal]:
+    if len(motion.vacuum):
+        yield Signal(
+            "vacuum", "kPa", packed(motion.vacuum_times, TIME),
+            packed(motion.vacuum[:, None] / 1e3, KILOPASCAL), ("in the cup",), (1.0,), (), 0.0, 62.0,
+        )  # fmt: skip
+
+
+def _limits(motion: RecordedMotion, cell: Cell) -> Iterator[Signal]:
+    """Velocity, acceleration and jerk of all that was carried out, at rest in between."""
+    moves = [each for each in motion.executions if each.shares]
+    if not moves:
+        return
+    n = cell.robot.n_joints
+    for k in range(3):
+        times, rows = [np.zeros(1)], [np.zeros((1, n))]
+        for each in moves:
+            times += [each.times[:1] - 2 * TIME, each.times, each.times[-1:] + 2 * TIME]
+            rows += [np.zeros((1, n)), each.shares[k], np.zeros((1, n))]
+        at = np.concatenate(times)
+        is_later = np.append(True, np.diff(np.maximum.accumulate(at)) > 0.0)
+        yield limit_signal(k + 1, _without_rest(np.concatenate(rows))[is_later], cell, at[is_later])
+
+
+def _without_rest(shares: Array) -> Array:
+    return np.clip(shares, -1.2, 1.2)

@@ -1,0 +1,226 @@
+"""The motion of a trial as a file, to be replayed: joints, items, vacuum, and what was carried out when.
+
+What was recorded is thinned: straight lines between the rows that are kept lead past all others within stated
+bounds. The format is described in docs/formats/trial.md.
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.tool import ToolState
+from pickcli.errors import InputError
+from pickcli.files.atomic_write import write_bytes
+from pickcli.files.bounded_reading import read_bytes
+from pickcli.files.packed_array import packed, unpacked
+from pickcli.geometry import Array
+from pickcli.motion.limit_shares import limit_shares
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.simulation.motion_recorder import LOOK_TIME, MotionRecorder, RecordedRun
+
+FORMAT, VERSION = "apc motion", 1
+MAX_BYTES = 64 * 2**20
+
+JOINT_BOUND = 1e-3  # rad or m by which a replayed joint may be off where the recorder looked
+POSITION_BOUND = 1e-3  # m, of an item
+TURN_BOUND = 2e-3  # of a quaternion's elements
+VACUUM_BOUND = 300.0  # Pa
+_TIME, _JOINT, _POSE, _VACUUM, _SHARE = 1e-3, 1e-4, 1e-4, 50.0, 0.01  # what numbers are rounded to
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedExecution:
+    """One plan, or letting go, as it was carried out.
+
+    Attributes:
+        query: What was asked for.
+        arm: Name of the arm that moved; empty in a cell with one.
+        t_start: s, simulated.
+        t_end: s, simulated.
+        segments: Of the plan as far as it came, with their simulated times.
+        times: (N,) s, simulated.
+        shares: (N, n) each of velocity, acceleration and jerk as planned, over their limits.
+    """
+
+    query: str
+    arm: str
+    t_start: float
+    t_end: float
+    segments: tuple[Segment, ...]
+    times: Array
+    shares: tuple[Array, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedMotion:
+    """What moved in a trial.
+
+    Attributes:
+        joint_names: Names of the m joints: the planned ones, then those of the tool.
+        times: (N,) s, simulated.
+        joints: (N, m) rad or m, as measured.
+        vacuum_times: (K,) s.
+        vacuum: (K,) Pa below ambient in the cup; without rows where there is none.
+        items: By id, s (M,) and poses (M, 7) of what moved.
+        executions: In the order of time.
+    """
+
+    joint_names: tuple[str, ...]
+    times: Array
+    joints: Array
+    vacuum_times: Array
+    vacuum: Array
+    items: dict[str, tuple[Array, Array]]
+    executions: tuple[RecordedExecution, ...]
+
+
+def motion_values(recorder: MotionRecorder, cell: Cell) -> dict[str, Any]:
+    """What was recorded, as JSON values.
+
+    Args:
+        recorder: What looked at the world.
+        cell: The cell as the arm sees it that moved.
+
+    Returns:
+        Values by name.
+    """
+    times, joints = np.array(recorder.times), np.array(recorder.joints)
+    pressure = np.array(recorder.vacuum)[:, None]
+    of_joints = thinned(times, joints, np.full(joints.shape[1], JOINT_BOUND))
+    of_vacuum = thinned(times, pressure, np.array([VACUUM_BOUND])) if pressure.any() else np.zeros(0, np.intp)
+    moved = [(name, rows) for name, rows in sorted(recorder.items.items()) if _has_moved(np.array(rows))]
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "joints": [*cell.robot.joint_names, *cell.robot.tool.joints],
+        "times": packed(times[of_joints], _TIME),
+        "positions": packed(joints[of_joints], _JOINT),
+        "vacuum": {
+            "times": packed(times[of_vacuum], _TIME),
+            "values": packed(pressure[of_vacuum, 0], _VACUUM),
+        },
+        "items": [_item(name, np.array(rows)) for name, rows in moved],
+        "executions": [_execution(run, cell) for run in recorder.runs],
+    }  # fmt: skip
+
+
+def write_motion(path: Path, values: Mapping[str, Any], replace: bool = True) -> None:
+    """Write what was recorded: JSON, compressed by gzip. The same values give the same bytes.
+
+    Args:
+        path: Where to write.
+        values: JSON values by name.
+        replace: Whether a file that is there may be replaced.
+
+    Raises:
+        InputError: The place cannot be written.
+    """
+    text = json.dumps(values, separators=(",", ":"), allow_nan=False)
+    write_bytes(path, gzip.compress(text.encode(), compresslevel=9, mtime=0), replace)
+
+
+def read_motion(path: Path) -> RecordedMotion:
+    """Read what was recorded.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The motion.
+
+    Raises:
+        InputError: It cannot be read, or is no such file.
+    """
+    content = read_bytes(path, MAX_BYTES, "apc run-trial writes one")
+    try:
+        told = json.loads(gzip.decompress(content))
+        if (told["format"], told["version"]) != (FORMAT, VERSION):
+            raise ValueError(f"is {told['format']!r} version {told['version']}, not {FORMAT!r} {VERSION}")
+        return RecordedMotion(
+            tuple(told["joints"]), unpacked(told["times"]), unpacked(told["positions"]),
+            unpacked(told["vacuum"]["times"]), unpacked(told["vacuum"]["values"]),
+            {item["id"]: (unpacked(item["times"]), unpacked(item["poses"])) for item in told["items"]},
+            tuple(_read_execution(each) for each in told["executions"]),
+        )  # fmt: skip
+    except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: is no motion of a trial ({error}); play the trial again") from error
+
+
+def thinned(times: Array, rows: Array, bounds: Array) -> NDArray[np.intp]:
+    """Which rows to keep so that straight lines between them lead past the others within bounds.
+
+    Args:
+        times: (N,) s, rising.
+        rows: (N, k).
+        bounds: (k,) by which an element may be off.
+
+    Returns:
+        (M,) indices, the first and the last row among them.
+    """
+    kept, low, high = [0], np.full(rows.shape[1], -np.inf), np.full(rows.shape[1], np.inf)
+    for i in range(1, len(times)):
+        slope = (rows[i] - rows[kept[-1]]) / (times[i] - times[kept[-1]])
+        if ((slope < low) | (slope > high)).any():
+            kept.append(i - 1)
+            slope = (rows[i] - rows[i - 1]) / (times[i] - times[i - 1])
+            low, high = np.full(rows.shape[1], -np.inf), np.full(rows.shape[1], np.inf)
+        room = bounds / (times[i] - times[kept[-1]])
+        low, high = np.maximum(low, slope - room), np.minimum(high, slope + room)
+    return np.array(kept if kept[-1] == len(times) - 1 else [*kept, len(times) - 1])
+
+
+def _has_moved(rows: Array) -> bool:
+    """Whether an item ever was farther from where it began than replayed ones may be off."""
+    off = np.abs(rows[:, 1:] - rows[0, 1:]).max(axis=0)
+    return bool(off[:3].max() > POSITION_BOUND or off[3:].max() > TURN_BOUND)
+
+
+def _item(name: str, rows: Array) -> dict[str, Any]:
+    bounds = np.array([POSITION_BOUND] * 3 + [TURN_BOUND] * 4)
+    kept = thinned(rows[:, 0], rows[:, 1:], bounds)
+    return {"id": name, "times": packed(rows[kept, 0], _TIME), "poses": packed(rows[kept, 1:], _POSE)}
+
+
+def _execution(run: RecordedRun, cell: Cell) -> dict[str, Any]:
+    times = np.arange(run.t_start, run.t_end + LOOK_TIME, LOOK_TIME)
+    plan = run.plan
+    told = {"t_start": round(run.t_start, 3), "t_end": round(run.t_end, 3), "times": packed(times, _TIME)}
+    if plan is None:
+        return {"query": "let go", "arm": cell.arm, **told, "segments": [], "shares": []}
+    at = run.plan_time(times)
+    shares = [
+        packed(np.where(_is_moving(at)[:, None], limit_shares(plan.trajectory, cell, at, k), 0.0), _SHARE)
+        for k in (1, 2, 3)
+    ]
+    segments = [
+        [str(s.kind), *ends, str(s.tool_state), s.held, list(s.touching)]
+        for s in plan.segments
+        for ends in [[round(run.simulated_time(t), 3) for t in (s.t_start, s.t_end)]]
+        if ends[1] > ends[0]
+    ]
+    return {"query": plan.query, "arm": plan.arm, **told, "segments": segments, "shares": shares}
+
+
+def _read_execution(told: Mapping[str, Any]) -> RecordedExecution:
+    segments = tuple(
+        Segment(SegmentKind(kind), t_start, t_end, ToolState(state), held, tuple(touching))
+        for kind, t_start, t_end, state, held, touching in told["segments"]
+    )
+    return RecordedExecution(
+        told["query"], told["arm"], told["t_start"], told["t_end"], segments, unpacked(told["times"]),
+        tuple(unpacked(each) for each in told["shares"]),
+    )  # fmt: skip
+
+
+def _is_moving(at: Array) -> NDArray[np.bool_]:
+    """Whether the plan's time passes at its times (N,)."""
+    return np.append(np.diff(at) > 0.0, False)

@@ -1,0 +1,117 @@
+"""The page of a trial: what was recorded is replayed, attempts have their reasons, rules their points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pickcli.files.packed_array import unpacked
+from pickcli.page.html_page import page_bytes
+from pickcli.page.page_document import PageDocument
+from pickcli.page.page_scene import Tone
+from pickcli.page.trial_page import trial_page
+from pickcli.page.trials_page import trials_page
+from pickcli.trial.loop import run_trial
+from pickcli.trial.motion_record import RecordedMotion, motion_values, read_motion, write_motion
+from pickcli.trial.trial_record import trial_record
+from support.browser import browser
+from support.handmade_plans import CRAYOLA, cell, pick
+from support.order_builders import pick_order
+from support.recorded_pick import play
+from support.scripted_trial import ScriptedTrial, scene_of
+
+ORDER = pick_order({"bin_B": (CRAYOLA, "dove_beauty_bar")}, ("bin_B", CRAYOLA), ("bin_B", "dove_beauty_bar"))
+
+
+def record(**script: Any) -> dict[str, Any]:
+    """Of a trial in which the first target is delivered, and the second by the script."""
+    played = run_trial(ORDER, ScriptedTrial(scene_of(ORDER, cell()), **script).interfaces())
+    return trial_record(played, "order.json", wall_s=0.5)
+
+
+@pytest.fixture(scope="module")
+def motion(tmp_path_factory: pytest.TempPathFactory) -> RecordedMotion:
+    path = tmp_path_factory.mktemp("motion") / "motion.json.gz"
+    write_motion(path, motion_values(play()[0], cell()))
+    return read_motion(path)
+
+
+@pytest.fixture(scope="module")
+def shown(motion: RecordedMotion) -> PageDocument:
+    return trial_page(record(no_plan=frozenset({"dove_beauty_bar"})), pick()[1], motion)
+
+
+def test_it_replays_what_was_recorded(shown: PageDocument, motion: RecordedMotion) -> None:
+    assert shown.motion is not None and shown.robot is not None
+    assert shown.robot.moved == motion.joint_names
+    np.testing.assert_allclose(unpacked(shown.motion.positions), motion.joints, atol=1e-4)
+    assert [track.item for track in shown.motion.tracks] == [CRAYOLA]
+    segments = next(lane for lane in shown.lanes if lane.name == "segments")
+    assert [span.label for span in segments.spans] == [str(s.kind) for s in pick()[0].segments]
+    assert [signal.name for signal in shown.signals] == ["vacuum", "velocity", "acceleration", "jerk"]
+    assert shown.clearance is not None
+    distances = unpacked(shown.clearance.values)
+    assert -0.005 < distances.min() < 0.05 and any(CRAYOLA in name for name in shown.clearance.names)
+
+
+def test_attempts_are_chapters_with_their_reasons(shown: PageDocument, motion: RecordedMotion) -> None:
+    by_item = {chapter.item: chapter for chapter in shown.chapters}
+    assert set(by_item) == {CRAYOLA, "dove_beauty_bar"}
+    done, missed = by_item[CRAYOLA], by_item["dove_beauty_bar"]
+    (execution,) = motion.executions
+    assert (done.tone, done.marks) == (Tone.GOOD, ())
+    assert (done.t_start, done.t_end) == pytest.approx((execution.t_start, execution.t_end), abs=1e-3)
+    assert missed.tone is Tone.BAD and missed.outcome == "no plan" and missed.place == "bin_B"
+    assert [(mark.title, mark.t) for mark in missed.marks] == [("does not hold", None)]
+
+
+def test_the_score_is_told_by_rule_and_line(shown: PageDocument) -> None:
+    told = record(no_plan=frozenset({"dove_beauty_bar"}))
+    (table,) = shown.tables
+    assert [int(row[0]) for row in table.rows] == [line["points"] for line in told["score_lines"]]
+    assert sum(int(row[0]) for row in table.rows) == told["score"]
+    assert f"{told['score']} of {told['max_score']}" in shown.title
+
+
+def test_it_is_the_same_again_and_small(shown: PageDocument, motion: RecordedMotion) -> None:
+    again = trial_page(record(no_plan=frozenset({"dove_beauty_bar"})), pick()[1], motion)
+    assert page_bytes(shown) == page_bytes(again)
+    assert len(page_bytes(shown)) < 1_000_000
+
+
+def test_several_trials_are_compared() -> None:
+    document = trials_page({"a": record(), "b": record(no_plan=frozenset({"dove_beauty_bar"}))})
+    scores, causes = document.tables
+    assert [row[0] for row in scores.rows] == ["a", "b"]
+    assert [row[3:5] for row in scores.rows] == [("2", "2"), ("1", "2")]
+    assert [(row[0], row[1].partition(":")[0]) for row in causes.rows] == [("1", "no plan")]
+    by_place, by_item = document.charts
+    assert [(bar.name, bar.counts) for bar in by_place.bars] == [("bin B", (3, 0, 1))]
+    assert {bar.name: bar.counts for bar in by_item.bars}["dove beauty bar"] == (1, 0, 1)
+    assert ("delivered", "3 of 4 targets, 75%") in {(fact.label, fact.value) for fact in document.facts}
+
+
+@pytest.mark.slow
+def test_pages_of_trials_open_in_a_browser(chromium: str, shown: PageDocument, tmp_path: Path) -> None:
+    page, several = tmp_path / "trial.html", tmp_path / "trials.html"
+    page.write_bytes(page_bytes(shown))
+    several.write_bytes(page_bytes(trials_page({"a": record()})))
+    with browser(chromium) as found:
+        found.open(page)
+        found.press("]")
+        assert found.run("apcPage.chapter") >= 0
+        found.run(
+            "[...document.querySelectorAll('#panel .row')].find(r => r.textContent.includes('dove')).click()"
+        )
+        assert found.run("apcPage.chapters[apcPage.chapter].item") == "dove_beauty_bar"
+        assert "does not hold" in found.run("document.querySelector('#panel .inner').textContent")
+        at = f"apcPage.stage.items.get('{CRAYOLA}').position.z"
+        before = found.run(f"(apcPage.replay.seek(0), {at})")
+        found.press("End")
+        assert abs(found.run(at) - before) > 0.1
+        found.open(several)
+        assert "1 trials" in found.run("document.body.textContent")
+        assert found.errors == []
