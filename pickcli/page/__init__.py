@@ -3,7 +3,8 @@
 Read in this order:
 
 - All that a page shows: `page_document`, made of `page_scene` (what stands) and `page_motion` (what happens).
-- What fills it: `shape_parts` and `cell_parts`, `motion_parts`, `path_clearance` and `failure_marks`.
+- What fills it: `shape_parts`, `visual_meshes` and `cell_parts`, `motion_parts`, `path_clearance` and
+  `failure_marks`.
 - One module for each kind of page: `scene_page`, `plan_page`, `picture_page`,
   `trial_page` (with `trial_clearance`) and `trials_page`.
 - What writes it: `html_page`, which puts the document, the app (readable, in

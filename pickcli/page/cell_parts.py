@@ -6,7 +6,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.item import Item
-from pickcli.cell.robot import Robot
+from pickcli.cell.robot import Link, Robot
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import OBSTACLE, POD, TOTE
 from pickcli.cell.tool import ToolState
@@ -14,6 +14,7 @@ from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.page.page_scene import (
     Fact,
+    PageBody,
     PageGroup,
     PageItem,
     PageJoint,
@@ -25,6 +26,7 @@ from pickcli.page.page_scene import (
     rounded,
 )
 from pickcli.page.shape_parts import drawn_body, drawn_shape
+from pickcli.page.visual_meshes import visual_bodies
 from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.colours import item_colour, static_colour
@@ -55,20 +57,22 @@ def robot_part(cell: Cell, q: Array | None = None, tool_state: ToolState | None 
     Returns:
         The robot.
     """
-    robot, rest = cell.robot, rest_configuration(cell)
+    robot, rest, looks = cell.robot, rest_configuration(cell), visual_bodies(cell)
     indices = {link.name: i for i, link in enumerate(robot.links)}
     state = tool_state or (robot.tool.default_state if rest is None else rest.tool_state)
     if q is None:
         q = np.zeros(robot.n_joints) if rest is None else rest.q
     tool = robot.tool
-    dark = (
-        {tool.lance_link: _LANCE, **dict.fromkeys(tool.contact_links, _CUP)} if tool.grip is not None else {}
-    )
+    of_tool = {} if tool.is_bare else {tool.lance_link: _LANCE, **dict.fromkeys(tool.contact_links, _CUP)}
     return PageRobot(
         name=robot.name,
         pose=posed(robot.T_world_base),
         links=tuple(
-            PageLink(link.name, tuple(drawn_body(body, dark.get(link.name, "")) for body in link.shapes))
+            PageLink(
+                link.name,
+                looks.get(link.name) or _shapes(link, of_tool.get(link.name, "")),
+                link.name in of_tool,
+            )
             for link in robot.links
         ),
         joints=tuple(
@@ -83,6 +87,11 @@ def robot_part(cell: Cell, q: Array | None = None, tool_state: ToolState | None 
         tip_link=indices[robot.tool.cup_link],
         tip=posed(robot.tool.T_cup_tip),
     )  # fmt: skip
+
+
+def _shapes(link: Link, colour: str) -> tuple[PageBody, ...]:
+    """The collision shapes of a link."""
+    return tuple(drawn_body(body, colour) for body in link.shapes)
 
 
 def rest_configuration(cell: Cell) -> NamedConfiguration | None:

@@ -83,10 +83,12 @@ class PageLink:
     Attributes:
         name: Its own.
         bodies: What it looks like.
+        is_tool: Whether it is of the tool, through which one never looks.
     """
 
     name: str
     bodies: tuple[PageBody, ...]
+    is_tool: bool = False
 
 
 @dataclass(frozen=True, eq=False)

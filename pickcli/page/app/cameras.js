@@ -2,6 +2,7 @@
 import * as THREE from "three";
 
 const CLOSE = 0.9; // m from the tool, where it is followed
+const FARTHEST = 4.2; // m from the middle of a cell, where the arm is still well seen
 const BEFORE = 0.6; // m in front of a mouth, times its width over that of a bin
 
 export class Cameras {
@@ -24,7 +25,7 @@ export class Cameras {
     if (focus?.length) middle.lerp(new THREE.Vector3(...focus), 0.6);
     this.controls.target.copy(middle);
     const away = new THREE.Vector3(-0.66, 0.62, 0.4).normalize();
-    camera.position.copy(middle).addScaledVector(away, Math.min(0.74 * extent, 6) + 0.2);
+    camera.position.copy(middle).addScaledVector(away, Math.min(1.25 * extent, FARTHEST));
     this.mode = "free";
     this.controls.update();
   }

@@ -32,7 +32,7 @@ export class RobotView {
     for (const body of bodies) {
       const material = new THREE.MeshLambertMaterial({ color: body.shape.colour || STEEL });
       const mesh = place(new THREE.Mesh(geometryOf(body.shape), material), body.pose);
-      mesh.userData = { kind: "link", name: link.name, isTool: Boolean(body.shape.colour) };
+      mesh.userData = { kind: "link", name: link.name, isTool: Boolean(link.is_tool) };
       this.meshes.push(mesh);
       frame.add(mesh);
     }
