@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.cell.robots.urdf import read_urdf
 from pickcli.cell.shapes import Body
-from pickcli.cell.urdf import read_urdf
 from pickcli.collision.sphere_cover import cover_bodies
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.kernel import Chain, Checker

@@ -15,11 +15,11 @@ import numpy as np
 from bench.fuzz.mutate import NUMBERS, as_json, mutated_bytes, mutated_value
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.data_path import data_path
-from pickcli.cell.items_file import ItemsModel, read_items
+from pickcli.cell.robots.urdf import read_urdf
+from pickcli.cell.schemas.cell_schema import CellModel
+from pickcli.cell.schemas.items_file import ItemsModel, read_items
 from pickcli.cell.tool import MOVING
-from pickcli.cell.urdf import read_urdf
 from pickcli.errors import RejectedError
 from pickcli.files.atomic_write import write_bytes
 from pickcli.files.schema import FileModel, validate

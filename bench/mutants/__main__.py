@@ -45,10 +45,10 @@ PACKAGES = (
     ),
     Package(
         "cell files",
-        ("files/yaml_reader", "files/xml_mistakes", "cell/urdf", "cell/urdf_link", "cell/urdf_joint",
-         "cell/urdf_origin", "cell/consistency", "cell/references", "cell/robot_consistency",
-         "cell/tool_consistency", "cell/station_consistency", "files/schema", "files/bounded_reading",
-         "files/atomic_write"),
+        ("files/yaml_reader", "files/xml_mistakes", "cell/robots/urdf", "cell/robots/urdf_link",
+         "cell/robots/urdf_joint", "cell/robots/urdf_origin", "cell/checks/consistency",
+         "cell/checks/references", "cell/checks/robot_consistency", "cell/checks/tool_consistency",
+         "cell/checks/station_consistency", "files/schema", "files/bounded_reading", "files/atomic_write"),
         (
             "tests/files/test_yaml_reader.py", "tests/cell/test_urdf_mistakes.py",
             "tests/cell/test_cell_bounds.py", "tests/cell/test_cell_mistakes.py",
@@ -113,7 +113,7 @@ PACKAGES = (
     ),
     Package(
         "load rules",
-        ("cell/cup_limits", "grasping/holding"),
+        ("cell/tools/cup_limits", "grasping/holding"),
         ("tests/cell/test_cup_limits.py", "tests/grasping/test_holding.py"),
     ),
 )  # fmt: skip

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pickcli.cell.arm_consistency import (
+from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
+from pickcli.cell.checks.arm_consistency import (
     ArmSource,
     check_arms,
     check_each_arm,
@@ -17,36 +18,35 @@ from pickcli.cell.arm_consistency import (
     model_of_arm,
     source_of_arm,
 )
-from pickcli.cell.carrier_builder import build_carrier
-from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
-from pickcli.cell.cell_schema import (
+from pickcli.cell.checks.configuration_check import warn_of_configurations, warn_of_missing_configurations
+from pickcli.cell.checks.consistency import check_consistency, check_parts
+from pickcli.cell.checks.gripper_consistency import check_hand, check_stroke
+from pickcli.cell.checks.plausibility import warn_of_figures
+from pickcli.cell.data_path import data_path
+from pickcli.cell.device import Device
+from pickcli.cell.item import Item
+from pickcli.cell.makers.carrier_builder import build_carrier
+from pickcli.cell.makers.pod import build_pod
+from pickcli.cell.makers.tote import build_tote
+from pickcli.cell.robot import Joint, JointType, Limits, Robot
+from pickcli.cell.robots.planning_group import mounted, planning_group, stripped, with_tip
+from pickcli.cell.robots.robot_tree import prefixed, side_by_side
+from pickcli.cell.robots.srdf import read_srdf
+from pickcli.cell.robots.urdf import Urdf, read_urdf
+from pickcli.cell.schemas.cell_schema import (
     BoundsModel,
     CellModel,
     JointLimitModel,
     PoseModel,
     cell_model,
 )
-from pickcli.cell.configuration_check import warn_of_configurations, warn_of_missing_configurations
-from pickcli.cell.consistency import check_consistency, check_parts
-from pickcli.cell.data_path import data_path
-from pickcli.cell.device import Device
-from pickcli.cell.gripper_consistency import check_hand, check_stroke
-from pickcli.cell.item import Item
-from pickcli.cell.items_file import load_items
-from pickcli.cell.joint_limits_file import add_joint_limits, refuse_unknown_joints
-from pickcli.cell.planning_group import mounted, planning_group, stripped, with_tip
-from pickcli.cell.plausibility import warn_of_figures
-from pickcli.cell.pod import build_pod
-from pickcli.cell.robot import Joint, JointType, Limits, Robot
-from pickcli.cell.robot_tree import prefixed, side_by_side
+from pickcli.cell.schemas.items_file import load_items
+from pickcli.cell.schemas.joint_limits_file import add_joint_limits, refuse_unknown_joints
+from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel
 from pickcli.cell.shapes import Body, box
-from pickcli.cell.srdf import read_srdf
 from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.tool import Tool, ToolState
-from pickcli.cell.tool_builder import build_tool
-from pickcli.cell.tool_schema import GripperModel, SuctionModel
-from pickcli.cell.tote import build_tote
-from pickcli.cell.urdf import Urdf, read_urdf
+from pickcli.cell.tools.tool_builder import build_tool
 from pickcli.cell.workcell import Parking, Workcell
 from pickcli.errors import UnknownNameError
 from pickcli.files.file_kind import CELL

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.bare_flange import BareFlange
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.grip_model import GripModel
-from pickcli.cell.gripper import ParallelGripper
-from pickcli.cell.suction_cup import SuctionCup
+from pickcli.cell.tools.bare_flange import BareFlange
+from pickcli.cell.tools.grip_model import GripModel
+from pickcli.cell.tools.gripper import ParallelGripper
+from pickcli.cell.tools.suction_cup import SuctionCup
 from pickcli.errors import InputError
 from pickcli.geometry import Array, cross
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from pickcli.cell.cell import ArmState, Cell
 from pickcli.cell.fingerprint import digest, fingerprint
-from pickcli.cell.planning_group import planning_group
-from pickcli.cell.urdf import Urdf
+from pickcli.cell.robots.planning_group import planning_group
+from pickcli.cell.robots.urdf import Urdf
 from pickcli.errors import InputError, UnknownNameError
 
 

@@ -234,7 +234,7 @@ def _checked_order(path: Path, options: CheckOptions) -> dict[str, Any]:
 
 
 def _checked_items(path: Path, options: CheckOptions) -> dict[str, Any]:
-    from pickcli.cell.items_file import read_items
+    from pickcli.cell.schemas.items_file import read_items
 
     if options.cell_name is not None:
         raise click.UsageError("--cell is of no use for a file of items; leave it out")

@@ -6,8 +6,8 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 from pickcli.cell.robot import Robot
+from pickcli.cell.robots.urdf_writer import add_joint, add_link, add_shape
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.cell.urdf_writer import add_joint, add_link, add_shape
 
 
 def robot_description(robot: Robot) -> str:

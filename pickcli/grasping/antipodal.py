@@ -14,9 +14,9 @@ from itertools import product
 
 import numpy as np
 
-from pickcli.cell.gripper import ParallelGripper
-from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tools.gripper import ParallelGripper
+from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import Array, cross, perpendiculars, pose, rotation_axis_angle
 
 MAX_TILT = np.radians(30.0)  # between the way in and the tool's axis

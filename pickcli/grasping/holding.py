@@ -7,8 +7,8 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.grip_model import GripLimits
 from pickcli.cell.item import Item
+from pickcli.cell.tools.grip_model import GripLimits
 from pickcli.geometry import GRAVITY, Array
 from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.item import Item
 from pickcli.cell.tool import Tool
+from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.grasping.grasp_method import GraspMethod
 from pickcli.grasping.pinch_grasping import PinchGrasping
 from pickcli.grasping.suction_grasping import SuctionGrasping

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.tool import Tool, ToolState
+from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.grasping.antipodal import Pinch, limits_of, pinches

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from pickcli.cell.device import Device, device_of
-from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.item import Item
 from pickcli.cell.tool import MOVING, ToolState
+from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array

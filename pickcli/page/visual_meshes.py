@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.mesh_names import MeshNames
+from pickcli.cell.robots.mesh_names import MeshNames
+from pickcli.cell.robots.urdf_origin import read_origin
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.cell.urdf_origin import read_origin
 from pickcli.errors import InputError
 from pickcli.files.xml_reader import Element, read_xml
 from pickcli.files.yaml_reader import read_yaml

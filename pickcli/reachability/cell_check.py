@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from pickcli.cell.arm_consistency import source_of_arm
 from pickcli.cell.cell import AllowedPair, Cell
+from pickcli.cell.checks.arm_consistency import source_of_arm
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.workcell import Workcell

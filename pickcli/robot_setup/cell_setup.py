@@ -16,11 +16,11 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.cell_schema import CellModel
-from pickcli.cell.joint_limits_file import read_joint_limits, refuse_unknown_joints
-from pickcli.cell.planning_group import stripped
-from pickcli.cell.srdf import Srdf, read_srdf
-from pickcli.cell.urdf import Urdf, read_urdf
+from pickcli.cell.robots.planning_group import stripped
+from pickcli.cell.robots.srdf import Srdf, read_srdf
+from pickcli.cell.robots.urdf import Urdf, read_urdf
+from pickcli.cell.schemas.cell_schema import CellModel
+from pickcli.cell.schemas.joint_limits_file import read_joint_limits, refuse_unknown_joints
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, UnknownNameError, shortened
 from pickcli.files import file_warnings

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from pickcli.cell.robot import Joint, JointType
-from pickcli.cell.srdf import Group, Srdf
-from pickcli.cell.urdf import Urdf
+from pickcli.cell.robots.srdf import Group, Srdf
+from pickcli.cell.robots.urdf import Urdf
 from pickcli.errors import InputError, UnknownNameError
 
 FLANGES = ("tool0", "tcp", "ee_link", "flange")  # what makers call the frame that tools are mounted on

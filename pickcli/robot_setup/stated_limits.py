@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pickcli.cell.joint_limits_file import stated_limits
+from pickcli.cell.checks.robot_consistency import ANGULAR, LINEAR
 from pickcli.cell.robot import JointType
-from pickcli.cell.robot_consistency import ANGULAR, LINEAR
-from pickcli.cell.urdf import Urdf
+from pickcli.cell.robots.urdf import Urdf
+from pickcli.cell.schemas.joint_limits_file import stated_limits
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.xml_reader import Element, read_xml
 from pickcli.files.yaml_reader import Source

@@ -10,7 +10,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.configuration_text import DECIMALS
-from pickcli.cell.srdf import Srdf
+from pickcli.cell.robots.srdf import Srdf
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Failures, InputError, NoPlanError

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.gripper_consistency import ALONG
+from pickcli.cell.checks.gripper_consistency import ALONG
 from pickcli.cell.robot import Joint, JointType
+from pickcli.cell.robots.urdf import Urdf
 from pickcli.cell.shapes import Body
-from pickcli.cell.urdf import Urdf
 from pickcli.errors import InputError
 from pickcli.geometry import Array, cross, pose
 from pickcli.robot_setup.finger_pads import LEAST, find_pads

@@ -9,7 +9,7 @@ from math import ceil, floor
 
 import numpy as np
 
-from pickcli.cell.urdf import Urdf
+from pickcli.cell.robots.urdf import Urdf
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.yaml_reader import quoted
 from pickcli.geometry import Array, pose, rotation_rpy, to_rpy

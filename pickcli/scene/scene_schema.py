@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import Field, field_validator
 
-from pickcli.cell.place_schema import MAX_PLACES
+from pickcli.cell.schemas.place_schema import MAX_PLACES
 from pickcli.files.file_warnings import refuse_unknown_kinds
 from pickcli.files.schema import FileModel, Text, Vector
 from pickcli.scene.scene_warnings import WARNINGS

@@ -3,7 +3,7 @@
 The fingers are links of the engine, and what they meet while they close they push: contact draws an item to
 their middle. Once both pads press one item and the fingers stand, the item hangs on the rubber of both
 (``bushing``), and the wrench of that is the load. It grows no further than the limit surface of soft fingers,
-with the force that the drive presses with (``cell.pinch_limits``): from there on the item slides on the pads,
+with the force that the drive presses with (``PinchLimits``): from there on the item slides on the pads,
 which go on pulling as hard as they can. Friction is worked out beside the engine because the engine's creeps:
 between two pads that press it with 70 N a cube of 0.3 kg sinks by millimetres in a tenth of a second.
 """
@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.item import Item
 from pickcli.cell.tool import Tool
+from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle, rotation_vector
 from pickcli.simulation.bushing import Bushing
 from pickcli.simulation.engine import ContactPoint, Engine

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.gripper import ParallelGripper
-from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tools.gripper import ParallelGripper
+from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import Array, transform_points
 
 N_POINTS = 15  # along each side of a pad at which it is asked

@@ -16,9 +16,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from pickcli.cell.robot import Robot
+from pickcli.cell.robots.urdf_writer import add_joint, add_link, add_shape, spaced
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.tool import Tool
-from pickcli.cell.urdf_writer import add_joint, add_link, add_shape, spaced
 from pickcli.geometry import Array
 from pickcli.simulation.bellows import SOLID_DEPTH
 

@@ -17,8 +17,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.robot import Limits
+from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.geometry import Array
 from pickcli.seeds import derived_rng
 

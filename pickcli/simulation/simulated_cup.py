@@ -5,8 +5,8 @@ from __future__ import annotations
 from pickcli.cell.cell import Cell
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.item import Item
-from pickcli.cell.suction_cup import SuctionCup
 from pickcli.cell.tool import MOVING, ToolState
+from pickcli.cell.tools.suction_cup import SuctionCup
 from pickcli.geometry import Array
 from pickcli.simulation.bellows import Bellows
 from pickcli.simulation.bushing import RIGID, Stiffness

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.item import Item
 from pickcli.cell.tool import MOVING, ToolState
+from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.geometry import Array
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.engine_bodies import ITEM_FRICTION

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.gripper import ParallelGripper
-from pickcli.cell.suction_cup import SuctionCup
 from pickcli.cell.tool import ToolState
+from pickcli.cell.tools.gripper import ParallelGripper
+from pickcli.cell.tools.suction_cup import SuctionCup
 from pickcli.simulation.reality import Reality
 from pickcli.simulation.simulated_cup import SimulatedCup
 from pickcli.simulation.simulated_gripper import SimulatedGripper

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.grip_model import GripLimits
 from pickcli.cell.tool import ToolState
+from pickcli.cell.tools.grip_model import GripLimits
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.held_body import HeldBody

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.tool import Tool
+from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.gripper import ParallelGripper
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import MOVING
+from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, rotation_angle
 from pickcli.motion.plan import Grasp, Plan

@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import cell_names, load_workcell
-from pickcli.cell.cell_warnings import CELL_WARNINGS
+from pickcli.cell.checks.cell_warnings import CELL_WARNINGS
 from pickcli.cell.data_path import data_path
 from support.cell_copies import CellCopy
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cup_limits import CupLimits, twist_of
+from pickcli.cell.tools.cup_limits import CupLimits, twist_of
 from pickcli.geometry import Array, rotation_axis_angle
 
 LIMITS = CupLimits(max_pull=42.0, max_shear=21.0, max_moment=0.6, max_twist=0.21)

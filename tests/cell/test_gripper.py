@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pinch_limits import PinchLimits, mean_distance
 from pickcli.cell.tool import MOVING, ToolState
+from pickcli.cell.tools.pinch_limits import PinchLimits, mean_distance
 from support.cell_copies import CellCopy
 from support.gripper_cell import CLOSED, FORCE, FRICTION, HALF, OPEN, PAD, WIDEST, gripper_urdf, with_gripper
 

@@ -12,7 +12,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import Item
-from pickcli.cell.items_file import load_items, read_items
+from pickcli.cell.schemas.items_file import load_items, read_items
 from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import UnknownNameError
 

@@ -12,8 +12,8 @@ import yaml
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
+from pickcli.cell.robots.srdf import read_srdf
 from pickcli.cell.shapes import ShapeKind
-from pickcli.cell.srdf import read_srdf
 from pickcli.geometry import inverse
 from pickcli.kinematics.chain import bodies_of_frames, build_chain
 from pickcli.planning.move import plan_move

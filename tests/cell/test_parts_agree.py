@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.urdf import Urdf, read_urdf
+from pickcli.cell.robots.urdf import Urdf, read_urdf
 from pickcli.errors import InputError
 from pickcli.geometry import Array, pose
 from support.other_robots import URDF, write_robot

@@ -12,7 +12,7 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
-from pickcli.cell.urdf import read_urdf
+from pickcli.cell.robots.urdf import read_urdf
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import rotation_angle, transform_points
 from support.mesh_surface import outside, surface_points

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cell.urdf import read_urdf
+from pickcli.cell.robots.urdf import read_urdf
 from pickcli.errors import InputError
 from pickcli.geometry import pose
 

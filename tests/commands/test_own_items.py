@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.items_file import load_items
+from pickcli.cell.schemas.items_file import load_items
 from support.command_line import apc, refused
 
 TIN = """format: apc items

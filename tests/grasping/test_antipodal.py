@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from pickcli.cell.gripper import Finger, ParallelGripper
-from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tools.gripper import Finger, ParallelGripper
+from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import Array, is_pose, pose, rotation_rpy
 from pickcli.grasping.antipodal import MAX_TILT, Pinch, limits_of, patch, pinches
 from pickcli.verification.pinch_check import pads_on

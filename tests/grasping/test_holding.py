@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.gripper import Finger, ParallelGripper
 from pickcli.cell.item import Item
-from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tools.gripper import Finger, ParallelGripper
+from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle, rotation_rpy
 from pickcli.grasping.holding import CupLoad, Hold, loads_at_rest
 from pickcli.grasping.pinch_grasping import PinchGrasping

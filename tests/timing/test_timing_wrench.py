@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.robot import Limits
 from pickcli.cell.tool import ToolState
+from pickcli.cell.tools.cup_limits import CupLimits
 from pickcli.errors import NoPlanError
 from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
 from pickcli.kinematics.arm import Arm

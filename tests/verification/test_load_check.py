@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.item import Item
+from pickcli.cell.tools.cup_limits import CupLimits
 from pickcli.geometry import Array, pose, rotation_axis_angle, rotation_rpy
 from pickcli.scene.scene import Scene
 from pickcli.verification.load_check import wrenches

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.place import Access, Place, Room
-from pickcli.cell.place_schema import GridModel
 from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.schemas.place_schema import GridModel
 from pickcli.cell.shapes import Body, Shape, ShapeKind, box
 from pickcli.cell.station import Carrier
 from pickcli.geometry import Array, pose

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.pinch_limits import PinchLimits
+from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import Array
 
 

@@ -7,17 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pickcli.cell.cell_schema import CellModel, JointLimitModel
-from pickcli.cell.pod import build_pod
-from pickcli.cell.references import refer, unique
+from pickcli.cell.checks.references import refer, unique
+from pickcli.cell.checks.robot_consistency import check_robot
+from pickcli.cell.checks.station_consistency import check_places, check_pod, check_tote, own_bodies
+from pickcli.cell.checks.tool_consistency import (
+    check_devices,
+    check_mount,
+    check_tip,
+    check_tool,
+    tool_states,
+)
+from pickcli.cell.makers.pod import build_pod
+from pickcli.cell.makers.tote import build_tote
 from pickcli.cell.robot import JointType
-from pickcli.cell.robot_consistency import check_robot
-from pickcli.cell.station_consistency import check_places, check_pod, check_tote, own_bodies
-from pickcli.cell.tool_consistency import check_devices, check_mount, check_tip, check_tool, tool_states
-from pickcli.cell.tool_schema import ToolModel
-from pickcli.cell.tote import build_tote
-from pickcli.cell.urdf import Urdf
-from pickcli.cell.urdf_origin import MAX_TURN
+from pickcli.cell.robots.urdf import Urdf
+from pickcli.cell.robots.urdf_origin import MAX_TURN
+from pickcli.cell.schemas.cell_schema import CellModel, JointLimitModel
+from pickcli.cell.schemas.tool_schema import ToolModel
 from pickcli.files.yaml_reader import Key, Source
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.robot import Joint, JointType, Link, joint_motion
-from pickcli.cell.urdf import Urdf
+from pickcli.cell.robots.urdf import Urdf
 from pickcli.geometry import Array
 
 

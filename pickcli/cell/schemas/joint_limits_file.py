@@ -6,7 +6,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from pickcli.cell.references import refer
+from pickcli.cell.checks.references import refer
 from pickcli.errors import suggestion
 from pickcli.files.file_kind import JOINT_LIMITS
 from pickcli.files.yaml_reader import Source, read_yaml

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from pickcli.cell.mesh_names import MeshNames
 from pickcli.cell.robot import Joint, JointType, Link
-from pickcli.cell.urdf_joint import Mimic, read_joint, read_mimics
-from pickcli.cell.urdf_link import read_link
+from pickcli.cell.robots.mesh_names import MeshNames
+from pickcli.cell.robots.urdf_joint import Mimic, read_joint, read_mimics
+from pickcli.cell.robots.urdf_link import read_link
 from pickcli.files.xml_mistakes import XmlMistakes
 from pickcli.files.xml_reader import Element, read_xml
 

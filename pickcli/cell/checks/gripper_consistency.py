@@ -6,14 +6,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.checks.references import refer
 from pickcli.cell.item import Item
-from pickcli.cell.references import refer
 from pickcli.cell.robot import Joint, JointType, joint_motion
+from pickcli.cell.robots.urdf import Urdf
+from pickcli.cell.schemas.cell_schema import CellModel
+from pickcli.cell.schemas.tool_schema import GripperModel
 from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.tool import MOVING
-from pickcli.cell.tool_schema import GripperModel
-from pickcli.cell.urdf import Urdf
 from pickcli.files.yaml_reader import Source
 from pickcli.geometry import Array, inverse, pose
 

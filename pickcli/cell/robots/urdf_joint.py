@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from pickcli.cell.robot import Joint, JointType
-from pickcli.cell.urdf_origin import MAX_TURN, read_origin
+from pickcli.cell.robots.urdf_origin import MAX_TURN, read_origin
 from pickcli.files.xml_mistakes import XmlMistakes
 from pickcli.files.xml_reader import Element
 from pickcli.geometry import Array

@@ -7,10 +7,17 @@ from typing import assert_never
 
 import numpy as np
 
-from pickcli.cell.grid import build_grid
+from pickcli.cell.makers.grid import build_grid
 from pickcli.cell.place import Access, Place, Room
-from pickcli.cell.place_schema import BodiesModel, BoxModel, GridModel, PartModel, PlaceModel, TableModel
 from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.schemas.place_schema import (
+    BodiesModel,
+    BoxModel,
+    GridModel,
+    PartModel,
+    PlaceModel,
+    TableModel,
+)
 from pickcli.cell.shapes import Body, Shape, ShapeKind, box, ring
 from pickcli.cell.station import Carrier
 from pickcli.geometry import Array, pose

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.place import Place
+from pickcli.cell.schemas.cell_schema import CellModel
+from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.cell.tool_schema import GripperModel, SuctionModel
 from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.yaml_reader import Key
 from pickcli.geometry import transform_points

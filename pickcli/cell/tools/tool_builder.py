@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.cup_limits import CupLimits, twist_of
-from pickcli.cell.gripper import Finger, ParallelGripper
-from pickcli.cell.gripper_consistency import finger_joint, finger_sign, opening_sign
-from pickcli.cell.pinch_limits import PinchLimits
+from pickcli.cell.checks.gripper_consistency import finger_joint, finger_sign, opening_sign
 from pickcli.cell.robot import joint_motion
-from pickcli.cell.suction_cup import SuctionCup
+from pickcli.cell.robots.urdf import Urdf
+from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel
 from pickcli.cell.tool import FIXED, Tool, ToolState
-from pickcli.cell.tool_schema import GripperModel, SuctionModel
-from pickcli.cell.urdf import Urdf
+from pickcli.cell.tools.cup_limits import CupLimits, twist_of
+from pickcli.cell.tools.gripper import Finger, ParallelGripper
+from pickcli.cell.tools.pinch_limits import PinchLimits
+from pickcli.cell.tools.suction_cup import SuctionCup
 from pickcli.geometry import Array, pose
 
 

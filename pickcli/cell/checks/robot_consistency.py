@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pickcli.cell.cell_schema import CellModel
-from pickcli.cell.gripper_consistency import finger_joints
-from pickcli.cell.references import refer
+from pickcli.cell.checks.gripper_consistency import finger_joints
+from pickcli.cell.checks.references import refer
 from pickcli.cell.robot import Joint, JointType
-from pickcli.cell.urdf import Urdf
+from pickcli.cell.robots.urdf import Urdf
+from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.files.yaml_reader import Source
 
 # The most of any joint that is built: m/s or rad/s, and their derivatives.

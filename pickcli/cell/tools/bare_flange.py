@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.grip_model import GripLimits
+from pickcli.cell.tools.grip_model import GripLimits
 from pickcli.errors import InputError
 
 

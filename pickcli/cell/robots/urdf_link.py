@@ -6,10 +6,10 @@ from functools import partial
 
 import numpy as np
 
-from pickcli.cell.mesh_names import MeshNames
 from pickcli.cell.robot import Link
+from pickcli.cell.robots.mesh_names import MeshNames
+from pickcli.cell.robots.urdf_origin import MAX_SIZE, read_origin
 from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
-from pickcli.cell.urdf_origin import MAX_SIZE, read_origin
 from pickcli.errors import InputError
 from pickcli.files.xml_mistakes import XmlMistakes
 from pickcli.files.xml_reader import Element

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import astuple, dataclass
 from typing import Any
 
-from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.device import DeviceKind
+from pickcli.cell.tools.cup_limits import CupLimits
 
 
 @dataclass(frozen=True, eq=False)

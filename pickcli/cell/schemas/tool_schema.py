@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from annotated_types import Len
 from pydantic import Discriminator, Field, Tag, field_validator
 
-from pickcli.cell.pose_schema import Name, PoseModel
+from pickcli.cell.schemas.pose_schema import Name, PoseModel
 from pickcli.files.schema import Angle, FileModel, Force, Thickness
 
 MAX_STATES = 32

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.checks.gripper_consistency import check_gripper
+from pickcli.cell.checks.references import refer
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.gripper_consistency import check_gripper
-from pickcli.cell.references import refer
+from pickcli.cell.robots.urdf import Urdf
+from pickcli.cell.schemas.cell_schema import CellModel
+from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel, ToolModel
 from pickcli.cell.tool import FIXED, MOVING
-from pickcli.cell.tool_schema import GripperModel, SuctionModel, ToolModel
-from pickcli.cell.urdf import Urdf
 from pickcli.files.yaml_reader import Key, Source
 
 

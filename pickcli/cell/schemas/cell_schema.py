@@ -7,13 +7,13 @@ from typing import Annotated, Any, Literal, TypeVar
 from annotated_types import Len
 from pydantic import Field, field_validator, model_validator
 
-from pickcli.cell.cell_warnings import CELL_WARNINGS
+from pickcli.cell.checks.cell_warnings import CELL_WARNINGS
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.place_schema import MAX_PLACES, PlaceModel
-from pickcli.cell.pose_schema import BoundsModel as BoundsModel
-from pickcli.cell.pose_schema import Name
-from pickcli.cell.pose_schema import PoseModel as PoseModel
-from pickcli.cell.tool_schema import AnyTool, FilePath, GripperModel, SuctionModel
+from pickcli.cell.schemas.place_schema import MAX_PLACES, PlaceModel
+from pickcli.cell.schemas.pose_schema import BoundsModel as BoundsModel
+from pickcli.cell.schemas.pose_schema import Name
+from pickcli.cell.schemas.pose_schema import PoseModel as PoseModel
+from pickcli.cell.schemas.tool_schema import AnyTool, FilePath, GripperModel, SuctionModel
 from pickcli.files.file_warnings import refuse_unknown_kinds
 from pickcli.files.schema import (
     FileModel,

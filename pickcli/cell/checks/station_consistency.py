@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from pickcli.cell.carrier_builder import build_carrier
-from pickcli.cell.cell_schema import CellModel, PodModel, ToteModel
-from pickcli.cell.grid import place_names
-from pickcli.cell.place_schema import BodiesModel, GridModel
-from pickcli.cell.pod import flat_from
-from pickcli.cell.references import refer, unique
+from pickcli.cell.checks.references import refer, unique
+from pickcli.cell.makers.carrier_builder import build_carrier
+from pickcli.cell.makers.grid import place_names
+from pickcli.cell.makers.pod import flat_from
+from pickcli.cell.schemas.cell_schema import CellModel, PodModel, ToteModel
+from pickcli.cell.schemas.place_schema import BodiesModel, GridModel
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import OBSTACLE, POD, TOTE
 from pickcli.errors import InputError

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.cell_schema import PodModel, RowModel
 from pickcli.cell.place import Access, Place, Room
 from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.schemas.cell_schema import PodModel, RowModel
 from pickcli.cell.shapes import Body, Shape, ShapeKind, box
 from pickcli.cell.station import POD, Pod
 from pickcli.geometry import pose

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 from annotated_types import Len
 from pydantic import Field, field_validator, model_validator
 
-from pickcli.cell.pose_schema import BoundsModel, Name, PoseModel
+from pickcli.cell.schemas.pose_schema import BoundsModel, Name, PoseModel
 from pickcli.files.schema import Angles, Coordinate, FileModel, Size, Text, Thickness, Vector
 
 MAX_PLACES = 100

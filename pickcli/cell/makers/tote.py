@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pickcli.cell.cell_schema import ToteModel
 from pickcli.cell.place import Access, Place, Room
+from pickcli.cell.schemas.cell_schema import ToteModel
 from pickcli.cell.shapes import box, ring
 from pickcli.cell.station import TOTE, Tote
 from pickcli.geometry import pose

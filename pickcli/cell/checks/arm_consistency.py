@@ -6,14 +6,14 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 
-from pickcli.cell.cell_schema import CellModel
-from pickcli.cell.consistency import check_consistency
-from pickcli.cell.gripper_consistency import check_stroke, finger_joint
+from pickcli.cell.checks.consistency import check_consistency
+from pickcli.cell.checks.gripper_consistency import check_stroke, finger_joint
+from pickcli.cell.checks.references import refer
 from pickcli.cell.item import Item
-from pickcli.cell.references import refer
-from pickcli.cell.robot_tree import WORLD
-from pickcli.cell.tool_schema import GripperModel, SuctionModel
-from pickcli.cell.urdf import Urdf
+from pickcli.cell.robots.robot_tree import WORLD
+from pickcli.cell.robots.urdf import Urdf
+from pickcli.cell.schemas.cell_schema import CellModel
+from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel
 from pickcli.errors import InputError
 from pickcli.files.yaml_reader import Key, Source
 
