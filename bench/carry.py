@@ -29,7 +29,7 @@ from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
 from pickcli.planning.assembly import certified_timing
 from pickcli.planning.assembly.certified_timing import CertifiedRun, carried_run, proven_run
-from pickcli.planning.assembly.cup_load import carried_load
+from pickcli.planning.assembly.grip_load import carried_load
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext

@@ -46,7 +46,7 @@ from pickcli.simulation.world import TIME_STEP
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.contact_exemptions import releases
 from pickcli.verification.fcl_solids import Solid
-from pickcli.verification.forward_kinematics import T_lance_cup
+from pickcli.verification.forward_kinematics import T_lance_last
 from pickcli.verification.held_pose import pose_in_tool
 
 APART = 0.06  # s after the release: until then the item is only just off the cup
@@ -85,9 +85,9 @@ class _Tool:
 
     def __init__(self, cell: Cell, tool_state: ToolState) -> None:
         robot, tool = cell.robot, cell.robot.tool
-        T_tip_cup = inverse(tool.T_cup_tip)
-        T_tip_lance = T_tip_cup @ inverse(T_lance_cup(robot, tool_state))
-        links = ((tool.cup_link, T_tip_cup), (tool.lance_link, T_tip_lance))
+        T_tip_cup = inverse(tool.T_last_tip)
+        T_tip_lance = T_tip_cup @ inverse(T_lance_last(robot, tool_state))
+        links = ((tool.last_link, T_tip_cup), (tool.lance_link, T_tip_lance))
         self._parts = [
             (T_tip_link @ body.T_parent_shape, Solid(body.shape))
             for link, T_tip_link in links

@@ -42,7 +42,7 @@ def robot_json(cell: Cell, tool_state: ToolState, held: AttachedItem | None) -> 
     pairs = list(combinations(range(len(names)), 2))
     untested = [(i, j) for i, j in pairs if bodies[j] - bodies[i] < 2 or {names[i], names[j]} in allowed]
     if held is not None:
-        links.append({"name": HELD, "joint": _fixed(robot.tool.T_cup_tip), "shapes": [_held(held)]})
+        links.append({"name": HELD, "joint": _fixed(robot.tool.T_last_tip), "shapes": [_held(held)]})
         rigid = [i for i, body in enumerate(bodies) if body in (0, bodies[-1])]
         untested += [(i, len(names)) for i in rigid]
         names.append(HELD)

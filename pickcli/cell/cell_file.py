@@ -224,7 +224,7 @@ def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
             robot = mounted(robot, tool, stated.flange_link, np.eye(4) if mount is None else _pose(mount))
         if isinstance(stated, GripperModel):
             check_hand(source if key == ("tool",) else source_of_arm(source, str(key[1])), stated, robot)
-            robot = with_tip(robot, stated.hand_link, stated.cup_link, _pose(stated.T_hand_tip))
+            robot = with_tip(robot, stated.hand_link, stated.last_link, _pose(stated.T_hand_tip))
     return robot
 
 
@@ -286,7 +286,7 @@ def _disabled(source: Source, model: CellModel, urdf: Urdf) -> list[AllowedPair]
 
 def _robot(folder: Path, model: CellModel, urdf: Urdf, tool: Tool) -> Robot:
     moving = [*model.robot.joints, *tool.joints]
-    links, joints = planning_group(urdf, tool.cup_link, moving, model.robot.posture)
+    links, joints = planning_group(urdf, tool.last_link, moving, model.robot.posture)
     return Robot(
         name=urdf.name,
         urdf=folder / (model.robot.urdf or CELL_FILE),

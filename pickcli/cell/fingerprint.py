@@ -126,9 +126,9 @@ def _robot(robot: Robot) -> dict[str, Any]:
             for part in (limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk)
         ],
         "tool": {
-            "links": [tool.flange_link, tool.lance_link, tool.cup_link, tool.joint],
+            "links": [tool.flange_link, tool.lance_link, tool.last_link, tool.joint],
             "states": {state.name: numbers(position) for state, position in tool.positions.items()},
-            "T_cup_tip": numbers(tool.T_cup_tip),
+            "T_cup_tip": numbers(tool.T_last_tip),
             **rounded(tool.grip.motion_figures()),
         },
     }

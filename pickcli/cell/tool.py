@@ -81,24 +81,24 @@ class Tool:
     Attributes:
         flange_link: The robot's last own link.
         lance_link: Fixed to the flange: the lance, or the hand.
-        cup_link: The last link of the chain: the cup, moved by ``joint`` if there is one; of a gripper that
+        last_link: The last link of the chain: the cup, moved by ``joint`` if there is one; of a gripper that
             between the pads.
         joint: The joint of the chain that the state moves, its last; None where the state moves none of it.
         positions: What each state is, in the order of the cell file: position in rad (of a prismatic joint:
             m) of the joint, width in m of a gripper, 0 without either. The first is the state where nothing
             else is said.
         T_flange_tip: Pose (4, 4) of the tool frame in the flange link, by state.
-        T_cup_tip: Pose (4, 4) of the tool frame in the cup link.
+        T_last_tip: Pose (4, 4) of the tool frame in the last link.
         grip: What holds items, of a kind of tool; a ``BareFlange`` where nothing is mounted.
     """
 
     flange_link: str
     lance_link: str
-    cup_link: str
+    last_link: str
     joint: str | None
     positions: dict[ToolState, float]
     T_flange_tip: dict[ToolState, Array]
-    T_cup_tip: Array
+    T_last_tip: Array
     grip: GripModel
 
     @classmethod
@@ -156,7 +156,7 @@ class Tool:
     @property
     def contact_links(self) -> tuple[str, ...]:
         """Names of the links that may touch what is grasped: the cup, or the fingers."""
-        return self.grip.finger_links or (self.cup_link,)
+        return self.grip.finger_links or (self.last_link,)
 
     @property
     def states(self) -> tuple[ToolState, ...]:

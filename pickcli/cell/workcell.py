@@ -162,5 +162,5 @@ def _beside(
         posture |= dict(zip(own.joint_names, state.q.tolist(), strict=True))
         posture |= {joint: own.tool.joint_position(joint, state.tool_state) for joint in own.tool.joints}
     moving = [*cell.robot.joint_names, *cell.robot.tool.joints]
-    links, joints = planning_group(tree, cell.robot.tool.cup_link, moving, posture)
+    links, joints = planning_group(tree, cell.robot.tool.last_link, moving, posture)
     return replace(cell, robot=replace(cell.robot, links=links, joints=joints), others=others)

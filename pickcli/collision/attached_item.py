@@ -46,5 +46,5 @@ def swept_cover(model: CollisionModel, attached: AttachedItem) -> Cover:
     Returns:
         The spheres, in the cup's frame.
     """
-    T_cup_item = model.robot.tool.T_cup_tip @ attached.T_tip_item
-    return model.swept(cover_shape(attached.item.shape).inflated(attached.inflate).moved(T_cup_item))
+    T_last_item = model.robot.tool.T_last_tip @ attached.T_tip_item
+    return model.swept(cover_shape(attached.item.shape).inflated(attached.inflate).moved(T_last_item))

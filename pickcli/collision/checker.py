@@ -80,7 +80,7 @@ class SceneChecker(KernelValidator):
         if self.held is not None:
             shape, no_frames = self.held.item.shape, np.zeros(0, np.int32)
             kind = KERNEL_KINDS[shape.kind]
-            kernel.set_held_solid(self._T_cup_item(self.held), shape.extents / 2, no_frames, kind, 0.0)
+            kernel.set_held_solid(self._T_last_item(self.held), shape.extents / 2, no_frames, kind, 0.0)
         return KernelWorld(kernel, kept)
 
     def _attach(self, kernel: Checker, held: AttachedItem) -> None:
@@ -91,7 +91,7 @@ class SceneChecker(KernelValidator):
         else:
             shape = held.item.shape
             kind = KERNEL_KINDS[shape.kind]
-            kernel.set_held_solid(self._T_cup_item(held), shape.extents / 2, tested, kind, held.inflate)
+            kernel.set_held_solid(self._T_last_item(held), shape.extents / 2, tested, kind, held.inflate)
 
-    def _T_cup_item(self, held: AttachedItem) -> Array:
-        return np.asarray(self._model.robot.tool.T_cup_tip @ held.T_tip_item)
+    def _T_last_item(self, held: AttachedItem) -> Array:
+        return np.asarray(self._model.robot.tool.T_last_tip @ held.T_tip_item)

@@ -207,7 +207,7 @@ def _tool_spheres(model: CollisionModel, tool_state: ToolState) -> tuple[Array, 
     state, tool = model.state(tool_state), model.robot.tool
     links = state.chain.fk(np.zeros(state.chain.n))
     T_frame_tip = pose(R=tool.R_tip_lance(tool_state).T)
-    T_frame_world = T_frame_tip @ inverse(links[-1] @ tool.T_cup_tip)
+    T_frame_world = T_frame_tip @ inverse(links[-1] @ tool.T_last_tip)
     centers, frames = np.empty((0, 3)), np.empty(0, np.int32)
     radii = np.empty(0)
     for frame, name in ((LANCE, tool.lance_link), *((CUP, name) for name in tool.contact_links)):

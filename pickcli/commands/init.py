@@ -143,7 +143,7 @@ def _summary(made: CellSetup, spheres: list[SphereExcess]) -> dict[str, Any]:
         "path": str(made.folder),
         "group": chain.group or None,
         "joints": list(chain.joints),
-        "tip": made.cell.robot.tool.cup_link,
+        "tip": made.cell.robot.tool.last_link,
         "standing": {joint.name: joint.position for joint in draft.standing},
         "unshaped": list(draft.unshaped),
         "spheres": sum(each.n_spheres for each in spheres),

@@ -87,7 +87,7 @@ def skeleton(cell: Cell, arm: Arm) -> DrawnLine:
     frames = np.asarray(arm.chain(robot.tool.default_state).fk(q))[:, :3, 3]
     by_link = dict(zip((joint.child for joint in robot.joints), frames, strict=True))
     parents = {joint.child: joint.parent for joint in robot.joints}
-    link, way = robot.tool.cup_link, [arm.tip(q, robot.tool.default_state)[:3, 3]]
+    link, way = robot.tool.last_link, [arm.tip(q, robot.tool.default_state)[:3, 3]]
     while link in by_link:
         way.append(by_link[link])
         link = parents[link]

@@ -152,13 +152,13 @@ def _items(recording: _Recording) -> Iterator[Message]:
         if segment.held == held or plan.grasp is None:
             continue
         tool = frames.robot.tool
-        T_cup_item = tool.T_cup_tip @ inverse(plan.grasp.T_item_tip)
+        T_last_item = tool.T_last_tip @ inverse(plan.grasp.T_item_tip)
         if segment.held is not None:
-            at[segment.held] = (tool.cup_link, T_cup_item)
+            at[segment.held] = (tool.last_link, T_last_item)
         elif held is not None:
             q = plan.trajectory.sample(segment.t_start)[0]
             joints = np.append(q, recording.tool.positions(np.array([segment.t_start]))[0])
-            at[held] = (frames.world, frames.T_world_link(tool.cup_link, joints) @ T_cup_item)
+            at[held] = (frames.world, frames.T_world_link(tool.last_link, joints) @ T_last_item)
         held = segment.held
         yield _all_items(recording, at, to_nanoseconds(segment.t_start))
 

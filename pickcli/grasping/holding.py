@@ -16,7 +16,7 @@ from pickcli.motion.plan import Grasp
 
 
 @dataclass(frozen=True)
-class CupLoad:
+class GripLoad:
     """Worst load on cup or pads over a motion, each figure by itself but for the ratio.
 
     Attributes:
@@ -34,7 +34,7 @@ class CupLoad:
     ratio: float
 
     @classmethod
-    def worst(cls, loads: Iterable[CupLoad]) -> CupLoad:
+    def worst(cls, loads: Iterable[GripLoad]) -> GripLoad:
         """Each figure at its worst.
 
         Args:
@@ -114,7 +114,7 @@ class Hold:
         body = HeldBody(item.heaviest, T_tip_item[:3, 3], inertia)
         return cls(body, bears.limits, bears.share)
 
-    def at_rest(self, R_world_tip: Array) -> CupLoad:
+    def at_rest(self, R_world_tip: Array) -> GripLoad:
         """The worst load at rest: no slower motion loads the cup less.
 
         Args:
@@ -149,7 +149,7 @@ class Hold:
         bending, twist = np.hypot(torque[0], torque[1]), abs(torque[2])
         return float(max(bending / self.limits.max_moment, twist / self.limits.max_twist) / self.share)
 
-    def in_motion(self, motion: TipMotion) -> CupLoad:
+    def in_motion(self, motion: TipMotion) -> GripLoad:
         """The worst load over the states of a motion in time.
 
         Args:
@@ -160,13 +160,13 @@ class Hold:
         """
         return self._worst(self.body.wrench(motion))
 
-    def _worst(self, wrenches: Array) -> CupLoad:
+    def _worst(self, wrenches: Array) -> GripLoad:
         return _worst(wrenches[None], HoldLimits(self.limits, self.share))[0]
 
 
 def loads_at_rest(
     item: Item, bears: HoldLimits, T_item_tip: Array, R_world_item: Array
-) -> tuple[CupLoad, ...]:
+) -> tuple[GripLoad, ...]:
     """The loads at rest, for many places at all of which the tool bears the same.
 
     Args:
@@ -186,8 +186,8 @@ def loads_at_rest(
     return _worst(wrenches, bears)
 
 
-def _worst(wrenches: Array, bears: HoldLimits) -> tuple[CupLoad, ...]:
+def _worst(wrenches: Array, bears: HoldLimits) -> tuple[GripLoad, ...]:
     """The worst load of each of many sets of wrenches (P, N, 6)."""
     ratio = bears.limits.ratio(wrenches, bears.share)
     figures = np.concatenate([bears.limits.figures(wrenches), ratio[None]])
-    return tuple(CupLoad(*worst) for worst in figures.max(axis=2).T.tolist())
+    return tuple(GripLoad(*worst) for worst in figures.max(axis=2).T.tolist())

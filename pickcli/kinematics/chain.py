@@ -117,9 +117,9 @@ def _check_chain(robot: Robot) -> None:
     by_child = {joint.child: joint for joint in robot.joints}
     while chain[-1].parent in by_child:
         chain.append(by_child[chain[-1].parent])
-    if chain[0].child != robot.tool.cup_link or chain[-1].parent != robot.links[0].name:
+    if chain[0].child != robot.tool.last_link or chain[-1].parent != robot.links[0].name:
         raise InputError(
-            f"{robot.urdf}: the joints must form one chain from the base to {robot.tool.cup_link!r}, "
+            f"{robot.urdf}: the joints must form one chain from the base to {robot.tool.last_link!r}, "
             f"got {' > '.join([chain[-1].parent, *(joint.child for joint in reversed(chain))])}"
         )
     planned = [joint.name for joint in reversed(chain) if is_planned(robot, joint)]

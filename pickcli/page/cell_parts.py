@@ -84,8 +84,8 @@ def robot_part(cell: Cell, q: Array | None = None, tool_state: ToolState | None 
         ),
         moved=moved_joints(robot),
         start=rounded(np.append(q, tool_positions(robot, state))),
-        tip_link=indices[robot.tool.cup_link],
-        tip=posed(robot.tool.T_cup_tip),
+        tip_link=indices[robot.tool.last_link],
+        tip=posed(robot.tool.T_last_tip),
     )  # fmt: skip
 
 

@@ -94,13 +94,13 @@ class GraspTransit:
     """A grasp with the transit to it.
 
     Attributes:
-        in_bin: The motion inside the bin.
+        taking: The motion inside the place, to the item and out with it.
         transit: From the start to where that begins.
         cost: s, about the time to the end of the retreat, and what the grasp's score is worth.
         experience: What was found on the way to it that was not stored, also of grasps that were not chosen.
     """
 
-    in_bin: GraspMotion
+    taking: GraspMotion
     transit: MotionSegment
     cost: float
     experience: tuple[QueryExperience, ...] = ()
@@ -150,14 +150,14 @@ class PickMotion:
 
     Attributes:
         transit: From where the robot is to the pre-approach.
-        in_bin: In the bin, to the item and out with it.
+        taking: Inside the place, to the item and out with it.
         transfer: From the end of the retreat to where the placement begins.
         placement: To the release, and away from there.
         experience: What the search for the transfer found that was not stored.
     """
 
     transit: MotionSegment
-    in_bin: GraspMotion
+    taking: GraspMotion
     transfer: MotionSegment
     placement: PlaceMotion
     experience: tuple[QueryExperience, ...] = ()

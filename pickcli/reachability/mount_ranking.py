@@ -291,7 +291,7 @@ def reach_ball(robot: Robot) -> tuple[Array, float]:
     Returns:
         Its middle (3,) in the world, where the first joint that moves is, and its radius in m.
     """
-    T, radius, is_fixed = robot.T_world_base, float(np.linalg.norm(robot.tool.T_cup_tip[:3, 3])), True
+    T, radius, is_fixed = robot.T_world_base, float(np.linalg.norm(robot.tool.T_last_tip[:3, 3])), True
     for joint in _way_to_tip(robot):
         if is_fixed:
             T = T @ joint.T_parent_joint
@@ -306,7 +306,7 @@ def reach_ball(robot: Robot) -> tuple[Array, float]:
 def _way_to_tip(robot: Robot) -> list[Joint]:
     """The joints from the root to the tip, without those of branches."""
     by_child, way = {joint.child: joint for joint in robot.joints}, list[Joint]()
-    link = robot.tool.cup_link
+    link = robot.tool.last_link
     while link in by_child:
         way.insert(0, by_child[link])
         link = way[0].parent

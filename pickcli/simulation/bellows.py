@@ -131,7 +131,7 @@ class Bellows:
         centre = forces @ self._points[mine] / max(float(forces.sum()), 1e-12)
         point = T_world_tip[:3, 3] + R[:, :2] @ centre - float(depths.mean()) * R[:, 2]
         velocity, _ = self._engine.velocity(name, "", point)
-        velocity -= self._engine.velocity(self._robot, tool.cup_link, point)[0]
+        velocity -= self._engine.velocity(self._robot, tool.last_link, point)[0]
         along = float(velocity @ R[:, 2])
         force = float(forces.sum()) - min(RELAXATION * stiffness, 0.5 * mass / h) * along
         force = max(force, 0.0)
@@ -141,7 +141,7 @@ class Bellows:
         if is_free:
             self._engine.wake(name)
             self._engine.push(name, on_body, point)
-        self._engine.push(self._robot, -on_body, point, tool.cup_link)
+        self._engine.push(self._robot, -on_body, point, tool.last_link)
         return ContactPoint(
-            self._robot, tool.cup_link, name, "", float(depths.max()), tuple(point.tolist()), force
+            self._robot, tool.last_link, name, "", float(depths.max()), tuple(point.tolist()), force
         )  # fmt: skip

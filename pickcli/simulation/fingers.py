@@ -217,7 +217,7 @@ class Fingers:
         assert self.held is not None and self._patch is not None
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
-        relative = self._engine.relative_velocity(self.held, self._robot, self._tool.cup_link, tip)
+        relative = self._engine.relative_velocity(self.held, self._robot, self._tool.last_link, tip)
         velocity = np.concatenate([R.T @ part for part in relative])
         self.load = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
         self.ratio = self._patch.ratio(self.load, self._drive.force, self.friction)
@@ -228,8 +228,8 @@ class Fingers:
         force, torque = R @ self.load[:3], R @ self.load[3:]
         self._engine.push(self.held, force, T_world_a[:3, 3])
         self._engine.twist(self.held, torque)
-        self._engine.push(self._robot, -force, tip, self._tool.cup_link)
-        self._engine.twist(self._robot, -torque, self._tool.cup_link)
+        self._engine.push(self._robot, -force, tip, self._tool.last_link)
+        self._engine.twist(self._robot, -torque, self._tool.last_link)
 
     def _slide(self, T_world_tip: Array, T_world_a: Array) -> None:
         """Move the place where the rubber is at ease along, so far that it pulls no harder than it can."""
@@ -244,8 +244,8 @@ class Fingers:
         """How fast any part of the pads moves over the held item at most, m/s."""
         assert self.held is not None
         tip = T_world_tip[:3, 3]
-        linear, turn = self._engine.relative_velocity(self.held, self._robot, self._tool.cup_link, tip)
+        linear, turn = self._engine.relative_velocity(self.held, self._robot, self._tool.last_link, tip)
         return float(np.linalg.norm(linear)) + max(self._gripper.pad) / 2 * float(np.linalg.norm(turn))
 
     def _tip(self) -> Array:
-        return self._engine.pose(self._robot, self._tool.cup_link) @ self._tool.T_cup_tip
+        return self._engine.pose(self._robot, self._tool.last_link) @ self._tool.T_last_tip

@@ -38,7 +38,7 @@ def write_urdf(robot: Robot, folder: Path) -> Path:
         # The engine takes a base's centre of mass for its frame; this one stands still.
         element = add_link(root, link, np.eye(4) if link is robot.links[0] else link.T_link_inertia)
         shapes = link.shapes
-        if robot.tool.grip.gives_way > 0.0 and link.name == robot.tool.cup_link:
+        if robot.tool.grip.gives_way > 0.0 and link.name == robot.tool.last_link:
             _add_shapes(element, "visual", shapes, folder)  # pictures show the relaxed cup
             shapes = tuple(solid_cup(robot.tool, shapes))
         _add_shapes(element, "collision", shapes, folder)
@@ -63,7 +63,7 @@ def solid_cup(tool: Tool, shapes: tuple[Body, ...]) -> Iterator[Body]:
     Yields:
         What is left of each.
     """
-    end = float(tool.T_cup_tip[2, 3]) - tool.grip.gives_way - SOLID_DEPTH
+    end = float(tool.T_last_tip[2, 3]) - tool.grip.gives_way - SOLID_DEPTH
     for body in shapes:
         T = body.T_parent_shape
         half = body.shape.reach(T[:3, :3])

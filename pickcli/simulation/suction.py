@@ -153,7 +153,7 @@ class Suction:
             True if it does.
         """
         far = self._tool.cup.stroke + SOLID_DEPTH + APART
-        return self._engine.distance(self._robot, self._tool.cup_link, item, far) >= far
+        return self._engine.distance(self._robot, self._tool.last_link, item, far) >= far
 
     def before_step(self, T_world_tip: Array) -> None:
         """Update pressures, seal and the forces of the cup on what it meets or holds; before a step.
@@ -217,19 +217,19 @@ class Suction:
     def _sliding_speed(self, item: str, T_world_tip: Array) -> float:
         """How fast any part of the rim moves over the face at most, along it or away from it, m/s."""
         tip = T_world_tip[:3, 3]
-        linear, turn = self._engine.relative_velocity(item, self._robot, self._tool.cup_link, tip)
+        linear, turn = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
         return float(np.linalg.norm(linear)) + self._tool.cup.radius * float(np.linalg.norm(turn))
 
     def _brake(self, item: str, T_world_tip: Array) -> None:
         """Stop an item that slides under the cup by the friction of the lip, which the vacuum presses on."""
         tip = T_world_tip[:3, 3]
-        velocity, _ = self._engine.relative_velocity(item, self._robot, self._tool.cup_link, tip)
+        velocity, _ = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
         friction = FRICTION * self.vacuum.cup * np.pi * self._tool.cup.radius**2
         drag = BRAKING * self._engine.mass(item) / self._engine.time_step
         force = -min(drag, friction / max(float(np.linalg.norm(velocity)), 1e-9)) * velocity
         self._engine.wake(item)
         self._engine.push(item, force, tip)
-        self._engine.push(self._robot, -force, tip, self._tool.cup_link)
+        self._engine.push(self._robot, -force, tip, self._tool.last_link)
 
     def _draw(self, probe: Probe, T_world_tip: Array) -> None:
         """Pull with the flow of the open cup on an item in front of it."""
@@ -264,15 +264,15 @@ class Suction:
         assert self.held is not None
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
-        relative = self._engine.relative_velocity(self.held, self._robot, self._tool.cup_link, tip)
+        relative = self._engine.relative_velocity(self.held, self._robot, self._tool.last_link, tip)
         velocity = np.concatenate([R.T @ part for part in relative])
         wrench = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
         self.load = CupWrench(wrench)
         force, torque = R @ wrench[:3], R @ wrench[3:]
         self._engine.push(self.held, force, T_world_a[:3, 3])
         self._engine.twist(self.held, torque)
-        self._engine.push(self._robot, -force, tip, self._tool.cup_link)
-        self._engine.twist(self._robot, -torque, self._tool.cup_link)
+        self._engine.push(self._robot, -force, tip, self._tool.last_link)
+        self._engine.twist(self._robot, -torque, self._tool.last_link)
 
 
 def face_at(shape: Shape, point: Array) -> str:

@@ -328,7 +328,7 @@ class World:
         """``T_world_tip`` (4, 4), measured, with the tool's joint where it really is."""
         if self._tip is None:
             tool = self.robot.tool
-            self._tip = self.engine.pose(ROBOT, tool.cup_link) @ tool.T_cup_tip
+            self._tip = self.engine.pose(ROBOT, tool.last_link) @ tool.T_last_tip
         return self._tip
 
     @property

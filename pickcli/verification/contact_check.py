@@ -26,7 +26,7 @@ from pickcli.scene.solid_overlap import TOUCH
 from pickcli.scene.supports import supports_of
 from pickcli.verification.contact_exemptions import ends_at_rest
 from pickcli.verification.exemptions import Exemptions
-from pickcli.verification.forward_kinematics import T_lance_cup
+from pickcli.verification.forward_kinematics import T_lance_last
 from pickcli.verification.moving_parts import Fixture, Part
 from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import States
@@ -143,7 +143,7 @@ class _Pair:
     def _pressed_in(self) -> Part:
         """The cup with the whole stroke of its bellows pressed in."""
         robot = self.scene.cell.robot
-        T_lance_tip = T_lance_cup(robot, self.segment.tool_state) @ robot.tool.T_cup_tip
+        T_lance_tip = T_lance_last(robot, self.segment.tool_state) @ robot.tool.T_last_tip
         back = pose(-robot.tool.grip.gives_way * T_lance_tip[:3, 2])
         return replace(self.part, T_link_shape=back @ self.part.T_link_shape)
 

@@ -81,7 +81,7 @@ def _is_planned(robot: Robot, joint: Joint) -> bool:
     return joint.name in robot.joint_names
 
 
-def cup_joint_index(robot: Robot) -> int:
+def last_joint_index(robot: Robot) -> int:
     """Index in ``robot.joints`` of the joint that the cup hangs on.
 
     Args:
@@ -90,7 +90,7 @@ def cup_joint_index(robot: Robot) -> int:
     Returns:
         The index.
     """
-    return next(i for i, joint in enumerate(robot.joints) if joint.child == robot.tool.cup_link)
+    return next(i for i, joint in enumerate(robot.joints) if joint.child == robot.tool.last_link)
 
 
 def touching_joints(robot: Robot) -> tuple[int, ...]:
@@ -115,7 +115,7 @@ def lance_index(robot: Robot) -> int:
     Returns:
         The index.
     """
-    return parent_index(robot, cup_joint_index(robot))
+    return parent_index(robot, last_joint_index(robot))
 
 
 def parent_index(robot: Robot, joint: int) -> int:
@@ -131,7 +131,7 @@ def parent_index(robot: Robot, joint: int) -> int:
     return _parents(robot)[joint]
 
 
-def T_lance_cup(robot: Robot, tool_state: ToolState) -> Array:
+def T_lance_last(robot: Robot, tool_state: ToolState) -> Array:
     """Pose of the cup link in the link it hangs on.
 
     Args:
@@ -141,7 +141,7 @@ def T_lance_cup(robot: Robot, tool_state: ToolState) -> Array:
     Returns:
         (4, 4).
     """
-    cup = cup_joint_index(robot)
+    cup = last_joint_index(robot)
     return T_parent_child(robot, cup, joint_position(robot, cup, stated_position(robot, tool_state)))
 
 
@@ -210,7 +210,7 @@ def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
     Returns:
         (N, 4, 4).
     """
-    return np.asarray(links[lance_index(robot)] @ T_lance_cup(robot, tool_state) @ robot.tool.T_cup_tip)
+    return np.asarray(links[lance_index(robot)] @ T_lance_last(robot, tool_state) @ robot.tool.T_last_tip)
 
 
 def reaches(robot: Robot, link: int, radius: float) -> Array:

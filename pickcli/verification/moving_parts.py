@@ -16,8 +16,8 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.fcl_solids import CoveringSpheres, Solid, cover
 from pickcli.verification.forward_kinematics import (
     T_parent_child,
-    cup_joint_index,
     joint_position,
+    last_joint_index,
     parent_index,
     reaches,
     stated_position,
@@ -115,7 +115,7 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
         The parts.
     """
     robot = scene.cell.robot
-    cup, joints = cup_joint_index(robot) + 1, touching_joints(robot)
+    cup, joints = last_joint_index(robot) + 1, touching_joints(robot)
     found = [
         _part(robot, i, replace(body, name=link.name))
         for i, link in enumerate(robot.links)
@@ -175,7 +175,7 @@ def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
     Returns:
         The body.
     """
-    return Body(item_id, scene.item(item_id).shape, scene.cell.robot.tool.T_cup_tip @ T_tip_item)
+    return Body(item_id, scene.item(item_id).shape, scene.cell.robot.tool.T_last_tip @ T_tip_item)
 
 
 def _in_states(

@@ -32,7 +32,7 @@ def test_each_arm_plans_its_own_joints(workcell: Workcell) -> None:
     assert list(workcell.arms) == ["left", "right"]
     for name, cell in workcell.arms.items():
         assert (cell.arm, list(cell.robot.joint_names)) == (name, joints(name))
-        assert cell.robot.tool.cup_link == f"{name}_hand"
+        assert cell.robot.tool.last_link == f"{name}_hand"
         assert [state.arm for state in cell.others] == [other for other in workcell.arms if other != name]
         assert list(cell.configurations) == ["home", "parked", "across"]
 

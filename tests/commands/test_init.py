@@ -44,7 +44,7 @@ def test_a_cell_needs_nothing_outside_of_its_folder(urdf: Path, tmp_path: Path) 
     moved = (tmp_path / "arm").rename(tmp_path / "moved")
     cell = load_cell(moved)
     assert cell.robot.joint_names == ("turn", "bend", "flange_joint")
-    assert cell.robot.tool.cup_link == "flange"
+    assert cell.robot.tool.last_link == "flange"
     first, _ = (moved / "cell.yaml").read_text().split("\n", 1)
     assert first == "# yaml-language-server: $schema=cell.schema.json"
     assert set(json.loads((moved / "cell.schema.json").read_text())["required"]) >= {"robot", "joint_limits"}

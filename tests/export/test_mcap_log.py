@@ -234,11 +234,11 @@ def test_the_item_hangs_on_the_tool_from_the_lift_to_the_release(log: Log) -> No
     ]
     T_lying = as_pose(lying[1].pose.position, lying[1].pose.orientation)
     np.testing.assert_allclose(T_lying, scene.find(CRAYOLA).T_world_item, atol=1e-9)
-    assert hanging[1].header.frame_id == scene.cell.robot.tool.cup_link
+    assert hanging[1].header.frame_id == scene.cell.robot.tool.last_link
     for (t, _), expected in ((hanging, taken[0].t_start), (released, taken[-1].t_end)):
         assert abs(t / SECOND - expected) <= 1e-9
     T_cup_item = as_pose(hanging[1].pose.position, hanging[1].pose.orientation)
-    T_expected = scene.cell.robot.tool.T_cup_tip @ inverse(plan.grasp.T_item_tip)
+    T_expected = scene.cell.robot.tool.T_last_tip @ inverse(plan.grasp.T_item_tip)
     np.testing.assert_allclose(T_cup_item, T_expected, atol=1e-9)
     before = min(frames.moving, key=lambda t: abs(t - released[0]))
     T_world_item = frames.pose(hanging[1].header.frame_id, before) @ T_cup_item

@@ -15,7 +15,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tools.gripper import Finger, ParallelGripper
 from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle, rotation_rpy
-from pickcli.grasping.holding import CupLoad, Hold, loads_at_rest
+from pickcli.grasping.holding import GripLoad, Hold, loads_at_rest
 from pickcli.grasping.pinch_grasping import PinchGrasping
 from pickcli.grasping.suction_grasping import SuctionGrasping
 from pickcli.kinematics.tip_motion import TipMotion
@@ -198,8 +198,8 @@ def test_the_torque_of_the_weight_counts_by_what_the_cup_bears_of_it() -> None:
 
 
 def test_the_worst_of_two_loads_has_each_figure_from_where_it_is_larger() -> None:
-    loads = (CupLoad(1.0, 5.0, 0.1, 0.4, 0.3), CupLoad(2.0, 4.0, 0.2, 0.3, 0.5))
-    assert CupLoad.worst(loads) == CupLoad(2.0, 5.0, 0.2, 0.4, 0.5)
+    loads = (GripLoad(1.0, 5.0, 0.1, 0.4, 0.3), GripLoad(2.0, 4.0, 0.2, 0.3, 0.5))
+    assert GripLoad.worst(loads) == GripLoad(2.0, 5.0, 0.2, 0.4, 0.5)
 
 
 def test_pads_bear_by_their_friction_whatever_a_cup_would_have_of_the_faces() -> None:

@@ -30,7 +30,7 @@ def oracle_tip(robot: Robot, q: Array, tool_state: ToolState) -> Array:
         if joint.type in (JointType.REVOLUTE, JointType.CONTINUOUS):
             turn = pose(R=rotation_axis_angle(joint.axis, value))
         T = T @ joint.T_parent_joint @ turn
-    return np.asarray(T @ robot.tool.T_cup_tip)
+    return np.asarray(T @ robot.tool.T_last_tip)
 
 
 @pytest.mark.parametrize("tool_state", STATES)

@@ -25,7 +25,7 @@ def poses_in(cell: Cell, name: str, tool_state: ToolState, rng: np.random.Genera
     """(n, 4, 4) tool poses with the lance 30 mm inside the mouth's edges and the cup behind the lip."""
     cell_bin = cell.pod.bins[name]
     half, height = cell_bin.access.width / 2 - 0.03, cell_bin.access.height
-    hangs = float(np.linalg.norm(cell.robot.tool.T_cup_tip[:3, 3])) if tool_state == DOWN else 0.0
+    hangs = float(np.linalg.norm(cell.robot.tool.T_last_tip[:3, 3])) if tool_state == DOWN else 0.0
     points = rng.uniform((0.06, -half, 0.03 - hangs), (0.38, half, height - 0.03 - hangs), (n, 3))
     return np.array([cell_bin.T_carrier_place @ pose(p, R=APPROACHES[tool_state]) for p in points])
 

@@ -130,7 +130,7 @@ def test_the_cup_ends_where_its_bellows_give_no_more(branching: Cell) -> None:
     upright = Shape(ShapeKind.CYLINDER, (0.015, 0.04))
     corners = np.array([(x, y, z) for x in (-0.01, 0.01) for y in (-0.01, 0.01) for z in (0.0, 0.04)])
     shapes = (*cup(robot, upright, Shape(ShapeKind.SPHERE, (0.02,))), hull("cup_mesh", corners))
-    end = float(tool.T_cup_tip[2, 3]) - tool.cup.stroke
+    end = float(tool.T_last_tip[2, 3]) - tool.cup.stroke
     for body in solid_cup(tool, shapes):
         top = body.T_parent_shape[2, 3] + body.shape.reach(body.T_parent_shape[:3, :3])[2]
         assert top <= end

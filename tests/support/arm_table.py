@@ -41,4 +41,4 @@ def chain_tip(robot, q: Sequence[float] | Array, tool_state: float) -> Array:  #
             T = T @ pose(joint.axis * values[joint.name])
         elif joint.type != "fixed":
             T = T @ pose(R=rotation_axis_angle(joint.axis, values[joint.name]))
-    return np.asarray(T @ robot.tool.T_cup_tip)
+    return np.asarray(T @ robot.tool.T_last_tip)

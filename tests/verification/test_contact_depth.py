@@ -19,7 +19,7 @@ from pickcli.verification.contact_check import _Pair
 from pickcli.verification.contact_exemptions import ends_at_rest, may_touch, releases
 from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.fcl_solids import Solid, cover
-from pickcli.verification.forward_kinematics import T_lance_cup
+from pickcli.verification.forward_kinematics import T_lance_last
 from pickcli.verification.moving_parts import Fixture, Part
 from pickcli.verification.recovery_check import check_opening
 from pickcli.verification.static_solids import PlanFixtures
@@ -132,7 +132,7 @@ def pair(
 ) -> tuple[_Pair, range]:  # fmt: skip
     """The block goes down on the plate, its cup's axis ahead; at each state it is so deep (m) in it."""
     robot = scene.cell.robot
-    axis = (T_lance_cup(robot, tool_state) @ robot.tool.T_cup_tip)[:3, 2]
+    axis = (T_lance_last(robot, tool_state) @ robot.tool.T_last_tip)[:3, 2]
     R = np.linalg.svd(axis[None])[2].T  # its first column is the axis, or the opposite
     down = np.column_stack([R[:, 1], np.cross(-axis, R[:, 1]), -axis])  # turns -z into the axis
     links = np.array([[pose((0.0, 0.0, 0.01 - depth)) for depth in depths]]) @ inverse(pose(R=down))

@@ -92,7 +92,7 @@ def _tip(cell: Cell, named: NamedConfiguration) -> Array:
     if robot.tool.joint is not None:
         positions[robot.tool.joint] = robot.tool.position(named.tool_state)
     joint_of = {joint.child: joint for joint in robot.joints}
-    T, link = robot.tool.T_cup_tip, robot.tool.cup_link
+    T, link = robot.tool.T_last_tip, robot.tool.last_link
     while link in joint_of:
         joint = joint_of[link]
         T = joint.T_parent_joint @ joint_motion(joint, float(positions.get(joint.name, 0.0))) @ T

@@ -38,8 +38,8 @@ def check_hand(source: Source, tool: GripperModel, robot: Urdf) -> None:
     names = list(robot.links)
     refer(source, ("tool", "flange_link"), "link", tool.flange_link, names)
     refer(source, ("tool", "hand_link"), "link", tool.hand_link, names)
-    if tool.cup_link in robot.links:
-        text = f"{tool.cup_link!r} is what the frame between the pads is called; rename the robot's link"
+    if tool.last_link in robot.links:
+        text = f"{tool.last_link!r} is what the frame between the pads is called; rename the robot's link"
         source.add(("robot", "urdf"), text)
     for k, link in enumerate(tool.fingers):
         refer(source, ("tool", "fingers", k), "link", link, names)
@@ -67,7 +67,7 @@ def check_gripper(source: Source, tool: GripperModel, robot: Urdf) -> None:
         tool: The tool as it stands in the file.
         robot: The robot with the tool and the frame between its pads.
     """
-    last = [robot.root, *(joint.child for joint in robot.way(tool.cup_link))][-3:]
+    last = [robot.root, *(joint.child for joint in robot.way(tool.last_link))][-3:]
     if last[:2] != [tool.flange_link, tool.hand_link]:
         text = f"expected the hand to hang on the flange, {tool.flange_link!r}; the chain ends with "
         source.add(("tool", "hand_link"), text + ", ".join(last[:2]))

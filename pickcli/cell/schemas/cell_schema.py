@@ -277,7 +277,7 @@ class CellModel(FileModel):
     @property
     def tip(self) -> str:
         """Name of the last link of the chain: the cup's, or the flange's where nothing is mounted."""
-        return self.robot.tip or "" if self.tool is None else self.tool.cup_link
+        return self.robot.tip or "" if self.tool is None else self.tool.last_link
 
     @property
     def tool_joint(self) -> str | None:

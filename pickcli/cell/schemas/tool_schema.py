@@ -58,7 +58,7 @@ class GripperModel(ToolModel):
         return self.hand_link
 
     @property
-    def cup_link(self) -> str:
+    def last_link(self) -> str:
         """Name of the link between the pads, which the cell adds to the robot."""
         return f"{self.hand_link}_tip"
 
@@ -91,6 +91,11 @@ class SuctionModel(ToolModel):
     seal_time: Annotated[float, Field(ge=0, le=10)] = Field(
         0.25, description="s at rest on an item before it is moved, 0 to 10"
     )
+
+    @property
+    def last_link(self) -> str:
+        """Name of the last link of the chain."""
+        return self.cup_link
 
 
 def _kind_of_tool(tool: Any) -> str:

@@ -32,15 +32,15 @@ def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) 
     if isinstance(tool, GripperModel):
         return _gripper_tool(tool, robot)
     positions = {ToolState(name): angle for name, angle in (tool.states or {FIXED.name: 0.0}).items()}
-    T_cup_tip = pose((0.0, 0.0, tool.cup_length))
+    T_last_tip = pose((0.0, 0.0, tool.cup_length))
     return Tool(
         flange_link=tool.flange_link,
         lance_link=tool.lance_link,
-        cup_link=tool.cup_link,
+        last_link=tool.last_link,
         joint=tool.joint,
         positions=positions,
-        T_flange_tip={s: _T_flange_cup(tool, robot, angle) @ T_cup_tip for s, angle in positions.items()},
-        T_cup_tip=T_cup_tip,
+        T_flange_tip={s: _T_flange_last(tool, robot, angle) @ T_last_tip for s, angle in positions.items()},
+        T_last_tip=T_last_tip,
         grip=_cup(tool),
     )
 
@@ -48,16 +48,16 @@ def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) 
 def _gripper_tool(tool: GripperModel, robot: Urdf) -> Tool:
     """The tool whose frame is the last link of the chain, wherever the fingers stand."""
     states = {ToolState(name): width for name, width in tool.states.items()}
-    T_flange_tip = _T_flange_cup(tool, robot)
+    T_flange_tip = _T_flange_last(tool, robot)
     along, deep = tool.pad_size
     return Tool(
         flange_link=tool.flange_link,
         lance_link=tool.lance_link,
-        cup_link=tool.cup_link,
+        last_link=tool.last_link,
         joint=None,
         positions=states,
         T_flange_tip=dict.fromkeys(states, T_flange_tip),
-        T_cup_tip=np.eye(4),
+        T_last_tip=np.eye(4),
         grip=ParallelGripper(
             fingers=(_finger(tool, robot, 0), _finger(tool, robot, 1)),
             pad=(along, deep),
@@ -94,7 +94,7 @@ def _cup(tool: SuctionModel) -> SuctionCup:
     )
 
 
-def _T_flange_cup(tool: SuctionModel | GripperModel, robot: Urdf, position: float = 0.0) -> Array:
+def _T_flange_last(tool: SuctionModel | GripperModel, robot: Urdf, position: float = 0.0) -> Array:
     """Pose (4, 4) of the chain's last link in the flange link, its last joint at a position in rad or m."""
-    fixed, last = robot.way(tool.cup_link)[-2:]
+    fixed, last = robot.way(tool.last_link)[-2:]
     return fixed.T_parent_joint @ last.T_parent_joint @ joint_motion(last, position)

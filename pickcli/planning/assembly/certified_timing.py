@@ -13,10 +13,10 @@ from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.grasp_method import GraspMethod
-from pickcli.grasping.holding import CupLoad, Hold
+from pickcli.grasping.holding import GripLoad, Hold
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
-from pickcli.planning.assembly.cup_load import carried_load, path_load
+from pickcli.planning.assembly.grip_load import carried_load, path_load
 from pickcli.planning.assembly.timed_motion_validation import prove
 from pickcli.planning.assembly.tool_path_check import broken_promise, mended
 from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED
@@ -42,7 +42,7 @@ class CertifiedRun:
     """
 
     run: TimedRun
-    load: CupLoad
+    load: GripLoad
 
 
 def proven_run(

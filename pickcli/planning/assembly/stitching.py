@@ -14,7 +14,7 @@ import numpy as np
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.grasping.grasp_method import GraspTimes
-from pickcli.grasping.holding import CupLoad
+from pickcli.grasping.holding import GripLoad
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
@@ -40,16 +40,16 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     Returns:
         The plan, uncertified; every reason when the cup cannot hold at any speed or a proof fails.
     """
-    context, grasp = problem.context, motion.in_bin.grasp
+    context, grasp = problem.context, motion.taking.grasp
     item, scene = problem.target.item, problem.scene
     rests = context.method.rests(context.cell.devices, context.settings.release_time)
-    to_item = _moving(context, [motion.transit, *motion.in_bin.inward])
-    to_place = _moving(context, [*motion.in_bin.outward, motion.transfer, *motion.placement.inward])
+    to_item = _moving(context, [motion.transit, *motion.taking.inward])
+    to_place = _moving(context, [*motion.taking.outward, motion.transfer, *motion.placement.inward])
     away = _moving(context, motion.placement.away)
     first = proven_run(context, scene, to_item)
     if isinstance(first, Failures):
         return first
-    hold = context.method.hold(item, grasp.face, motion.in_bin.attached.T_tip_item)
+    hold = context.method.hold(item, grasp.face, motion.taking.attached.T_tip_item)
     slowed = [segment.scaled(item.speed_scale) for segment in to_place]
     carried = carried_runs(context, scene, slowed, grasp, hold)
     if isinstance(carried, Failures):
@@ -77,7 +77,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
         segments=segments,
         trajectory=trajectory,
         events=events,
-        grasp=CupLoad.worst(part.load for part in carried).of(grasp),
+        grasp=GripLoad.worst(part.load for part in carried).of(grasp),
         speed_scale=item.speed_scale,
         arm=context.cell.arm,
         others=context.cell.others,
@@ -125,7 +125,7 @@ def _with_rests(segments: tuple[Segment, ...], rests: GraspTimes, motion: PickMo
         motion: The pick of a tool that closes at rest: its way in ends with the segment in which it does, its
             way away begins with the one in which it opens.
     """
-    closing, opening = motion.in_bin.inward[-1], motion.placement.away[0]
+    closing, opening = motion.taking.inward[-1], motion.placement.away[0]
     held = [k for k, segment in enumerate(segments) if segment.held is not None]
     taken, let_go = held[0] - 1, held[-1]
     return (

@@ -20,7 +20,7 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.assembly.cup_load import carried_load
+from pickcli.planning.assembly.grip_load import carried_load
 from pickcli.scene.scene import HeldItem, PlacedItem, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.stopping_trajectory import resume

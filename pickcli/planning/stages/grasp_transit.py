@@ -60,7 +60,7 @@ def transits_to_grasps(
         chosen = heads.pop(best)
         yield replace(chosen, experience=experience)
         experience = ()
-        groups[best].remove(chosen.in_bin)
+        groups[best].remove(chosen.taking)
         todo = [best]
 
 

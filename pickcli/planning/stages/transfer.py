@@ -27,20 +27,20 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
     Returns:
         The geometry of the whole pick, or every reason why there is none.
     """
-    context, in_bin = problem.context, reached.in_bin
-    placements = plan_placement(problem, in_bin)
+    context, taking = problem.context, reached.taking
+    placements = plan_placement(problem, taking)
     if isinstance(placements, Failures):
         return placements
     limits = context.arm.limits
-    placements = tuple(motion.turned_towards(limits, in_bin.end) for motion in placements)
+    placements = tuple(motion.turned_towards(limits, taking.end) for motion in placements)
     contacts = problem.contacts.while_transferring()
-    mode = Mode(in_bin.holding_state, in_bin.attached, contacts, RESERVE)
+    mode = Mode(taking.holding_state, taking.attached, contacts, RESERVE)
     goals = np.stack([placement.start for placement in placements])
     extra = [placement.cost for placement in placements]
     seed = derived_seed(problem.seed, "transfer", problem.target.id)
     checker = context.checker_for(problem.scene, mode)
-    coarse = plan_coarse(context, checker, in_bin.end, goals, extra, seed, "transfer")
+    coarse = plan_coarse(context, checker, taking.end, goals, extra, seed, "transfer")
     if isinstance(coarse, Failures):
         return coarse
     transfer = coarse.segment(SegmentKind.TRANSFER, replace(mode, reserve=0.0))
-    return PickMotion(reached.transit, in_bin, transfer, placements[coarse.goal], coarse.experience)
+    return PickMotion(reached.transit, taking, transfer, placements[coarse.goal], coarse.experience)

@@ -6,7 +6,7 @@ import numpy as np
 
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
-from pickcli.grasping.holding import CupLoad, Hold
+from pickcli.grasping.holding import GripLoad, Hold
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.trajectory_sampling import states_at
@@ -16,7 +16,7 @@ STEP = (
 )
 
 
-def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: Hold) -> CupLoad:
+def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: Hold) -> GripLoad:
     """The worst load on the cup over a trajectory, at its points and between them.
 
     Args:
@@ -34,7 +34,7 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
     return hold.in_motion(arm.tip_motion(q, velocity, acceleration, tool_state))
 
 
-def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> CupLoad:
+def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> GripLoad:
     """The worst load at rest over configurations: no slower motion loads the cup less.
 
     Args:
