@@ -1,4 +1,4 @@
-"""Sampling of tool poses in front of a place and in it, by which configurations are judged.
+"""Sampling of tool poses in front of a place and in it, by which configurations, arms and mounts are judged.
 
 Everything is drawn in the frame of the way in: x leads into the place, through the mouth of a bin or down
 into a crate.
@@ -24,6 +24,7 @@ _BEFORE = (-0.32, -0.10)
 _BESIDE = 0.06
 
 _INSIDE = 0.04  # m behind the mouth where the inside begins, for a pose to be in the place for certain
+_JUST_INSIDE = 0.02  # m behind it, where the tool need not be in the place for certain
 _LEAN = np.radians(30.0)  # most yaw and pitch of the lance in the place, either way: as grasps are tried
 _DRAWS = 40  # poses drawn for one that the tool can take, at most
 
@@ -77,7 +78,7 @@ class PlacePoseSampler:
         rolls = np.pi * is_turned
         if self.place.access.is_from_above:
             rolls = rng.uniform(-np.pi, np.pi, n)
-        return np.stack([self._pose(p, 0.0, 0.0, roll) for p, roll in zip(places, rolls, strict=True)])
+        return np.stack([self._pose(p, 0.0, 0.0, roll=roll) for p, roll in zip(places, rolls, strict=True)])
 
     def inside(self, rng: np.random.Generator, n: int) -> Array:
         """Poses inside the place that the tool by itself can take, all over it and leaning all ways.
@@ -94,19 +95,60 @@ class PlacePoseSampler:
         """
         low, high = room_behind_mouth(self.place, _INSIDE)
         drawn = rng.uniform([*low, -_LEAN, -_LEAN], [*high, _LEAN, _LEAN], (_DRAWS * n, 5))
-        poses = np.stack([self._pose(d[:3], d[3], d[4], 0.0) for d in drawn])
-        tool = FreeToolChecker(
-            self.model,
-            empty_scene(self.model.cell),
-            self.tool_state,
-            np.ascontiguousarray(self.T_world_entry[:3, :3]),
-        )
-        free = poses[tool.are_valid(tool.displacements(poses))][:n]
+        free = self._taken([self._pose(d[:3], d[3], d[4]) for d in drawn], n)
         if len(free) < n:
             raise InputError(
                 f"{self.place.name}: the tool fits in with the cup {self.tool_state} nowhere to speak of"
             )
-        return np.asarray(free)
+        return free
+
+    def in_mouth_prism(self, rng: np.random.Generator, n: int) -> Array:
+        """Poses straight behind the mouth that the tool by itself can take, turned any way from above.
+
+        Args:
+            rng: Source of random numbers.
+            n: How many, at most.
+
+        Returns:
+            (N, 4, 4) in the world.
+        """
+        access = self.place.access
+        depth = float(np.abs(access.direction) @ self.place.room.size)
+        low = np.array([_JUST_INSIDE, -access.width / 2, 0.0, -_LEAN, -_LEAN, 0.0])
+        turn = 2.0 * np.pi if access.is_from_above else 0.0
+        high = np.array([depth, access.width / 2, access.height, _LEAN, _LEAN, turn])
+        low_room, high_room = room_behind_mouth(self.place, _JUST_INSIDE)
+        if high_room[0] < _JUST_INSIDE:  # over a table: beside it nothing stands
+            low[:3], high[:3] = low_room, high_room
+        drawn = rng.uniform(low, high, (_DRAWS * n, 6))
+        return self._taken([self._pose(d[:3], d[3], d[4], turn=d[5]) for d in drawn], n)
+
+    def over_floor(self, rng: np.random.Generator, n: int) -> Array:
+        """Poses between floor and ceiling, where these slope too, that the tool by itself can take.
+
+        Args:
+            rng: Source of random numbers.
+            n: How many, at most.
+
+        Returns:
+            (N, 4, 4) in the world.
+        """
+        room, access = self.place.room, self.place.access
+        drawn = rng.uniform([*room.low, -_LEAN, -_LEAN], [*room.high, _LEAN, _LEAN], (_DRAWS * n, 5))
+        floor, ceiling = room.floor_at(drawn[:, 0]), room.ceiling_at(drawn[:, 0])
+        drawn[:, 2] = floor + (drawn[:, 2] - room.low[2]) / room.size[2] * (ceiling - floor)
+        behind_mouth = (drawn[:, :3] - access.T_place_mouth[:3, 3]) @ access.direction
+        if behind_mouth.max() > 0.0:  # over a table all room is before the mouth
+            drawn = drawn[behind_mouth >= _INSIDE]
+        points = transform_points(inverse(self.place.T_place_entry), drawn[:, :3])
+        return self._taken([self._pose(p, *lean) for p, lean in zip(points, drawn[:, 3:], strict=True)], n)
+
+    def _taken(self, poses: list[Array], n: int) -> Array:
+        """The first of many poses (4, 4) that the tool by itself can take in the empty cell, (N, 4, 4)."""
+        axes = np.ascontiguousarray(self.T_world_entry[:3, :3])
+        tool = FreeToolChecker(self.model, empty_scene(self.model.cell), self.tool_state, axes)
+        tried = np.stack(poses)
+        return np.asarray(tried[tool.are_valid(tool.displacements(tried))][:n])
 
     def roll(self, T_world_tip: Array) -> float:
         """How far a pose in front of the place is turned about the cup's axis.
@@ -120,10 +162,11 @@ class PlacePoseSampler:
         R = (self.T_world_entry[:3, :3] @ self._R_entry_tip).T @ T_world_tip[:3, :3]
         return float(np.arctan2(R[1, 0], R[0, 0]))
 
-    def _pose(self, place: Array, yaw: float, pitch: float, roll: float) -> Array:
-        """(4, 4) in the world: the lance turned about the axes of the way in, then about itself."""
+    def _pose(self, place: Array, yaw: float, pitch: float, turn: float = 0.0, roll: float = 0.0) -> Array:
+        """(4, 4) in the world: the lance turned about itself, leant, and rolled about the axis of the tip."""
+        R_lance = rotation_rpy(0.0, pitch, yaw) @ rotation_rpy(turn, 0.0, 0.0)
         T = np.eye(4)
-        T[:3, :3] = rotation_rpy(0.0, pitch, yaw) @ self._R_entry_tip @ rotation_rpy(0.0, 0.0, roll)
+        T[:3, :3] = R_lance @ self._R_entry_tip @ rotation_rpy(0.0, 0.0, roll)
         T[:3, 3] = place
         return np.asarray(self.T_world_entry @ T)
 

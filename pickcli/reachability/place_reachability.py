@@ -19,20 +19,16 @@ from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.place import Place
 from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Failures
 from pickcli.geometry import Array, rotation_rpy
 from pickcli.kinematics.arm import Arm
-from pickcli.precompute.empty_cell_checkers import checker, empty_scene
-from pickcli.reachability.place_pose_sampling import room_behind_mouth
+from pickcli.precompute.empty_cell_checkers import checker
+from pickcli.reachability.place_pose_sampling import PlacePoseSampler
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_rng
 
 N_POSES = 60  # tool poses by which a place is judged, unless stated
-_INSIDE = 0.02  # m behind the mouth where the inside begins
-_LEAN = np.radians(30.0)  # most yaw and pitch of the tool in a place, either way: as grasps are tried
-_DRAWS = 40  # poses drawn for one that the tool can take, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +99,7 @@ class ReachabilityCheck:
             What is reached of it.
         """
         rng = derived_rng(self.seed, "reach", place.name, self.tool_state)
-        poses = self._poses(place, rng)
+        poses = PlacePoseSampler(self._model, place, self.tool_state).in_mouth_prism(rng, self.n_poses)
         waiting = self._waiting_at(place)
         return PlaceReachability(
             place.name,
@@ -133,32 +129,6 @@ class ReachabilityCheck:
         goal[:3, :3] = goal[:3, :3] @ rotation_rpy(0.0, 0.0, float(roll))
         line = follow_line(self._arm, self._checker, T_world_tip, goal, self.tool_state, q, "line")
         return not isinstance(line, Failures)
-
-    def _poses(self, place: Place, rng: np.random.Generator) -> Array:
-        """(N, 4, 4) of the tip in the world, N at most ``n_poses``, in the prism behind the mouth."""
-        access, T_world_entry = place.access, self.cell.T_world_place(place) @ place.T_place_entry
-        depth = float(np.abs(access.direction) @ place.room.size)
-        low = np.array([_INSIDE, -access.width / 2, 0.0, -_LEAN, -_LEAN, 0.0])
-        turn = 2.0 * np.pi if access.is_from_above else 0.0
-        high = np.array([depth, access.width / 2, access.height, _LEAN, _LEAN, turn])
-        low_room, high_room = room_behind_mouth(place, _INSIDE)
-        if high_room[0] < _INSIDE:  # over a table: beside it nothing stands
-            low[:3], high[:3] = low_room, high_room
-        drawn = rng.uniform(low, high, (_DRAWS * self.n_poses, 6))
-        poses = np.stack([self._pose(T_world_entry, d) for d in drawn])
-        tool = FreeToolChecker(
-            self._model, empty_scene(self.cell), self.tool_state, np.ascontiguousarray(T_world_entry[:3, :3])
-        )
-        return np.asarray(poses[tool.are_valid(tool.displacements(poses))][: self.n_poses])
-
-    def _pose(self, T_world_entry: Array, drawn: Array) -> Array:
-        """(4, 4) in the world, of a place (3,) and yaw, pitch and roll about the way in."""
-        yaw, pitch, roll = drawn[3:]
-        R_lance = rotation_rpy(0.0, pitch, yaw) @ rotation_rpy(roll, 0.0, 0.0)
-        T = np.eye(4)
-        T[:3, :3] = R_lance @ self.cell.robot.tool.R_tip_lance(self.tool_state).T
-        T[:3, 3] = drawn[:3]
-        return np.asarray(T_world_entry @ T)
 
     def _waiting_at(self, place: Place) -> NamedConfiguration | None:
         """The free configuration from which a place is entered, if the cell has one in this state."""
