@@ -16,7 +16,8 @@ from pickcli.commands.progress_bar import progress
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
-    from pickcli.robot_setup.cell_setup import CellSetup, StatedLimit
+    from pickcli.robot_setup.cell_setup import CellSetup
+    from pickcli.robot_setup.setup_options import StatedLimit
     from pickcli.robot_setup.sphere_excess import SphereExcess
     from pickcli.robot_setup.suggested_places import SuggestedPlace
 
@@ -75,7 +76,8 @@ def command(
       apc init left_arm --urdf baxter.urdf --tip left_gripper --joint-limits joint_limits.yaml
     """
     from pickcli.collision.robot_model import CollisionModel
-    from pickcli.robot_setup.cell_setup import SetupOptions, set_up_cell
+    from pickcli.robot_setup.cell_setup import set_up_cell
+    from pickcli.robot_setup.setup_options import SetupOptions
     from pickcli.robot_setup.sphere_excess import sphere_excess
     from pickcli.robot_setup.stated_limits import EFFORT
     from pickcli.robot_setup.suggested_places import requested_places
@@ -122,7 +124,7 @@ def _assignments(option: str, texts: Sequence[str]) -> Iterator[tuple[str, str]]
 
 def _figure(kind: str, text: str) -> StatedLimit:
     """A limit from the command line, of one joint or of all."""
-    from pickcli.robot_setup.cell_setup import StatedLimit
+    from pickcli.robot_setup.setup_options import StatedLimit
     from pickcli.robot_setup.stated_limits import option_of
 
     joint, equals, number = text.rpartition("=")

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.robot_setup.cell_setup import CellSetup, SetupOptions, StatedLimit, set_up_cell
+from pickcli.robot_setup.cell_setup import CellSetup, set_up_cell
 from pickcli.robot_setup.collision_sampling import N_SHAPES, CollisionCount, CollisionFrequency
+from pickcli.robot_setup.setup_options import SetupOptions, StatedLimit
 
 ALWAYS, SOMETIMES, NEVER = CollisionFrequency
 

@@ -1,0 +1,119 @@
+"""Reading the files of a robot, and copying them into the folder of its cell."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pickcli.cell.robots.planning_group import stripped
+from pickcli.cell.robots.srdf import Srdf, read_srdf
+from pickcli.cell.robots.urdf import Urdf, read_urdf
+from pickcli.cell.schemas.cell_schema import CellModel
+from pickcli.cell.schemas.joint_limits_file import read_joint_limits, refuse_unknown_joints
+from pickcli.errors import InputError, UnknownNameError, shortened
+from pickcli.files.schema import MAX_TEXT
+from pickcli.files.yaml_reader import Source
+from pickcli.robot_setup.cell_text import SCHEMA
+from pickcli.robot_setup.package_search import PackageSearch
+from pickcli.robot_setup.robot_files import RobotFiles, find_robot_files
+from pickcli.robot_setup.setup_options import LIMITS, SRDF, URDF, SetupOptions
+
+
+@dataclass(frozen=True, eq=False)
+class RobotSource:
+    """A robot as its files have it.
+
+    Attributes:
+        files: The files.
+        robot: The robot without the links that are not there.
+        srdf: What its SRDF says, if there is one.
+        limits: Its file of limits, if there is one.
+    """
+
+    files: RobotFiles
+    robot: Urdf
+    srdf: Srdf | None
+    limits: Source | None
+
+
+def read_robot(request: SetupOptions, staging: Path) -> RobotSource:
+    """Read a robot, and copy its files.
+
+    Args:
+        request: What a cell is to be made from.
+        staging: The folder where they are copied to.
+
+    Returns:
+        The robot.
+
+    Raises:
+        InputError: With every mistake in the files.
+    """
+    with tempfile.TemporaryDirectory() as scratch:
+        packages = PackageSearch(request.urdf, request.package_path, request.packages)
+        files = find_robot_files(request.urdf, packages, request.arguments, Path(scratch))
+    _copy(files, staging)
+    roots = {name: staging / path for name, path in files.packages.items()}
+    whole = read_urdf(staging / URDF, staging, roots)
+    _refuse_long_names(whole, staging / URDF)
+    limits = _limits(request.joint_limits, whole, staging)
+    robot = _without(whole, request.without)
+    return RobotSource(files, robot, _srdf(request.srdf, robot, staging), limits)
+
+
+def _copy(files: RobotFiles, staging: Path) -> None:
+    (staging / URDF).write_text(files.urdf)
+    schema = {"$schema": "http://json-schema.org/draft-07/schema#", **CellModel.model_json_schema()}
+    (staging / SCHEMA).write_text(json.dumps(schema, indent=1) + "\n")
+    for target, path in files.meshes.items():
+        (staging / target).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, staging / target)
+
+
+def _refuse_long_names(robot: Urdf, urdf: Path) -> None:
+    """Refuse names that no cell file may hold. Raises InputError."""
+    for name in (*robot.links, *(joint.name for joint in robot.joints.values())):
+        if len(name) > MAX_TEXT:
+            told = f"has {len(name)} characters, a cell takes {MAX_TEXT}; rename it"
+            raise InputError(f"{urdf}: the name {shortened(name)!r} {told}")
+
+
+def _limits(path: Path | None, whole: Urdf, staging: Path) -> Source | None:
+    """The file of limits, copied. Raises InputError for a mistake in it."""
+    if path is None:
+        return None
+    limits = read_joint_limits(path)
+    refuse_unknown_joints(limits, [joint.name for joint in whole.joints.values()])
+    shutil.copyfile(path, staging / LIMITS)
+    return limits
+
+
+def _without(robot: Urdf, links: Sequence[str]) -> Urdf:
+    """The robot without some links. Raises UnknownNameError for one that it does not have."""
+    hanging = [name for name in robot.links if name != robot.root]
+    for link in links:
+        if link not in hanging:
+            raise UnknownNameError("link", link, hanging, "--without")
+    return stripped(robot, links)
+
+
+def _srdf(path: Path | None, robot: Urdf, staging: Path) -> Srdf | None:
+    """The SRDF, copied. Raises InputError for one of another robot."""
+    if path is None:
+        return None
+    srdf = read_srdf(path)
+    named = {name for pair in srdf.disabled for name in (pair.a, pair.b)}
+    named |= {name for state in srdf.states for name in state.positions}
+    named |= {name for group in srdf.groups.values() for name in (*group.joints, *group.links)}
+    named |= {name for group in srdf.groups.values() for chain in group.chains for name in chain}
+    if named and not named & {*robot.links, *(joint.name for joint in robot.joints.values())}:
+        raise InputError(
+            f"{path}: names no link or joint of the robot {robot.name!r}, e.g. {min(named)!r}; is it the "
+            "SRDF of another one?"
+        )
+    shutil.copyfile(path, staging / SRDF)
+    return srdf
