@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.place import Place
-from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import IN_LINE, MOVING, ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
@@ -22,6 +21,7 @@ from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
 from pickcli.planning.pick_problem import PickProblem
+from pickcli.scene.pile import Pile
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
 
@@ -65,82 +65,6 @@ class DropPlacement:
 
 
 @dataclass(frozen=True, eq=False)
-class _Pile:
-    """What lies in a place, as boxes along the place's axes, and the room around it.
-
-    In m, in a frame that has the origin of the world and the axes of the place.
-    """
-
-    centres: Array  # (K, 2)
-    half: Array  # (K, 2)
-    ridges: Array  # (K, 2) unit directions of their crowns, of what is as high as their tops
-    crowns: Array  # (K, 2) half extents of these, along and across
-    tops: Array  # (K,)
-    items: tuple[str, ...]  # their ids
-    middle: Array  # (2,) of the room
-    half_room: Array  # (2,)
-    floor: float
-    rim: float
-
-    @classmethod
-    def of(cls, scene: Scene, place: Place) -> _Pile:
-        placed = scene.in_location(place.name)
-        room, T_world_place = place.room, scene.T_world_place(place)
-        R_place_world = T_world_place[:3, :3].T
-        R = [R_place_world @ i.T_world_item[:3, :3] for i in placed]
-        reach = [
-            i.item.shape.reach(R_item) + scene.noise.bound(i.item)
-            for i, R_item in zip(placed, R, strict=True)
-        ]
-        at = np.array([R_place_world @ i.T_world_item[:3, 3] for i in placed]).reshape(-1, 3)
-        half = np.array(reach).reshape(-1, 3)
-        origin = (T_world_place @ [*(room.low + room.high)[:2] / 2, 0.0, 1.0])[:3]
-        middle = (R_place_world @ origin)[:2]
-        floor = float(T_world_place[2, 3]) + room.floor_back
-        rim = float(T_world_place[2, 3] + place.access.T_place_mouth[2, 3])
-        tops = at[:, 2] + half[:, 2]
-        crowned = [_crown(i.item.shape, R_item) for i, R_item in zip(placed, R, strict=True)]
-        ridges, crowns = np.array(crowned).reshape(-1, 2, 2).swapaxes(0, 1)
-        items, half_room = tuple(i.id for i in placed), room.size[:2] / 2
-        return cls(at[:, :2], half[:, :2], ridges, crowns, tops, items, middle, half_room, floor, rim)
-
-    def heights(self, centres: Array, half: Array) -> Array:
-        """(...) height in the world of the highest item under each footprint, else the floor.
-
-        centres: (..., 2); half: (..., 2) half extents of the footprints
-        """
-        return np.asarray(self._under(centres, half).max(axis=-1, initial=self.floor))
-
-    def levers(self, centres: Array, half: Array) -> Array:
-        """(...) m by which the middle of each footprint is beside what carries the highest item under it.
-
-        centres: (..., 2); half: (..., 2) half extents of the footprints
-        """
-        if not self.items:
-            return np.zeros(centres.shape[:-1])
-        tops = self._under(centres, half)
-        first = tops.argmax(axis=-1)
-        apart = centres - self.centres[first]
-        along, across = self.ridges[first], self.ridges[first][..., ::-1] * (-1.0, 1.0)
-        ways = np.stack([(apart * along).sum(axis=-1), (apart * across).sum(axis=-1)], axis=-1)
-        beside = np.linalg.norm(np.maximum(np.abs(ways) - self.crowns[first], 0.0), axis=-1)
-        return np.where(tops.max(axis=-1) > self.floor, beside, 0.0)
-
-    def highest(self, centre: Array, half: Array) -> str:
-        """Id of the highest item under a footprint, "" where there is none.
-
-        centre: (2,); half: (2,) half extents of the footprint
-        """
-        tops = self._under(centre, half)
-        return self.items[int(np.argmax(tops))] if tops.max(initial=self.floor) > self.floor else ""
-
-    def _under(self, centres: Array, half: Array) -> Array:
-        """(..., K) top of each item under each footprint, the floor where it is beside it."""
-        apart = np.abs(self.centres - centres[..., None, :])
-        return np.where((apart < self.half + half[..., None, :]).all(axis=-1), self.tops, self.floor)
-
-
-@dataclass(frozen=True, eq=False)
 class _Grid:
     """Release poses for A tool orientations at G places each. In m, in the frame of the pile."""
 
@@ -151,9 +75,7 @@ class _Grid:
     cost: Array  # (A, G), infinite where no place is tried
 
     @classmethod
-    def of(
-        cls, pile: _Pile, T_item: Array, reach: Array, room: Array, prices: Array, is_level: bool
-    ) -> _Grid:
+    def of(cls, pile: Pile, T_item: Array, reach: Array, room: Array, prices: Array, is_level: bool) -> _Grid:
         """Weigh the height of the pile, the drop, the lever, the way up and the turn of the wrist.
 
         What is met beside its middle turns over, and the near end comes up to the tool. A rod of half length
@@ -300,7 +222,7 @@ def drop_placements(
     Returns:
         The placements, lowest pile first; or why there is none.
     """
-    pile = _Pile.of(scene, place)
+    pile = Pile.of(scene, place)
     is_level = not scene.cell.robot.tool.has_lance(tool_state, IN_LINE)
     shoulder = inverse(scene.T_world_place(place)) @ [*scene.cell.robot.shoulder, 1.0]
     prices, R = _orientations(is_level, is_from_left=bool(shoulder[1] >= 0.0))
@@ -336,19 +258,6 @@ def _orientations(is_level: bool, is_from_left: bool) -> tuple[Array, Array]:
     return price * np.abs(turns), np.stack([rotation_axis_angle((0.0, 0.0, 1.0), a) @ down for a in turns])
 
 
-def _crown(shape: Shape, R: Array) -> Array:
-    """Direction (2,) and half extents (2,) of what is as high as the top of an item that lies at R (3, 3).
-
-    Of a lying roll that is its ridge, of a ball a point, else the whole.
-    """
-    if shape.kind is ShapeKind.SPHERE:
-        return np.array([[1.0, 0.0], [0.0, 0.0]])
-    lies = float(np.linalg.norm(R[:2, 2]))
-    if shape.kind is ShapeKind.CYLINDER and lies > np.sqrt(0.5):
-        return np.array([R[:2, 2] / lies, [lies * shape.size[1] / 2, 0.0]])
-    return np.array([[1.0, 0.0], shape.reach(R)[:2]])
-
-
 def _posed(R: Array) -> Array:
     """Poses (A, 4, 4) at the origin with orientations (A, 3, 3)."""
     T = np.tile(np.eye(4), (len(R), 1, 1))
@@ -367,7 +276,7 @@ def _places(room: Array) -> tuple[Array, NDArray[np.bool_]]:
     return shares, np.asarray(((room[:, None] > 0.04) | is_first).all(axis=2))
 
 
-def _why_none(held: AttachedItem, reach: Array, grid: _Grid, pile: _Pile, place: Place) -> Iterator[Reason]:
+def _why_none(held: AttachedItem, reach: Array, grid: _Grid, pile: Pile, place: Place) -> Iterator[Reason]:
     """Why each orientation has no place; reach: (A, 2) half extents of the item."""
     for a, half in enumerate(reach):
         if (pile.half_room - half).min() < LEAST_WALL:

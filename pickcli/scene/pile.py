@@ -1,0 +1,137 @@
+"""What lies in a place that is open above, seen from there: how high it is under a footprint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.place import Place
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array
+from pickcli.scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Pile:
+    """What lies in a place, as boxes along the place's axes, and the room around it.
+
+    In m, in a frame that has the origin of the world and the axes of the place.
+
+    Attributes:
+        centres: (K, 2) middles of the items.
+        half: (K, 2) half extents of their boxes.
+        ridges: (K, 2) unit directions of their crowns, of what is as high as their tops.
+        crowns: (K, 2) half extents of these, along and across.
+        tops: (K,) heights.
+        items: Their ids.
+        middle: (2,) of the room.
+        half_room: (2,) half extents of the room.
+        floor: Height of the floor.
+        rim: Height of the rim, of the mouth that is open above.
+    """
+
+    centres: Array
+    half: Array
+    ridges: Array
+    crowns: Array
+    tops: Array
+    items: tuple[str, ...]
+    middle: Array
+    half_room: Array
+    floor: float
+    rim: float
+
+    @classmethod
+    def of(cls, scene: Scene, place: Place) -> Pile:
+        """Look at what lies in a place.
+
+        Args:
+            scene: Poses as perceived.
+            place: A place that is open above.
+
+        Returns:
+            The pile, its items as large as their poses may be off.
+        """
+        placed = scene.in_location(place.name)
+        room, T_world_place = place.room, scene.T_world_place(place)
+        R_place_world = T_world_place[:3, :3].T
+        R = [R_place_world @ i.T_world_item[:3, :3] for i in placed]
+        reach = [
+            i.item.shape.reach(R_item) + scene.noise.bound(i.item)
+            for i, R_item in zip(placed, R, strict=True)
+        ]
+        at = np.array([R_place_world @ i.T_world_item[:3, 3] for i in placed]).reshape(-1, 3)
+        half = np.array(reach).reshape(-1, 3)
+        origin = (T_world_place @ [*(room.low + room.high)[:2] / 2, 0.0, 1.0])[:3]
+        middle = (R_place_world @ origin)[:2]
+        floor = float(T_world_place[2, 3]) + room.floor_back
+        rim = float(T_world_place[2, 3] + place.access.T_place_mouth[2, 3])
+        tops = at[:, 2] + half[:, 2]
+        crowned = [_crown(i.item.shape, R_item) for i, R_item in zip(placed, R, strict=True)]
+        ridges, crowns = np.array(crowned).reshape(-1, 2, 2).swapaxes(0, 1)
+        items, half_room = tuple(i.id for i in placed), room.size[:2] / 2
+        return cls(at[:, :2], half[:, :2], ridges, crowns, tops, items, middle, half_room, floor, rim)
+
+    def heights(self, centres: Array, half: Array) -> Array:
+        """Heights of the pile under footprints.
+
+        Args:
+            centres: (..., 2) middles of the footprints.
+            half: (..., 2) their half extents.
+
+        Returns:
+            (...) height in the world of the highest item under each, else of the floor.
+        """
+        return np.asarray(self._under(centres, half).max(axis=-1, initial=self.floor))
+
+    def levers(self, centres: Array, half: Array) -> Array:
+        """How far what is set down would be held beside its middle.
+
+        Args:
+            centres: (..., 2) middles of the footprints.
+            half: (..., 2) their half extents.
+
+        Returns:
+            (...) m by which the middle of each footprint is beside the crown of the highest item under it.
+        """
+        if not self.items:
+            return np.zeros(centres.shape[:-1])
+        tops = self._under(centres, half)
+        first = tops.argmax(axis=-1)
+        apart = centres - self.centres[first]
+        along, across = self.ridges[first], self.ridges[first][..., ::-1] * (-1.0, 1.0)
+        ways = np.stack([(apart * along).sum(axis=-1), (apart * across).sum(axis=-1)], axis=-1)
+        beside = np.linalg.norm(np.maximum(np.abs(ways) - self.crowns[first], 0.0), axis=-1)
+        return np.where(tops.max(axis=-1) > self.floor, beside, 0.0)
+
+    def highest(self, centre: Array, half: Array) -> str:
+        """Name the highest item under a footprint.
+
+        Args:
+            centre: (2,) middle of the footprint.
+            half: (2,) its half extents.
+
+        Returns:
+            Its id, "" where there is none.
+        """
+        tops = self._under(centre, half)
+        return self.items[int(np.argmax(tops))] if tops.max(initial=self.floor) > self.floor else ""
+
+    def _under(self, centres: Array, half: Array) -> Array:
+        """(..., K) top of each item under each footprint, the floor where it is beside it."""
+        apart = np.abs(self.centres - centres[..., None, :])
+        return np.where((apart < self.half + half[..., None, :]).all(axis=-1), self.tops, self.floor)
+
+
+def _crown(shape: Shape, R: Array) -> Array:
+    """Direction (2,) and half extents (2,) of what is as high as the top of an item that lies at R (3, 3).
+
+    Of a lying roll that is its ridge, of a ball a point, else the whole.
+    """
+    if shape.kind is ShapeKind.SPHERE:
+        return np.array([[1.0, 0.0], [0.0, 0.0]])
+    lies = float(np.linalg.norm(R[:2, 2]))
+    if shape.kind is ShapeKind.CYLINDER and lies > np.sqrt(0.5):
+        return np.array([R[:2, 2] / lies, [lies * shape.size[1] / 2, 0.0]])
+    return np.array([[1.0, 0.0], shape.reach(R)[:2]])
