@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 import tomllib
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -129,3 +130,29 @@ def test_the_kind_of_a_tool_is_asked_where_it_is_chosen_and_nowhere_else() -> No
 def test_a_question_for_the_kind_of_a_tool_is_found() -> None:
     told = "if robot.tool.gripper is None:\n    r = tool.cup.radius\nx = isinstance(grip, SuctionCup)\n"
     assert asks_of_the_kind(ast.parse(f"{told}y = gripper.pad\nz = isinstance(x, str)")) == [1, 2, 3]
+
+
+def imported_by(path: Path, names: set[str]) -> set[str]:
+    """Modules that a module imports anywhere, within functions too, but for types alone."""
+    tree = ast.parse(path.read_text())
+    for_types = [
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        for inner in ast.walk(node)
+    ]
+    imports = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and id(n) not in for_types]
+    found = {name for n in imports for name in (str(n.module), *(f"{n.module}.{a.name}" for a in n.names))}
+    return found & names
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    """Not even by imports within functions: those are for what is heavy, and hide no circle."""
+    paths = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts): path
+        for path in sorted((ROOT / "pickcli").rglob("*.py"))
+        if path.name != "__init__.py"
+    }
+    assert len(paths) > 400
+    graph = {name: imported_by(path, set(paths)) for name, path in paths.items()}
+    tuple(TopologicalSorter(graph).static_order())  # raises CycleError, which names the circle

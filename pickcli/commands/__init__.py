@@ -7,8 +7,8 @@ Read in this order:
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
 - Online: `make_order`, `make_scene`, `plan_move`, `verify`, `execute`, `export` and `run_trial`.
 - What is in a file, and whether it is right: `inspect`, `show` and `check`.
-- Options that commands share: `options` with `option_types`; `arm_options`, `scene_options`, `build_options`
-  and `pod_shift`; `logs` has --verbose and --debug.
+- Options that commands share: `options` with `option_types`; `arm_options` with the
+  `configuration_option`, `scene_options`, `build_options`, `pod_shift`; `logs` has --verbose and --debug.
 - Work that commands share: `planner` and `experience_session` for queries, `building` for builds,
   `progress_bar`.
 - What is told on stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.commands.configuration_option import parse_configuration
 from pickcli.errors import InputError, StaleError
 
 if TYPE_CHECKING:
@@ -192,7 +193,6 @@ def refuse_arm_mismatch(plan: Plan, path: Path, scene_cell: Cell) -> None:
 def _state(workcell: Workcell, text: str) -> ArmState:
     """Where an arm stands, from the command line."""
     from pickcli.cell.cell import ArmState
-    from pickcli.commands.planner import parse_configuration
 
     arm, equals, configuration = text.partition("=")
     if not equals:

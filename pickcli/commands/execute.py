@@ -9,6 +9,7 @@ import click
 
 from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
+from pickcli.commands.configuration_option import parse_configuration
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
@@ -23,7 +24,6 @@ from pickcli.commands.planner import (
     artifact_options,
     certified,
     load_planner,
-    parse_configuration,
     trusted,
 )
 from pickcli.commands.progress_bar import progress

@@ -8,6 +8,7 @@ import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command
+from pickcli.commands.configuration_option import parse_configuration
 from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
@@ -17,7 +18,6 @@ from pickcli.commands.planner import (
     artifact_options,
     deliver,
     load_planner,
-    parse_configuration,
     verify_option,
 )
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty

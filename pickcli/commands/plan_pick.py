@@ -17,6 +17,7 @@ from pickcli.commands.arm_options import (
     standing_option,
 )
 from pickcli.commands.command import Command
+from pickcli.commands.configuration_option import parse_configuration
 from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
@@ -26,7 +27,6 @@ from pickcli.commands.planner import (
     artifact_options,
     deliver,
     load_planner,
-    parse_configuration,
     verify_option,
 )
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options

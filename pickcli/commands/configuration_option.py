@@ -1,0 +1,66 @@
+"""A configuration on the command line: the name of one of the cell's, or numbers."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from pickcli.errors import InputError, UnknownNameError, shortened, suggestion
+
+if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
+    from pickcli.cell.tool import ToolState
+    from pickcli.geometry import Array
+
+
+def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]:
+    """Read a configuration: the name of one of the cell's, or n numbers with commas.
+
+    Args:
+        cell: The cell.
+        text: What was written on the command line.
+
+    Returns:
+        Configuration (n,) in rad and m, and the state of the tool; None for numbers, which say nothing of it.
+
+    Raises:
+        InputError: The name is unknown, or the numbers are no configuration within the joint limits.
+    """
+    if text in cell.configurations:
+        named = cell.configurations[text]
+        return named.q, named.tool_state
+    from pickcli.api.configurations import refuse_beyond_limits
+
+    q = _numbers(cell, text)
+    refuse_beyond_limits(cell.robot, q, f"configuration {text!r}")
+    return q, None
+
+
+def _numbers(cell: Cell, text: str) -> Array:
+    """The configuration (n,) written as numbers with commas. Raises InputError, also for an unknown name."""
+    import numpy as np
+
+    names = cell.robot.joint_names
+    how = f"write {len(names)} numbers with commas ({','.join(names)})"
+    if not re.search(r"[-+.,;\d]", text[:2]):
+        known, hint = list(cell.configurations), suggestion(text, cell.configurations)
+        if hint.startswith("known"):
+            hint = f"apc inspect {cell.name} lists the names; or {how}"
+        raise UnknownNameError("configuration", text, known, hint=hint)
+    parts, told = text.split(","), f"configuration {shortened(text)!r}"
+    for part in parts:
+        if not _is_number(part):
+            raise InputError(f"{told}: {shortened(part)!r} is not a number; {how}")
+    if len(parts) != len(names):
+        raise InputError(
+            f"configuration {shortened(text)!r}: got {len(parts)} of {len(names)} numbers; {how}"
+        )
+    return np.array([float(part) for part in parts])
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
