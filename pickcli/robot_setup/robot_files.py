@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from pickcli.errors import InputError
 from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import URDF
 from pickcli.files.xml_mistakes import XmlMistakes
@@ -38,7 +40,7 @@ class RobotFiles:
 def find_robot_files(
     urdf: Path, packages: PackageSearch, arguments: Mapping[str, str], scratch: Path
 ) -> RobotFiles:
-    """Find everything that a URDF needs: the meshes of its collision shapes.
+    """Find what a URDF needs: the meshes of its collision shapes, and of its visuals those that are there.
 
     The text stays as it is but for meshes that it names by a path that leads out of its folder.
 
@@ -52,7 +54,7 @@ def find_robot_files(
         The files.
 
     Raises:
-        InputError: With every package and every mesh that is not found.
+        InputError: With every package and every mesh of a collision shape that is not found.
     """
     if urdf.suffix == ".xacro":
         text, path = expanded(urdf, packages, arguments), scratch / f"{urdf.stem}.urdf"
@@ -61,19 +63,22 @@ def find_robot_files(
         text, path = read_text(urdf, MAX_BYTES, wanted=URDF), urdf
     robot, mistakes = read_xml(path), XmlMistakes(path)
     found = _Found(urdf, packages)
-    for mesh in _meshes(robot):
+    for mesh in _meshes(robot, "collision"):
         mistakes.tried(lambda mesh=mesh: found.add(mesh), None)  # type: ignore[misc]
     mistakes.check()
+    for mesh in _meshes(robot, "visual"):
+        with suppress(InputError):  # without it a link is drawn by its collision shapes
+            found.add(mesh)
     for name, target in found.renamed.items():
         text = re.sub(rf"(filename\s*=\s*[\"']){re.escape(name)}([\"'])", rf"\g<1>{target}\g<2>", text)
     return RobotFiles(text, found.meshes, found.packages)
 
 
-def _meshes(robot: Element) -> Iterator[Element]:
-    """Every mesh of a collision shape."""
+def _meshes(robot: Element, tag: str) -> Iterator[Element]:
+    """Every mesh of the collision shapes or visuals."""
     for link in robot.all("link"):
-        for collision in link.all("collision"):
-            for geometry in collision.all("geometry"):
+        for shape in link.all(tag):
+            for geometry in shape.all("geometry"):
                 yield from geometry.all("mesh")
 
 
@@ -104,13 +109,16 @@ class _Found:
             inside = os.path.normpath(rest)
             if inside.startswith(".."):
                 raise mesh.error(f"{rest!r} leads out of package {package!r}; expected a path inside of it")
-            self.packages[package] = f"{PACKAGES}/{package}"
             self._keep(mesh, f"{PACKAGES}/{package}/{inside}", root / inside)
+            self.packages[package] = f"{PACKAGES}/{package}"
             return
         path = self.urdf.parent / name.removeprefix(FILE)
         inside = os.path.normpath(name)
         if name.startswith((FILE, "/", "..")) or inside.startswith(".."):
-            inside = self.renamed.setdefault(name, self._own_name(path))
+            inside = self.renamed.get(name, self._own_name(path))
+            self._keep(mesh, inside, path)
+            self.renamed[name] = inside
+            return
         self._keep(mesh, inside, path)
 
     def _tell_missing(self, mesh: Element, package: str) -> None:

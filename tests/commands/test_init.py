@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.page.cell_parts import robot_part
 from support.command_line import apc, refused
 from support.new_robots import write_branching, write_two_arms
 
@@ -249,6 +250,22 @@ def test_meshes_may_be_named_by_paths_that_lead_out_of_the_folder(urdf: Path, tm
     assert made.code == 0, made.err
     assert sorted(p.name for p in (tmp_path / "arm" / "meshes").iterdir()) == ["arm.obj", "column.obj"]
     assert load_cell(tmp_path / "arm").robot.link("upper").shapes
+
+
+def test_meshes_of_visuals_are_copied_where_they_are(urdf: Path, tmp_path: Path) -> None:
+    maker = urdf.parents[1]
+    (maker / "looks.obj").write_text((maker / "meshes" / "column.obj").read_text())
+    visual = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+    text = urdf.read_text()
+    for link, name in (("column", f"file://{maker}/looks.obj"), ("upper", "package://nobody/arm.dae")):
+        text = text.replace(f'<link name="{link}">', f'<link name="{link}">{visual.format(name)}')
+    urdf.write_text(text)
+    made = apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--motor-force", "9", "--accept-unshaped")
+    assert made.code == 0, made.err
+    assert [p.name for p in (tmp_path / "arm" / "meshes").iterdir()] == ["looks.obj"]
+    assert "nobody" not in (tmp_path / "arm" / "cell.yaml").read_text()
+    links = {link.name: link.bodies for link in robot_part(load_cell(tmp_path / "arm")).links}
+    assert [body.shape.is_smooth for body in links["column"]] == [True]
 
 
 def test_a_xacro_is_expanded(urdf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
