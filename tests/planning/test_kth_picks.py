@@ -7,7 +7,9 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_workcell
+from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Failures
 from pickcli.geometry import Array, pose, rotation_rpy
 from pickcli.planning.arm_choice import rank_arms
@@ -16,6 +18,8 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.drop_placements import drop_placements
 from pickcli.planning.start_state import Start
+from pickcli.precompute.empty_cell_checkers import RESERVE, checker
+from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.verification.verify import verify
 
@@ -83,3 +87,14 @@ def test_each_arm_lets_go_from_its_own_side_and_near_it_first(arm: str, side: fl
     middle = cell.T_world_place(cell.places["tote"])[1, 3]
     assert side * (tips[0, 1] - middle) > 0.0
     assert len(np.unique(np.round(tips[:, :2], 3), axis=0)) >= 15
+
+
+@pytest.mark.parametrize("name", ["apc2016_kth", "apc2016_kth_picking"])
+@pytest.mark.parametrize("arm", ["left", "right"])
+def test_over_the_tote_there_is_room_for_a_large_item(name: str, arm: str) -> None:
+    """The cube of the stored motions clears the tote's rim, wherever the pod stands."""
+    cell = load_workcell(name).arms[arm]
+    over, model = cell.configurations["tote"], CollisionModel(cell)
+    for pod_poses in PodPoses:
+        free = checker(model, over.tool_state, PayloadClass.CUBE, RESERVE, pod_poses)
+        assert free.is_valid(over.q), str(free.explain(over.q))
