@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.tool import ToolState
 from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.motion.trajectory import Trajectory
@@ -280,13 +281,16 @@ class AttemptRunner:
         """
         return self._timed(self.interfaces.arena.execute(plan))
 
-    def let_go(self) -> ExecutionResult:
+    def let_go(self, open_to: ToolState | None = None) -> ExecutionResult:
         """Let go where the robot stands.
+
+        Args:
+            open_to: State to which fingers open; None for as wide as they go.
 
         Returns:
             What happened.
         """
-        return self._timed(self.interfaces.arena.release())
+        return self._timed(self.interfaces.arena.release(open_to))
 
     def _timed(self, execution: ExecutionResult) -> ExecutionResult:
         self.clock = self.clock.moved(execution.duration)

@@ -75,13 +75,18 @@ class _Recovery:
 
     def play(self) -> tuple[RecoveryStep, ...]:
         """First the item, then the arm."""
+        assert self.attempt.plan is not None
         if self.stopped is not None and self._may_hold():
             self._bring_item()
         if not self.runner.clock.has_time_for(LET_GO_TIME):
             self.runner.cut_short = "the time was over before the item had been let go"
             self.steps.append(RecoveryStep(LET_GO, self.runner.cut_short))
             return tuple(self.steps)
-        self.steps.append(RecoveryStep(LET_GO, "", self.runner.let_go()))
+        grasp = (
+            self.attempt.plan.grasp
+        )  # fingers open as far as they came: wider, they might meet a neighbour
+        opened = self.runner.let_go(None if grasp is None else grasp.tool_state)
+        self.steps.append(RecoveryStep(LET_GO, "", opened))
         if not self.is_done:
             self._bring_arm_out()
         return tuple(self.steps)

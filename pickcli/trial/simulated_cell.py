@@ -173,8 +173,11 @@ class SimulatedArena:
         target = "" if plan.grasp is None else plan.grasp.item
         return self._settled(_recorded(run), run.t_start, run.releases, target)
 
-    def release(self) -> ExecutionResult:
+    def release(self, open_to: ToolState | None = None) -> ExecutionResult:
         """Close the valve, or open the fingers, where the robot stands and wait until the item is let go.
+
+        Args:
+            open_to: State to which fingers open; None for as wide as they go.
 
         Returns:
             What happened.
@@ -182,7 +185,7 @@ class SimulatedArena:
         world = self._world
         began, n_releases = world.t, len(world.grip.releases)
         noted = self._recorder.begin(None, world)
-        _let_go(world, LET_GO_TIME)
+        _let_go(world, LET_GO_TIME, open_to)
         noted.t_end = world.t
         return self._settled(ExecutionResult(LET_GO_TIME), began, world.grip.releases[n_releases:], "")
 
@@ -276,10 +279,11 @@ def interfaces_of(planners: Iterable[ArmPlanner], arena: SimulatedArena) -> Tria
     return TrialInterfaces(plan, recover, bring, verify, arena, cells, rank, park)
 
 
-def _let_go(world: World, duration: float) -> None:
-    """Pump and valve off, or fingers open, where the robot stands.
+def _let_go(world: World, duration: float, open_to: ToolState | None) -> None:
+    """Pump and valve off, or fingers open to a state, where the robot stands; to their widest one for None.
 
-    What tool and held item touch by then they may go on touching, until the robot moves again.
+    What tool and held item touch by then they may go on touching, until the robot moves again, and so may the
+    fingers what leans on them as they open.
     """
     bodies = (ROBOT,) if world.held is None else (ROBOT, world.held)
     touched = {touch.b for body in bodies for touch in world.engine.contact_points(body)}
@@ -289,7 +293,7 @@ def _let_go(world: World, duration: float) -> None:
         if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
             world.act(device.name, "off")
         elif device.kind is tool.mover and tool.grip.takes_widths:
-            world.act(device.name, max(tool.positions, key=tool.positions.__getitem__).name)
+            world.act(device.name, (open_to or max(tool.positions, key=tool.positions.__getitem__)).name)
             duration = max(duration, device.lead)
     world.wait(duration)
 

@@ -136,8 +136,11 @@ class Arena(Protocol):
             What happened.
         """
 
-    def release(self) -> ExecutionResult:
+    def release(self, open_to: ToolState | None = None) -> ExecutionResult:
         """Close the valve, or open the fingers, where the robot stands and wait until the item is let go.
+
+        Args:
+            open_to: State to which fingers open; None for as wide as they go.
 
         Returns:
             What happened.

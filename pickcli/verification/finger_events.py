@@ -45,13 +45,13 @@ def leads_to(tool: Tool, command: ToolState, segment: Segment) -> bool:
 
     Args:
         tool: The tool.
-        command: The state that was commanded.
+        command: The state that was commanded, or in which the plan begins.
         segment: A segment after that.
 
     Returns:
         True if it does.
     """
-    if segment.held is None or not tool.grip.takes_widths:
+    if segment.held is None or not tool.grip.takes_widths or command.width is not None:
         return command == segment.tool_state
     return tool.positions[command] < _width(tool, segment)
 

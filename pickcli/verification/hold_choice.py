@@ -32,7 +32,9 @@ class HoldChecks:
 
 def _check_grasp_of_fingers(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...]:
     assert plan.grasp is not None
-    return (*check_pinch(plan, scene, T_tip_item), *check_kind(scene, plan.grasp))
+    # What the fingers hold from the start, after a stop, lies in no place in which it would be taken.
+    kind = () if plan.segments[0].held is not None else check_kind(scene, plan.grasp)
+    return (*check_pinch(plan, scene, T_tip_item), *kind)
 
 
 SUCTION = HoldChecks(check_seal, check_vacuum_events)

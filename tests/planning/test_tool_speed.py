@@ -63,7 +63,7 @@ def test_the_way_back_after_a_stop_keeps_the_limit_too(cell: Cell) -> None:
     planner = PlanningContext(limited(cell, LIMIT))
     plan, scene = moved(planner)
     stopped = StoppedMotion(plan, 0.8 * plan.trajectory.duration)
-    back = back_to_start(stopped, scene, planner.arm.limits, 0)
+    back = back_to_start(stopped, stopped.plan.segments[0].tool_state, scene, planner.arm.limits, 0)
     assert isinstance(back, Plan)
     assert fastest(planner, back, STRAIGHT) <= LIMIT
     verdict = verify(back, scene)

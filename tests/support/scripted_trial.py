@@ -89,6 +89,7 @@ class ScriptedTrial:
     collided: tuple[Collision, ...] = ()  # the world's own record, whatever the executions tell
     disturbed_last: tuple[Disturbance, ...] = ()  # after the last of the executions
     waited: list[float] = field(default_factory=list)
+    opened: list[ToolState | None] = field(default_factory=list)  # to what the tool let go, each time
     levels: list[RecoveryLevel] = field(default_factory=list)  # asked for, in the order of time
     q: Array = field(default_factory=lambda: np.zeros(8))
     tool_state: ToolState = STRAIGHT
@@ -180,7 +181,8 @@ class ScriptedTrial:
         self.put(plan.grasp.item, plan.query.partition(" into ")[2] or TOTE)
         return ExecutionResult(plan.trajectory.duration, has_item=True)
 
-    def release(self) -> ExecutionResult:
+    def release(self, open_to: ToolState | None = None) -> ExecutionResult:
+        self.opened.append(open_to)
         if self.held is not None and self.releases_into is not None:
             self.put(self.held, self.releases_into)
         self.held = None

@@ -78,7 +78,7 @@ def plan_recovery(
     if level is RecoveryLevel.BACKWARDS:
         found = Failures.of(Reason("nothing to go back along", label))
         if stopped is not None:
-            back = back_to_start(stopped, scene, context.arm.limits, seed)
+            back = back_to_start(stopped, start.tool_state, scene, context.arm.limits, seed)
             found = Failures.of(back) if isinstance(back, Reason) else back
     else:
         rules = rules_at(context, scene, start, level)

@@ -13,6 +13,7 @@ from enum import StrEnum
 import numpy as np
 
 from pickcli.cell.robot import Limits, Robot
+from pickcli.cell.tool import ToolState
 from pickcli.errors import LimitError, NoPlanError, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.method_choice import grasp_method
@@ -97,11 +98,14 @@ class StoppedMotion:
         return HeldItem(placed.id, placed.item, T_tip_item)
 
 
-def back_to_start(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int) -> Plan | Reason:
+def back_to_start(
+    stopped: StoppedMotion, tool_state: ToolState, scene: Scene, limits: Limits, seed: int
+) -> Plan | Reason:
     """Plan with the empty tool along the whole way that it came, to where the stopped plan began.
 
     Args:
         stopped: The motion that stopped.
+        tool_state: State in which the tool stands by now: fingers that held something were opened since.
         scene: The scene as it is seen now.
         limits: Limits of the joints.
         seed: Seed that is noted in the plan.
@@ -110,7 +114,7 @@ def back_to_start(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: in
         The plan, uncertified, or why there is none.
     """
     where = f"back along {stopped.plan.query}"
-    return _retraced(stopped, scene, limits, seed, until=0.0, carries=False, where=where)
+    return _retraced(stopped, scene, limits, seed, until=0.0, empty=tool_state, where=where)
 
 
 def bring_item(
@@ -137,7 +141,7 @@ def bring_item(
     if taken is None or let_go is None or not taken < stopped.path_time:
         raise NoPlanError(where, [Reason("nothing to bring", where, "it is not carried where it stopped")])
     until = let_go if bringing is ItemRecovery.ON else taken
-    found = _retraced(stopped, scene, limits, seed, until=until, carries=True, where=where)
+    found = _retraced(stopped, scene, limits, seed, until=until, empty=None, where=where)
     if not isinstance(found, Reason):
         found = _loaded(found, scene)
     if isinstance(found, Reason):
@@ -163,10 +167,13 @@ def _retraced(
     seed: int,
     *,
     until: float,
-    carries: bool,
+    empty: ToolState | None,
     where: str,
 ) -> Plan | Reason:
-    """From rest where the motion stopped to rest at another time of its trajectory, without events."""
+    """From rest where the motion stopped to rest at another time of its trajectory, without events.
+
+    empty: state of the tool that carries nothing any more; None for a tool that carries what it carried
+    """
     plan, at = stopped.plan, stopped.path_time
     is_back = until < at
     whole = _cut(plan.trajectory, 0.0, max(at, until))
@@ -184,11 +191,12 @@ def _retraced(
     if is_back:
         passed.reverse()
     marks = [plan.trajectory.duration - s.t_start if is_back else s.t_end for s in passed]
-    held = next((s.held for s in plan.segments if s.held is not None), None) if carries else None
-    segments = _segments(passed, _times(trajectory, whole, begin, marks), is_back, held)
+    held = None if empty is not None else next((s.held for s in plan.segments if s.held is not None), None)
+    state = passed[0].tool_state if empty is None else empty
+    segments = _segments(passed, _times(trajectory, whole, begin, marks), is_back, held, state)
     if not segments:
         return Reason("nothing to do", where, "the way is too short")
-    grasp = plan.grasp if carries else None
+    grasp = plan.grasp if empty is None else None
     level = RecoveryLevel.BACKWARDS if is_back else RecoveryLevel.AS_PLANNED
     return Plan(
         query=where, cell_fingerprint=plan.cell_fingerprint, scene_hash=scene_hash(scene), seed=seed,
@@ -198,13 +206,12 @@ def _retraced(
 
 
 def _segments(
-    passed: Sequence[Segment], ends: Sequence[float], is_back: bool, held: str | None
+    passed: Sequence[Segment], ends: Sequence[float], is_back: bool, held: str | None, tool_state: ToolState
 ) -> tuple[Segment, ...]:
     """The segments gone through, with their new times; pieces without any duration are left out."""
     carries = held is not None
     segments: list[Segment] = []
     t = 0.0
-    tool_state = passed[0].tool_state
     for old, end in zip(passed, ends, strict=True):
         if end <= t:
             continue
