@@ -138,6 +138,11 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
     from pickcli.trial.trial_record import read_record
 
     record = read_record(folder / RECORD)
+    if not (folder / MOTION).exists():
+        raise InputError(
+            f"{folder}: has no {MOTION}, nothing to replay; play the trial again (with --arm, where several "
+            "arms played: their motion is not recorded)"
+        )
     motion = read_motion(folder / MOTION)
     return trial_page(record, open_scene(folder / "scene.json", cell_name, arms), motion)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 LOOK_TIME = 0.02  # s of simulated time between two looks
 ITEM_LOOKS = 2  # looks between two at items that are not held
-SEEN_MOVE = 2e-4  # m or quaternion, less is not recorded as a move
+SEEN_MOVE = 2e-4  # m or element of a rotation matrix, less is not recorded as a move
 
 
 @dataclass(eq=False)
@@ -91,7 +91,8 @@ class MotionRecorder:
         self.vacuum: list[float] = []
         self.items: dict[str, list[Array]] = {}
         self.runs: list[RecordedRun] = []
-        self._skipped: dict[str, Array] = {}
+        self._kept: dict[str, Array] = {}  # the last pose of each item that was kept
+        self._still: dict[str, tuple[float, Array]] = {}  # s and pose when it was seen there last
         self._n_looks = 0
 
     def look(self, world: World) -> None:
@@ -108,8 +109,7 @@ class MotionRecorder:
         is_due, held = self._n_looks % ITEM_LOOKS == 0, world.held
         for placed in world.scene.items:
             if is_due or placed.id == held:
-                T = world.engine.pose(placed.id)
-                self._note(placed.id, np.array([world.t, *T[:3, 3], *to_quaternion(T[:3, :3])]))
+                self._note(placed.id, world.t, world.engine.pose(placed.id))
         self._n_looks += 1
 
     def begin(self, plan: Plan | None, world: World) -> RecordedRun:
@@ -126,17 +126,15 @@ class MotionRecorder:
         self.runs.append(run)
         return run
 
-    def _note(self, item: str, row: Array) -> None:
-        """Keep a row of an item that moved, with the row before it, where it still stood."""
-        rows = self.items.setdefault(item, [])
-        if not rows:
-            rows.append(row)
-        elif np.abs(_nearest_turn(row, rows[-1])[1:] - rows[-1][1:]).max() > SEEN_MOVE:
-            if item in self._skipped:
-                rows.append(_nearest_turn(self._skipped.pop(item), rows[-1]))
-            rows.append(_nearest_turn(row, rows[-1]))
-        else:
-            self._skipped[item] = row
+    def _note(self, item: str, t: float, T: Array) -> None:
+        """Keep the pose of an item that moved, with the last at which it still stood."""
+        if item in self._kept and np.abs(T - self._kept[item]).max() < SEEN_MOVE:
+            self._still[item] = (t, T)
+            return
+        rows, self._kept[item] = self.items.setdefault(item, []), T
+        for when, pose in ([self._still.pop(item)] if item in self._still else []) + [(t, T)]:
+            row = np.array([when, *pose[:3, 3], *to_quaternion(pose[:3, :3])])
+            rows.append(_nearest_turn(row, rows[-1]) if rows else row)
 
 
 def _nearest_turn(row: Array, before: Array) -> Array:

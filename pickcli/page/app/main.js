@@ -70,6 +70,7 @@ class Page {
 
   #afterFirstFrame(now) {
     this.stage.printNames();
+    if (this.contents.marks?.length) this.failures.show(this.contents.marks); // on the printed faces, too
     if (this.path && this.contents.motion.is_path_drawn) this.path.show(0, this.replay.duration);
     if (this.replay) this.#setChapter(this.replay.t);
     this.last = now;

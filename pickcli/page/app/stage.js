@@ -150,8 +150,10 @@ export class Stage {
     const found = names.flatMap((name) => this.named.get(name) ?? []);
     for (const mesh of found) {
       for (const material of [mesh.material].flat()) {
+        material.userData.colour ??= material.color.clone();
+        material.color.set(HIGHLIGHT[how]).lerp(material.userData.colour, 0.2);
         material.emissive.set(HIGHLIGHT[how]);
-        material.emissiveIntensity = how === "bad" ? 0.75 : 0.4;
+        material.emissiveIntensity = 0.35;
         if (mesh.userData.opacity < 1 && this.isSeenThrough) material.opacity = 0.6;
       }
     }
@@ -163,6 +165,7 @@ export class Stage {
   clearHighlights() {
     for (const mesh of this.marked) {
       for (const material of [mesh.material].flat()) {
+        material.color.copy(material.userData.colour ?? material.color);
         material.emissive.set(0);
         if (mesh.userData.opacity < 1 && this.isSeenThrough) material.opacity = mesh.userData.opacity;
       }

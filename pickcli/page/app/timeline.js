@@ -9,6 +9,7 @@ const AXIS = 20;
 const SPAN = 17;
 const CURVE = 34;
 const GAP = 3;
+const LOWEST = 4; // pixels of the clearance of what touches
 const SHORTEST = 0.2; // s, the least that is shown
 
 export class Timeline {
@@ -311,7 +312,7 @@ function clearanceRow(clearance) {
         if (times[next] - times[i] > apart(rows)) return;
         const rgb = distanceColour(values[i]).map((part) => Math.round(255 * part));
         ink.fillStyle = `rgb(${rgb.join(",")})`;
-        const top = level(values[i], y);
+        const top = Math.min(level(values[i], y), y + CURVE - LOWEST);
         ink.fillRect(line.x(times[i]), top, Math.max(0.8, line.x(times[next]) - line.x(times[i]) + 0.4), y + CURVE - top);
       });
       ink.strokeStyle = styled("bad");
