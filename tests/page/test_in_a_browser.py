@@ -63,6 +63,20 @@ def test_it_plays_pauses_and_ends(plan: Browser) -> None:
     assert plan.run("apcPage.replay.t") == plan.run("apcPage.replay.duration")
 
 
+def test_space_plays_whatever_was_clicked_last_and_presses_what_is_focused(plan: Browser) -> None:
+    x, y = plan.run(
+        "(({x, y}) => [x + 8, y + 8])("
+        "document.querySelector('#toolbar button + button').getBoundingClientRect())"
+    )
+    plan.click(x, y)
+    assert plan.run("apcPage.cameras.mode") == "follow"
+    plan.press(" ")
+    assert plan.run("apcPage.replay.isPlaying") is True
+    plan.run("document.getElementById('play').focus()")
+    plan.press(" ")
+    assert plan.run("apcPage.replay.isPlaying") is False
+
+
 def test_it_is_scrubbed_by_keys_and_pointer(plan: Browser) -> None:
     plan.press("ArrowRight", shift=True)
     assert plan.run("apcPage.replay.t") == pytest.approx(1.0)

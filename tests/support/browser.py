@@ -98,7 +98,9 @@ class Browser:
 
     def press(self, key: str, shift: bool = False) -> None:
         """Press a key and let it go."""
-        typed = {"key": key, "modifiers": 8 if shift else 0}
+        typed: dict[str, Any] = {"key": key, "modifiers": 8 if shift else 0}
+        if key == " ":
+            typed |= {"code": "Space", "text": " ", "windowsVirtualKeyCode": 32}
         for kind in ("keyDown", "keyUp"):
             self._ask("Input.dispatchKeyEvent", type=kind, **typed)
 

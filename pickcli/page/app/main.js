@@ -40,6 +40,8 @@ class Page {
     this.#legend(contents);
     this.#pointer();
     document.addEventListener("keydown", (event) => this.#key(event));
+    document.addEventListener("click", ({ detail, target }) => detail && target.closest("button")?.blur()); // space plays on
+    document.addEventListener("change", ({ target }) => target.blur());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.stage.recolour();
       this.timeline?.draw();
@@ -235,6 +237,7 @@ class Page {
 
   #key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select, input, dialog *")) return;
+    if (event.target.matches("button") && (event.key === " " || event.key === "Enter")) return; // it is pressed
     const act = this.#action(event);
     if (!act) return;
     event.preventDefault();
