@@ -6,6 +6,7 @@ Read in this order:
 - The world of a scene: `world`, made of `scene_bodies` and `robot_urdf`; `reality` says how it differs from
   its model, `places` where an item lies in it, `contacts` what touched that is not among the
   `planned_contacts`; `settle` lets items come to rest without a robot, `camera` and `colours` make pictures.
+- Which pairs the physics leaves out: `collision_filter`.
 - How joints move: `servo`, and `braking`, the hardest stop.
 - The tool: `simulated_tool`, by `tool_choice` a `simulated_cup` or a `simulated_gripper`. What holds items is
   its `grip`: `suction` with `bellows` and `vacuum`, or `fingers` with `pads`; from both an item hangs by a

@@ -6,9 +6,8 @@ fresh worlds of one scene and seed that get the same commands are bit-identical.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -20,6 +19,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.simulation.collision_filter import CollisionFilter
 from pickcli.simulation.contacts import Collision, ContactLog
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.fingers import Fingers
@@ -33,8 +33,6 @@ from pickcli.simulation.scene_bodies import (
     add_statics,
     ground_of,
     is_over,
-    rigid_pairs,
-    standing_links,
     true_masses,
 )
 from pickcli.simulation.servo import IDEAL, Drives, Servo
@@ -115,11 +113,10 @@ class World:
         """Put the robot into the world, with what its arm is moved and watched by. earlier: collisions."""
         self.tool = simulated_tool(self.scene.cell, self.reality, self.servo.lag, tool_state)
         self._load_robot(q, tool_state)
-        self._uncollided: frozenset[str] = frozenset()
-        exempt = self._apply_allowed_pairs()
+        self._filter = CollisionFilter(self.engine, ROBOT, self.scene)
         self.tool.mount(self.engine, ROBOT, {placed.id: placed.item for placed in self.scene.items})
         links = self.robot.tool.contact_links
-        self.contacts = ContactLog(ROBOT, links, exempt, self.tool.max_press, earlier)
+        self.contacts = ContactLog(ROBOT, links, self._filter.exempt, self.tool.max_press, earlier)
 
     def _load_robot(self, q: Array, tool_state: ToolState) -> None:
         tool = self.robot.tool
@@ -139,25 +136,6 @@ class World:
         self._measured = start
         self._torques = np.zeros(len(start))
         self._tip: Array | None = None  # computed when asked for, once a step
-
-    def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
-        """Switch off the physics of pairs that may overlap; returns them.
-
-        These are the pairs that the cell lists, and links that cannot move relative to each other. What
-        stands cannot collide with what else stands: such pairs are returned, their physics moves nothing.
-        """
-        pairs = set(product(standing_links(self.robot), (body.name for body, _ in self.scene.standing)))
-        for allowed in self.scene.cell.allowed_pairs:
-            for link, other in ((allowed.a, allowed.b), (allowed.b, allowed.a)):
-                if self.engine.has_link(ROBOT, link) and self.engine.has_body(other):
-                    self.engine.set_collision(ROBOT, link, other, "", on=False)
-                    pairs.add((link, other))
-        both_links = [(a.a, a.b) for a in self.scene.cell.allowed_pairs]
-        for link, other in [*both_links, *rigid_pairs(self.robot)]:
-            if self.engine.has_link(ROBOT, link) and self.engine.has_link(ROBOT, other):
-                self.engine.set_collision(ROBOT, link, ROBOT, other, on=False)
-                pairs |= {(link, other), (other, link)}
-        return frozenset(pairs)
 
     # Commands ----------------------------------------------------------------------------------------
 
@@ -201,7 +179,7 @@ class World:
     def step(self) -> None:
         """Let one time step pass: servo, cup or fingers, physics, contacts."""
         self.grip.before_step(self.tip)
-        self._let_held_through()
+        self._filter.let_through(self.grip)
         self._drive()
         self.engine.step()
         self._n_steps += 1
@@ -237,27 +215,10 @@ class World:
     def _look_at_contacts(self) -> None:
         points = self.engine.contact_points(ROBOT)
         # The bellows push off what they let go of: that is no contact anew.
-        points += [point for point in self.grip.contact_points if point.b not in self._uncollided]
+        points += [point for point in self.grip.contact_points if point.b not in self._filter.let_go_through]
         if self.held is not None and not self.planned.is_meeting:
             points += self.engine.contact_points(self.held)
         self.contacts.update(points, self.planned, self.held, self.t)
-
-    def _let_held_through(self) -> None:
-        """No physics between what holds and its item until they are apart: it would throw the item off."""
-        links, attached = self.robot.tool.contact_links, self.grip.attached
-        wanted = frozenset({attached} if attached is not None else ())
-        if not wanted and not self._uncollided:
-            return
-        for name in sorted(wanted - self._uncollided):
-            self._set_collision(links, name, on=False)
-        apart = {name for name in sorted(self._uncollided - wanted) if self.grip.is_apart(name)}
-        for name in sorted(apart):
-            self._set_collision(links, name, on=True)
-        self._uncollided = (self._uncollided | wanted) - apart
-
-    def _set_collision(self, links: Sequence[str], item: str, on: bool) -> None:
-        for link in links:
-            self.engine.set_collision(ROBOT, link, item, "", on=on)
 
     def _look_at_items(self) -> None:
         """Let items sleep that rest: an awake one costs 50 us a step. What has left the ground stays there.
