@@ -32,7 +32,7 @@ class AllowedContacts:
     Attributes:
         item: What the held item may touch: body or item by name, and how far it counts as moved out of the
             way; None where it may be touched anyhow.
-        cup: What the cup or the fingers may touch: body or item by name, and how far it counts as moved out
+        tool: What the cup or the fingers may touch: body or item by name, and how far it counts as moved out
             of the way; None where it may be touched anyhow.
         absent: Ids of items that are not there: the one that is held, and those a planner may ignore.
         opening: Pairs (link of the robot or "held <item>", body or item) that are not tested: those that a
@@ -40,7 +40,7 @@ class AllowedContacts:
     """
 
     item: Touchers = ()
-    cup: Touchers = ()
+    tool: Touchers = ()
     absent: frozenset[str] = frozenset()
     opening: frozenset[tuple[str, str]] = frozenset()
 
@@ -48,24 +48,24 @@ class AllowedContacts:
     def of(
         cls,
         item: Mapping[str, Array] | None = None,
-        cup: Mapping[str, Array] | None = None,
+        tool: Mapping[str, Array] | None = None,
         absent: frozenset[str] = frozenset(),
     ) -> AllowedContacts:
         """Contacts that are allowed only so deep.
 
         Args:
             item: By name, how far (3,) in m of the world what the held item may touch counts as moved.
-            cup: By name, how far (3,) in m of the world what the cup may touch counts as moved.
+            tool: By name, how far (3,) in m of the world what cup or fingers may touch counts as moved.
             absent: Ids of items that are not there.
 
         Returns:
             The contacts.
         """
-        return cls(_sorted(item or {}), _sorted(cup or {}), absent)
+        return cls(_sorted(item or {}), _sorted(tool or {}), absent)
 
     @classmethod
     def anyhow(cls, names: Iterable[str], absent: frozenset[str] = frozenset()) -> AllowedContacts:
-        """Contacts of cup and held item that may be as deep as they like.
+        """Contacts of tool and held item that may be as deep as they like.
 
         Args:
             names: Bodies and items that may be touched.
@@ -80,16 +80,16 @@ class AllowedContacts:
     @property
     def names(self) -> frozenset[str]:
         """Everything that may be touched."""
-        return frozenset(name for name, _ in (*self.item, *self.cup))
+        return frozenset(name for name, _ in (*self.item, *self.tool))
 
     @property
     def of_present(self) -> AllowedContacts:
         """The contacts left when those with items that are not there are dropped."""
-        item, cup = (tuple(t for t in ts if t[0] not in self.absent) for ts in (self.item, self.cup))
-        return replace(self, item=item, cup=cup)
+        item, tool = (tuple(t for t in ts if t[0] not in self.absent) for ts in (self.item, self.tool))
+        return replace(self, item=item, tool=tool)
 
     @property
-    def of_empty_cup(self) -> AllowedContacts:
+    def of_empty_tool(self) -> AllowedContacts:
         """The contacts left when nothing is held."""
         return replace(self, item=())
 
@@ -108,7 +108,7 @@ class AllowedContacts:
             UnknownNameError: If a name is none of the scene.
         """
         bits = np.zeros(len(world.names), np.uint64)
-        for frames, touchers in ((tool, self.cup), ((item,), self.item)):
+        for frames, touchers in ((tool, self.tool), ((item,), self.item)):
             bits[world.indices(name for name, _ in touchers)] |= np.uint64(sum(1 << f for f in set(frames)))
         return bits
 
@@ -130,7 +130,7 @@ class AllowedContacts:
         chosen: list[int] = []
         ways: list[Way] = []
         bits: list[np.uint64] = []
-        for frame, touchers in ((cup, self.cup), (item, self.item)):
+        for frame, touchers in ((cup, self.tool), (item, self.item)):
             for name, way in touchers:
                 for solid in world.indices([name]) if way is not None else ():
                     assert way is not None
@@ -148,7 +148,7 @@ class AllowedContacts:
     @property
     def is_limited(self) -> bool:
         """Whether anything may be touched only so deep."""
-        return any(way is not None for _, way in (*self.item, *self.cup))
+        return any(way is not None for _, way in (*self.item, *self.tool))
 
 
 def _sorted(ways: Mapping[str, Array]) -> Touchers:

@@ -50,7 +50,7 @@ class SceneChecker(KernelValidator):
         parts = (*model.frame_names, held.name if held is not None else "")
         margin = model.cell.clearance if margin is None else margin
         clear = self._clear_of(world, contacts)
-        limited = contacts if held is not None else contacts.of_empty_cup
+        limited = contacts if held is not None else contacts.of_empty_tool
         touch = self._touching(world, limited) if limited.is_limited else None
         super().__init__(world, parts, margin, clear, touch)
 

@@ -75,7 +75,7 @@ def while_coming_free(
         The contacts.
     """
     free = AllowedContacts.anyhow(touched)
-    return AllowedContacts(free.item, free.cup, opening=opening)
+    return AllowedContacts(free.item, free.tool, opening=opening)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,10 +23,10 @@ class ToolLines:
     """What the tool alone can do for one grasp.
 
     Attributes:
-        grasp: Where the cup sits on the target.
+        grasp: Where the tool takes the target.
         modes: What each stage of the grasp must be free for, without the target.
         inward: Ways to the contact, the plainest first.
-        outward: Ways out of the bin that leave the lance room, and on which the cup holds.
+        outward: Ways out of the place that leave the tool room, and on which it holds.
     """
 
     grasp: Grasp
@@ -36,17 +36,17 @@ class ToolLines:
 
     @property
     def contact(self) -> Array:
-        """(4, 4) pose of the tool in the world when the cup is pressed on."""
+        """(4, 4) pose of the tool in the world where it takes the target."""
         return self.inward[0].contact
 
 
 @dataclass(frozen=True, eq=False)
 class GraspMotion:
-    """All segments of one grasp inside its bin. Each starts where the one before ends.
+    """All segments of one grasp inside its place. Each starts where the one before ends.
 
     Attributes:
-        grasp: Where the cup sits on the target.
-        attached: The target in the cup.
+        grasp: Where the tool takes the target.
+        attached: The target in the tool.
         inward: Pre-approach, approach and contact, with the empty tool. Where fingers close, the contact has
             no length.
         outward: First stretch of the lift, lift and retreat, with the target.

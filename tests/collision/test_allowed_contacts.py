@@ -121,7 +121,7 @@ def test_what_goes_too_deep_is_named(
     make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
 ) -> None:
     scene = make_scene((CUBE, T_home_tip @ pose((0, 0, SIDE / 2 - 0.004))))
-    touching = AllowedContacts.of(cup={"item0": 0.001 * T_home_tip[:3, 2]})
+    touching = AllowedContacts.of(tool={"item0": 0.001 * T_home_tip[:3, 2]})
     checker: SceneChecker = make_checker(scene, contacts=touching)
     reason = checker.explain(home)
     assert reason.what == "planned contact too deep" and reason.in_the_way == "item0"
@@ -148,7 +148,7 @@ def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
 
 
 def test_every_tool_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
-    floor = AllowedContacts.of(cup={"row_ABC_floor_flat": np.zeros(3)})
+    floor = AllowedContacts.of(tool={"row_ABC_floor_flat": np.zeros(3)})
     for tool_state in ALL_STATES:
         assert make_checker(tool_state=tool_state, contacts=floor).is_valid(home) == make_checker(
             tool_state=tool_state
@@ -156,10 +156,10 @@ def test_every_tool_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, h
 
 
 def test_one_contact_that_is_only_so_deep_makes_a_limit() -> None:
-    limited = AllowedContacts.of(cup={"a": np.zeros(3)})
+    limited = AllowedContacts.of(tool={"a": np.zeros(3)})
     assert limited.is_limited and AllowedContacts.of(item={"a": np.ones(3)}).is_limited
     assert not AllowedContacts.anyhow(["a", "b"]).is_limited and not NO_CONTACTS.is_limited
-    mixed = AllowedContacts(item=(("b", None),), cup=limited.cup)
+    mixed = AllowedContacts(item=(("b", None),), tool=limited.tool)
     assert mixed.is_limited and mixed.names == frozenset("ab")
     assert not replace(mixed, absent=frozenset("a")).of_present.is_limited
-    assert mixed.of_empty_cup.names == frozenset("a")
+    assert mixed.of_empty_tool.names == frozenset("a")

@@ -29,7 +29,7 @@ def contacts_of(scene: Scene, target: str, ignored: frozenset[str] = frozenset()
 
 
 def touched(contacts: AllowedContacts) -> tuple[set[str], set[str]]:
-    return {name for name, _ in contacts.item}, {name for name, _ in contacts.cup}
+    return {name for name, _ in contacts.item}, {name for name, _ in contacts.tool}
 
 
 def test_the_empty_tool_touches_nothing_on_its_way(scene: Scene) -> None:
@@ -45,7 +45,7 @@ def test_only_through_the_target_does_the_cup_meet_what_it_lies_on(scene: Scene)
 
 
 def test_what_the_cup_is_pressed_on_gives_way_along_its_axis(scene: Scene) -> None:
-    (way,) = {way for _, way in contacts_of(scene, BOOK).while_pressing(FROM_ABOVE).cup}
+    (way,) = {way for _, way in contacts_of(scene, BOOK).while_pressing(FROM_ABOVE).tool}
     assert way is not None and way[:2] == (0.0, 0.0)
     assert -0.006 < way[2] < -FROM_ABOVE.depth
 
@@ -87,11 +87,11 @@ def test_one_that_rolls_is_asked_about_by_itself(cell: Cell, scene: Scene) -> No
 
 def test_where_an_item_is_set_down_it_sinks_into_nothing() -> None:
     resting = while_resting_on(("floor",), BOOK)
-    assert resting.item == (("floor", (0.0, 0.0, 0.0)),) and resting.cup == ()
+    assert resting.item == (("floor", (0.0, 0.0, 0.0)),) and resting.tool == ()
     assert resting.absent == {BOOK}
 
 
 def test_a_way_out_of_a_stop_touches_what_is_near_however_deep() -> None:
     free = while_coming_free(frozenset({"wall"}), frozenset({("lance", BOOK)}))
-    assert free.cup == (("wall", None),) and free.opening == {("lance", BOOK)}
+    assert free.tool == (("wall", None),) and free.opening == {("lance", BOOK)}
     assert free.names == {"wall"}

@@ -1,4 +1,4 @@
-"""Whether the cup holds the item on the planned motion: the load on it over paths and trajectories."""
+"""Whether the tool holds the item on the planned motion: the load on it over paths and trajectories."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ STEP = (
 
 
 def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: Hold) -> GripLoad:
-    """The worst load on the cup over a trajectory, at its points and between them.
+    """The worst load on the tool over a trajectory, at its points and between them.
 
     Args:
         arm: Kinematics of the arm.
         tool_state: State of the tool.
         trajectory: The motion.
-        hold: The item as it hangs in the cup.
+        hold: The item as the tool holds it.
 
     Returns:
         The worst of each figure.
@@ -35,13 +35,13 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
 
 
 def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> GripLoad:
-    """The worst load at rest over configurations: no slower motion loads the cup less.
+    """The worst load at rest over configurations: no slower motion loads the tool less.
 
     Args:
         arm: Kinematics of the arm.
         tool_state: State of the tool.
         waypoints: (N, n) configurations.
-        hold: The item as it hangs in the cup.
+        hold: The item as the tool holds it.
 
     Returns:
         The worst of each figure.

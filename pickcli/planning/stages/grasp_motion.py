@@ -1,4 +1,4 @@
-"""The motion inside a bin for one grasp: key waypoints first, then every line, proven, or the reason.
+"""The motion inside a place for one grasp: key waypoints first, then every line, proven, or the reason.
 
 Delft, section 2.2: (1) the grasp and the key waypoints are checked one after the other, (2) then each
 linear segment; the first thing that fails discards the candidate.
@@ -41,11 +41,11 @@ def plan_grasp_motion(
     Args:
         problem: The pick.
         ways: What the tool alone can do for the grasp.
-        contact_speed: m/s, the fastest that the cup may meet the target.
+        contact_speed: m/s, the fastest that the tool may meet the target.
         rng: Source of the arm's random seeds.
 
     Returns:
-        The motion in the bin, or every reason why there is none.
+        The motion in the place, or every reason why there is none.
     """
     context, grasp, contact, where = problem.context, ways.grasp, ways.contact, str(ways.grasp)
     solutions = context.arm.solve(contact, grasp.tool_state, _seeds(problem, rng))
@@ -96,9 +96,9 @@ class _Lines:
     Attributes:
         context: What proves them.
         scene: The scene as it is seen.
-        contact: (4, 4) pose of the tool in the world when the cup is pressed on.
+        contact: (4, 4) pose of the tool in the world where it takes the target.
         where: The grasp, as reasons call it.
-        attached: The target in the cup.
+        attached: The target in the tool.
         modes: What each stage must be free for, with the target where it is held.
         contact_speed: m/s at which the tool may meet the target.
     """

@@ -89,7 +89,7 @@ def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) ->
 
     Args:
         problem: The pick.
-        grasp: Where the cup sits on the target.
+        grasp: Where the tool takes the target.
         ways_out: What each way out for the target by itself does to the tool, (K, 4, 4), at least one.
 
     Returns:
