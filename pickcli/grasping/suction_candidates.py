@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.item import Item
 from pickcli.cell.tool import ACROSS, IN_LINE, Tool
 from pickcli.errors import Reason
 from pickcli.geometry import Array
@@ -67,17 +66,23 @@ def sample_suctions(
         found += grasps
         rejected += against
     if not found and not rejected:
-        rejected.append(_nothing_to_hold(target.id, item, tool))
+        rejected.append(_nothing_to_hold(target, tool))
     return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected))
 
 
-def _nothing_to_hold(item_id: str, item: Item, tool: Tool) -> Reason:
+def _nothing_to_hold(target: GraspTarget, tool: Tool) -> Reason:
+    item = target.item
     if not wide_faces(item, tool):
-        return Reason("no face takes the whole cup", item_id, f"its radius is {tool.cup.radius * 1e3:.0f} mm")
+        return Reason(
+            "no face takes the whole cup", target.id, f"its radius is {tool.cup.radius * 1e3:.0f} mm"
+        )
     if not faces(item, tool):
-        return Reason("no face that takes the whole cup seals", item_id, item.seal_source)
+        return Reason("no face that takes the whole cup seals", target.id, item.seal_source)
     sealing = ", ".join(face.name for face in faces(item, tool))
-    return Reason("no face within reach", item_id, f"{sealing} point neither at the mouth nor up nor aside")
+    if target.place.access.is_from_above:
+        lean = f"{sealing} lean by over {np.degrees(MAX_LEAN_FROM_ABOVE):.0f} degrees, or point down"
+        return Reason("no face within reach", target.id, lean)
+    return Reason("no face within reach", target.id, f"{sealing} point neither at the mouth nor up nor aside")
 
 
 def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Generator, n: int) -> Array:

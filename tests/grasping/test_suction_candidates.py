@@ -198,3 +198,11 @@ def test_into_a_bin_a_lance_leans_no_farther_than_before() -> None:
         for grasp in sampled("crayola_24_ct", flat, search):
             along = (flat @ grasp.T_item_tip)[0, 2]
             assert grasp.kind != "frontal" or along >= np.cos(np.radians(30.0) + TOOL.cup.tilt + 1e-6)
+
+
+def test_what_lies_on_a_side_says_how_far_its_faces_lean() -> None:
+    place, item = CRATES.places["crate_left"], CRATES.item("staples_index_cards")
+    on_edge = np.linalg.inv(place.T_place_entry) @ pose([0.0, 0.0, 0.06], rpy=[np.pi / 2, 0.0, 0.0])
+    target = GraspTarget("cards", item, on_edge, place)
+    (told,) = sample_suctions(target, CRATES.robot.tool, np.random.default_rng(0)).rejected
+    assert str(told) == "cards: no face within reach: +z, -z lean by over 75 degrees, or point down"

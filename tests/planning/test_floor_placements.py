@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Failures, Reason, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
@@ -17,9 +18,15 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.floor_placements import LEAST_SLENDERNESS, floor_placements
+from pickcli.planning.stages.floor_placements import (
+    BEHIND_LIP,
+    FROM_MOUTH,
+    LEAST_SLENDERNESS,
+    STEP,
+    floor_placements,
+)
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.settle import settle
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.release_check import check_release
@@ -195,3 +202,23 @@ def test_a_place_that_is_not_in_the_cell_is_named(planner: PlanningContext, cell
     home = Start(cell.configurations["home"].q, cell.configurations["home"].tool_state)
     with pytest.raises(UnknownNameError, match="unknown place 'bin_X'"):
         plan_pick(planner, scene, PickQuery(FROM, ITEM, into="bin_X"), home)
+
+
+@pytest.mark.parametrize(
+    ("cell_name", "place_name", "least"),
+    [("ur5e_crates", "shelf_2_1", FROM_MOUTH), ("apc2016_delft", "bin_F", BEHIND_LIP)],
+)
+def test_what_is_set_down_stays_behind_the_lip_and_where_there_is_none_just_behind_the_mouth(
+    cell_name: str, place_name: str, least: float
+) -> None:
+    """All free places of an empty shelf: the first row begins there, and none before it."""
+    cell = load_cell(cell_name)
+    place = cell.places[place_name]
+    elsewhere = next(other for other in cell.places.values() if other is not place)
+    placed = PlacedItem(ITEM, cell.item(ITEM), elsewhere.name, cell.T_world_place(elsewhere))
+    scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
+    spots = floor_placements(PlanningContext(cell), scene, placed, np.eye(3), place, n_most=1000)
+    assert not isinstance(spots, Failures)
+    T_place_items = [inverse(cell.T_world_place(place)) @ spot.T_world_item for spot in spots]
+    fronts = [T[0, 3] - placed.item.shape.reach(T[:3, :3])[0] for T in T_place_items]
+    assert least - 1e-3 <= min(fronts) < least + STEP

@@ -29,7 +29,8 @@ from pickcli.scene.supports import supports_of
 from pickcli.seeds import derived_rng
 
 STEP = 0.02  # m between spots that are tried
-FROM_MOUTH = 0.03  # m that stay free behind the mouth: the lips are 20 mm deep
+FROM_MOUTH = 0.01  # m that stay free behind the mouth
+BEHIND_LIP = 0.03  # m the same where a lip stands before the floor: those are 20 mm deep
 HOVER = 0.001  # m over the floor, on top of how much lower the item may be than its pose says
 WANTED = 2  # motions among which the best whole one is chosen
 NEXT_COST = 0.1  # s that the next best place is worth
@@ -204,7 +205,8 @@ def _spots(place: Place, half: Array, hover: float) -> Array:
     """
     (front, back), (low, high) = place.room.x_range, place.room.y_range
     is_from_above = place.access.is_from_above
-    along_x = _grid(front + (0.0 if is_from_above else FROM_MOUTH) + half[0], back - half[0])
+    free = BEHIND_LIP if place.room.floor_front < 0.0 else FROM_MOUTH
+    along_x = _grid(front + (0.0 if is_from_above else free) + half[0], back - half[0])
     along_y = _grid(low + half[1], high - half[1])
     x, y = (axis.ravel() for axis in np.meshgrid(along_x, along_y, indexing="ij"))
     height, pitch = place.room.rest(x, half[0])
