@@ -58,11 +58,12 @@ class SimulatedCup(SimulatedTool):
         Raises:
             InputError: If the cell lacks a pump or a valve.
         """
-        is_compliant = self._reality.compliant_cup
+        reality = self._reality
+        is_compliant = reality.compliant_cup
         bellows = Bellows(engine, robot, self.tool, self._cup.stiffness if is_compliant else 0.0)
         pump, valve = (device_for(self._cell, kind) for kind in (DeviceKind.PUMP, DeviceKind.VALVE))
         cup = CupModel(Vacuum(pump.lead, valve.lead), bellows, Stiffness() if is_compliant else RIGID)
-        self._suction = Suction(engine, robot, self.tool, cup, items, self._reality.honest_seals)
+        self._suction = Suction(engine, robot, self.tool, cup, items, reality.honest_seals)
 
     @property
     def grip(self) -> Grip:
