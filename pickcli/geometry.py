@@ -6,6 +6,7 @@ Quaternions are (x, y, z, w), as in ROS. Roll, pitch, yaw are fixed-axis x-y-z, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TypeAlias
 
@@ -16,6 +17,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 GRAVITY = 9.81  # m/s^2, against the world's z
 _SAME_DIRECTION = 1e-12  # sine of the angle between two directions that are as good as one
+_IDENTITY = np.eye(4)
 _LOCKED = 1e-9  # cosine of a pitch at which roll and yaw turn about the same axis
 
 
@@ -105,7 +107,7 @@ def pose(
     Returns:
         (4, 4).
     """
-    T = np.eye(4)
+    T = _IDENTITY.copy()
     T[:3, 3] = xyz
     if R is not None:
         T[:3, :3] = R
@@ -123,7 +125,7 @@ def inverse(T: Array) -> Array:
     Returns:
         (4, 4).
     """
-    out = np.eye(4)
+    out = _IDENTITY.copy()
     out[:3, :3] = T[:3, :3].T
     out[:3, 3] = -T[:3, :3].T @ T[:3, 3]
     return out
@@ -138,26 +140,19 @@ def to_quaternion(R: Array) -> Array:
     Returns:
         (x, y, z, w) with w >= 0.
     """
-    m = R[:3, :3]
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = R[:3, :3].tolist()
     # The largest of the four squared components is found first: no division by a small number.
-    squares = np.array(
-        [
-            1.0 + m[0, 0] - m[1, 1] - m[2, 2],
-            1.0 - m[0, 0] + m[1, 1] - m[2, 2],
-            1.0 - m[0, 0] - m[1, 1] + m[2, 2],
-            1.0 + m[0, 0] + m[1, 1] + m[2, 2],
-        ]
-    )
-    i = int(np.argmax(squares))
+    squares = [1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz, 1.0 + xx + yy + zz]
+    i = squares.index(max(squares))
     if i == 3:
-        q = np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], squares[3]])
+        q = np.array([zy - yz, xz - zx, yx - xy, squares[3]])
     elif i == 0:
-        q = np.array([squares[0], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]])
+        q = np.array([squares[0], xy + yx, xz + zx, zy - yz])
     elif i == 1:
-        q = np.array([m[0, 1] + m[1, 0], squares[1], m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]])
+        q = np.array([xy + yx, squares[1], yz + zy, xz - zx])
     else:
-        q = np.array([m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], squares[2], m[1, 0] - m[0, 1]])
-    q /= np.linalg.norm(q)
+        q = np.array([xz + zx, yz + zy, squares[2], yx - xy])
+    q /= length(q)
     return q if q[3] >= 0.0 else -q
 
 
@@ -170,7 +165,8 @@ def from_quaternion(q: Sequence[float] | Array) -> Array:
     Returns:
         (3, 3).
     """
-    x, y, z, w = np.asarray(q, dtype=float) / np.linalg.norm(q)
+    q = np.asarray(q, dtype=float)
+    x, y, z, w = (q / length(q)).tolist()
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -191,7 +187,7 @@ def rotation_vector(R: Array) -> Array:
     """
     x, y, z, w = to_quaternion(R)
     v = np.array([x, y, z])
-    sine = float(np.linalg.norm(v))
+    sine = length(v)
     if sine < 1e-12:
         return 2.0 * v
     return np.asarray(v * (2.0 * np.arctan2(sine, w) / sine))
@@ -207,6 +203,18 @@ def rotation_angle(R: Array) -> float:
         rad, in [0, pi].
     """
     return float(np.linalg.norm(rotation_vector(R)))
+
+
+def length(v: Array) -> float:
+    """Euclidean length of one vector, without what ``np.linalg.norm`` spends on arrays of any shape.
+
+    Args:
+        v: (n,).
+
+    Returns:
+        The length, to the last bit that of ``np.linalg.norm``.
+    """
+    return math.sqrt(v.dot(v))
 
 
 def perpendiculars(normal: Array) -> tuple[Array, Array]:

@@ -13,6 +13,7 @@ from pickcli.geometry import (
     from_quaternion,
     inverse,
     is_pose,
+    length,
     perpendiculars,
     pose,
     rotation_axis_angle,
@@ -104,6 +105,11 @@ def test_perpendiculars_complete_a_direction_to_a_right_handed_frame(R: Array) -
 @given(vectors, vectors)
 def test_the_cross_product_is_that_of_numpy(a: tuple[float, ...], b: tuple[float, ...]) -> None:
     np.testing.assert_array_equal(cross(np.array(a), np.array(b)), np.cross(a, b))
+
+
+@given(st.lists(st.floats(-1e150, 1e150), min_size=1, max_size=9))
+def test_the_length_is_that_of_numpy_to_the_last_bit(v: list[float]) -> None:
+    assert length(np.array(v)) == np.linalg.norm(np.array(v))
 
 
 @given(poses, st.lists(vectors, min_size=1, max_size=5))

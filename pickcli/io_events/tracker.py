@@ -157,7 +157,8 @@ class EventTracker:
         """Share of, and index of, the piece of [start, end) nearest to q; on the first from ``begun`` on."""
         away = q - self._points[start:end]
         steps = self._steps[start:end]
-        u = np.clip(np.einsum("ij,ij->i", away, steps) * self._inverse[start:end], 0.0, 1.0)
+        u = np.einsum("ij,ij->i", away, steps) * self._inverse[start:end]
+        u = np.minimum(np.maximum(u, 0.0), 1.0)
         u[0] = max(u[0], begun)
         away -= u[:, None] * steps
         nearest = int(np.einsum("ij,ij->i", away, away).argmin())

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.tool import Tool
-from pickcli.geometry import Array
+from pickcli.geometry import Array, length
 from pickcli.simulation.engine import ContactPoint, Engine
 
 N_RIM = 8
@@ -136,7 +136,7 @@ class Bellows:
         force = float(forces.sum()) - min(RELAXATION * stiffness, 0.5 * mass / h) * along
         force = max(force, 0.0)
         across = velocity - along * R[:, 2]
-        drag = FRICTION * force / max(float(np.linalg.norm(across)), SLIDING_SPEED)
+        drag = FRICTION * force / max(length(across), SLIDING_SPEED)
         on_body = force * R[:, 2] - min(drag, 0.5 * mass / h) * across
         if is_free:
             self._engine.wake(name)

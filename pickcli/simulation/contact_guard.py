@@ -43,6 +43,7 @@ class ContactGuard:
             TORQUE_NOISE / np.sqrt(3.0) * np.sqrt(world.time_step / 2 / (FILTER_TIME + AVERAGE_TIME))
         )
         self._force = 0.0  # N at the tool, averaged
+        self._end: tuple[Segment, Array] | None = None  # the contact that was asked about last
 
     def update(self, segment: Segment) -> ProtectiveStop | None:
         """Whether the bellows would be pressed in too far by the end of the contact; after a step.
@@ -60,14 +61,20 @@ class ContactGuard:
         tip = self._arm.tip(world.q, segment.tool_state)
         force, noise = self._force_along(tip[:3, 2], segment)
         self._force += world.time_step / AVERAGE_TIME * (force - self._force)
-        q_end = self._plan.trajectory.sample(segment.t_end)[0]
-        left = float((self._arm.tip(q_end, segment.tool_state) - tip)[:3, 3] @ tip[:3, 2])
+        left = float((self._tip_at_end(segment) - tip)[:3, 3] @ tip[:3, 2])
         if self._force < max(self._thresholds.touch, CERTAIN * noise) or left < LEAST_LEFT:
             return None
         pressed, most = self._force / grip.stiffness + left, self._thresholds.bellows * grip.gives_way
         if pressed <= most:
             return None
         return ProtectiveStop(StopCause.EARLY_CONTACT, "bellows", pressed, most, "m", world.t)
+
+    def _tip_at_end(self, segment: Segment) -> Array:
+        """Tool frame (4, 4) at the end of a contact, which is worked out once."""
+        if self._end is None or self._end[0] is not segment:
+            q = self._plan.trajectory.sample(segment.t_end)[0]
+            self._end = segment, self._arm.tip(q, segment.tool_state)
+        return self._end[1]
 
     def _force_along(self, axis: Array, segment: Segment) -> tuple[float, float]:
         """Force in N with which the tool presses along an axis (3,), and the noise of its average.

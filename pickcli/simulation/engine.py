@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.geometry import Array, from_quaternion, pose
+from pickcli.geometry import Array, cross, from_quaternion, length, pose
 from pickcli.simulation.engine_bodies import PROBED, EngineBodies
 from pickcli.simulation.engine_bodies import pybullet as p
 
@@ -57,10 +58,19 @@ class Engine(EngineBodies):
         if index < 0:
             xyz, quaternion = p.getBasePositionAndOrientation(self._ids[name], physicsClientId=self._client)
         else:
-            xyz, quaternion = p.getLinkState(
-                self._ids[name], index, computeForwardKinematics=1, physicsClientId=self._client
-            )[4:6]
+            xyz, quaternion = self._link_state(name, index)[4:6]
         return pose(xyz, R=from_quaternion(quaternion))
+
+    def _link_state(self, name: str, index: int) -> tuple[Any, ...]:
+        """State of a link as pybullet tells it; it stays the same until the next step."""
+        state = self._link_states.get((name, index))
+        if state is None:
+            state = p.getLinkState(
+                self._ids[name], index, computeLinkVelocity=1, computeForwardKinematics=1,
+                physicsClientId=self._client,
+            )  # fmt: skip
+            self._link_states[name, index] = state
+        return state
 
     def speed(self, name: str) -> tuple[float, float]:
         """Speed of a free body.
@@ -72,7 +82,7 @@ class Engine(EngineBodies):
             Linear (m/s) and angular (rad/s).
         """
         linear, angular = p.getBaseVelocity(self._ids[name], physicsClientId=self._client)
-        return float(np.linalg.norm(linear)), float(np.linalg.norm(angular))
+        return length(np.array(linear)), length(np.array(angular))
 
     def pressing_points(self, name: str, link: str) -> list[ContactPoint]:
         """Every contact point of a link that bore a force in the last step.
@@ -182,6 +192,7 @@ class Engine(EngineBodies):
             name: Of the body.
             positions: By index of the joint, rad or m.
         """
+        self._link_states.clear()
         for index, value in positions.items():
             p.resetJointState(self._ids[name], index, value, physicsClientId=self._client)
 
@@ -215,7 +226,9 @@ class Engine(EngineBodies):
         )
         return np.array(torques)
 
-    def drive(self, name: str, indices: Sequence[int], velocities: Array, forces: Array) -> None:
+    def drive(
+        self, name: str, indices: Sequence[int], velocities: Sequence[float], forces: Sequence[float]
+    ) -> None:
         """Run the motors of joints, as far as their forces suffice.
 
         Args:
@@ -228,8 +241,8 @@ class Engine(EngineBodies):
             self._ids[name],
             indices,
             p.VELOCITY_CONTROL,
-            targetVelocities=velocities.tolist(),
-            forces=forces.tolist(),
+            targetVelocities=velocities,
+            forces=forces,
             physicsClientId=self._client,
         )
 
@@ -249,13 +262,10 @@ class Engine(EngineBodies):
             linear, angular = p.getBaseVelocity(self._ids[name], physicsClientId=self._client)
             centre = p.getBasePositionAndOrientation(self._ids[name], physicsClientId=self._client)[0]
         else:
-            state = p.getLinkState(
-                self._ids[name], index, computeLinkVelocity=1, computeForwardKinematics=1,
-                physicsClientId=self._client,
-            )  # fmt: skip
+            state = self._link_state(name, index)
             linear, angular, centre = state[6], state[7], state[0]
         turn = np.array(angular)
-        return np.array(linear) + _cross(turn, point - np.array(centre)), turn
+        return np.array(linear) + cross(turn, point - np.array(centre)), turn
 
     def relative_velocity(self, name: str, other: str, link: str, point: Array) -> tuple[Array, Array]:
         """Velocity of a body's material point relative to that of another body's link at the same place.
@@ -324,8 +334,3 @@ class Engine(EngineBodies):
             renderer=p.ER_TINY_RENDERER, physicsClientId=self._client,
         )  # fmt: skip
         return np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Cross product of two (3,) arrays; numpy's takes ten times as long."""
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -77,6 +78,7 @@ class EngineBodies:
         self._masses: dict[str, float] = {}  # kg, of free bodies
         self._links: dict[str, dict[str, int]] = {}  # by body: link index by name
         self._link_names: dict[str, dict[int, str]] = {}
+        self._link_states: dict[tuple[str, int], tuple[Any, ...]] = {}  # those read since the last change
         p.setPhysicsEngineParameter(
             fixedTimeStep=time_step,
             numSolverIterations=SOLVER_ITERATIONS,
@@ -100,6 +102,7 @@ class EngineBodies:
 
     def step(self) -> None:
         """Advance by one time step."""
+        self._link_states.clear()
         p.stepSimulation(physicsClientId=self._client)
 
     # Bodies ------------------------------------------------------------------------------------------
@@ -115,6 +118,9 @@ class EngineBodies:
         self._create(body.name, body.shape, 0.0, T_world_parent @ body.T_parent_shape, colour)
         self._dynamics(body.name, lateralFriction=STATIC_FRICTION)
         self._group(body.name, STATIC_GROUP | FIRM_GROUP, ~STATIC_GROUP)
+        # An awake one keeps the engine busy, every step anew, with whatever sleeps on it.
+        self._dynamics(body.name, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING)
+        self.sleep(body.name)
 
     def add_marks(self, points: Array, width: float, colour: Colour) -> None:
         """Show cubes that nothing meets.
@@ -239,6 +245,7 @@ class EngineBodies:
         Args:
             name: Of the body.
         """
+        self._link_states.clear()
         p.removeBody(self._ids[name], physicsClientId=self._client)
         del self._names[self._ids.pop(name)]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -122,6 +123,9 @@ class _Run:
         self.n_judged: int | None = None  # set points to which the planned limits apply; all, if None
         self.t_standing: float | None = None
         self._q_before = world.q
+        self._ends = [segment.t_end for segment in plan.segments]
+        self._starts = [segment.t_start for segment in plan.segments]
+        self._allowed_in: tuple[int, int] | None = None  # of the segments, whose contacts are allowed now
         self.t_sealed = _end_of_sealing(plan)
 
     def play(self) -> Execution:
@@ -266,14 +270,15 @@ class _Run:
         self.supervisor.feel()
 
     def _segment(self, t_plan: float) -> Segment:
-        inside = (s for s in self.plan.segments if t_plan <= s.t_end)
-        return next(inside, self.plan.segments[-1])
+        return self.plan.segments[min(bisect_left(self._ends, t_plan), len(self._ends) - 1)]
 
     def _allow_contacts(self, t_plan: float) -> None:
         """Allow the contacts of all segments between where the robot is and where it is told to be."""
         behind = min(self.tracker.progress, t_plan) - BEHIND
-        now = [s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= behind]
-        self.world.planned = PlannedContacts.of(self.plan, now, self.world.robot.tool)
+        first, last = bisect_left(self._ends, behind), bisect_right(self._starts, t_plan)
+        if (first, last) != self._allowed_in:
+            self._allowed_in, now = (first, last), self.plan.segments[first:last]
+            self.world.planned = PlannedContacts.of(self.plan, now, self.world.robot.tool)
 
     def _record(self) -> Execution:
         world, plan, trace = self.world, self.plan, self.trace

@@ -82,6 +82,7 @@ class Drives:
         self._servo, self._time_step = servo, time_step
         self._lags = servo.own_lags(joint_names)
         self._ceiling = servo.speed * limits.velocity
+        self._floor = -self._ceiling
         self.forces = forces if servo.has_finite_torque else np.full(len(forces), UNLIMITED)
         self._use = np.zeros(len(forces))  # share of the force in use, averaged
 
@@ -99,7 +100,7 @@ class Drives:
         self._use += self._time_step / LOAD_TIME * (np.abs(torques) / self.forces - self._use)
         lags = self._lags * (1.0 + self._servo.load_lag * self._use)
         wanted = (command - q) / np.maximum(lags, self._time_step)
-        return np.clip(wanted, -self._ceiling, self._ceiling)
+        return np.minimum(np.maximum(wanted, self._floor), self._ceiling)
 
 
 class ToolDrive(Protocol):

@@ -94,10 +94,10 @@ class SimulatedCup(SimulatedTool):
         Returns:
             The state, or MOVING.
         """
-        tool = self.tool
         if self.drive is None:
-            return tool.default_state
-        resting = (s for s in tool.states if abs(tool.position(s) - measured[-1]) < TOOL_TOLERANCE)
+            return self.tool.default_state
+        position = float(measured[-1])
+        resting = (s for s, at in self.tool.positions.items() if abs(at - position) < TOOL_TOLERANCE)
         return next(resting, MOVING)
 
     def has_hold(self, seal: float) -> bool:

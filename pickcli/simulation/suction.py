@@ -14,8 +14,8 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import Tool
-from pickcli.geometry import GRAVITY, Array, inverse, transform_points
-from pickcli.simulation.bellows import FRICTION, SOLID_DEPTH, Bellows, Probe
+from pickcli.geometry import GRAVITY, Array, inverse, length, transform_points
+from pickcli.simulation.bellows import FRICTION, NOTHING, SOLID_DEPTH, Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness
 from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
@@ -168,6 +168,9 @@ class Suction:
             self._hang(self._bushing, T_world_tip)
             return
         probe = self._bellows.probe(T_world_tip, DRAG_REACH)
+        if probe is NOTHING:
+            self.vacuum.advance(time_step, 0.0)
+            return
         share = self._seal(probe, T_world_tip)
         speed = self._sliding_speed(probe.nearest, T_world_tip) if share > 0.0 else np.inf
         self.vacuum.advance(time_step, share * max(0.0, 1.0 - speed / SLIDING_SPEED) if share > 0.0 else 0.0)
@@ -218,7 +221,7 @@ class Suction:
         """How fast any part of the rim moves over the face at most, along it or away from it, m/s."""
         tip = T_world_tip[:3, 3]
         linear, turn = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
-        return float(np.linalg.norm(linear)) + self._tool.cup.radius * float(np.linalg.norm(turn))
+        return length(linear) + self._tool.cup.radius * length(turn)
 
     def _brake(self, item: str, T_world_tip: Array) -> None:
         """Stop an item that slides under the cup by the friction of the lip, which the vacuum presses on."""
@@ -226,7 +229,7 @@ class Suction:
         velocity, _ = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
         friction = FRICTION * self.vacuum.cup * np.pi * self._tool.cup.radius**2
         drag = BRAKING * self._engine.mass(item) / self._engine.time_step
-        force = -min(drag, friction / max(float(np.linalg.norm(velocity)), 1e-9)) * velocity
+        force = -min(drag, friction / max(length(velocity), 1e-9)) * velocity
         self._engine.wake(item)
         self._engine.push(item, force, tip)
         self._engine.push(self._robot, -force, tip, self._tool.last_link)

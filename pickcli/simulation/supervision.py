@@ -12,7 +12,7 @@ import numpy as np
 
 from pickcli.cell.robot import JointType
 from pickcli.cell.tool import MOVING, ToolState
-from pickcli.geometry import GRAVITY, Array
+from pickcli.geometry import GRAVITY, Array, length
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import Segment
 from pickcli.seeds import derived_rng
@@ -25,6 +25,7 @@ FILTER_TIME = 4e-3  # s over which the unexplained torque is averaged
 SPEED_MEMORY = 0.1  # s that a joint's speed still excuses its lag after it has slowed down
 PAYLOAD_FACTOR = 1.5  # of the weight of what is held: its acceleration, and masses known to 10 %
 LET_GO_TIME = 0.5  # s after the plan lets go of something in which its weight may still hang on
+_ONES, _ROOT_3 = np.ones(3), float(np.sqrt(3.0))
 
 Dynamics = Callable[[Array, Array, Array], Array]  # q, dq, ddq (m,) -> motor torques (m,)
 
@@ -45,7 +46,7 @@ class ExternalTorque:
 
     def __init__(self, dynamics: Dynamics, forces: Array, time_step: float, seed: int) -> None:
         self._dynamics, self._time_step = dynamics, time_step
-        self._noise = TORQUE_NOISE * forces
+        self._noise, self._share = TORQUE_NOISE * forces, time_step / FILTER_TIME
         self._rng = derived_rng(seed, "motor torques")
         self._before: list[Array] = []  # the last two measured configurations, the tool's joint included
         self.value = np.zeros(len(forces))
@@ -65,8 +66,7 @@ class ExternalTorque:
             v, w = (second - first) / self._time_step, (q - second) / self._time_step
             needed = self._dynamics(second, v, (w - v) / self._time_step)[: len(torques)]
             noise = self._noise * self._rng.uniform(-1.0, 1.0, len(torques))
-            share = self._time_step / FILTER_TIME
-            self.value = self.value + share * (torques + noise - needed - self.value)
+            self.value = self.value + self._share * (torques + noise - needed - self.value)
         self._before = [*self._before[-1:], q]
         return self.value
 
@@ -86,10 +86,14 @@ class Supervisor:
         self._names = world.robot.joint_names
         self._is_linear = {j.name: j.type is JointType.PRISMATIC for j in world.robot.joints}
         self._forces = np.array([world.robot.motor_forces[name] for name in self._names])
+        self._most_torque = self._thresholds.torque * self._forces
+        self._decay = np.exp(-world.time_step / SPEED_MEMORY)
         seed = world.seed + round(world.t / world.time_step)
         self.external = ExternalTorque(world.inverse_dynamics, self._forces, world.time_step, seed)
         self._command, self._speed = world.q, np.zeros(len(self._names))
         self._weight, self._t_held = 0.0, -np.inf
+        self._weighed: Segment | None = None  # the last one that held something, and its payload
+        self._payload = 0.0
         self._hold_watch = world.tool.watch(self._thresholds)
 
     def motion(self, command: Array, segment: Segment) -> ProtectiveStop | None:
@@ -132,22 +136,23 @@ class Supervisor:
         Returns:
             The share.
         """
-        return float((np.abs(self.external.value) / (self._thresholds.torque * self._forces)).max())
+        return float((np.abs(self.external.value) / self._most_torque).max())
 
     def _remember(self, command: Array, segment: Segment) -> None:
         world = self._world
-        decay = np.exp(-world.time_step / SPEED_MEMORY)
         speed = np.abs(command - self._command) / world.time_step
-        self._speed, self._command = np.maximum(speed, decay * self._speed), command
+        self._speed, self._command = np.maximum(speed, self._decay * self._speed), command
         if segment.held is not None:
-            item = world.scene.find(segment.held).item
-            self._weight, self._t_held = PAYLOAD_FACTOR * GRAVITY * item.mass, world.t
+            if segment is not self._weighed:
+                mass = world.scene.find(segment.held).item.mass
+                self._weighed, self._payload = segment, PAYLOAD_FACTOR * GRAVITY * mass
+            self._weight, self._t_held = self._payload, world.t
         elif world.t - self._t_held > LET_GO_TIME:
             self._weight = 0.0
 
     def _contact(self, unexplained: Array) -> ProtectiveStop | None:
         force = self._weight + (self._thresholds.planned_force if self._world.planned.touching else 0.0)
-        limits = self._thresholds.torque * self._forces
+        limits = self._most_torque
         if not (np.abs(unexplained) > limits).any():
             return None
         if force > 0.0:
@@ -165,7 +170,7 @@ class Supervisor:
         q = self._world.q
         error = np.abs(command - q)
         allowed = self._thresholds.joint + self._thresholds.lag * self._speed
-        worst = int(np.argmax(error / allowed))
+        worst = int((error / allowed).argmax())
         if error[worst] > allowed[worst]:
             unit = "m" if self._is_linear[self._names[worst]] else "rad"
             return self._stop(
@@ -176,8 +181,8 @@ class Supervisor:
     def _tool_following(self, command: Array, q: Array) -> ProtectiveStop | None:
         """By the Jacobian: the errors are small, and this is asked every millisecond."""
         jacobian = self._arm.jacobian(q, self._tool_state())[:3]
-        error = float(np.linalg.norm(jacobian @ (command - q)))
-        speed = float(np.abs(jacobian) @ self._speed @ np.ones(3) / np.sqrt(3.0))
+        error = length(jacobian @ (command - q))
+        speed = float(np.abs(jacobian) @ self._speed @ _ONES) / _ROOT_3
         allowed = self._thresholds.tool + self._thresholds.lag * speed
         if error > allowed:
             return self._stop(StopCause.FOLLOWING_ERROR, "tool", error, allowed, "m")

@@ -128,8 +128,12 @@ class World:
         self._drives = Drives(
             self.servo, names, self.robot.limits, np.array([forces[name] for name in names]), self.time_step
         )
+        self._forces = self._drives.forces.tolist()  # what all motors exert at most, N or Nm
+        if self.tool.drive is not None:
+            self._forces += self.tool.drive.forces.tolist()
         tool_joints = tool.joints
         start = np.array([*q, *(tool.joint_position(name, tool_state) for name in tool_joints)])
+        self._n_joints = self.robot.n_joints
         self._indices = [indices[name] for name in (*names, *tool_joints)]
         self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
         self._command = np.array(q, dtype=float)
@@ -194,11 +198,10 @@ class World:
 
     def _drive(self) -> None:
         """Set the motors for the next step: the planned joints by their loops, the tool's by theirs."""
-        velocities, forces = self._drives.velocities(self._command, self.q, self.torques), self._drives.forces
+        velocities = self._drives.velocities(self._command, self.q, self.torques).tolist()
         if (tool := self.tool.drive) is not None:
-            swing = tool.velocities(self._measured[self.robot.n_joints :], self.time_step)
-            velocities, forces = np.append(velocities, swing), np.append(forces, tool.forces)
-        self.engine.drive(ROBOT, self._indices, velocities, forces)
+            velocities += tool.velocities(self._measured[self._n_joints :], self.time_step).tolist()
+        self.engine.drive(ROBOT, self._indices, velocities, self._forces)
 
     def wait(self, duration: float, on_step: Callable[[World], None] | None = None) -> None:
         """Stand still at the last command.
@@ -249,7 +252,7 @@ class World:
     @property
     def q(self) -> Array:
         """Measured configuration (n,)."""
-        return self._measured[: self.robot.n_joints]
+        return self._measured[: self._n_joints]
 
     @property
     def joints(self) -> Array:
@@ -272,12 +275,12 @@ class World:
     @property
     def torques(self) -> Array:
         """Effort (n,) of the motors of the planned joints in the last step, N or Nm."""
-        return self._torques[: self.robot.n_joints]
+        return self._torques[: self._n_joints]
 
     @property
     def tool_state(self) -> ToolState:
         """State of the tool as it stands."""
-        return self.tool.state(self._measured[self.robot.n_joints :])
+        return self.tool.state(self._measured[self._n_joints :])
 
     @property
     def grip(self) -> Grip:

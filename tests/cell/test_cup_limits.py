@@ -56,6 +56,12 @@ def test_ratio_is_convex(a: Array, b: Array, share: float) -> None:
     assert between <= share * float(LIMITS.ratio(a)) + (1.0 - share) * float(LIMITS.ratio(b)) + 1e-9
 
 
+@given(wrenches, st.floats(-1.0, 1.0))
+def test_ratio_of_one_wrench_is_that_of_many_to_the_last_bit(wrench: Array, share: float) -> None:
+    many = LIMITS.ratio(np.stack([wrench, wrench]), np.array([share, share]))
+    np.testing.assert_array_equal(many, LIMITS.ratio(wrench, share))
+
+
 def test_ratio_without_vacuum_is_infinite() -> None:
     assert LIMITS.ratio(np.zeros(6), 0.0) == np.inf
     np.testing.assert_array_equal(LIMITS.ratio(np.zeros((2, 6)), np.array([0.0, 1.0])), [np.inf, 0.0])

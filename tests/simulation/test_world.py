@@ -19,7 +19,7 @@ from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.scene_bodies import ground_of, true_masses
 from pickcli.simulation.servo import IDEAL, Servo
 from pickcli.simulation.suction import SEAL_VACUUM
-from pickcli.simulation.world import World
+from pickcli.simulation.world import ROBOT, World
 from support.pedestal import BuildWorld, cube
 from support.tool_states import DOWN, STRAIGHT
 
@@ -42,6 +42,32 @@ def test_two_fresh_worlds_are_bit_identical(build_world: BuildWorld) -> None:
         swing(world)
         states.append((world.q.tobytes(), world.tip.tobytes(), world.engine.pose("cube").tobytes()))
     assert states[0] == states[1]
+
+
+def test_a_link_is_told_anew_after_whatever_moves_it(cell: Cell) -> None:
+    world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), cell.configurations["home"].q)
+    engine, cup_link = world.engine, cell.robot.tool.last_link
+    still = engine.pose(ROBOT, cup_link)
+    engine.reset_joints(ROBOT, {world._indices[1]: world.q[1] + 0.1})
+    moved = engine.pose(ROBOT, cup_link)
+    assert np.abs(moved - still).max() > 0.05
+    world.wait(1.0)  # the servo brings it back
+    assert np.abs(engine.pose(ROBOT, cup_link) - still).max() < 1e-3
+    world.close()
+
+
+def test_what_stands_firm_sleeps_and_bears_what_falls_on_it(build_world: BuildWorld) -> None:
+    world = build_world(gap=0.1)
+    world.wait(2.5)  # long enough for the engine to let sleep whatever may
+    stood = world.engine.pose("cube")
+    world.engine.wake("cube")
+    for _ in range(20):
+        world.engine.push("cube", np.array([0.0, 0.0, 40.0]), world.engine.pose("cube")[:3, 3])
+        world.step()
+    assert world.engine.pose("cube")[2, 3] > stood[2, 3] + 1e-3
+    world.wait(0.5)
+    assert abs(world.engine.pose("cube")[2, 3] - stood[2, 3]) < 5e-4
+    world.close()
 
 
 def test_the_robot_holds_against_gravity(cell: Cell) -> None:

@@ -129,6 +129,8 @@ def twist_of(max_shear: float, cup_radius: float) -> float:
 
 def _over(load: Array, share: Array | float) -> Array:
     """Quotient of load and share, infinite where the share is not positive."""
+    if isinstance(share, float):  # asked every millisecond of a simulation
+        return np.asarray(load / share if share > 0.0 else np.full_like(load, np.inf))
     share = np.asarray(share, dtype=np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.where(share > 0.0, load / share, np.inf))
