@@ -171,6 +171,13 @@ def test_back_along_any_motion_from_any_time(
     assert _strayed(states_of(motion, share * motion.duration, 0.0) + off, motion) is None
 
 
+def test_states_of_a_way_back_may_be_unevenly_far_apart() -> None:
+    """Straight from one to the next, at every corner too: nothing in between is left out."""
+    motion = along(*ASIDE)
+    times = np.array([2.9, 2.8, 2.0, 1.9, 1.5, 1.0, 0.95, 0.3, 0.0])
+    assert _strayed(motion.sample(times), motion) is None
+
+
 def test_a_way_back_keeps_the_order_of_the_motion_and_leaves_nothing_out() -> None:
     aside, spur, hairpin = along(*ASIDE), along(*SPUR), along(*HAIRPIN)
     onwards = states_of(aside, 1.0, 2.0)
