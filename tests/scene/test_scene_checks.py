@@ -295,6 +295,7 @@ def test_many_mistakes_of_one_kind_are_one_line_with_their_cause(
     else:
         (line,) = lines
         assert f"and {n - 1} more are like it; is T_world_pod where the pod stands?" in line
+        assert "items[0]" in line
 
 
 def _one_in_a_bin(cell: Cell, p: Array, noise: float) -> tuple[Scene, list[str]]:
