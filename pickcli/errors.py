@@ -66,13 +66,15 @@ class UnknownNameError(InputError):
         known: Names that exist.
         where: Place of the name, e.g. a file with its line.
         hint: What to say instead of the closest known name.
+        told: What to say instead of all, where the name is known, and not here.
     """
 
-    def __init__(self, kind: str, name: str, known: Sequence[str], where: str = "", hint: str = "") -> None:
+    def __init__(
+        self, kind: str, name: str, known: Sequence[str], where: str = "", hint: str = "", told: str = ""
+    ) -> None:
         hint = hint or suggestion(name, known)
-        super().__init__(
-            f"{where + ': ' if where else ''}unknown {kind} {shortened(name, MAX_PATH)!r}; {hint}"
-        )
+        unknown = f"unknown {kind} {shortened(name, MAX_PATH)!r}; {hint}"
+        super().__init__(f"{where + ': ' if where else ''}{told or unknown}")
         self.kind, self.name, self.known = kind, name, tuple(known)
 
 
@@ -289,13 +291,29 @@ class NoPlanError(ApcError):
     Args:
         query: What was asked, e.g. "pick crayola_24_ct from bin_B".
         reasons: Every reason, in the order in which the candidates were tried.
+        told: What is said instead of the most frequent of them.
     """
 
     exit_code = 5
 
-    def __init__(self, query: str, reasons: Iterable[Reason]) -> None:
+    def __init__(self, query: str, reasons: Iterable[Reason], told: str = "") -> None:
         self.query, self.failures = query, Failures(tuple(reasons))
-        super().__init__(f"no plan for {query}: {self.summary()}")
+        super().__init__(f"no plan for {query}: {told or self.summary()}")
+
+    @classmethod
+    def of_arms(cls, query: str, arms: Sequence[tuple[str, NoPlanError | None]]) -> NoPlanError:
+        """The error of several arms none of which has a plan, told arm by arm.
+
+        Args:
+            query: What was asked.
+            arms: In their order, what speaks for each, and why it has no plan; None for one not tried.
+
+        Returns:
+            The error, with the reasons of all arms.
+        """
+        lines = [f"{arm}{'' if error is None else f': {error.summary()}'}" for arm, error in arms]
+        reasons = (reason for _, error in arms if error is not None for reason in error.reasons)
+        return cls(query, reasons, "".join(f"\n  {line}" for line in lines))
 
     @property
     def reasons(self) -> tuple[Reason, ...]:

@@ -157,7 +157,7 @@ def _explained(c: Corridor, carrying: FreeItemChecker) -> Reason:
     }
     contacts = {where: carrying.clearance(d) for where, d in places.items()}
     where, worst = min(contacts.items(), key=lambda kv: kv[1].distance)
-    detail = f"{worst.with_distance(carrying.margin)}, {where}"
+    detail = f"{carrying.told(worst)}, {where}"
     return Reason("no way out", "lift", detail, worst.item)
 
 

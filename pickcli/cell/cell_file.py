@@ -37,7 +37,6 @@ from pickcli.cell.schemas.cell_schema import (
     BoundsModel,
     CellModel,
     JointLimitModel,
-    PoseModel,
     cell_model,
 )
 from pickcli.cell.schemas.items_file import load_items
@@ -53,7 +52,7 @@ from pickcli.files.file_kind import CELL
 from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.schema import validate
 from pickcli.files.yaml_reader import Key, Source, read_yaml
-from pickcli.geometry import Array, pose
+from pickcli.geometry import Array
 
 CELL_FILE = "cell.yaml"
 
@@ -136,7 +135,7 @@ def _cell(
         name=model.name,
         path=folder,
         robot=_robot(folder, model, urdf, tool),
-        T_world_pod=np.eye(4) if model.pod is None else _pose(model.pod.T_world_pod),
+        T_world_pod=np.eye(4) if model.pod is None else model.pod.T_world_pod.T,
         pod=NO_POD if model.pod is None else build_pod(model.pod),
         tote=None if model.tote is None else build_tote(model.tote),
         obstacles=Obstacles(tuple(_box(o.name, o) for o in model.obstacles)),
@@ -221,10 +220,10 @@ def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
     for key, (stated, tool) in tools.items():
         if tool is not None:
             mount = stated.T_flange_tool
-            robot = mounted(robot, tool, stated.flange_link, np.eye(4) if mount is None else _pose(mount))
+            robot = mounted(robot, tool, stated.flange_link, np.eye(4) if mount is None else mount.T)
         if isinstance(stated, GripperModel):
             check_hand(source if key == ("tool",) else source_of_arm(source, str(key[1])), stated, robot)
-            robot = with_tip(robot, stated.hand_link, stated.last_link, _pose(stated.T_hand_tip))
+            robot = with_tip(robot, stated.hand_link, stated.last_link, stated.T_hand_tip.T)
     return robot
 
 
@@ -233,7 +232,7 @@ def _whole(source: Source, model: CellModel, packages: dict[str, Path]) -> Urdf:
     folder, parts = source.path.parent, dict[str, tuple[Urdf, Array]]()
     for name, stated in model.robots.items():
         urdf = read_urdf(_inside(source, ("robots", name, "urdf"), stated.urdf), folder, packages)
-        parts[name] = prefixed(urdf, stated.prefix), _pose(stated.T_world_base)
+        parts[name] = prefixed(urdf, stated.prefix), stated.T_world_base.T
     if not parts:
         return read_urdf(_inside(source, ("robot", "urdf"), model.robot.urdf or ""), folder, packages)
     check_side_by_side(source, {name: urdf for name, (urdf, _) in parts.items()})
@@ -290,7 +289,7 @@ def _robot(folder: Path, model: CellModel, urdf: Urdf, tool: Tool) -> Robot:
     return Robot(
         name=urdf.name,
         urdf=folder / (model.robot.urdf or CELL_FILE),
-        T_world_base=np.eye(4) if model.robot.T_world_base is None else _pose(model.robot.T_world_base),
+        T_world_base=np.eye(4) if model.robot.T_world_base is None else model.robot.T_world_base.T,
         links=links,
         joints=joints,
         joint_names=model.robot.joints,
@@ -325,11 +324,6 @@ def _bounds(limit: JointLimitModel, joint: Joint) -> tuple[float, float]:
 
 def _or(stated: float | None, otherwise: float) -> float:
     return otherwise if stated is None else stated
-
-
-def _pose(model: PoseModel) -> Array:
-    x, y, z = model.xyz
-    return pose((x, y, z), rpy=model.rpy)
 
 
 def _box(name: str, bounds: BoundsModel) -> Body:

@@ -87,7 +87,8 @@ class Tool:
         positions: What each state is, in the order of the cell file: position in rad (of a prismatic joint:
             m) of the joint, width in m of a gripper, 0 without either. The first is the state where nothing
             else is said.
-        T_flange_tip: Pose (4, 4) of the tool frame in the flange link, by state.
+        T_lance_tip: Pose (4, 4) of the tool frame on the lance, by state: in the flange link as the tool is
+            mounted on it, whose z runs along the lance; of a gripper the tool frame itself.
         T_last_tip: Pose (4, 4) of the tool frame in the last link.
         grip: What holds items, of a kind of tool; a ``BareFlange`` where nothing is mounted.
     """
@@ -97,7 +98,7 @@ class Tool:
     last_link: str
     joint: str | None
     positions: dict[ToolState, float]
-    T_flange_tip: dict[ToolState, Array]
+    T_lance_tip: dict[ToolState, Array]
     T_last_tip: Array
     grip: GripModel
 
@@ -244,8 +245,8 @@ class Tool:
     def _joint_at(self, joint: str, position: float) -> float:
         return self.grip.joint_position(joint, position)
 
-    def tip_in_flange(self, state: ToolState) -> Array:
-        """Pose of the tool frame in the flange link.
+    def tip_on_lance(self, state: ToolState) -> Array:
+        """Pose of the tool frame in a frame whose z runs along the lance.
 
         Args:
             state: State of the tool; what is none of the cell's counts as the default state.
@@ -253,10 +254,10 @@ class Tool:
         Returns:
             (4, 4).
         """
-        return self.T_flange_tip.get(state, self.T_flange_tip[self.default_state])
+        return self.T_lance_tip.get(state, self.T_lance_tip[self.default_state])
 
     def lance_axis(self, state: ToolState) -> Array:
-        """Direction of the lance, the flange's +z.
+        """Direction of the lance, away from the flange.
 
         Args:
             state: State of the tool.
@@ -264,7 +265,7 @@ class Tool:
         Returns:
             (3,) in the tool frame.
         """
-        return np.asarray(np.round(self.tip_in_flange(state)[2, :3], _DIGITS) + 0.0)
+        return np.asarray(np.round(self.tip_on_lance(state)[2, :3], _DIGITS) + 0.0)
 
     def has_lance(self, state: ToolState, axis: Array) -> bool:
         """Whether the lance points along an axis.
@@ -287,7 +288,7 @@ class Tool:
         Returns:
             (3,) m, in the tool frame.
         """
-        T = self.tip_in_flange(state)
+        T = self.tip_on_lance(state)
         return np.asarray(np.round(T[:3, :3].T @ (-T[0, 3], -T[1, 3], 0.0), _DIGITS) + 0.0)
 
     def state_with_lance(self, axis: Array) -> ToolState | None:

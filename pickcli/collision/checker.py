@@ -52,7 +52,7 @@ class SceneChecker(KernelValidator):
         clear = self._clear_of(world, contacts)
         limited = contacts if held is not None else contacts.of_empty_tool
         touch = self._touching(world, limited) if limited.is_limited else None
-        super().__init__(world, parts, margin, clear, touch)
+        super().__init__(world, parts, margin, model.cell.clearance, clear, touch)
 
     @property
     def _cup(self) -> int:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.tool import MOVING
-from pickcli.collision.robot_model import CollisionModel, KernelRobot
+from pickcli.collision.kernel_robot import KernelRobot
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.kernel import Checker, SolidKind

@@ -93,7 +93,8 @@ class FreeItemChecker(KernelValidator):
             kernel = flying(0.0)
             touch = KernelWorld(kernel, contacts.enter(kernel, world, this, this))
         parts = (*[""] * this, item.name)
-        super().__init__(world, parts, model.cell.clearance + FOLLOWING, clear, touch)
+        stated = model.cell.clearance
+        super().__init__(world, parts, stated + FOLLOWING, stated, clear, touch)
 
     def is_valid_edge(self, q0: Array, q1: Array) -> bool:
         """Whether a straight displacement is proven free and pushes nothing.
@@ -162,7 +163,7 @@ class FreeToolChecker(KernelValidator):
         world.enter(kernel, clear.kept, contacts.ignored(world, (CUP,), CUP + 1))
         tool = model.robot.tool
         parts = (*[""] * LANCE, tool.lance_link, " or ".join(tool.contact_links))
-        super().__init__(world, parts, model.cell.clearance, clear, None)
+        super().__init__(world, parts, model.cell.clearance, model.cell.clearance, clear, None)
 
     def displacements(self, T_world_tip: Array) -> Array:
         """Configurations of the free tool at poses of the tool frame.
@@ -212,9 +213,9 @@ def _tool_spheres(model: CollisionModel, tool_state: ToolState) -> tuple[Array, 
     radii = np.empty(0)
     for frame, name in ((LANCE, tool.lance_link), *((CUP, name) for name in tool.contact_links)):
         k = model.frame_names.index(name)
-        is_of_link = state.frames == k
+        is_of_link = state.spheres.frames == k
         T = T_frame_world @ links[k]
-        centers = np.vstack([centers, state.centers[is_of_link] @ T[:3, :3].T + T[:3, 3]])
-        radii = np.append(radii, state.radii[is_of_link])
+        centers = np.vstack([centers, state.spheres.centers[is_of_link] @ T[:3, :3].T + T[:3, 3]])
+        radii = np.append(radii, state.spheres.radii[is_of_link])
         frames = np.append(frames, np.full(int(is_of_link.sum()), frame, np.int32))
     return centers, radii, frames

@@ -47,21 +47,6 @@ class Contact:
         kind = "" if self.kind == "robot" else f"{self.kind} "
         return f"{self.a} against {kind}{self.b}"
 
-    def with_distance(self, margin: float, place: str = "") -> str:
-        """What is against what and how near, beside how near it may be.
-
-        Args:
-            margin: m that are kept.
-            place: Where on a motion that is, with a leading space.
-
-        Returns:
-            Text for a reason.
-        """
-        millimetres = 1e3 * abs(self.distance)
-        if self.distance > 0:
-            return f"{self}, {millimetres:.1f} mm apart{place} ({1e3 * margin:.0f} mm are needed)"
-        return f"{self}, {millimetres:.0f} mm deep{place}"
-
 
 @dataclass(frozen=True, eq=False)
 class KernelWorld:
@@ -83,6 +68,7 @@ class KernelValidator:
         world: Solids of the scene.
         parts: Name of each frame of the body, the held item's last.
         margin: m, kept from what is entered in ``clear``.
+        clearance: m of the margin that the cell states.
         clear: What keeps the margin.
         touch: What may be touched only so deep, if anything: it keeps out of solids that count as moved out
             of its way.
@@ -91,6 +77,7 @@ class KernelValidator:
         world: Solids of the scene.
         parts: Name of each frame of the body, the held item's last.
         margin: m, kept from everything that may not be touched.
+        clearance_stated: m of these that the cell states.
     """
 
     def __init__(
@@ -98,11 +85,12 @@ class KernelValidator:
         world: CollisionWorld,
         parts: tuple[str, ...],
         margin: float,
+        clearance: float,
         clear: KernelWorld,
         touch: KernelWorld | None,
     ) -> None:
         """Wrap the kernel's checkers."""
-        self.world, self.parts, self.margin = world, parts, margin
+        self.world, self.parts, self.margin, self.clearance_stated = world, parts, margin, clearance
         self._clear, self._touch = clear, touch
 
     @property
@@ -215,6 +203,23 @@ class KernelValidator:
         """
         return self._decoded(self._clear, q, max_distance)
 
+    def told(self, contact: Contact, place: str = "") -> str:
+        """What is against what and how near, beside how near it may be.
+
+        Args:
+            contact: The pair.
+            place: Where on a motion that is, with a leading space.
+
+        Returns:
+            Text for a reason.
+        """
+        millimetres = 1e3 * abs(contact.distance)
+        if contact.distance <= 0:
+            return f"{contact}, {millimetres:.0f} mm deep{place}"
+        needed, stated = (f"{1e3 * value:.3g} mm" for value in (self.margin, self.clearance_stated))
+        more = "" if needed == stated else f": planning keeps more than the cell's clearance of {stated}"
+        return f"{contact}, {millimetres:.1f} mm apart{place} ({needed} are needed{more})"
+
     def explain(self, q: Array) -> Reason:
         """Why a configuration is not valid.
 
@@ -277,4 +282,4 @@ class KernelValidator:
         if is_valid:
             return Reason("no collision", "", f"{contact}, {1e3 * contact.distance:.0f} mm apart{place}")
         what = "too close" if contact.distance > 0 else "collision"
-        return Reason(what, "", contact.with_distance(self.margin, place), contact.item)
+        return Reason(what, "", self.told(contact, place), contact.item)

@@ -1,9 +1,9 @@
-"""The robot as collision checks see it: per tool state a chain, its spheres and its self pairs."""
+"""The robot as collision checks see it: spheres around its links, and which links are tested."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import combinations
 
@@ -14,10 +14,11 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.robot import Joint, Link, Robot
 from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.tool import MOVING, ToolState
+from pickcli.collision.kernel_robot import FrameSpheres, KernelRobot
 from pickcli.collision.sphere_cover import Cover, cover_bodies, cover_meshes
 from pickcli.collision.swept_cover import sweep
 from pickcli.geometry import Array, pose
-from pickcli.kernel import Chain, Checker
+from pickcli.kernel import Checker
 from pickcli.kinematics.chain import bodies_of_frames, build_chain
 
 # How far a link's spheres may stick out: a share of the shape's thickness, between bounds in m. The lance and
@@ -30,61 +31,13 @@ LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
 HULL_EXCESS, MOST_HULL_EXCESS = 0.014, 0.02
 HULL_COUNT = 32
 
+# The same where links are tested against each other: those of a wrist pass each other by a few mm.
+FINE_EXCESS, MOST_FINE_EXCESS = 0.004, 0.006
+FINE_COUNT = 96
+
 # m beyond the cell's clearance that links on either side of a joint are proven to keep wherever that stands;
 # else they are tested in every configuration.
 APART = 0.003
-
-
-@dataclass(frozen=True, eq=False)
-class KernelRobot:
-    """The robot in one tool state, as arrays of the kernel.
-
-    Attributes:
-        chain: Kinematics.
-        centers: (S, 3) m, centres of the spheres, each in the frame that it moves with.
-        radii: (S,) m.
-        frames: (S,) index of each sphere's frame.
-        self_pairs: (P, 2) frames that are tested against each other.
-    """
-
-    chain: Chain
-    centers: Array
-    radii: Array
-    frames: NDArray[np.int32]
-    self_pairs: NDArray[np.int32]
-
-    def of_frames(self, frames: Sequence[int]) -> Checker:
-        """A checker of a part of the robot, with nothing around it.
-
-        Args:
-            frames: Indices of two frames that are tested against each other, or of one.
-
-        Returns:
-            The checker.
-        """
-        mine = np.isin(self.frames, frames)
-        pairs = np.array([frames] if len(frames) > 1 else [], dtype=np.int32).reshape(-1, 2)
-        return Checker(self.chain, self.centers[mine], self.radii[mine], self.frames[mine], pairs)
-
-    def checker(self) -> Checker:
-        """A new checker of the robot, with nothing around it and nothing held.
-
-        Returns:
-            The checker.
-        """
-        return self._bare.bare()
-
-    @cached_property
-    def cup(self) -> KernelRobot:
-        """The last frame alone, which is the cup: the others move it, and have no spheres."""
-        of_cup = self.frames == self.chain.n_frames - 1
-        none = np.zeros((0, 2), np.int32)
-        return KernelRobot(self.chain, self.centers[of_cup], self.radii[of_cup], self.frames[of_cup], none)
-
-    @cached_property
-    def _bare(self) -> Checker:
-        """What all checkers are copied from: to cut the spheres into trees takes longer than to copy them."""
-        return Checker(self.chain, self.centers, self.radii, self.frames, self.self_pairs)
 
 
 class CollisionModel:
@@ -272,21 +225,29 @@ class CollisionModel:
         links = zip(self.robot.links[1:], self.bodies, strict=True)
         return tuple(_cover(link.shapes if body > 0 else ()) for link, body in links)
 
+    @cached_property
+    def _fine_covers(self) -> tuple[Cover, ...]:
+        """Tighter covers of the frames with meshes; empty for all others."""
+        links = zip(self.robot.links[1:], self.bodies, strict=True)
+        return tuple(_fine_cover(link.shapes if body > 0 else ()) for link, body in links)
+
     def _build(self, tool_state: ToolState) -> KernelRobot:
-        covers = list(self._covers)
-        if tool_state == MOVING:
-            covers[-1] = self.swept(covers[-1])
-            for k, finger in self._fingers.items():
-                covers[k] = self._in_any_state(covers[k], finger)
-        whole = KernelRobot(
-            build_chain(self.robot, tool_state),
-            np.concatenate([c.centers for c in covers]),
-            np.concatenate([c.radii for c in covers]),
-            np.repeat(np.arange(self.n_frames, dtype=np.int32), [len(c.radii) for c in covers]),
-            np.zeros((0, 2), dtype=np.int32),
+        coarse, fine = (
+            FrameSpheres.of_covers(self._in_state(covers, tool_state))
+            for covers in (self._covers, self._fine_covers)
         )
+        none = np.zeros((0, 2), dtype=np.int32)
+        whole = KernelRobot(build_chain(self.robot, tool_state), coarse, fine, none)
         pairs = [pair for pair in self._pairs() if self._is_tested(whole, *pair)]
         return replace(whole, self_pairs=np.array(pairs, dtype=np.int32).reshape(-1, 2))
+
+    def _in_state(self, covers: Sequence[Cover], tool_state: ToolState) -> Sequence[Cover]:
+        """Covers of the frames, those of the tool around all that they pass through while it moves."""
+        if tool_state != MOVING:
+            return covers
+        fingers = {k: self._in_any_state(covers[k], finger) for k, finger in self._fingers.items()}
+        moving = [fingers.get(k, cover) for k, cover in enumerate(covers)]
+        return [*moving[:-1], self.swept(moving[-1])]
 
     def _pairs(self) -> Iterator[tuple[int, int]]:
         """Frames with shapes that move against each other, but for allowed pairs."""
@@ -312,9 +273,20 @@ def _cover(shapes: tuple[Body, ...]) -> Cover:
     return cover_bodies(plain, _excess, LINK_COUNT).joined(_cover_hulls(shapes))
 
 
+def _fine_cover(shapes: tuple[Body, ...]) -> Cover:
+    """Tighter spheres that contain the shapes of a link with hulls; no spheres for a link without."""
+    hulls = _hulls(shapes)
+    plain = [body for body in shapes if hulls and body.shape.kind is not ShapeKind.HULL]
+    fine = cover_meshes(hulls, FINE_EXCESS, MOST_FINE_EXCESS, FINE_COUNT)
+    return cover_bodies(plain, _excess, LINK_COUNT).joined(fine)
+
+
 def _cover_hulls(shapes: tuple[Body, ...]) -> Cover:
-    hulls = [body for body in shapes if body.shape.kind is ShapeKind.HULL]
-    return cover_meshes(hulls, HULL_EXCESS, MOST_HULL_EXCESS, HULL_COUNT)
+    return cover_meshes(_hulls(shapes), HULL_EXCESS, MOST_HULL_EXCESS, HULL_COUNT)
+
+
+def _hulls(shapes: tuple[Body, ...]) -> list[Body]:
+    return [body for body in shapes if body.shape.kind is ShapeKind.HULL]
 
 
 def _excess(body: Body) -> float:

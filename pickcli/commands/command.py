@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
@@ -49,7 +50,7 @@ class Command(click.Command):
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for parameter, times in Counter(order).items():
                 if isinstance(parameter, click.Option) and _is_told_once(parameter) and times > 1:
-                    raise click.UsageError(f"{parameter.opts[-1]} is given {times} times; keep one", ctx)
+                    raise click.UsageError(f"{_given(parameter, times, args)}; keep one", ctx)
             return super().parse_args(ctx, args)
         except (ApcError, click.UsageError) as error:
             if is_json:
@@ -80,6 +81,14 @@ class Command(click.Command):
         if is_json:
             _print(ctx)
         return returned
+
+
+def _given(option: click.Option, times: int, words: Sequence[str]) -> str:
+    """How an option is given more than once among the words of a command line, by whichever of its names."""
+    names = [name for name in option.opts if any(word.partition("=")[0] == name for word in words)]
+    if len(names) > 1:
+        return f"{' and '.join(names)} mean the same"
+    return f"{option.opts[-1]} is given {times} times"
 
 
 def emit_json(value: dict[str, Any]) -> None:

@@ -78,7 +78,7 @@ def command(
     contents, year = _stated_contents(stated, cell), NEWEST
     order_source: Path | None = None
     if order_path is not None:
-        order, order_source = read_order(order_path, cell), order_file(order_path)
+        order, order_source = read_order(order_path, cell), order_file(order_path, cell)
         contents, year = _together(order.bin_contents, contents), order.year
     elif not contents:
         raise click.UsageError(

@@ -94,7 +94,7 @@ def command(
     scene.cell.require_places()
     refuse_held(scene, scene_path)
     out_of, item = _taken(pick, bin_name, item)
-    into = _destination(scene, into)
+    into = _destination(scene, into, out_of)
     _refuse_impossible(scene, out_of, item, into, "--bin" if pick is None else "--pick")
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
     asked = _PickRequest(query, start, seed, roadmap, trajectories, learn)
@@ -143,19 +143,19 @@ def _plan_with_first_able(
     chosen: _Choice, asked: _PickRequest, write: Callable[[Plan, Scene], None]
 ) -> None:  # fmt: skip
     """Plan with the first arm that finds a plan. Raises NoPlanError with the reasons of all of them."""
-    from pickcli.errors import Failures, NoPlanError
+    from pickcli.errors import NoPlanError
 
-    against = Failures()
-    for scene in chosen.scenes.values():
+    failed: dict[str, NoPlanError] = {}
+    for arm, scene in chosen.scenes.items():
         try:
             _plan_with(scene, asked, write)
             return
         except NoPlanError as error:
-            against += Failures(tuple(error.reasons))
-            last = error
-    if len(chosen.scenes) == 1:
-        raise last
-    raise NoPlanError(f"{last.query} with arm {' or '.join(chosen.scenes)}", against)
+            failed[arm] = error
+    first = next(iter(failed.values()))
+    if not chosen.ranked:
+        raise first
+    raise NoPlanError.of_arms(first.query, [(str(each), failed.get(each.arm)) for each in chosen.ranked])
 
 
 def _plan_with(scene: Scene, asked: _PickRequest, write: Callable[[Plan, Scene], None]) -> None:
@@ -185,15 +185,24 @@ def _taken(pick: str | None, place: str | None, item: str | None) -> tuple[str, 
     return place, item
 
 
-def _destination(scene: Scene, place: str | None) -> str:
+def _destination(scene: Scene, place: str | None, out_of: str) -> str:
     """The place that an item is brought to: as stated, else the tote. Raises InputError without either."""
     from pickcli.errors import InputError
     from pickcli.scene.scene import TOTE
 
     if place is None and TOTE not in scene.cell.places:
-        names = ", ".join(scene.cell.places)
-        raise InputError(f"where to? the cell has no tote; name one of its places with --to: {names}")
+        names = ", ".join(_other_places(scene, out_of))
+        told = f"name one of its places with --to: {names}" if names else _NO_OTHER
+        raise InputError(f"where to? the cell has no tote; {told}")
     return place or TOTE
+
+
+_NO_OTHER = "it has one place alone: add another one under places in its cell.yaml (docs/formats/cell.md)"
+
+
+def _other_places(scene: Scene, out_of: str) -> list[str]:
+    """Names of the places but that which is picked from."""
+    return [name for name in scene.cell.places if name != out_of]
 
 
 def _refuse_impossible(scene: Scene, out_of: str, item: str, into: str, option: str) -> None:
@@ -211,6 +220,8 @@ def _refuse_impossible(scene: Scene, out_of: str, item: str, into: str, option: 
             raise UnknownNameError("place", name, list(places), stated)
     placed = scene.find(item, out_of)
     if into == out_of:
-        raise InputError(f"--to: the item is taken from {into}; name another place")
+        names = ", ".join(_other_places(scene, out_of))
+        told = f"name another place: {names}" if names else _NO_OTHER
+        raise InputError(f"--to: the item is taken from {into}; {told}")
     if into != TOTE and (sizes := places[into].room.too_small_for(placed.item.shape.extents)):
         raise InputError(f"--to: {placed.id} fits in no way into {into}: it has {sizes}; name another place")

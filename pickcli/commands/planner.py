@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 
 CONFIGURATION = "NAME|q"
+_TOLD = f"{__name__}.told"  # where notes that were told are kept in a click context
 CONFIGURATION_HELP = (
     "Named configuration of the cell (see apc inspect), or q: numbers with commas, m and rad."
 )
@@ -104,12 +105,19 @@ def load_planner(
         _build_missing(cell, jobs)
     stored, database = read_stored(cell, roadmap, trajectories)
     if stored is None and database is None and cell.places:
-        click.echo(
+        _tell_once(
             "note: neither roadmap nor trajectory database is built for this cell, so every coarse motion "
-            "is planned from nothing (apc run-trial builds both)",
-            err=True,
+            "is planned from nothing (apc run-trial builds both)"
         )
     return PlanningContext(cell, stored, database)
+
+
+def _tell_once(note: str) -> None:
+    """Print a note, once in a command, however many arms it is true of."""
+    told = click.get_current_context().meta.setdefault(_TOLD, set())
+    if note not in told:
+        told.add(note)
+        click.echo(note, err=True)
 
 
 def _build_missing(cell: Cell, jobs: int | None) -> None:

@@ -152,7 +152,7 @@ def command(
     order = require_playable(read_order(order_path, cell), str(order_path))
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
-    inputs = (order_file(order_path), reality_path, cell_name, items_path, roadmap, trajectories)
+    inputs = (order_file(order_path, cell), reality_path, cell_name, items_path, roadmap, trajectories)
     _refuse_outputs(folder, overwrite, inputs)
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from pickcli.cell.station import TOTE
+
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.table import Table
@@ -38,14 +40,16 @@ def _table(rows: Sequence[Row], has_reasons: bool) -> Table:
 
     # No frame: so the longest name fits into 80 columns.
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
-    for title in ("bin", "item", "outcome"):
+    are_moves = any(row.into != TOTE for row in rows)
+    for title in ("from", "item", "to", "outcome") if are_moves else ("bin", "item", "outcome"):
         table.add_column(title, overflow="fold")
     for title in ("points", "planning\nms", "motion\ns"):
         table.add_column(title, justify="right")
     if has_reasons:
         table.add_column("reason", overflow="fold")
     for row in rows:
-        cells: list[RenderableType] = [row.bin, row.item, row.outcome, str(row.points), _planning(row)]
+        into = [row.into] if are_moves else []
+        cells: list[RenderableType] = [row.bin, row.item, *into, row.outcome, str(row.points), _planning(row)]
         cells.append(f"{row.motion_s:.1f}")
         table.add_row(*cells, *([Text(row.reason)] if has_reasons else []))
     return table

@@ -255,7 +255,7 @@ class Checker:
     Checks may run in several threads; set_world and set_held must not run meanwhile.
     """
 
-    def __init__(self, chain: Chain, centers: numpy.typing.NDArray[numpy.float64], radii: numpy.typing.NDArray[numpy.float64], frame: numpy.typing.NDArray[numpy.int32], self_pairs: numpy.typing.NDArray[numpy.int32]) -> None:
+    def __init__(self, chain: Chain, centers: numpy.typing.NDArray[numpy.float64], radii: numpy.typing.NDArray[numpy.float64], frame: numpy.typing.NDArray[numpy.int32], self_pairs: numpy.typing.NDArray[numpy.int32], fine_centers: numpy.typing.NDArray[numpy.float64] | None = None, fine_radii: numpy.typing.NDArray[numpy.float64] | None = None, fine_frame: numpy.typing.NDArray[numpy.int32] | None = None) -> None:
         """
         Make a checker in an empty world.
 
@@ -265,6 +265,10 @@ class Checker:
             radii: (S,) m.
             frame: (S,) in 0..L-1, that carries each.
             self_pairs: (P, 2) pairs of frames that must stay clear of each other.
+            fine_centers: (F, 3) of tighter spheres, m. Two frames are clear of each other where either their spheres
+                are or these, of a frame that has any; what is held is tested against these alone.
+            fine_radii: (F,) m.
+            fine_frame: (F,) in 0..L-1, that carries each.
         """
 
     @property

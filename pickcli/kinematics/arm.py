@@ -24,6 +24,7 @@ PRISMATIC_WEIGHT = 4.0
 # m or rad that inverse kinematics keeps inside every limit: where the robot comes to rest it is measured,
 # and the next plan starts from what was measured.
 LIMIT_MARGIN = 1e-3
+MOST_TURNED = 100 * 2 * np.pi  # rad, the bound that the kernel is given of joints that turn without end
 
 MAX_STEP_PRISMATIC = 0.05  # m, largest joint step between neighbouring poses of a line
 MAX_STEP_REVOLUTE = 0.12  # rad
@@ -57,8 +58,8 @@ class Arm:
         planned = {joint.name: joint for joint in robot.joints if is_planned(robot, joint)}
         self._is_prismatic = np.array([planned[n].type is JointType.PRISMATIC for n in robot.joint_names])
         self.weights: Array = np.where(self._is_prismatic, PRISMATIC_WEIGHT, 1.0)  # (n,) of IK
-        self._lower = robot.limits.lower + LIMIT_MARGIN
-        self._upper = robot.limits.upper - LIMIT_MARGIN
+        self._lower = np.maximum(robot.limits.lower + LIMIT_MARGIN, -MOST_TURNED)
+        self._upper = np.minimum(robot.limits.upper - LIMIT_MARGIN, MOST_TURNED)
         self.max_step: Array = np.where(self._is_prismatic, MAX_STEP_PRISMATIC, MAX_STEP_REVOLUTE)
 
     @property
@@ -232,9 +233,8 @@ class Arm:
 
     @cached_property
     def _turns_more(self) -> Array:
-        """(n,) joints that turn farther than once, but not without end."""
-        lower, upper = self.limits.window
-        return np.asarray(~self._is_prismatic & ~self.limits.is_continuous & (upper - lower > 2 * np.pi))
+        """(n,) joints that turn farther than once."""
+        return np.asarray(~self._is_prismatic & (self.limits.upper - self.limits.lower > 2 * np.pi))
 
     def _in_turn_of(self, reference: Array, Q: Array) -> Array:
         """Distinct configurations (M, n), each joint in the turn nearest a reference (n,) within limits."""

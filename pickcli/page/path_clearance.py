@@ -12,8 +12,9 @@ from pickcli.cell.tool import ToolState
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.kernel_robot import KernelRobot
 from pickcli.collision.kernel_validator import Contact
-from pickcli.collision.robot_model import CollisionModel, KernelRobot
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.files.packed_array import packed
 from pickcli.geometry import Array, from_quaternion, pose
 from pickcli.motion.segment import Segment

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from pickcli.cell.cell import AllowedPair, Cell
 from pickcli.cell.checks.arm_consistency import source_of_arm
+from pickcli.cell.checks.plausibility import warn_of_masses
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.workcell import Workcell
@@ -69,6 +70,7 @@ def check_cell(
         not_free = {name: blocked[name] for name in meant if name in blocked}
         n_free += len(meant) - len(not_free)
         mistakes += _mistakes(source, cell, not_free)
+        warn_of_masses(noted, cell)
         _warn_of_pairs(noted, cell, not_free)
         reached = tuple(_reaches(cell, n_poses, seed, on_progress))
         _warn_of_configurations(noted, cell, reached)

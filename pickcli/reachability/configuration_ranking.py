@@ -22,6 +22,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array, rotation_rpy
 from pickcli.kinematics.arm import Arm
+from pickcli.planning.planning_context import RESERVE
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.place_pose_sampling import PlacePoseSampler
@@ -90,9 +91,14 @@ class ConfigurationRanking:
             for T in self._poses.in_front(rng, settings.n_places)
         ]
         Q: Array = np.concatenate(solved).round(DECIMALS)
-        usable = [q for q in Q if self._has_room(q) and self._waiting.is_valid(q)]
+        roomy = [q for q in Q if self._has_room(q)]
+        tried = (self._waiting, self._close)
+        usable = next(filter(None, ([q for q in roomy if at.is_valid(q)] for at in tried)), [])
         if not usable:
-            raise NoPlanError(f"a configuration in front of {self.bin_name}", self._why_none(Q))
+            kept = " and then ".join(dict.fromkeys(f"{1e3 * at.margin:g}" for at in tried))
+            what = f"a configuration in front of {self.bin_name}"
+            told = f"of {len(Q)} tried, that keep {kept} mm from everything"
+            raise NoPlanError(f"{what} ({told})" if len(Q) else what, self._why_none(Q))
         usable.sort(key=lambda q: -self._arm.manipulability(q, self.tool_state))
         return np.stack(usable[: settings.n_kept])
 
@@ -140,7 +146,7 @@ class ConfigurationRanking:
         if not len(Q):
             return [Reason("no IK solution", self.bin_name, "no place in front of it is within reach")]
         tight = Reason("joint limit", self.bin_name, f"nearer than {self.settings.margin:.0%} of a range")
-        return [self._waiting.explain(q) if self._has_room(q) else tight for q in Q]
+        return [self._close.explain(q) if self._has_room(q) else tight for q in Q]
 
     def _has_room(self, q: Array) -> bool:
         return self._margin(q) >= self.settings.margin
@@ -169,6 +175,11 @@ class ConfigurationRanking:
         """Where the arm waits the tool may change its state: roadmap and database pass through."""
         reserve = self.settings.clearance - self.cell.clearance
         return checker(self._model, MOVING, PayloadClass.EMPTY, reserve)
+
+    @cached_property
+    def _close(self) -> SceneChecker:
+        """The robot that keeps what coarse motions keep: some links are never farther apart."""
+        return self._waiting.at_margin(min(self._waiting.margin, self.cell.clearance + RESERVE))
 
     @cached_property
     def _moving_in(self) -> SceneChecker:

@@ -20,7 +20,8 @@ class RankingSettings:
         n_kept: How many of these, by manipulability, are judged by what they reach.
         n_poses: Poses in the bin, the same for all.
         margin: Share of its range that every joint keeps from both of its limits.
-        clearance: m that robot and tool keep from everything while they wait, in whatever state the tool is.
+        clearance: m that robot and tool keep from everything while they wait, in whatever state the tool is;
+            where no configuration does, what coarse motions keep will do.
         apart: rad or m, largest difference of a joint below which two configurations count as one.
         seed: Seed of all random choices.
     """

@@ -119,7 +119,7 @@ def _with_base(model: CollisionModel) -> Iterator[tuple[str, str, Checker]]:
         solids.setdefault(link, []).append((T @ body.T_parent_shape, body.shape))
     for link, T, radius in model.static_spheres():
         solids.setdefault(link, []).append((T, Shape(ShapeKind.SPHERE, (radius,))))
-    for frame in np.unique(robot.frames).tolist():
+    for frame in np.unique(robot.spheres.frames).tolist():
         name = model.frame_names[frame]
         for link, standing in solids.items():
             if not model.are_joined(link, name) and not model.is_allowed(link, name):

@@ -18,9 +18,12 @@ from pickcli.errors import InputError, UnknownNameError, shortened
 from pickcli.files.schema import MAX_TEXT
 from pickcli.files.yaml_reader import Source
 from pickcli.robot_setup.cell_text import SCHEMA
+from pickcli.robot_setup.chain_selection import choose_chain, rigid_with
+from pickcli.robot_setup.finger_shapes import with_whole_fingers
 from pickcli.robot_setup.package_search import PackageSearch
 from pickcli.robot_setup.robot_files import RobotFiles, find_robot_files
 from pickcli.robot_setup.setup_options import LIMITS, SRDF, URDF, SetupOptions
+from pickcli.robot_setup.suggested_tool import GRIPPER
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +65,12 @@ def read_robot(request: SetupOptions, staging: Path) -> RobotSource:
     _refuse_long_names(whole, staging / URDF)
     limits = _limits(request.joint_limits, whole, staging)
     robot = _without(whole, request.without)
-    return RobotSource(files, robot, _srdf(request.srdf, robot, staging), limits)
+    srdf = _srdf(request.srdf, robot, staging)
+    if request.tool == GRIPPER:
+        end = choose_chain(robot, srdf, request.group, request.tip).joints[-1]
+        (staging / URDF).write_text(with_whole_fingers(files.urdf, robot, rigid_with(robot, end)))
+        robot = _without(read_urdf(staging / URDF, staging, roots), request.without)
+    return RobotSource(files, robot, srdf, limits)
 
 
 def _copy(files: RobotFiles, staging: Path) -> None:

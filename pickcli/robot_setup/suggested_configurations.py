@@ -220,19 +220,11 @@ def _motion(cell: Cell, home: Array, goals: Array, seed: int) -> CoarsePath | Fa
 
 
 def _ranked_at(cell: Cell, place: str, seed: int) -> list[RankedConfiguration]:
-    """The configurations at a place, the best first. Raises NoPlanError.
-
-    They keep farther from everything than they have to, where they can: some links are never that far apart.
-    """
-    roomy = replace(AT_PLACES, seed=seed)
+    """The configurations at a place, the best first. Raises NoPlanError."""
+    settings = replace(AT_PLACES, seed=seed)
     if len(cell.places) <= FEW:
-        roomy = replace(roomy, n_kept=N_KEPT)
-    close = replace(roomy, clearance=cell.clearance + RESERVE)
-    state = cell.robot.tool.default_state
-    try:
-        return ConfigurationRanking(cell, place, state, roomy).suggest(N_TRIED)
-    except NoPlanError:
-        return ConfigurationRanking(cell, place, state, close).suggest(N_TRIED)
+        settings = replace(settings, n_kept=N_KEPT)
+    return ConfigurationRanking(cell, place, cell.robot.tool.default_state, settings).suggest(N_TRIED)
 
 
 def _plain(name: str, taken: Sequence[str]) -> str:

@@ -121,14 +121,17 @@ def _fingers(robot: Urdf, ends: Sequence[str]) -> tuple[Joint, Joint]:
 
 
 def _check_finger(robot: Urdf, joint: Joint) -> None:
-    """A finger has shapes of its own, and nothing with a shape hangs on it. Raises InputError."""
+    """A finger has shapes, and nothing with a shape moves against it. Raises InputError.
+
+    What is fixed to it has lent it its shapes (``finger_shapes``).
+    """
     if not robot.links[joint.child].shapes:
         raise _no_gripper(f"{joint.child} has no collision shape; add <collision> to the URDF")
-    hanging = [j.child for j in robot.children(joint.child) if robot.links[j.child].shapes]
+    hanging = [link for link in robot.links if robot.links[link].shapes and joint in robot.way(link)[:-1]]
     if hanging:
         raise _no_gripper(
-            f"{', '.join(hanging)} hangs on {joint.child}; pads are sought on the link that slides: move its "
-            "<collision> there, with its <origin>, or leave it out with --without"
+            f"{', '.join(hanging)} moves against {joint.child}, and a finger is one rigid body; make its "
+            "joint fixed, or leave it out with --without"
         )
 
 

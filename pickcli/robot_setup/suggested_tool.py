@@ -83,7 +83,7 @@ class SuggestedTool:
         figures: What it can do, by the names of the cell file.
         joints: Names of the joints that it moves itself.
         travel: m that the fingers of a gripper have between their outermost states; 0 of a cup.
-        urdf: Text of its URDF; None where the robot's has it.
+        drawing: Text of its URDF but for the figures that it is drawn by; None where the robot's has it.
         note: What is to be thought of; empty where nothing is.
     """
 
@@ -93,13 +93,24 @@ class SuggestedTool:
     figures: tuple[ToolFigure, ...]
     joints: tuple[str, ...]
     travel: float
-    urdf: str | None
+    drawing: str | None
     note: str = ""
 
     @property
     def is_gripper(self) -> bool:
         """Whether it has fingers."""
         return bool(self.joints)
+
+    @property
+    def urdf(self) -> str | None:
+        """Text of its URDF; None where the robot's has it."""
+        if self.drawing is None:
+            return None
+        values = {figure.key: figure.value or 0.0 for figure in self.figures}
+        length, radius = (values[key] for key in ("cup_length", "cup_radius"))
+        return self.drawing.format(
+            length=_TUBE, half=_TUBE / 2, cup_length=length, cup_half=length / 2, cup_radius=radius
+        )
 
     def with_figures(self, stated: Mapping[str, float]) -> SuggestedTool:
         """The tool with figures that whoever writes the cell states.
@@ -221,10 +232,7 @@ def figure_of(text: str) -> tuple[str, float]:
 def _suction(robot: Urdf, chain: PlannedChain) -> SuggestedTool:
     taken = {*robot.links, *(joint.name for joint in robot.joints.values())}
     tube, cup = (_free_name(name, taken) for name in ("suction_tube", "suction_cup"))
-    urdf = _CUP_URDF.format(
-        tube=tube, cup=cup, length=_TUBE, half=_TUBE / 2, cup_length=_CUP_LENGTH, cup_half=_CUP_LENGTH / 2,
-        cup_radius=_CUP_RADIUS,
-    )  # fmt: skip
+    drawing = _CUP_URDF.replace("{tube}", tube).replace("{cup}", cup)
     R, how = _out_of_flange(robot, chain)
     ends = rigid_with(robot, chain.joints[-1])
     fingers = [name for link in ends for name in robot.driven(robot.children(link))]
@@ -257,7 +265,7 @@ def _suction(robot: Urdf, chain: PlannedChain) -> SuggestedTool:
         ),
         joints=(),
         travel=0.0,
-        urdf=urdf,
+        drawing=drawing,
         note=note if fingers else "",
     )  # fmt: skip
 
@@ -293,7 +301,7 @@ def _gripper(robot: Urdf, chain: PlannedChain) -> SuggestedTool:
         ),
         joints=found.joints,
         travel=round(most - least, 4),
-        urdf=None,
+        drawing=None,
     )  # fmt: skip
 
 

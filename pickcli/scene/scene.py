@@ -231,8 +231,10 @@ class Scene:
             if placed.item.name == id_or_name:
                 return placed
         elsewhere = sorted({i.location for i in self.items if id_or_name in (i.id, i.item.name)})
-        hint = f"it is in {' and '.join(elsewhere)}" if elsewhere else ""
-        raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene", hint)
+        if elsewhere:
+            told = f"{id_or_name} is not in {location} but in {' and '.join(elsewhere)}"
+            raise UnknownNameError("item", id_or_name, [i.id for i in here], told=f"{told}; name that place")
+        raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene")
 
     def item(self, item_id: str) -> Item:
         """What an instance is, in the cup or not.

@@ -20,7 +20,7 @@ from pydantic import Field
 from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.station import TOTE
-from pickcli.errors import UnknownNameError, shortened, suggestion
+from pickcli.errors import InputError, UnknownNameError, shortened, suggestion
 from pickcli.files.file_kind import ORDER
 from pickcli.files.schema import FileModel, validate
 from pickcli.files.yaml_reader import Key, Source, read_yaml
@@ -90,27 +90,34 @@ def read_order(path: Path, cell: Cell) -> Order:
             the order is an official one.
         UnknownNameError: There is no such file, and what would be a name is none.
     """
-    source, items = read_yaml(order_file(path), ORDER), {name for name, _ in cell.items}
-    if isinstance(source.data, dict) and "moves" in source.data:
+    source, items = read_yaml(order_file(path, cell), ORDER), {name for name, _ in cell.items}
+    has_bins = cell.pod.bins and cell.tote is not None
+    if isinstance(source.data, dict) and _is_of_moves(source.data.keys(), not has_bins):
         return moves_of(source, items, tuple(cell.places))
+    if not has_bins:
+        _refuse_official(source, cell)
     cell.require_pod_and_tote()
     return order_of(source, items, tuple(cell.pod.bins))
 
 
-def order_names() -> list[str]:
-    """List the orders under data/tasks.
+def order_names(cell: Cell | None = None) -> list[str]:
+    """List the orders that go by a name: those under data/tasks, and those in a cell's own folder.
+
+    Args:
+        cell: The cell; None for the first alone.
 
     Returns:
         Their names, sorted.
     """
-    return sorted(path.stem for path in data_path().glob("tasks/*.json"))
+    return sorted({path.stem for path in (*data_path().glob("tasks/*.json"), *_own_orders(cell))})
 
 
-def order_file(name_or_path: Path) -> Path:
-    """Find the file that a path, or the name of an order under data/tasks, means.
+def order_file(name_or_path: Path, cell: Cell | None = None) -> Path:
+    """Find the file that a path, or the name of an order, means.
 
     Args:
         name_or_path: What the user wrote.
+        cell: In whose folder orders are looked for besides data/tasks, if any.
 
     Returns:
         The path of the file, which need not exist if it was written as a path.
@@ -120,17 +127,44 @@ def order_file(name_or_path: Path) -> Path:
     """
     if name_or_path.exists() or name_or_path.suffix:
         return name_or_path
-    is_known = len(name_or_path.parts) == 1 and name_or_path.name in order_names()
+    names = order_names(cell)
+    is_known = len(name_or_path.parts) == 1 and name_or_path.name in names
     beside = name_or_path.with_name(f"{name_or_path.name}.json")
     if not is_known and beside.is_file():
         raise UnknownNameError(
-            "order", str(name_or_path), order_names(), hint=f"did you mean the file {str(beside)!r}?"
+            "order", str(name_or_path), names, hint=f"did you mean the file {str(beside)!r}?"
         )
     if len(name_or_path.parts) != 1:
         return name_or_path
     if not is_known:
-        raise UnknownNameError("order", str(name_or_path), order_names())
-    return data_path() / "tasks" / f"{name_or_path}.json"
+        raise UnknownNameError("order", str(name_or_path), names)
+    own = (path for path in _own_orders(cell) if path.stem == name_or_path.name)
+    return next(own, data_path() / "tasks" / f"{name_or_path}.json")
+
+
+def _own_orders(cell: Cell | None) -> list[Path]:
+    """Files of moves in the folder of a cell: those that are called so."""
+    return [] if cell is None else sorted(cell.path.glob("moves_*.json"))
+
+
+def _is_of_moves(keys: Collection[str], is_likely: bool) -> bool:
+    """Whether a file with these keys is meant as one of moves, its key misspelt perhaps."""
+    if {"moves", "contents"} & set(keys):
+        return True
+    return is_likely and not {"bin_contents", "tote_contents", "work_order"} & set(keys)
+
+
+def _refuse_official(source: Source, cell: Cell) -> None:
+    """Raise InputError for an official order in a cell without its shelf or tote, with what would do."""
+    own = [path.stem for path in _own_orders(cell)]
+    lacking = " and no ".join(
+        key for key, has in (("pod", cell.pod.bins), ("tote", cell.tote is not None)) if not has
+    )
+    told = f"e.g. {', '.join(own)}" if own else "with the keys contents and moves (docs/formats/order.md)"
+    raise InputError(
+        f"{source.path}: is an official order, of bins and a tote, and cell {cell.name} has no {lacking}; "
+        f"name an order of moves, {told}, or place items with apc make-scene --in PLACE=ITEM"
+    )
 
 
 class _TargetModel(FileModel):

@@ -19,6 +19,7 @@ class Row:
     Attributes:
         bin: Name of the bin.
         item: Name of the item.
+        into: Name of the place where it was wanted.
         outcome: What the robot believes, in words.
         points: What it truly gave.
         planning_ms: Wall-clock time of all planning calls for it; None if there was none.
@@ -28,6 +29,7 @@ class Row:
 
     bin: str
     item: str
+    into: str
     outcome: str
     points: int
     planning_ms: float | None
@@ -53,7 +55,7 @@ def _row(target: TargetResult) -> Row:
     # A retry that worked still has a story worth telling.
     told = next((f"after: {a.reason}" for a in target.attempts if a.reason), "")
     return Row(
-        target.target.bin, target.target.item, str(target.outcome), target.points,
+        target.target.bin, target.target.item, target.target.into, str(target.outcome), target.points,
         sum(planning) if planning else None, motion, target.reason or told,
     )  # fmt: skip
 

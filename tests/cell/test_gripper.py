@@ -55,7 +55,7 @@ def test_a_cup_rests_in_no_width(cell: Cell) -> None:
 def test_the_tool_frame_stays_where_it_is_as_the_fingers_close(cell_copy: CellCopy, cell: Cell) -> None:
     tool = with_gripper(cell_copy).load().robot.tool
     for state in (*tool.states, MOVING, ToolState.of_width(0.0123)):
-        assert_allclose(tool.tip_in_flange(state), cell.robot.tool.tip_in_flange(ToolState("straight")))
+        assert_allclose(tool.tip_on_lance(state), cell.robot.tool.tip_on_lance(ToolState("straight")))
 
 
 def test_fingers_that_open_against_their_joints_are_known(cell_copy: CellCopy) -> None:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.tool import MOVING, ToolState
-from pickcli.collision.robot_model import CollisionModel
-from pickcli.geometry import pose, rotation_axis_angle, transform_points
+from pickcli.collision.robot_model import MOST_FINE_EXCESS, CollisionModel
+from pickcli.geometry import Array, pose, rotation_axis_angle, transform_points
+from pickcli.kinematics.arm import Arm
+from pickcli.verification.fcl_solids import Solid
+from pickcli.verification.forward_kinematics import link_poses
+from support.other_robots import write_robot
 from support.solid_helpers import link_points
 from support.tool_states import ALL_STATES, DOWN, STRAIGHT
 
@@ -19,7 +27,10 @@ def test_every_link_lies_in_its_spheres(cell: Cell, model: CollisionModel, tool_
     state = model.state(tool_state)
     for k, name in enumerate(model.frame_names):
         points = link_points(cell, name, rng)
-        centers, radii = state.centers[state.frames == k], state.radii[state.frames == k]
+        centers, radii = (
+            state.spheres.centers[state.spheres.frames == k],
+            state.spheres.radii[state.spheres.frames == k],
+        )
         gaps = np.linalg.norm(points[:, None] - centers, axis=2) - radii
         assert gaps.min(axis=1).max() <= 1e-12, name
 
@@ -28,13 +39,13 @@ def test_the_moving_cup_contains_every_position_of_the_cup(cell: Cell, model: Co
     rng = np.random.default_rng(1)
     tool, state = cell.robot.tool, model.state(MOVING)
     axis = next(j.axis for j in cell.robot.joints if j.name == tool.joint)
-    cup = state.frames == model.n_frames - 1
+    cup = state.spheres.frames == model.n_frames - 1
     straight, down = (tool.positions[p] for p in (STRAIGHT, DOWN))
     for angle in np.linspace(0, down - straight, 37):
         points = transform_points(
             pose(R=rotation_axis_angle(axis, angle)), link_points(cell, "cup", rng, 100)
         )
-        gaps = np.linalg.norm(points[:, None] - state.centers[cup], axis=2) - state.radii[cup]
+        gaps = np.linalg.norm(points[:, None] - state.spheres.centers[cup], axis=2) - state.spheres.radii[cup]
         assert gaps.min(axis=1).max() <= 1e-12
 
 
@@ -54,10 +65,48 @@ def test_pairs_leave_out_rigid_and_adjacent_bodies_only(model: CollisionModel) -
 def test_states_are_made_once_and_share_covers(model: CollisionModel) -> None:
     straight = model.state(STRAIGHT)
     assert model.state(STRAIGHT) is straight
-    np.testing.assert_array_equal(straight.centers, model.state(DOWN).centers)
+    np.testing.assert_array_equal(straight.spheres.centers, model.state(DOWN).spheres.centers)
 
 
 def test_the_kernel_stays_small(model: CollisionModel) -> None:
     """Spheres per tool state: what the cost of every check hangs on."""
-    assert len(model.state(STRAIGHT).radii) <= 320
-    assert len(model.state(MOVING).radii) <= 550
+    assert len(model.state(STRAIGHT).spheres.radii) <= 320
+    assert len(model.state(MOVING).spheres.radii) <= 550
+
+
+def test_links_with_meshes_are_told_apart_where_their_shapes_are(tmp_path: Path) -> None:
+    """What is free is so by the shapes, and what is far enough apart for the finer spheres is free."""
+    cell = load_cell(write_robot(tmp_path))
+    model = CollisionModel(cell)
+    kernel = model.state(cell.robot.tool.default_state)
+    names, coarse, fine = model.frame_names, kernel.spheres, kernel.fine
+    meshed = [k for k in range(len(names)) if (fine.frames == k).any()]
+    assert {names[k] for k in meshed} == {"upper", "lower"}
+    rng = np.random.default_rng(2)
+    for k in meshed:
+        corners = np.array(cell.robot.link(names[k]).shapes[0].shape.vertices)
+        shares = rng.dirichlet(np.full(len(corners), 0.1), 400)
+        points = transform_points(cell.robot.link(names[k]).shapes[0].T_parent_shape, shares @ corners)
+        for spheres in (coarse.of([k]), fine.of([k])):
+            gaps = np.linalg.norm(points[:, None] - spheres.centers, axis=2) - spheres.radii
+            assert gaps.min(axis=1).max() <= 1e-12
+        assert len(fine.of([k]).radii) > len(coarse.of([k]).radii)
+    alone = kernel.of_frames((meshed[0], meshed[1]))
+    Q = Arm(cell.robot).random_seeds(rng, 200)
+    exact = np.array([_distance(cell, [names[k] for k in meshed], q) for q in Q])
+    by_spheres = alone.clearances(Q, 1.0)
+    apart = exact > 0.0
+    assert np.count_nonzero(apart) > 50
+    assert (by_spheres <= exact + 1e-9)[apart].all()
+    assert (exact - by_spheres)[apart].max() <= 2 * (MOST_FINE_EXCESS + 0.001)
+
+
+def _distance(cell: Cell, links: Sequence[str], q: Array) -> float:
+    """m between the meshes of two links, by fcl."""
+    poses, names = link_poses(cell.robot, q[None]), [link.name for link in cell.robot.links]
+    solids = []
+    for link in links:
+        body = cell.robot.link(link).shapes[0]
+        solids.append(Solid(body.shape))
+        solids[-1].place(poses[names.index(link), 0] @ body.T_parent_shape)
+    return float(solids[0].distance(solids[1]))

@@ -33,8 +33,8 @@ from support.command_line import ITEM, Made, apc, misused, pick, refused
         (("--pick", f"bin_c:{ITEM}"), "--pick: unknown place 'bin_c'; did you mean 'bin_C'?"),
         (("--pick", f"bin_C:{ITEM}", "--to", "bin_C"), "is taken from bin_C; name another place"),
         (("--bin", "bin_C", "--item", "dove_beauty_bra"), f"did you mean '{ITEM}'"),
-        (("--bin", "bin_A", "--item", ITEM), "it is in bin_C"),
-        (("--bin", "tote", "--item", ITEM), "it is in bin_C"),
+        (("--bin", "bin_A", "--item", ITEM), "is not in bin_A but in bin_C"),
+        (("--bin", "tote", "--item", ITEM), "is not in tote but in bin_C"),
         (("--bin", "bin_A", "--item", "crayola"), "known: none"),
     ],
 )
@@ -229,7 +229,7 @@ def test_wrong_usage(argv: tuple[str, ...]) -> None:
         (("check",), "Missing argument 'FILE'. Example: apc check trajectories.h5"),
         (("make-scene", "-o", "x.json"), "name an order, e.g. jsk_pick_sample, or items"),
         (("make-order", "-o", "x", "--seed", "1", "--seed", "2"), "--seed is given 2 times; keep one"),
-        (("make-order", "-o", "x", "--output", "y"), "--output is given 2 times; keep one"),
+        (("make-order", "-o", "x", "--output", "y"), "-o and --output mean the same; keep one"),
         (("make-order", "-o", "x.json", "--seed", "1.5"), "'1.5' is not a valid whole number"),
     ],
 )

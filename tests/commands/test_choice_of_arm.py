@@ -9,8 +9,11 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.cell_file import load_workcell
+from pickcli.errors import NoPlanError, Reason
+from pickcli.motion.plan import Plan
 from pickcli.planning.arm_choice import rank_arms
 from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene_file import read_scene, write_scene
 from pickcli.stowing.make_scene import make_scene
 from support.command_line import apc, refused
@@ -73,6 +76,21 @@ def test_an_arm_that_is_named_is_taken(cell: Path, scene: Path, tmp_path: Path) 
     told = apc(*pick(cell, scene, "bin_F", RIGHT, tmp_path / "plan.json", "--arm", "left"))
     refused(told, 5, f"no plan for pick {RIGHT} from bin_F")
     assert not (tmp_path / "plan.json").exists()
+
+
+def test_where_no_arm_has_a_plan_each_is_told_with_its_own_reasons(
+    cell: Path, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_plan(planner: PlanningContext, *_: object) -> Plan:
+        raise NoPlanError("pick it", [Reason("joint limit", detail=planner.cell.arm)] * 3)
+
+    monkeypatch.setattr("pickcli.planning.pick.plan_pick", no_plan)
+    told = apc(*pick(cell, scene, "bin_E", MIDDLE, tmp_path / "plan.json"))
+    first, second = (line for line in told.err.splitlines() if line.startswith("  arm "))
+    assert told.code == 5 and told.err.count("note: neither roadmap") == 1
+    for line, arm in ((first, "left"), (second, "right")):
+        assert line.startswith(f"  arm {arm}: reaches ")
+        assert line.endswith(f": 3 times joint limit, e.g. joint limit: {arm}")
 
 
 def test_a_pick_is_played_beside_the_other_robot(cell: Path, scene: Path, tmp_path: Path) -> None:

@@ -9,8 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.geometry import rotation_rpy
+from pickcli.cell.tool import FIXED
+from pickcli.geometry import Array, inverse, rotation_rpy
+from pickcli.verification.forward_kinematics import link_poses
 from support.command_line import apc, refused
 from support.new_robots import write_branching, write_gripper_arm
 
@@ -26,7 +29,7 @@ def test_a_cup_is_mounted_at_the_flange_with_figures_to_measure(tmp_path: Path) 
     assert "note:" not in made.out  # the branching robot's fingers hang before the flange
     tool = load_cell(cell).robot.tool
     assert tool.suction_cup is not None and tool.flange_link == "flange"
-    np.testing.assert_allclose(tool.tip_in_flange(tool.default_state)[:3, 3], (0.0, 0.0, 0.23))
+    np.testing.assert_allclose(tool.tip_on_lance(tool.default_state)[:3, 3], (0.0, 0.0, 0.23))
     section = (cell / "cell.yaml").read_text().partition("tool:\n")[2].partition("\n\n")[0]
     for key in ("cup_stroke", "cup_tilt", "max_pull", "max_shear", "max_moment", "seal_time"):
         assert re.search(rf"^  {key}: .*; measure yours$", section, re.M), key
@@ -55,6 +58,17 @@ def test_a_cup_beside_fingers_is_told_of(tmp_path: Path) -> None:
     assert without.code == 0 and "note:" not in without.out, without.err
 
 
+def test_the_cup_is_drawn_by_the_figures_that_are_stated(tmp_path: Path) -> None:
+    words = ("--urdf", write_branching(tmp_path), "--tip", "flange", *LIMITS, "--tool", "suction")
+    figures = ("--tool-figure", "cup_length=0.05", "--tool-figure", "cup_radius=0.02")
+    made = apc("init", tmp_path / "arm", *words, *figures)
+    assert made.code == 0, made.err
+    arm = load_cell(tmp_path / "arm")
+    cup = arm.robot.link(arm.robot.tool.last_link).shapes[0].shape
+    assert cup.size == (0.02, 0.05) and arm.robot.tool.suction_cup is not None
+    assert _tip_in_flange(arm)[2, 3] == pytest.approx(0.25)
+
+
 def test_a_cup_points_along_the_last_joint_where_z_of_the_flange_does_not(tmp_path: Path) -> None:
     urdf = write_gripper_arm(tmp_path)
     turned = urdf.read_text().replace('<child link="tool0"/><origin xyz="0 0 0.03"/>',
@@ -62,8 +76,17 @@ def test_a_cup_points_along_the_last_joint_where_z_of_the_flange_does_not(tmp_pa
     urdf.write_text(turned)
     made = apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--tool", "suction", "--without", "hand")
     assert made.code == 0, made.err
-    tool = load_cell(tmp_path / "arm").robot.tool
-    np.testing.assert_allclose(tool.tip_in_flange(tool.default_state)[:3, 2], (0.0, 1.0, 0.0), atol=1e-4)
+    arm = load_cell(tmp_path / "arm")
+    np.testing.assert_allclose(_tip_in_flange(arm)[:3, 2], (0.0, 1.0, 0.0), atol=1e-4)
+    np.testing.assert_allclose(arm.robot.tool.lance_axis(FIXED), (0.0, 0.0, 1.0), atol=1e-9)
+
+
+def _tip_in_flange(cell: Cell) -> Array:
+    """Pose (4, 4) of the tool frame in the flange link."""
+    tool, names = cell.robot.tool, [link.name for link in cell.robot.links]
+    poses = link_poses(cell.robot, np.zeros((1, cell.robot.n_joints)))[:, 0]
+    flange, cup = (poses[names.index(name)] for name in (tool.flange_link, tool.last_link))
+    return np.asarray(inverse(flange) @ cup @ tool.T_last_tip)
 
 
 @pytest.mark.parametrize("out", [0.006, 0.011])
@@ -79,7 +102,7 @@ def test_a_gripper_is_read_from_the_urdf(out: float, tmp_path: Path) -> None:
     assert tool.range == pytest.approx((gap, gap + 0.08))
     # Both pads are 80 x 20 mm, 60 mm out of a hand that lies on its side, its x out of the flange.
     assert sorted(tool.gripper.pad) == pytest.approx([0.02, 0.08], abs=0.0015)
-    T = tool.tip_in_flange(tool.default_state)
+    T = _tip_in_flange(load_cell(cell))
     np.testing.assert_allclose(T[:3, 3], (0.0, 0.0, 0.1), atol=6e-4)
     np.testing.assert_allclose(T[:3, 2], (0.0, 0.0, 1.0), atol=1e-4)
     np.testing.assert_allclose(abs(T[:3, 1]), abs(rotation_rpy(0, -np.pi / 2, 0)[:, 2]), atol=1e-4)
@@ -140,14 +163,48 @@ def test_a_mistake_is_told_and_nothing_is_written(mistake: str, tmp_path: Path) 
     assert not (tmp_path / "arm").exists()
 
 
-def test_shapes_that_hang_on_a_finger_are_told_of(tmp_path: Path) -> None:
+def test_shapes_that_move_against_a_finger_are_told_of(tmp_path: Path) -> None:
     urdf = write_gripper_arm(tmp_path)
     tip = '<link name="tip"><collision><geometry><sphere radius="0.01"/></geometry></collision></link>'
-    joint = '<joint name="tip_joint" type="fixed"><parent link="one"/><child link="tip"/></joint>'
-    urdf.write_text(urdf.read_text().replace("</robot>", f"{tip}{joint}</robot>"))
-    refused(
-        apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--tool", "gripper"), 3, "tip hangs on one;"
-    )
+    joint = '<joint name="tip_joint" type="prismatic"><parent link="one"/><child link="tip"/>'
+    joint += '<axis xyz="1 0 0"/>'
+    limit = '<limit lower="0" upper="0.04" effort="20" velocity="0.1"/><mimic joint="slide_one"/></joint>'
+    urdf.write_text(urdf.read_text().replace("</robot>", f"{tip}{joint}{limit}</robot>"))
+    told = "tip moves against one, and a finger is one rigid body"
+    refused(apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--tool", "gripper"), 3, told)
+
+
+def test_pads_on_links_of_their_own_are_those_of_their_fingers(tmp_path: Path) -> None:
+    """As Baxter has them: what slides carries a tip by a fixed joint, turned, and by way of an empty link."""
+    plain, split = tmp_path / "plain", tmp_path / "split"
+    urdf = write_gripper_arm(tmp_path)
+    words = ("--urdf", urdf, *LIMITS, "--tool", "gripper", *FIGURES)
+    assert apc("init", plain, *words).code == 0
+    text = urdf.read_text()
+    for name in ("one", "other"):
+        whole = re.search(f'<link name="{name}">.*?</link>', text)
+        assert whole is not None
+        xyz, size = re.findall(r'(?:xyz|size)="(.*?)"', whole[0])
+        long, wide, thick = size.split()
+        pad = f'<collision><geometry><box size="{wide} {long} {thick}"/></geometry></collision>'
+        root = f'<collision><origin xyz="{xyz}"/><geometry><sphere radius="0.002"/></geometry></collision>'
+        links = f'<link name="{name}">{root}</link><link name="{name}_frame"/>'
+        links += f'<link name="{name}_tip">{pad}</link>'
+        origins = {f"{name}_frame": f'xyz="{xyz}"', f"{name}_tip": f'xyz="0 0 0" rpy="0 0 {np.pi / 2}"'}
+        joints = "".join(
+            f'<joint name="{child}_joint" type="fixed"><parent link="{parent}"/><child link="{child}"/>'
+            f"<origin {origin}/></joint>"
+            for parent, (child, origin) in zip((name, f"{name}_frame"), origins.items(), strict=True)
+        )
+        text = text.replace(whole[0], links).replace("</robot>", f"{joints}</robot>")
+    urdf.write_text(text)
+    made = apc("init", split, *words)
+    assert made.code == 0 and "left to fill in" not in made.out, made.err
+    one, other = (load_cell(cell).robot.tool for cell in (plain, split))
+    assert one.gripper is not None and other.gripper is not None
+    assert other.gripper.pad == pytest.approx(one.gripper.pad, abs=1e-6)
+    assert other.range == pytest.approx(one.range) and other.joints == one.joints
+    assert apc("check", split).code == 0
 
 
 def test_three_fingers_are_too_many(tmp_path: Path) -> None:
@@ -178,6 +235,16 @@ def test_options_that_may_be_repeated_are(tmp_path: Path) -> None:
 
 
 def test_a_warning_names_the_folder_that_is_written(tmp_path: Path) -> None:
-    made = apc("init", tmp_path / "arm", "--urdf", write_gripper_arm(tmp_path), *LIMITS, "--tool", "suction")
-    assert made.code == 0 and made.err.count("has no <inertial>") in (1, 2, 3, 4), made.err
+    steep = ("--max-acceleration", "900", "--max-jerk", "50")
+    made = apc("init", tmp_path / "arm", "--urdf", write_gripper_arm(tmp_path), *steep, "--tool", "suction")
+    assert made.code == 0 and made.err.count("900 rad/s2 is more than arms that are sold have") > 0, made.err
     assert f"{tmp_path / 'arm' / 'cell.yaml'}:" in made.err and "/.arm." not in made.err
+
+
+def test_links_without_a_mass_are_told_once_by_the_check(tmp_path: Path) -> None:
+    folder = tmp_path / "arm"
+    made = apc("init", folder, "--urdf", write_gripper_arm(tmp_path), *LIMITS, "--tool", "suction")
+    assert made.code == 0 and "<inertial>" not in made.err
+    checked = apc("check", folder)
+    assert "<inertial>" in checked.out + checked.err
+    assert "<inertial>" not in apc("inspect", folder).err

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
+import yaml
 
+from pickcli.cell.data_path import data_path
 from support.command_line import apc, misused, refused
 
 BAR, BALL = "dove_beauty_bar", "rawlings_baseball"
@@ -71,9 +74,9 @@ def test_a_pick_goes_from_place_to_place(scene: Path, into: str, tmp_path: Path)
     ("words", "told"),
     [
         (("--pick", f"crate_lft:{BAR}", "--to", "crate_right"), "did you mean 'crate_left'"),
-        (("--pick", f"crate_right:{BAR}", "--to", "crate_left"), "it is in crate_left"),
-        (("--pick", f"crate_left:{BAR}"), "name one of its places with --to: crate_left, crate_right"),
-        (("--pick", f"crate_left:{BAR}", "--to", "crate_left"), "name another place"),
+        (("--pick", f"crate_right:{BAR}", "--to", "crate_left"), "but in crate_left; name that place"),
+        (("--pick", f"crate_left:{BAR}"), "name one of its places with --to: crate_right, shelf_1_1"),
+        (("--pick", f"crate_left:{BAR}", "--to", "crate_left"), "name another place: crate_right, shelf_1_1"),
         (("--pick", f"crate_left:{BAR}", "--to", "tote"), "unknown place 'tote'"),
     ],
 )
@@ -88,3 +91,51 @@ def test_mistakes_in_what_is_picked_are_told(
 )
 def test_what_is_picked_is_said_once(scene: Path, words: tuple[str, ...], tmp_path: Path) -> None:
     misused(apc("plan-pick", "--scene", scene, *words, "-o", tmp_path / "plan.json"), "--pick")
+
+
+def test_a_place_is_named_by_one_of_two_options(scene: Path, tmp_path: Path) -> None:
+    words = ("--pick", f"crate_left:{BAR}", "--to", "crate_right", "--into", "shelf_1_1")
+    told = "--to and --into mean the same; keep one"
+    misused(apc("plan-pick", "--scene", scene, *words, "-o", tmp_path / "plan.json"), told)
+
+
+def test_a_cell_of_one_place_is_told_to_need_another(cell_of_crates: Path, tmp_path: Path) -> None:
+    """Both without --to, and where that names the place that the item is in."""
+    made, plan = tmp_path / "scene.json", tmp_path / "plan.json"
+    content = yaml.safe_load((cell_of_crates / "cell.yaml").read_text())
+    content["places"] = {name: content["places"][name] for name in list(content["places"])[:1]}
+    (place,) = content["places"]
+    content["configurations"] = [c for c in content["configurations"] if c["kind"] != "bin"]
+    (cell_of_crates / "cell.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
+    assert apc("make-scene", "--cell", cell_of_crates, "--in", f"{place}={BAR}", "-o", made).code == 0
+    asked = ("plan-pick", "--scene", made, "--cell", cell_of_crates, "--pick", f"{place}:{BAR}", "-o", plan)
+    refused(apc(*asked), 3, "has no tote; it has one place alone: add another one under places")
+    refused(apc(*asked, "--to", place), 3, f"taken from {place}; it has one place alone: add another one")
+
+
+@pytest.fixture
+def cell_of_crates(tmp_path: Path) -> Path:
+    shutil.copytree(data_path() / "cells/ur5e_crates", tmp_path / "crates")
+    return tmp_path / "crates"
+
+
+def test_orders_of_a_cell_go_by_their_names(cell_of_crates: Path, tmp_path: Path) -> None:
+    out, words = tmp_path / "scene.json", ("--cell", cell_of_crates)
+    assert apc("make-scene", "moves_24", *words, "-o", out).code == 0
+    refused(apc("make-scene", "moves_42", *words, "-o", out, "--overwrite"), 3, "did you mean 'moves_24'?")
+    refused(apc("run-trial", "nothing_such", *words), 3, "moves_24")
+
+
+def test_an_official_order_says_what_would_do_in_a_cell_of_crates(tmp_path: Path) -> None:
+    played = apc("run-trial", "jsk_pick_sample", "--cell", "ur5e_crates", "-o", tmp_path / "t")
+    told = "cell ur5e_crates has no pod and no tote; name an order of moves, e.g. moves_24, or place items"
+    refused(played, 3, told)
+
+
+@pytest.mark.parametrize("wrong", ["move", "Moves"])
+def test_a_misspelt_key_of_moves_is_one_of_the_order(wrong: str, tmp_path: Path) -> None:
+    order = tmp_path / "order.json"
+    move = {"from": "crate_left", "item": BAR, "to": "crate_right"}
+    order.write_text(json.dumps({"contents": {"crate_left": [BAR]}, wrong: [move]}))
+    told = f"{wrong}: unknown key; did you mean 'moves'?"
+    refused(apc("run-trial", order, "--cell", "ur5e_crates", "-o", tmp_path / "t"), 3, told)

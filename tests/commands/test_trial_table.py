@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
@@ -13,8 +14,8 @@ from pickcli.trial.trial_summary import Row
 
 REASON = "145 times collision, e.g. [side] grasp on face +z: lance against pod row_DEF_divider_right"
 ROWS = (
-    Row("bin_A", "elmers_washable_no_run_school_glue", "in tote", 10, 82.0, 6.2, ""),
-    Row("bin_E", "creativity_chenille_stems", "no plan", 0, None, 0.0, REASON),
+    Row("bin_A", "elmers_washable_no_run_school_glue", "tote", "in tote", 10, 82.0, 6.2, ""),
+    Row("bin_E", "creativity_chenille_stems", "tote", "no plan", 0, None, 0.0, REASON),
 )
 
 
@@ -44,3 +45,12 @@ def test_a_reason_is_one_line_where_nobody_looks() -> None:
     print_rows(console, ROWS)
     assert isinstance(console.file, io.StringIO)
     assert f"bin_E creativity_chenille_stems: {REASON}" in console.file.getvalue().splitlines()
+
+
+def test_moves_say_where_to() -> None:
+    console = Console(file=io.StringIO(), width=WIDE)
+    print_rows(console, [replace(row, into="crate") for row in ROWS])
+    assert isinstance(console.file, io.StringIO)
+    lines = console.file.getvalue().splitlines()
+    assert any(line.split()[:4] == ["from", "item", "to", "outcome"] for line in lines)
+    assert sum(" crate " in line for line in lines) == len(ROWS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from support.kernel_cases import (
     random_solid,
     random_world,
 )
-from support.kernel_reference import BOX, CYLINDER, SPHERE, Arm, Solid, World, along, frames
+from support.kernel_reference import BOX, CYLINDER, SPHERE, Arm, Solid, World, along, frames, self_spheres
 
 SEEDS = st.integers(0, 2**32 - 1)
 NONE = np.empty(0, np.int32)
@@ -37,6 +38,9 @@ SLIDER = Arm(
     self_pairs=np.empty((0, 2), np.int32),
 )
 AT_ZERO = np.zeros(1)
+NO_SPHERES: dict[str, Any] = {
+    f"{fine}{name}": getattr(SLIDER, name) for fine in ("", "fine_") for name in ("centers", "radii", "frame")
+}
 
 
 def hold(checker: Checker, solid: Solid, tested: NDArray[np.int32] = NONE) -> Checker:
@@ -190,7 +194,7 @@ def nearest_samples(arm: Arm, held: Solid, world: World, Q: Array, rng: np.rando
 def test_free_edges_have_no_point_of_the_held_solid_within_the_margin(seed: int) -> None:
     """Edges and tubes, asked at the clearance of samples of the whole way."""
     rng = np.random.default_rng(seed)
-    arm = replace(random_arm(rng), centers=np.empty((0, 3)), radii=np.empty(0), frame=NONE)
+    arm = replace(random_arm(rng), **NO_SPHERES)
     world = random_world(rng, arm)
     held = random_solid(rng, 0.1, 0.08)
     checker = hold(arm.checker(world), held)
@@ -213,8 +217,9 @@ def test_frames_keep_clear_of_the_held_solid(seed: int) -> None:
     checker = hold(replace(arm, self_pairs=np.empty((0, 2), np.int32)).checker(nothing), held, tested)
     q = random_configuration(rng, arm)
     T = frames(arm, q[None])[0]
-    centers = np.einsum("sij,sj->si", T[arm.frame][:, :3, :3], arm.centers) + T[arm.frame][:, :3, 3]
-    apart = float((replace(held, T=T[-1] @ held.T).distances(centers) - arm.radii).min())
+    bare = replace(arm, held_centers=np.empty((0, 3)), held_radii=np.empty(0))
+    centers, radii, _ = self_spheres(bare, q[None])
+    apart = float((replace(held, T=T[-1] @ held.T).distances(centers[0]) - radii).min())
     assert checker.clearance(q, 3.0)[0] == pytest.approx(min(apart, 3.0), abs=1e-12)
     assert flipping_margin(checker, q) <= max(apart, 0.0)
     assert flipping_margin(checker, q) >= min(apart, 2.0) - 2 * checker.rounding - 1e-9
@@ -295,7 +300,8 @@ def test_a_bare_copy_is_the_robot_as_it_was_made(seed: int) -> None:
     arm = random_arm(rng)
     world, other = random_world(rng, arm), random_world(rng, arm)
     copy = arm.checker(world).bare()
-    made = Checker(arm.chain(), arm.centers, arm.radii, arm.frame, arm.self_pairs)
+    fine = (arm.fine_centers, arm.fine_radii, arm.fine_frame)
+    made = Checker(arm.chain(), arm.centers, arm.radii, arm.frame, arm.self_pairs, *fine)
     Q = np.array([random_configuration(rng, arm) for _ in range(20)])
     assert (copy.clearances(Q, 1.0) == made.clearances(Q, 1.0)).all()
     for checker in (copy, made):

@@ -82,6 +82,18 @@ def test_a_continuous_joint_has_no_limits_and_is_drawn_from_one_turn(cell: Cell)
     assert np.all(np.abs(drawn[:, 0]) <= np.pi)
 
 
+@pytest.mark.parametrize("turns", [-3, 0, 2])
+def test_inverse_kinematics_stays_in_the_turn_that_it_begins_in(cell: Cell, turns: int) -> None:
+    arm, state = Arm(cell.robot), cell.robot.tool.default_state
+    for q in arm.random_seeds(np.random.default_rng(1), 20):
+        T_world_tip, seed = arm.tip(q, state), q + np.array([turns * TURN, 0.0, 0.0])
+        found = arm.solve(T_world_tip, state, np.stack([seed, q]))
+        assert len(found)
+        assert np.all(np.abs(found[:, 0] - seed[0]) <= np.pi + 1e-6)
+        for each in found:
+            np.testing.assert_allclose(arm.tip(each, state), T_world_tip, atol=1e-4)
+
+
 @pytest.mark.parametrize(
     ("start", "goal", "way"),
     [(3.0, -3.0, TURN - 6.0), (-3.0, 3.0, 6.0 - TURN), (7.0, 0.5, TURN - 6.5), (-20.0, 0.0, 20.0 - 3 * TURN)],

@@ -111,3 +111,20 @@ def test_places_get_configurations_to_which_moves_are_proven(name: str, tmp_path
         move = tmp_path / f"{place}.json"
         moved = timed(("plan-move", "--cell", cell, "--from", "home", "--to", place, "-o", move))
         assert "certified" in moved.out
+
+
+BOXES = ("--tool", "suction", "--place", "left=box", "--place", "right=box")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["ur5", "ur10", "panda", "xarm7", "jaco"])
+def test_three_commands_lead_to_a_pick(name: str, tmp_path: Path) -> None:
+    """From crate to crate with a plain cup, by URDF alone; Jaco's flange looks across its last joint."""
+    cell, scene = tmp_path / name, tmp_path / "scene.json"
+    made = timed(("init", cell, "--urdf", robots() / ROBOTS[name].urdf, *FIGURES, *BOXES))
+    assert "left to fill in" not in made.out
+    assert "configuration: parked" in made.out
+    timed(("make-scene", "--cell", cell, "--in", "left=dove_beauty_bar,crayola_24_ct", "-o", scene))
+    for item in ("dove_beauty_bar", "crayola_24_ct"):
+        words = ("plan-pick", "--scene", scene, "--cell", cell, "--pick", f"left:{item}", "--to", "right")
+        assert "certified" in timed((*words, "-o", tmp_path / f"{item}.json")).out

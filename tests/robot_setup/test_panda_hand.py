@@ -24,7 +24,7 @@ def test_the_hand_of_the_panda_is_a_tool(tmp_path: Path) -> None:
     timed(("init", cell, "--urdf", robots() / panda.urdf, "--srdf", robots() / panda.srdf, *FIGURES, *hand))
     tool = load_cell(cell).robot.tool
     # The maker's manual: the middle between the pads is 103.4 mm out of the hand, the pads 17.5 x 18.5 mm.
-    np.testing.assert_allclose(tool.tip_in_flange(OPEN)[:3, 3], (0.0, 0.0, 0.1034), atol=5e-4)
+    np.testing.assert_allclose(tool.tip_on_lance(OPEN)[:3, 3], (0.0, 0.0, 0.1034), atol=5e-4)
     assert tool.gripper is not None
     np.testing.assert_allclose(tool.gripper.pad, (0.0175, 0.0185), atol=1.1e-3)
     assert tool.joints == ("panda_finger_joint1", "panda_finger_joint2")

@@ -25,6 +25,8 @@ def random_arm(rng: np.random.Generator) -> Arm:
     q_index[moving] = rng.permutation(len(moving))
     axes = rng.normal(size=(n_frames, 3))
     frame = rng.integers(0, n_frames, int(rng.integers(1, 16))).astype(np.int32)
+    own = rng.spawn(1)[0]  # which leaves the draws of everything else as they are
+    fine_frame = own.choice(frame, int(own.integers(0, 12)))
     pairs = [(a, b) for a in range(n_frames) for b in range(a + 2, n_frames) if rng.random() < 0.5]
     n_held = int(rng.integers(0, 4))
     tested = [f for f in range(n_frames - 1) if n_held and rng.random() < 0.3]
@@ -37,6 +39,9 @@ def random_arm(rng: np.random.Generator) -> Arm:
         radii=rng.uniform(0.01, 0.08, len(frame)),
         frame=frame,
         self_pairs=np.array([p if rng.random() < 0.5 else p[::-1] for p in pairs], np.int32).reshape(-1, 2),
+        fine_centers=own.uniform(-0.2, 0.2, (len(fine_frame), 3)),
+        fine_radii=own.uniform(0.005, 0.06, len(fine_frame)),
+        fine_frame=fine_frame,
         held_centers=rng.uniform(-0.15, 0.15, (n_held, 3)),
         held_radii=rng.uniform(0.01, 0.06, n_held),
         held_tested=np.array(tested, np.int32),

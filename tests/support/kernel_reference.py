@@ -26,6 +26,9 @@ class Arm:
     radii: Array  # (S,)
     frame: NDArray[np.int32]  # (S,)
     self_pairs: NDArray[np.int32]  # (P, 2)
+    fine_centers: Array = field(default_factory=lambda: np.empty((0, 3)))
+    fine_radii: Array = field(default_factory=lambda: np.empty(0))
+    fine_frame: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
     held_centers: Array = field(default_factory=lambda: np.empty((0, 3)))
     held_radii: Array = field(default_factory=lambda: np.empty(0))
     held_tested: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
@@ -42,7 +45,8 @@ class Arm:
         return Chain(self.joint_types, self.T_parent_joint, self.axes, self.q_index)
 
     def checker(self, world: World) -> Checker:
-        checker = Checker(self.chain(), self.centers, self.radii, self.frame, self.self_pairs)
+        fine = (self.fine_centers, self.fine_radii, self.fine_frame)
+        checker = Checker(self.chain(), self.centers, self.radii, self.frame, self.self_pairs, *fine)
         world.enter(checker)
         checker.set_held(self.held_centers, self.held_radii, self.held_tested)
         return checker
@@ -119,12 +123,30 @@ def frames(arm: Arm, Q: Array) -> Array:
 
 def spheres(arm: Arm, Q: Array) -> tuple[Array, Array, NDArray[np.int32]]:
     """Centres (N, S + H, 3) in the world, radii and frames (S + H,), the held item last, as frame L."""
+    return _placed(arm, Q, arm.centers, arm.radii, arm.frame)
+
+
+def self_spheres(arm: Arm, Q: Array) -> tuple[Array, Array, NDArray[np.int32]]:
+    """The same of what frames are tested against each other by: the fine ones where a frame has any."""
+    coarse = ~np.isin(arm.frame, arm.fine_frame)
+    return _placed(
+        arm,
+        Q,
+        np.concatenate([arm.centers[coarse], arm.fine_centers]),
+        np.concatenate([arm.radii[coarse], arm.fine_radii]),
+        np.concatenate([arm.frame[coarse], arm.fine_frame]),
+    )
+
+
+def _placed(
+    arm: Arm, Q: Array, centers: Array, radii: Array, frame: NDArray[np.int32]
+) -> tuple[Array, Array, NDArray[np.int32]]:
     T = frames(arm, Q)
-    frame = np.concatenate([arm.frame, np.full(len(arm.held_radii), arm.n_frames, np.int32)])
+    frame = np.concatenate([frame, np.full(len(arm.held_radii), arm.n_frames, np.int32)])
     T_sphere = T[:, np.minimum(frame, arm.n_frames - 1)]
-    centers = np.concatenate([arm.centers, arm.held_centers])
+    centers = np.concatenate([centers, arm.held_centers])
     world = np.einsum("nsij,sj->nsi", T_sphere[..., :3, :3], centers) + T_sphere[..., :3, 3]
-    return world, np.concatenate([arm.radii, arm.held_radii]), frame
+    return world, np.concatenate([radii, arm.held_radii]), frame
 
 
 def pair_clearances(arm: Arm, world: World, Q: Array) -> dict[tuple[int, int, int], Array]:
@@ -136,14 +158,21 @@ def pair_clearances(arm: Arm, world: World, Q: Array) -> dict[tuple[int, int, in
         for b, solid in enumerate(world.solids()):
             if not (int(world.ignored_frames[b]) >> f) & 1:
                 out[f, 0, b] = (solid.distances(centers[:, mine]) - radii[mine]).min(axis=1)
+    fine = self_spheres(arm, Q)
     pairs = [(max(a, b), min(a, b)) for a, b in arm.self_pairs.tolist()]
     pairs += [(arm.n_frames, int(f)) for f in arm.held_tested]
     for f, g in pairs:
         if (frame == f).any() and (frame == g).any():
-            gap = np.linalg.norm(centers[:, frame == f, None] - centers[:, None, frame == g], axis=-1)
-            gap -= radii[frame == f][:, None] + radii[frame == g]
-            out[f, 1, g] = gap.min(axis=(1, 2))
+            out[f, 1, g] = _gap(*fine, f, g)
+            if f < arm.n_frames:  # clear where either of the two kinds of spheres is
+                out[f, 1, g] = np.maximum(out[f, 1, g], _gap(centers, radii, frame, f, g))
     return out
+
+
+def _gap(centers: Array, radii: Array, frame: NDArray[np.int32], f: int, g: int) -> Array:
+    """m (N,) between the spheres of two frames."""
+    gap = np.linalg.norm(centers[:, frame == f, None] - centers[:, None, frame == g], axis=-1)
+    return np.asarray((gap - (radii[frame == f][:, None] + radii[frame == g])).min(axis=(1, 2)))
 
 
 def clearances(arm: Arm, world: World, Q: Array) -> Array:

@@ -52,7 +52,7 @@ def test_planner_and_verifier_pose_fingers_and_tip_alike(gripper: Cell, state: T
 @pytest.mark.parametrize("state", STATES, ids=str)
 def test_pads_stand_as_far_apart_as_the_state_says(gripper: Cell, state: ToolState) -> None:
     tool = gripper.robot.tool
-    T_hand_tip = inverse(tool.tip_in_flange(state))
+    T_hand_tip = inverse(tool.tip_on_lance(state))
     inner = {part.name: (T_hand_tip @ part.T_link_shape)[1, 3] for part in fingers(gripper, state)}
     thickness = 0.012
     assert_allclose(
@@ -67,13 +67,13 @@ def test_what_the_closing_fingers_sweep_holds_them_at_every_width(gripper: Cell,
     q = np.zeros(gripper.robot.n_joints)
     T_swept, T = (np.asarray(state.chain.fk(q)) for state in (swept, at_width))
     for frame in model.tool_frames:
-        mine = swept.frames == frame
-        centers = swept.centers[mine] @ T_swept[frame, :3, :3].T + T_swept[frame, :3, 3]
+        mine = swept.spheres.frames == frame
+        centers = swept.spheres.centers[mine] @ T_swept[frame, :3, :3].T + T_swept[frame, :3, 3]
         body = gripper.robot.link(model.frame_names[frame]).shapes[0]
         corners = np.array(np.meshgrid(*[(-0.5, 0.0, 0.5)] * 3)).reshape(3, -1).T * body.shape.extents
         at = T[frame] @ body.T_parent_shape
         for corner in corners @ at[:3, :3].T + at[:3, 3]:
-            assert (np.linalg.norm(centers - corner, axis=1) <= swept.radii[mine] + 1e-9).any()
+            assert (np.linalg.norm(centers - corner, axis=1) <= swept.spheres.radii[mine] + 1e-9).any()
 
 
 def test_the_verifier_looks_at_fingers_that_move_every_three_millimetres(gripper: Cell) -> None:

@@ -15,7 +15,7 @@ from pickcli.cell.schemas.tool_schema import GripperModel
 from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.tool import MOVING
 from pickcli.files.yaml_reader import Source
-from pickcli.geometry import Array, inverse, pose
+from pickcli.geometry import Array, inverse
 
 ALONG = 0.999  # cosine from which a direction counts as that of an axis: 2.5 degrees
 INSIDE = 0.001  # m behind a pad's face that is asked about: there the finger must be solid
@@ -174,19 +174,14 @@ def opening_sign(tool: GripperModel, robot: Urdf, link: str) -> float:
 def _axis(tool: GripperModel, robot: Urdf, link: str) -> Array:
     """(3,) direction of a finger's joint in the tool frame."""
     joint = finger_joint(robot, link)
-    R_tip_hand = inverse(_pose(tool))[:3, :3]
+    R_tip_hand = inverse(tool.T_hand_tip.T)[:3, :3]
     return np.asarray(R_tip_hand @ joint.T_parent_joint[:3, :3] @ joint.axis)
 
 
 def _T_tip_finger(tool: GripperModel, robot: Urdf, link: str, position: float) -> Array:
     """Pose (4, 4) of a finger in the tool frame at a position in m of its joint."""
     joint = finger_joint(robot, link)
-    return np.asarray(inverse(_pose(tool)) @ joint.T_parent_joint @ joint_motion(joint, position))
-
-
-def _pose(tool: GripperModel) -> Array:
-    x, y, z = tool.T_hand_tip.xyz
-    return pose((x, y, z), rpy=tool.T_hand_tip.rpy)
+    return np.asarray(inverse(tool.T_hand_tip.T) @ joint.T_parent_joint @ joint_motion(joint, position))
 
 
 def _check_mirrored(source: Source, tool: GripperModel, robot: Urdf) -> None:

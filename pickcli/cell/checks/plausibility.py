@@ -46,7 +46,6 @@ def warn_of_figures(warnings: FileWarnings, cell: Cell, model: CellModel) -> Non
         _gripper(warnings, model.tool)
     _clearance(warnings, model)
     _limits(warnings, cell)
-    _masses(warnings, cell)
     _pod(warnings, cell)
     _blocked(warnings, cell)
 
@@ -133,8 +132,13 @@ def _limits(warnings: FileWarnings, cell: Cell) -> None:
             warnings.add("strong_motor", name, ("robot", "motor_forces", name), text)
 
 
-def _masses(warnings: FileWarnings, cell: Cell) -> None:
-    """Links that are moved, have a shape and weigh nothing."""
+def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
+    """Note the links that are moved, have a shape and weigh nothing: that concerns the simulation alone.
+
+    Args:
+        warnings: Gets them.
+        cell: The cell.
+    """
     moved: set[str] = set()
     for joint in cell.robot.joints:
         if joint.parent in moved or joint.name in cell.robot.joint_names:

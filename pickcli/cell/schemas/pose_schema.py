@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from pickcli.files.schema import Angles, FileModel, Vector
+from pickcli.geometry import Array, pose
 
 Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 
@@ -16,6 +17,12 @@ class PoseModel(FileModel):
 
     xyz: Vector = Field(description="a position [x, y, z] in m")
     rpy: Angles = Field(description="angles [roll, pitch, yaw] in rad")
+
+    @property
+    def T(self) -> Array:
+        """The pose as a matrix (4, 4)."""
+        x, y, z = self.xyz
+        return pose((x, y, z), rpy=self.rpy)
 
 
 class BoundsModel(FileModel):

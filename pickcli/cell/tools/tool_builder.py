@@ -13,7 +13,7 @@ from pickcli.cell.tools.cup_limits import CupLimits, twist_of
 from pickcli.cell.tools.gripper import Finger, ParallelGripper
 from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.cell.tools.suction_cup import SuctionCup
-from pickcli.geometry import Array, pose
+from pickcli.geometry import Array, inverse, pose
 
 
 def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) -> Tool:
@@ -39,7 +39,7 @@ def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) 
         last_link=tool.last_link,
         joint=tool.joint,
         positions=positions,
-        T_flange_tip={s: _T_flange_last(tool, robot, angle) @ T_last_tip for s, angle in positions.items()},
+        T_lance_tip={s: _T_lance_last(tool, robot, angle) @ T_last_tip for s, angle in positions.items()},
         T_last_tip=T_last_tip,
         grip=_cup(tool),
     )
@@ -48,7 +48,6 @@ def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) 
 def _gripper_tool(tool: GripperModel, robot: Urdf) -> Tool:
     """The tool whose frame is the last link of the chain, wherever the fingers stand."""
     states = {ToolState(name): width for name, width in tool.states.items()}
-    T_flange_tip = _T_flange_last(tool, robot)
     along, deep = tool.pad_size
     return Tool(
         flange_link=tool.flange_link,
@@ -56,7 +55,7 @@ def _gripper_tool(tool: GripperModel, robot: Urdf) -> Tool:
         last_link=tool.last_link,
         joint=None,
         positions=states,
-        T_flange_tip=dict.fromkeys(states, T_flange_tip),
+        T_lance_tip=dict.fromkeys(states, np.eye(4)),
         T_last_tip=np.eye(4),
         grip=ParallelGripper(
             fingers=(_finger(tool, robot, 0), _finger(tool, robot, 1)),
@@ -94,7 +93,9 @@ def _cup(tool: SuctionModel) -> SuctionCup:
     )
 
 
-def _T_flange_last(tool: SuctionModel | GripperModel, robot: Urdf, position: float = 0.0) -> Array:
-    """Pose (4, 4) of the chain's last link in the flange link, its last joint at a position in rad or m."""
+def _T_lance_last(tool: SuctionModel, robot: Urdf, position: float) -> Array:
+    """Pose (4, 4) of the cup in the flange as the tool is mounted on it, at a position in rad or m."""
     fixed, last = robot.way(tool.last_link)[-2:]
-    return fixed.T_parent_joint @ last.T_parent_joint @ joint_motion(last, position)
+    T_flange_tool = np.eye(4) if tool.T_flange_tool is None else tool.T_flange_tool.T
+    T_flange_last = fixed.T_parent_joint @ last.T_parent_joint @ joint_motion(last, position)
+    return np.asarray(inverse(T_flange_tool) @ T_flange_last)

@@ -175,7 +175,7 @@ def _occupied(place: Place, spots: Array, flying: FreeItemChecker) -> Failures:
     met = [flying.clearance(d) for d in spots[:: 1 + len(spots) // N_EXPLAINED]]
     if not met:
         return Failures.of(Reason(what, place.name, tried))
-    told = [(f"{contact.with_distance(flying.margin)}, {tried}", contact.item) for contact in met]
+    told = [(f"{flying.told(contact)}, {tried}", contact.item) for contact in met]
     return Failures(tuple(Reason(what, place.name, detail, item) for detail, item in told))
 
 

@@ -196,6 +196,11 @@ def _blocked(problem: PickProblem, tool: FreeToolChecker, T: Array, where: str) 
     def nearest() -> Iterator[Reason]:
         contact = tool.clearance(tool.displacements(T[None])[0])
         in_the_way = contact.item if contact.item != problem.target.id else ""
-        yield Reason("no room for the tool", where, contact.with_distance(tool.margin), in_the_way)
+        yield Reason(
+            "no room for the tool",
+            where,
+            tool.told(contact),
+            in_the_way,
+        )
 
     return Failures((nearest,))

@@ -206,7 +206,7 @@ CALL_MISTAKES = (
     Mistake(
         "an item of another bin",
         PICK.replace("bin_C", "bin_A"),
-        "bin_A: unknown item 'dove_beauty_bar'; it is in bin_C",
+        "dove_beauty_bar is not in bin_A but in bin_C; name that place",
         3,
     ),
     Mistake(

@@ -22,13 +22,20 @@ std::vector<Sphere> to_spheres(const Doubles& centers, const Doubles& radii) {
 std::vector<int> to_ints(const Integers& values) { return {values.data(), values.data() + values.size()}; }
 
 Robot make_robot(const Chain& chain, nb::handle centers_in, nb::handle radii_in, nb::handle frame_in,
-                 nb::handle pairs_in) {
+                 nb::handle pairs_in, nb::handle fine_centers_in, nb::handle fine_radii_in,
+                 nb::handle fine_frame_in) {
   const Doubles radii(radii_in, "radii", {kAny});
   const Doubles centers(centers_in, "centers", {radii.rows(), 3});
   const Integers frame(frame_in, "frame", {radii.rows()}), pairs(pairs_in, "self_pairs", {kAny, 2});
   std::vector<std::pair<int, int>> self_pairs;
   for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) self_pairs.emplace_back(pairs[i], pairs[i + 1]);
-  return Robot(chain, to_spheres(centers, radii), to_ints(frame), self_pairs);
+  if (fine_centers_in.is_none() && fine_radii_in.is_none() && fine_frame_in.is_none())
+    return Robot(chain, to_spheres(centers, radii), to_ints(frame), self_pairs);
+  const Doubles fine_radii(fine_radii_in, "fine_radii", {kAny});
+  const Doubles fine_centers(fine_centers_in, "fine_centers", {fine_radii.rows(), 3});
+  const Integers fine_frame(fine_frame_in, "fine_frame", {fine_radii.rows()});
+  return Robot(chain, to_spheres(centers, radii), to_ints(frame), self_pairs,
+               to_spheres(fine_centers, fine_radii), to_ints(fine_frame));
 }
 
 SolidKind to_kind(int kind, const Name& name) {
@@ -342,12 +349,15 @@ Checks may run in several threads; set_world and set_held must not run meanwhile
       .def(
           "__init__",
           [](Checker* self, const Chain& chain, nb::handle centers, nb::handle radii, nb::handle frame,
-             nb::handle self_pairs) {
-            new (self) Checker(make_robot(chain, centers, radii, frame, self_pairs));
+             nb::handle self_pairs, nb::handle fine_centers, nb::handle fine_radii, nb::handle fine_frame) {
+            new (self) Checker(make_robot(chain, centers, radii, frame, self_pairs, fine_centers, fine_radii,
+                                          fine_frame));
           },
-          "chain"_a, "centers"_a, "radii"_a, "frame"_a, "self_pairs"_a,
+          "chain"_a, "centers"_a, "radii"_a, "frame"_a, "self_pairs"_a, "fine_centers"_a = nb::none(),
+          "fine_radii"_a = nb::none(), "fine_frame"_a = nb::none(),
           nb::sig("def __init__(self, chain: Chain, centers: " APC_F64 ", radii: " APC_F64 ", frame: " APC_I32
-                  ", self_pairs: " APC_I32 ") -> None"),
+                  ", self_pairs: " APC_I32 ", fine_centers: " APC_F64 " | None = None, fine_radii: " APC_F64
+                  " | None = None, fine_frame: " APC_I32 " | None = None) -> None"),
           R"(Make a checker in an empty world.
 
 Args:
@@ -355,7 +365,11 @@ Args:
     centers: (S, 3) of spheres in their frames, m.
     radii: (S,) m.
     frame: (S,) in 0..L-1, that carries each.
-    self_pairs: (P, 2) pairs of frames that must stay clear of each other.)")
+    self_pairs: (P, 2) pairs of frames that must stay clear of each other.
+    fine_centers: (F, 3) of tighter spheres, m. Two frames are clear of each other where either their spheres
+        are or these, of a frame that has any; what is held is tested against these alone.
+    fine_radii: (F,) m.
+    fine_frame: (F,) in 0..L-1, that carries each.)")
       .def_prop_ro(
           "rounding",
           [](const Checker& self) {

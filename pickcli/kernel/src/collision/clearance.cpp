@@ -28,8 +28,8 @@ class NearestPair {
   const Contact& best() const { return best_; }
 
  private:
-  Sphere ball(int f) const {
-    const Sphere& root = covers_[f].tree.front().ball;
+  Sphere ball(int f, const std::vector<BallNode>& tree) const {
+    const Sphere& root = tree.front().ball;
     return {T_world_frame_[f] * root.center, root.radius};
   }
 
@@ -41,7 +41,7 @@ class NearestPair {
   }
 
   void against_world(int f, const World& world) {
-    const Sphere around = ball(f);
+    const Sphere around = ball(f, covers_[f].tree);
     // Where the ball's centre is within bounds, what is in them may be deeper than the best.
     const auto nearest = [&] { return std::max(best_.distance + around.radius, 0.0); };
     world.tree().visit_near(around.center, nearest, [&](int i) {
@@ -58,39 +58,52 @@ class NearestPair {
 
   void against_solid(int f, const Solid& solid, ContactKind kind, int index) {
     const FrameCover& cover = covers_[f];
-    if (signed_distance(ball(f).center, solid) - ball(f).radius > best_.distance) return;
+    const Sphere around = ball(f, cover.tree);
+    if (signed_distance(around.center, solid) - around.radius > best_.distance) return;
     if (cover.solid) offer(signed_distance(placed(f), solid, best_.distance), f, kind, index);
     const auto distance = [&](const Sphere& ball) { return signed_distance(ball.center, solid) - ball.radius; };
-    visit_near(f, distance, [&](const Sphere& s) { offer(distance(s), f, kind, index); });
+    visit_near(f, cover.tree, best_.distance, distance, [&](const Sphere& s) { offer(distance(s), f, kind, index); });
   }
 
-  //! Calls visit(sphere) for the spheres of a frame, in the world, that may be nearer than the best by a distance
-  //! of balls.
+  //! Calls visit(sphere) for the spheres of a tree of a frame, in the world, that may be nearer than the least by
+  //! a distance of balls.
   template <typename Distance, typename Visit>
-  void visit_near(int f, const Distance& distance, const Visit& visit) const {
-    const std::vector<BallNode>& tree = covers_[f].tree;
+  void visit_near(int f, const std::vector<BallNode>& tree, const double& least, const Distance& distance,
+                  const Visit& visit) const {
     for (std::size_t i = 0; i < tree.size();) {
       const Sphere ball{T_world_frame_[f] * tree[i].ball.center, tree[i].ball.radius};
       if (tree[i].is_sphere)
         visit(ball), ++i;
       else
-        i = distance(ball) > best_.distance + kRounding ? static_cast<std::size_t>(tree[i].next) : i + 1;
+        i = distance(ball) > least + kRounding ? static_cast<std::size_t>(tree[i].next) : i + 1;
     }
   }
 
   void against_frame(int f, int g) {
-    const FrameCover &outer = covers_[f], &inner = covers_[g];
+    const FrameCover& outer = covers_[f];
+    const FrameCover& inner = covers_[g];
     if (inner.tree.empty()) return;
-    const Sphere a = ball(f), b = ball(g);
-    if (norm(a.center - b.center) - a.radius - b.radius >= best_.distance) return;
-    const auto between = [](const Sphere& s, const Sphere& t) {
+    double gap = between(f, outer.self_tree(), g, inner.self_tree());
+    const bool is_fine = !(outer.fine.empty() && inner.fine.empty()), is_held = &outer == &covers_.back();
+    if (is_fine && !is_held && gap < best_.distance) gap = std::max(gap, between(f, outer.tree, g, inner.tree));
+    if (gap < best_.distance) offer(gap, f, ContactKind::self, g);
+  }
+
+  //! Distance of what two trees of two frames hold, in the first perhaps the held solid; where it is not less than
+  //! the best so far, that.
+  double between(int f, const std::vector<BallNode>& outer, int g, const std::vector<BallNode>& inner) const {
+    double least = best_.distance;
+    const auto gap = [](const Sphere& s, const Sphere& t) {
       return norm(t.center - s.center) - s.radius - t.radius;
     };
-    visit_near(g, [&](const Sphere& t) { return between(a, t); }, [&](const Sphere& t) {
-      if (outer.solid) offer(signed_distance(t.center, placed(f)) - t.radius, f, ContactKind::self, g);
-      visit_near(f, [&](const Sphere& s) { return between(s, t); },
-                 [&](const Sphere& s) { offer(between(s, t), f, ContactKind::self, g); });
+    const Sphere around = ball(f, outer);
+    if (gap(around, ball(g, inner)) >= least) return least;
+    visit_near(g, inner, least, [&](const Sphere& t) { return gap(around, t); }, [&](const Sphere& t) {
+      if (covers_[f].solid) least = std::min(least, signed_distance(t.center, placed(f)) - t.radius);
+      visit_near(f, outer, least, [&](const Sphere& s) { return gap(s, t); },
+                 [&](const Sphere& s) { least = std::min(least, gap(s, t)); });
     });
+    return least;
   }
 
   //! Of obstacles that are equally near the first of the user counts, whatever their order in the tree.

@@ -24,6 +24,20 @@ double corner_distance(const simd8::FrameData& f) {
   return norm({f.center[0], f.center[1], f.center[2]}) + norm({f.half[0], f.half[1], f.half[2]});
 }
 
+//! The spheres of each frame.
+std::vector<std::vector<Sphere>> by_frame(const std::vector<Sphere>& spheres, const std::vector<int>& frame,
+                                          int n_frames, const std::string& what) {
+  std::vector<std::vector<Sphere>> found(static_cast<std::size_t>(n_frames));
+  for (std::size_t i = 0; i < spheres.size(); ++i) {
+    check_sphere(spheres[i], what + " " + std::to_string(i));
+    if (frame[i] < 0 || frame[i] >= n_frames)
+      throw std::invalid_argument(what + " " + std::to_string(i) + ": frame " + std::to_string(frame[i]) +
+                                  " is not in 0.." + std::to_string(n_frames - 1));
+    found[static_cast<std::size_t>(frame[i])].push_back(spheres[i]);
+  }
+  return found;
+}
+
 float to_float(double x) { return static_cast<float>(x); }
 
 simd8::Ball to_single(const Vec3& center, double radius, int next, bool is_sphere) {
@@ -79,14 +93,20 @@ Box box_around(const Pose& T_body_frame, const Solid& solid) {
 
 Robot::Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<int>& frame,
              const std::vector<std::pair<int, int>>& self_pairs)
+    : Robot(std::move(chain), spheres, frame, self_pairs, {}, {}) {}
+
+Robot::Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<int>& frame,
+             const std::vector<std::pair<int, int>>& self_pairs, const std::vector<Sphere>& fine_spheres,
+             const std::vector<int>& fine_frame)
     : chain_(std::move(chain)), covers_(chain_.n_frames() + 1) {
   const int n_frames = chain_.n_frames();
-  for (size_t i = 0; i < spheres.size(); ++i) {
-    check_sphere(spheres[i], "sphere " + std::to_string(i));
-    if (frame[i] < 0 || frame[i] >= n_frames)
-      throw std::invalid_argument("sphere " + std::to_string(i) + ": frame " + std::to_string(frame[i]) +
-                                  " is not in 0.." + std::to_string(n_frames - 1));
-    covers_[frame[i]].spheres.push_back(spheres[i]);
+  std::vector<std::vector<Sphere>> coarse = by_frame(spheres, frame, n_frames, "sphere"),
+                                   fine = by_frame(fine_spheres, fine_frame, n_frames, "fine sphere");
+  for (std::size_t f = 0; f < coarse.size(); ++f) {
+    covers_[f].spheres = std::move(coarse[f]);
+    covers_[f].fine = build_ball_tree(std::move(fine[f]));
+    if (covers_[f].spheres.empty() && !covers_[f].fine.empty())
+      throw std::invalid_argument("frame " + std::to_string(f) + ": it has fine spheres and no others");
   }
   for (const auto& [a, b] : self_pairs) {
     if (a == b || std::min(a, b) < 0 || std::max(a, b) >= n_frames)
@@ -109,12 +129,12 @@ Robot Robot::bare() const {
 void Robot::set_held(std::vector<Sphere> spheres, std::vector<int> tested_frames) {
   for (size_t i = 0; i < spheres.size(); ++i) check_sphere(spheres[i], "held sphere " + std::to_string(i));
   std::vector<BallNode> tree = build_ball_tree(spheres);
-  replace_held({std::move(spheres), {}, std::move(tree), std::move(tested_frames)});
+  replace_held({std::move(spheres), {}, std::move(tree), {}, std::move(tested_frames)});
 }
 
 void Robot::set_held(const Solid& solid, std::vector<int> tested_frames) {
   const BallNode root{{solid.T.p, norm(solid.half) + solid.rounding}, 1, false};
-  replace_held({{}, solid, {root}, std::move(tested_frames)});
+  replace_held({{}, solid, {root}, {}, std::move(tested_frames)});
 }
 
 void Robot::replace_held(FrameCover held) {
@@ -173,18 +193,25 @@ void Robot::prepare_cover(std::size_t f) {
   const FrameCover& cover = covers_[f];
   simd8::FrameData frame = bounded(f);
   frame.first_ball = static_cast<int>(balls_.size());
-  for (const BallNode& node : cover.tree) {
-    const Vec3 center = T_body_frame_[f] * node.ball.center;
-    // What bounds the spheres must still do so after rounding.
-    const double slop = node.is_sphere ? 0.0 : 8.0 * u * (norm(center) + node.ball.radius);
-    balls_.push_back(
-        to_single(center, node.ball.radius + slop, frame.first_ball + node.next, node.is_sphere));
-  }
+  add_balls(f, cover.tree);
   frame.last_ball = static_cast<int>(balls_.size());
+  frame.first_self = cover.fine.empty() ? frame.first_ball : frame.last_ball;
+  add_balls(f, cover.fine);
+  frame.last_self = static_cast<int>(balls_.size());
   frame.first_tested = static_cast<int>(tested_.size());
   frame.n_tested = static_cast<int>(cover.tested.size());
   tested_.insert(tested_.end(), cover.tested.begin(), cover.tested.end());
   frames_.push_back(frame);
+}
+
+void Robot::add_balls(std::size_t f, const std::vector<BallNode>& tree) {
+  const int first = static_cast<int>(balls_.size());
+  for (const BallNode& node : tree) {
+    const Vec3 center = T_body_frame_[f] * node.ball.center;
+    // What bounds the spheres must still do so after rounding.
+    const double slop = node.is_sphere ? 0.0 : 8.0 * u * (norm(center) + node.ball.radius);
+    balls_.push_back(to_single(center, node.ball.radius + slop, first + node.next, node.is_sphere));
+  }
 }
 
 void Robot::prepare_single() {
@@ -213,16 +240,28 @@ void Robot::prepare_single() {
 //! The frame with its box, nothing else set. What the box bounds it must still bound after rounding.
 simd8::FrameData Robot::bounded(std::size_t f) const {
   const FrameCover& cover = covers_[f];
-  const Box box =
+  Box box =
       cover.solid ? box_around(T_body_frame_[f], *cover.solid) : box_around(T_body_frame_[f], cover.spheres);
+  double self_radius = box.rounding;
+  for (const BallNode& node : cover.fine) {
+    if (!node.is_sphere) continue;
+    const Vec3 center = T_body_frame_[f] * node.ball.center, away = center - box.center;
+    const Vec3 out{std::max(std::abs(away.x) - box.half.x, 0.0), std::max(std::abs(away.y) - box.half.y, 0.0),
+                   std::max(std::abs(away.z) - box.half.z, 0.0)};
+    self_radius = std::max(self_radius, norm(out) + node.ball.radius);
+    box.spread = std::max(box.spread, norm(away));
+  }
   const double slop = 16.0 * u * (norm(box.center) + norm(box.half));
   const Vec3 c = box.center, h = box.half + Vec3{slop, slop, slop};
   return {body_of_frame_[f],
           0,
           0,
+          0,
+          0,
           {to_float(c.x), to_float(c.y), to_float(c.z)},
           {to_float(h.x), to_float(h.y), to_float(h.z)},
           to_float(box.rounding * (1.0 + 2.0 * u)),
+          to_float((self_radius + slop) * (1.0 + 2.0 * u)),
           to_float(box.spread + slop),
           0,
           0};

@@ -19,7 +19,11 @@ struct FrameCover {
   std::vector<Sphere> spheres;  //!< in the frame
   std::optional<Solid> solid;   //!< instead of spheres
   std::vector<BallNode> tree;   //!< over them; the root alone around a solid; of nothing: empty
+  std::vector<BallNode> fine;   //!< over spheres that other frames are tested against instead; empty: the same
   std::vector<int> tested;      //!< frames before this one that its spheres must stay clear of
+
+  //! What other frames are tested against.
+  const std::vector<BallNode>& self_tree() const { return fine.empty() ? tree : fine; }
 };
 
 //! A chain with spheres in its frames and, as frame L, the held item: rigid on frame L-1.
@@ -27,6 +31,11 @@ class Robot {
  public:
   Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<int>& frame,
         const std::vector<std::pair<int, int>>& self_pairs);
+
+  //! The same, its self pairs tested with tighter spheres in the frames that have any.
+  Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<int>& frame,
+        const std::vector<std::pair<int, int>>& self_pairs, const std::vector<Sphere>& fine_spheres,
+        const std::vector<int>& fine_frame);
   Robot(Robot&&) = default;
   Robot& operator=(Robot&&) = default;
 
@@ -63,6 +72,7 @@ class Robot {
   void replace_held(FrameCover held);
   void prepare_bodies();
   void prepare_cover(std::size_t f);
+  void add_balls(std::size_t f, const std::vector<BallNode>& tree);
   void prepare_single();
   simd8::FrameData bounded(std::size_t f) const;
   void bound_rounding();

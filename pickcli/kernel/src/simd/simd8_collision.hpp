@@ -37,8 +37,10 @@ struct Ball {
 struct FrameData {
   int body;                   //!< that it is fixed to
   int first_ball, last_ball;  //!< a tree in depth-first order, its root first; empty: first == last
+  int first_self, last_self;  //!< the same, of what other frames are tested against
   float center[3], half[3];   //!< m, of the box, aligned to the body
   float radius;               //!< m, of the largest sphere, or the solid's rounding
+  float self_radius;          //!< m, of the box, within which all is that other frames are tested against
   float spread;  //!< m, largest distance of a sphere's centre, or of the core, from the box's centre
   int first_tested, n_tested;  //!< its inner frames of self pairs, in RobotData::tested
 };

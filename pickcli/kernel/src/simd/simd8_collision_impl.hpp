@@ -117,7 +117,7 @@ class CollisionTest {
     if (!open) return false;
     open_ |= open;
     if (!batch_.is_edge) return (live_ &= ~open) == 0;
-    if (const int hit = within(d2, radius + limit.near)) {
+    if (const int hit = within(d2, radius + limit.near) & ~spared_) {
       result_.hit_lane = __builtin_ctz(static_cast<unsigned>(hit));
       result_.frame = frame;
       result_.kind = kind;
@@ -276,14 +276,53 @@ class CollisionTest {
     for (int i = outer.first_tested; i < outer.first_tested + outer.n_tested; ++i) {
       const int g = robot_.tested[i];
       const FrameData& inner = robot_.frames[g];
-      if (inner.first_ball == inner.last_ball) continue;
+      if (inner.first_self == inner.last_self) continue;
       Threshold limit = threshold(batch_.self_margin, inner.body);
-      const V radius = all(outer.radius + inner.radius);
-      const V size = all(robot_.balls[outer.first_ball].radius + robot_.balls[inner.first_ball].radius);
+      const V radius = all(outer.self_radius + inner.self_radius);
+      const V size = all(robot_.balls[outer.first_self].radius + robot_.balls[inner.first_self].radius);
       if (!is_near(distance2(poses_.bounds(f), poses_.bounds(g)), radius, size, limit)) continue;
-      if (is_solid(f) ? hits_as_solid(f, g, limit) : hits_frame(f, g, limit)) return batch_.is_edge;
+      const int clear = live_ & ~near_by_few(f, g, limit.far);
+      live_ &= ~clear;
+      spared_ = batch_.moves ? live_ & ~near_by_few(f, g, limit.near) : 0;
+      const bool is_over = live_ && (is_solid(f) ? hits_as_solid(f, g, limit) : hits_frame(f, g, limit));
+      spared_ = 0;
+      if (is_over && batch_.is_edge) return true;
+      live_ |= clear;
+      if (!live_) return false;
     }
     return false;
+  }
+
+  //! The live lanes in which the spheres that the world is tested by, fewer than the fine ones, do not tell two
+  //! frames of the robot clear of each other by a threshold; all of them where neither has fine ones.
+  int near_by_few(int f, int g, V threshold) const {
+    const FrameData &outer = robot_.frames[f], &inner = robot_.frames[g];
+    const bool is_fine = outer.first_self != outer.first_ball || inner.first_self != inner.first_ball;
+    if (!is_fine || f == robot_.n_frames - 1) return live_;
+    const Ball& root = robot_.balls[inner.first_ball];
+    const Point middle = poses_.point(inner.first_ball, inner.body);
+    int near = 0;
+    for (int i = outer.first_ball; i < outer.last_ball && near != live_;) {
+      const Ball& ball = robot_.balls[i];
+      const Point center = poses_.point(i, outer.body);
+      const bool reaches = within(distance2(center, middle), all(ball.radius + root.radius) + threshold) & ~near;
+      if (reaches && ball.is_sphere) near |= near_spheres(center, ball.radius, inner, threshold);
+      i = reaches ? i + 1 : ball.next;
+    }
+    return near;
+  }
+
+  //! The live lanes in which a sphere is near to one of a frame.
+  int near_spheres(const Point& center, float radius, const FrameData& frame, V threshold) const {
+    int near = 0;
+    for (int i = frame.first_ball; i < frame.last_ball;) {
+      const Ball& ball = robot_.balls[i];
+      const int here =
+          within(distance2(center, poses_.point(i, frame.body)), all(radius + ball.radius) + threshold) & ~near;
+      if (ball.is_sphere) near |= here;
+      i = here ? i + 1 : ball.next;
+    }
+    return near;
   }
 
   //! Down the tree of the outer frame against the box of the inner one, and from each sphere that is near
@@ -291,11 +330,11 @@ class CollisionTest {
   bool hits_frame(int f, int g, Threshold& limit) {
     const FrameData &outer = robot_.frames[f], &inner = robot_.frames[g];
     const Bounds& box = poses_.bounds(g);
-    const float size = robot_.balls[inner.first_ball].radius;
-    for (int i = outer.first_ball + 1; i < outer.last_ball;) {
+    const float size = robot_.balls[inner.first_self].radius;
+    for (int i = outer.first_self + 1; i < outer.last_self;) {
       const Ball& ball = robot_.balls[i];
       const Point center = poses_.point(i, outer.body);
-      const bool near = is_near(distance2({center, center}, box), all(ball.radius + inner.radius),
+      const bool near = is_near(distance2({center, center}, box), all(ball.radius + inner.self_radius),
                                 all(ball.radius + size), limit);
       if (near && ball.is_sphere && hits_sphere(center, ball.radius, f, g, limit)) return true;
       i = near ? i + 1 : ball.next;
@@ -306,7 +345,7 @@ class CollisionTest {
   //! The held solid itself against the tree of the inner frame.
   bool hits_as_solid(int f, int g, Threshold& limit) {
     const FrameData& inner = robot_.frames[g];
-    for (int i = inner.first_ball; i < inner.last_ball;) {
+    for (int i = inner.first_self; i < inner.last_self;) {
       const Ball& ball = robot_.balls[i];
       const V d2 = distance2(poses_.point(i, inner.body), held_), sum = all(held_.rounding + ball.radius);
       if (ball.is_sphere && judge(d2, sum, limit, f, 1, g)) return true;
@@ -319,7 +358,7 @@ class CollisionTest {
 
   bool hits_sphere(const Point& center, float radius, int f, int g, Threshold& limit) {
     const FrameData& inner = robot_.frames[g];
-    for (int i = inner.first_ball; i < inner.last_ball;) {
+    for (int i = inner.first_self; i < inner.last_self;) {
       const Ball& ball = robot_.balls[i];
       const V d2 = distance2(center, poses_.point(i, inner.body)), sum = all(radius + ball.radius);
       if (ball.is_sphere && judge(d2, sum, limit, f, 1, g)) return true;
@@ -338,6 +377,7 @@ class CollisionTest {
   //! A bit per lane: at stake in the frame at hand, found unproven in it, and, of configurations, found not
   //! free in any frame before.
   int live_ = 0, open_ = 0, done_ = 0;
+  int spared_ = 0;  //!< those that the frame at hand does not hit at the midpoint, whatever its fine spheres say
   V moved_[33], slack_[33];  //!< of the frame at hand, by inner body
 };
 
