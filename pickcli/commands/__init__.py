@@ -5,7 +5,8 @@ Read in this order:
 - What every subcommand is: `main`, the group of all, and `command`; then any of these, e.g. `plan_pick`.
 - A new cell: `init`, `suggest_mount`, `suggest_configurations`.
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
-- Online: `make_order`, `make_scene`, `plan_move`, `verify`, `execute`, `export` and `run_trial`.
+- Online: `make_order`, `make_scene`, `plan_move`, `verify`, `execute`, `check_driver`, `export`
+  and `run_trial`.
 - What is in a file, and whether it is right: `inspect`, `show` and `check`.
 - Options that commands share: `options` with `option_types`; `arm_options` with the
   `configuration_option`, `scene_options`, `build_options`, `pod_shift`; `logs` has --verbose and --debug.

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
+    from pickcli.motion.plan import Plan
+    from pickcli.scene.scene import Scene
 
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]:
@@ -64,3 +66,27 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState]:
+    """Where the robot stands before a plan is carried out.
+
+    Args:
+        plan: The plan.
+        scene: The scene.
+        start: Configuration from the command line; None for where the plan begins.
+
+    Returns:
+        Configuration (n,) and state of the tool: as requested, else those where the plan begins.
+
+    Raises:
+        InputError: The configuration is none of the cell.
+    """
+    from pickcli.cell.tool import MOVING
+
+    first, tool = plan.segments[0].tool_state, scene.cell.robot.tool
+    at_start = tool.default_state if first == MOVING else first
+    if start is None:
+        return plan.trajectory.positions[0], at_start
+    q, tool_state = parse_configuration(scene.cell, start)
+    return q, tool_state or at_start

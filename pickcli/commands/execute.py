@@ -1,15 +1,17 @@
-"""``apc execute``: carry out one plan in simulation."""
+"""``apc execute``: carry out one plan in simulation, or by another driver."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import click
 
 from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import parse_configuration
+from pickcli.commands.configuration_option import stand
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
@@ -28,6 +30,7 @@ from pickcli.commands.planner import (
 )
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_or_cell_options, scene_or_empty
+from pickcli.simulation.installed_drivers import SIMULATED, driver_factory, driver_names
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -36,9 +39,11 @@ if TYPE_CHECKING:
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.planning_context import PlanningContext
+    from pickcli.progress import ProgressObserver
     from pickcli.scene.scene import Scene
     from pickcli.simulation.camera import GifRecorder
-    from pickcli.simulation.execution import Execution
+    from pickcli.simulation.driver import Driver
+    from pickcli.simulation.plan_record import PlanRecord
     from pickcli.simulation.world import World
 
 
@@ -53,6 +58,8 @@ if TYPE_CHECKING:
 @click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
 @click.option("--unverified", is_flag=True,
               help="An experiment: run the plan as it is, unchecked, in any scene.")  # fmt: skip
+@click.option("--driver", "driver_name", metavar="NAME", default=SIMULATED, show_default=True,
+              help=f"What carries it out: one of {', '.join(driver_names())}.")  # fmt: skip
 @reality_option
 @click.option("--video", type=PATH, metavar="FILE.gif", help="Film it.")
 @overwrite_option
@@ -62,10 +69,10 @@ if TYPE_CHECKING:
 def command(
     plan_path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
     planned_in: Path | None, start: str | None, standing: tuple[str, ...], bridge: bool, unverified: bool,
-    reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
+    driver_name: str, reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
     trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
-    """Run a plan in pybullet.
+    """Run a plan in pybullet, or by another driver.
 
     The plan is verified first, whatever certificate it carries. It does not start when the robot stands more
     than 0.01 rad or m from the plan's first point; --bridge plans the way there, verifies it and carries it
@@ -77,19 +84,22 @@ def command(
     Example:
       apc execute plan.json --scene scene.json --video pick.gif
       apc execute plan.json --scene scene.json --start tote --bridge
+      apc execute plan.json --scene scene.json --driver recorder
     """
     from pickcli.commands.execution_report import execution_summary, execution_text, trouble
     from pickcli.errors import TrialAbortedError
     from pickcli.motion.plan_file import read_plan
+    from pickcli.simulation.driver import DriverRequest
     from pickcli.simulation.reality import read_reality
-    from pickcli.simulation.world import World
 
+    if driver_name != SIMULATED and (reality_path is not None or video is not None):
+        raise click.UsageError(f"--reality and --video are of the simulated world, not of {driver_name}")
     if video is not None:
         refuse_output(
             video, overwrite,
             plan_path, scene_path, planned_in, reality_path, cell_name, items_path, roadmap, trajectories,
         )  # fmt: skip
-    reality = read_reality(reality_path)
+    connect, reality = driver_factory(driver_name), read_reality(reality_path)
     plan = read_plan(plan_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
     scene = scene_or_empty(scene_path, cell_name, arms)
@@ -101,23 +111,23 @@ def command(
         click.echo(f"note: {plan_path} was not verified: this run is an experiment", err=True)
     else:
         plan = trusted(plan, plan_path, believed, "plan it anew, or watch it fail with --unverified")
-    q, tool_state = _stand(plan, scene, start)
+    q, tool_state = stand(plan, scene, start)
     plans = [plan]
-    if bridge and _is_away(plan, q, scene.cell.robot.limits):
-        planner = load_planner(scene.cell, roadmap, trajectories)
-        plans.insert(0, _bridge(planner, believed, plan, q, tool_state, seed))
-    film = _film(video, scene.cell, plans)
-    world = World(scene, q, tool_state, reality=reality, seed=seed)
-    with stage("simulation"):
-        runs = _run(plans, world, film)
-    if as_json:
-        emit_json(execution_summary(plans, runs, world))
-    else:
-        click.echo(execution_text(plans, runs, world))
-    if film is not None and video is not None:  # after what was found out, which is worth more than the film
-        film.write(video, overwrite)
-        click.echo(f"  wrote {video}", err=as_json)
-    world.close()
+    with closing(connect(DriverRequest(scene, q, tool_state, reality, seed))) as driver:
+        if bridge and _is_away(plan, driver.q, scene.cell.robot.limits):
+            planner = load_planner(scene.cell, roadmap, trajectories)
+            plans.insert(0, _bridge(planner, believed, plan, driver.q, tool_state, seed))
+        film = _film(video, scene.cell, plans)
+        world = cast("World", driver) if driver_name == SIMULATED else None
+        with stage("simulation" if world else "execution"):
+            runs = _run(plans, _driven(driver) if world is None else _simulated(world, film))
+        if as_json:
+            emit_json({"driver": driver_name, **execution_summary(plans, runs, world)})
+        else:
+            click.echo(execution_text(plans, runs, world))
+        if film is not None and video is not None:  # after what was found out, which is worth more
+            film.write(video, overwrite)
+            click.echo(f"  wrote {video}", err=as_json)
     if why := trouble(runs):
         raise TrialAbortedError(why)
 
@@ -133,18 +143,6 @@ def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
                 f"{path}: segments.{k}.tool_state: the tool has no state {str(segment.tool_state)!r}, only "
                 f"{', '.join(map(str, tool.shapes))}; plan it anew"
             )
-
-
-def _stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState]:
-    """Return the start: configuration and tool state as requested, else those where the plan begins."""
-    from pickcli.cell.tool import MOVING
-
-    first, tool = plan.segments[0].tool_state, scene.cell.robot.tool
-    at_start = tool.default_state if first == MOVING else first
-    if start is None:
-        return plan.trajectory.positions[0], at_start
-    q, tool_state = parse_configuration(scene.cell, start)
-    return q, tool_state or at_start
 
 
 def _is_away(plan: Plan, q: Array, limits: Limits) -> bool:
@@ -178,25 +176,17 @@ def _film(video: Path | None, cell: Cell, plans: list[Plan]) -> GifRecorder | No
     return GifRecorder.named(video, view_of_motion(cell, Q))
 
 
-def _run(plans: list[Plan], world: World, film: GifRecorder | None) -> list[Execution]:
-    """Execute the plans in order until one fails. The world keeps the state after the last execution."""
-    from pickcli.simulation.execute import execute
+def _run(
+    plans: list[Plan], carry_out: Callable[[Plan, ProgressObserver], PlanRecord]
+) -> list[PlanRecord]:  # fmt: skip
+    """Execute the plans in order until one fails. What stands afterwards stays as it is."""
     from pickcli.simulation.start_check import StartError
 
-    def look(world: World) -> None:
-        if film is not None:
-            film.look(world.engine, world.t)
-
-    runs: list[Execution] = []
+    runs: list[PlanRecord] = []
     with progress("executing") as report:
         for plan in plans:
             try:
-                run = execute(
-                    plan,
-                    world,
-                    on_progress=report,
-                    on_step=look if film is not None else None,
-                )
+                run = carry_out(plan, report)
             except StartError as error:
                 advice = "add --bridge, which does that"
                 raise StartError(error.joint, error.offset, error.unit, advice) from None
@@ -204,3 +194,23 @@ def _run(plans: list[Plan], world: World, film: GifRecorder | None) -> list[Exec
             if not run.is_clean:
                 break
     return runs
+
+
+def _driven(driver: Driver) -> Callable[[Plan, ProgressObserver], PlanRecord]:
+    """What executes a plan as any driver does."""
+    from pickcli.simulation.plan_run import drive
+
+    return lambda plan, report: drive(plan, driver, on_progress=report)
+
+
+def _simulated(world: World, film: GifRecorder | None) -> Callable[[Plan, ProgressObserver], PlanRecord]:
+    """What executes a plan in the simulated world, with all that it knows."""
+    from pickcli.simulation.execute import execute
+
+    def look(world: World) -> None:
+        if film is not None:
+            film.look(world.engine, world.t)
+
+    return lambda plan, report: execute(
+        plan, world, on_progress=report, on_step=look if film is not None else None
+    )

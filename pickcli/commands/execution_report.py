@@ -8,11 +8,12 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pickcli.motion.plan import Plan
-    from pickcli.simulation.execution import Execution
+    from pickcli.simulation.contacts import Collision
+    from pickcli.simulation.plan_record import PlanRecord
     from pickcli.simulation.world import World
 
 
-def trouble(runs: Sequence[Execution]) -> str:
+def trouble(runs: Sequence[PlanRecord]) -> str:
     """Tell what must not happen in one sentence. A lost item is a result, not trouble.
 
     Args:
@@ -22,20 +23,22 @@ def trouble(runs: Sequence[Execution]) -> str:
         The sentence, "" if nothing of the kind happened.
     """
     counts = (
-        (sum(len(run.collisions) for run in runs), "collision"),
+        (sum(len(_collisions(run)) for run in runs), "collision"),
         (sum(len(run.limit_violations) for run in runs), "limit violation"),
         (sum(len(run.missed) for run in runs), "missed event"),
     )
     return ", ".join(f"{n} {what}{'' if n == 1 else 's'}" for n, what in counts if n)
 
 
-def execution_summary(plans: Sequence[Plan], runs: Sequence[Execution], world: World) -> dict[str, Any]:
+def execution_summary(
+    plans: Sequence[Plan], runs: Sequence[PlanRecord], world: World | None
+) -> dict[str, Any]:  # fmt: skip
     """Sum up an execution: the outcome, and the record of the plan and of the bridge to it.
 
     Args:
         plans: The bridge, if there was one, and the plan.
         runs: Their executions, as far as they were begun.
-        world: The simulated world afterwards.
+        world: The simulated world afterwards; None where another driver did it, who knows of no item.
 
     Returns:
         JSON values by name.
@@ -46,37 +49,38 @@ def execution_summary(plans: Sequence[Plan], runs: Sequence[Execution], world: W
         "query": plans[-1].query,
         "item": item,
         "item_is_in": where,
-        "in_tote": None if item is None else where == "tote",
+        "in_tote": None if where is None else where == "tote",
         "simulated_s": sum(run.duration for run in runs),
-        "collisions": sum(len(run.collisions) for run in runs),
+        "collisions": sum(len(_collisions(run)) for run in runs),
         "limit_violations": sum(len(run.limit_violations) for run in runs),
         "bridge": None if bridge is None else _record(bridge),
         "execution": None if main is None else _record(main),
     }
 
 
-def execution_text(plans: Sequence[Plan], runs: Sequence[Execution], world: World) -> str:
+def execution_text(plans: Sequence[Plan], runs: Sequence[PlanRecord], world: World | None) -> str:
     """Sum up an execution in a few lines.
 
     Args:
         plans: The bridge, if there was one, and the plan.
         runs: Their executions, as far as they were begun.
-        world: The simulated world afterwards.
+        world: The simulated world afterwards; None where another driver did it, who knows of no item.
 
     Returns:
         The text.
     """
-    lines = []
+    lines, holder = [], "" if world is None else _holder(world)
     for plan, run in zip(plans, runs, strict=False):
-        told = f"{plan.query}: {run.stopped or 'done'}, {run.duration:.2f} s simulated"
-        lines += [told, *_lines(run, _holder(world))]
+        simulated = "" if world is None else " simulated"
+        told = f"{plan.query}: {run.stopped or 'done'}, {run.duration:.2f} s{simulated}"
+        lines += [told, *_lines(run, holder)]
     item, where = _whereabouts(plans[-1], world)
     if len(runs) < len(plans):
         lines.append(f"{plans[-1].query}: not started")
-    if item is not None:
+    if item is not None and world is not None:
         place = {
             "tote": "in the tote",
-            _holder(world): f"still in the {_holder(world)}",
+            holder: f"still in the {holder}",
             "outside": "in no place",
         }
         lines.append(f"  {item} is {place.get(where or '', f'in {where}')}")
@@ -84,19 +88,21 @@ def execution_text(plans: Sequence[Plan], runs: Sequence[Execution], world: Worl
 
 
 def _told_apart(
-    plans: Sequence[Plan], runs: Sequence[Execution]
-) -> tuple[Execution | None, Execution | None]:
+    plans: Sequence[Plan], runs: Sequence[PlanRecord]
+) -> tuple[PlanRecord | None, PlanRecord | None]:
     """The run of the bridge and that of the plan; None for what was not carried out."""
     if len(plans) == 1:
         return None, runs[0]
     return runs[0], runs[1] if len(runs) > 1 else None
 
 
-def _whereabouts(plan: Plan, world: World) -> tuple[str | None, str | None]:
-    """The item that the plan is about, and where it is now."""
+def _whereabouts(plan: Plan, world: World | None) -> tuple[str | None, str | None]:
+    """The item that the plan is about, and where it is now, if that is known."""
     if plan.grasp is None:
         return None, None
     item = plan.grasp.item
+    if world is None:
+        return item, None
     return item, _holder(world) if world.held == item else world.placed(item).location
 
 
@@ -105,7 +111,7 @@ def _holder(world: World) -> str:
     return world.robot.tool.grip.holder
 
 
-def _record(run: Execution) -> dict[str, Any]:
+def _record(run: PlanRecord) -> dict[str, Any]:
     return {
         "stopped": run.stopped,
         "stop_cause": None if run.stop_cause is None else str(run.stop_cause),
@@ -113,9 +119,7 @@ def _record(run: Execution) -> dict[str, Any]:
         "stopped_in": None if run.stopped_in is None else str(run.stopped_in),
         "simulated_s": run.duration,
         "sensor_reads_held": run.has_item,
-        "held": run.held,
         "max_lag_m": run.max_lag,
-        "max_load": run.max_load,
         "events": [
             {
                 "device": fired.event.device,
@@ -127,17 +131,40 @@ def _record(run: Execution) -> dict[str, Any]:
             for fired in run.events
         ],
         "missed_events": [f"{event.device} {event.action}" for event in run.missed],
+        "limit_violations": [str(violation) for violation in run.limit_violations],
+        **_seen_record(run),
+    }
+
+
+def _seen_record(run: PlanRecord) -> dict[str, Any]:
+    """What only the simulated world knows."""
+    from pickcli.simulation.execution import Execution
+
+    if not isinstance(run, Execution):
+        return {}
+    return {
+        "held": run.held,
+        "max_load": run.max_load,
         "collisions": [
             {"a": c.a, "b": c.b, "t_s": c.t_start - run.t_start, "depth_m": c.depth, "at_m": c.position}
             for c in run.collisions
         ],
-        "limit_violations": [str(violation) for violation in run.limit_violations],
         "falls": [{"item": f.item, "height_m": f.height, "is_wanted": f.is_wanted} for f in run.falls],
     }
 
 
-def _lines(run: Execution, holder: str) -> list[str]:
-    load = f"; {holder} loaded to {run.max_load:.0%} of its limits" if run.max_load else ""
+def _collisions(run: PlanRecord) -> tuple[Collision, ...]:
+    """Collisions, which only the simulated world knows."""
+    from pickcli.simulation.execution import Execution
+
+    return run.collisions if isinstance(run, Execution) else ()
+
+
+def _lines(run: PlanRecord, holder: str) -> list[str]:
+    from pickcli.simulation.execution import Execution
+
+    seen = run if isinstance(run, Execution) else None
+    load = f"; {holder} loaded to {seen.max_load:.0%} of its limits" if seen and seen.max_load else ""
     lines = [f"  tool at most {1e3 * run.max_lag:.1f} mm behind its command{load}"]
     for fired in run.events:
         reading = "" if fired.reading is None else f": {'held' if fired.reading else 'nothing held'}"
@@ -149,8 +176,9 @@ def _lines(run: Execution, holder: str) -> list[str]:
     lines += [
         f"  collision: {c.a} and {c.b}, {1e3 * c.depth:.1f} mm deep at "
         f"({', '.join(f'{x:.3f}' for x in c.position)}), {c.t_start - run.t_start:.3f} s"
-        for c in run.collisions
+        for c in _collisions(run)
     ]
     lines += [f"  limit: {violation}" for violation in run.limit_violations]
-    lines += [f"  {f.item} fell {1e3 * f.height:.0f} mm" for f in run.falls if not f.is_wanted]
+    falls = seen.falls if seen else ()
+    lines += [f"  {f.item} fell {1e3 * f.height:.0f} mm" for f in falls if not f.is_wanted]
     return lines

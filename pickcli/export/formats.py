@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
 
-from pickcli.errors import InputError, UnknownNameError
+from pickcli.errors import UnknownNameError
 from pickcli.export.exporter import Exporter
+from pickcli.plugins import added, loaded
 
 GROUP = "apc.exporters"
 
@@ -19,23 +19,13 @@ BUILT_IN = {
 }
 
 
-def added_formats() -> dict[str, EntryPoint]:
-    """What installed packages add.
-
-    Returns:
-        Entry points by name, sorted. None has the name of a format of this package.
-    """
-    found = sorted(entry_points(group=GROUP), key=lambda point: (point.name, point.value))
-    return {point.name: point for point in reversed(found) if point.name not in BUILT_IN}
-
-
 def format_names() -> list[str]:
     """The names of all formats.
 
     Returns:
         Those of this package first.
     """
-    return [*BUILT_IN, *sorted(added_formats())]
+    return [*BUILT_IN, *added(GROUP, BUILT_IN)]
 
 
 def exporter(name: str) -> Exporter:
@@ -48,29 +38,18 @@ def exporter(name: str) -> Exporter:
         The format.
 
     Raises:
-        InputError: There is none of that name, or what a package adds cannot be loaded.
+        InputError: There is none of that name, or what a package adds cannot be used.
     """
     if name in BUILT_IN:
         found = import_module(f"pickcli.export.{BUILT_IN[name]}").EXPORTER
-        assert isinstance(found, Exporter)
-        return found
-    added = added_formats()
-    if name not in added:
-        raise UnknownNameError("format", name, format_names())
-    return _loaded(added[name])
-
-
-def _loaded(point: EntryPoint) -> Exporter:
-    """The format that an entry point names. Raises InputError where it is none."""
-    try:
-        found = point.load()
-    except Exception as error:  # whatever the package's own code raises
-        raise InputError(
-            f"format {point.name!r}: {point.value} cannot be loaded ({error}); correct or remove its package"
-        ) from error
-    if not isinstance(found, Exporter):
-        raise InputError(
-            f"format {point.name!r}: {point.value} is no pickcli.export.exporter.Exporter; correct its "
-            "package"
-        )
+    else:
+        others = added(GROUP, BUILT_IN)
+        if name not in others:
+            raise UnknownNameError("format", name, format_names())
+        found = loaded("format", others[name], _is_exporter, "pickcli.export.exporter.Exporter")
+    assert isinstance(found, Exporter)
     return found
+
+
+def _is_exporter(found: object) -> bool:
+    return isinstance(found, Exporter)

@@ -1,4 +1,4 @@
-"""The simulated world behind one door: pybullet, the tool, the servo, what goes wrong and what is watched.
+"""The simulated world behind one door, and how plans are carried out: in it, or by any other driver.
 
 Read in this order:
 
@@ -11,9 +11,12 @@ Read in this order:
 - The tool: `simulated_tool`, by `tool_choice` a `simulated_cup` or a `simulated_gripper`. What holds items is
   its `grip`: `suction` with `bellows` and `vacuum`, or `fingers` with `pads`; from both an item hangs by a
   `bushing`.
-- Carrying out a plan: `execute`, after a `start_check`, sends the set points of `stream`; `trigger` measures
-  how far from its trigger an event fired, `execution` is the record; a
-  `motion_recorder` notes all that moves.
+- Carrying out a plan by a `driver`: `plan_run`, after a `start_check`, sends the set points of `stream`;
+  `trigger` measures how far from its trigger an event fired, `following` whether the joints follow,
+  `plan_record` is the record. In the simulated world: `execute`, with `execution` as the record;
+  a `motion_recorder` notes all that moves.
+- Other drivers: `recorder`, and `installed_drivers` by their names; `driver_check` tells whether one keeps to
+  the protocol.
 - What is watched meanwhile: `supervision` with a `hold_watch`, and `contact_guard`; beyond their `thresholds`
   they end in a `protective_stop`.
 - Several arms in one world: `arm_turn`.

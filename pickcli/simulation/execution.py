@@ -1,32 +1,15 @@
-"""Record of the execution of a plan, as values."""
+"""Record of the execution of a plan in the simulated world, as values."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from pickcli.motion.event import Event
-from pickcli.motion.segment import SegmentKind
-from pickcli.simulation.contacts import Collision
-from pickcli.simulation.grip import Release
-from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
-from pickcli.simulation.stream import Violation
+from pickcli.simulation.plan_record import PlanRecord
 
-
-@dataclass(frozen=True)
-class FiredEvent:
-    """An event when it fired.
-
-    Attributes:
-        event: The event.
-        t: s, simulated.
-        distance: m of tool path between where the robot was and the event's resolved trigger point.
-        reading: What a sensor answered, else None.
-    """
-
-    event: Event
-    t: float
-    distance: float
-    reading: bool | None = None
+if TYPE_CHECKING:  # they need pybullet
+    from pickcli.simulation.contacts import Collision
+    from pickcli.simulation.grip import Release
 
 
 @dataclass(frozen=True)
@@ -44,86 +27,25 @@ class Fall:
     is_wanted: bool
 
 
-@dataclass(frozen=True, eq=False)
-class Execution:
-    """The record of one plan. Times are simulated seconds.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Execution(PlanRecord):
+    """What only the simulated world knows of a plan beside its record. Times are simulated seconds.
 
     Attributes:
-        t_start: s.
-        t_end: s.
-        stop: Why it ended before the plan did, None if it did not.
-        stopped_in: The segment it was in then.
-        events: Events that fired.
-        missed: Events that never fired.
         collisions: Contacts that no plan allows.
-        limit_violations: Limits that the commands broke.
         releases: Items that left the cup.
         falls: How far these fell.
         held: Id of the item in the cup at the end, or None.
-        max_lag: m, farthest that the tool was from where it was told to be.
         max_load: Largest share of what the cup bears while something was held, from the lift on.
-        path_time: Where the robot came to rest after a stop, as a time of the plan's trajectory, s; None
-            without one.
-        stopping_time: s from the request of a stop to standstill; None without one.
     """
 
-    t_start: float
-    t_end: float
-    stop: ProtectiveStop | None
-    stopped_in: SegmentKind | None
-    events: tuple[FiredEvent, ...]
-    missed: tuple[Event, ...]
     collisions: tuple[Collision, ...]
-    limit_violations: tuple[Violation, ...]
     releases: tuple[Release, ...]
     falls: tuple[Fall, ...]
     held: str | None
-    max_lag: float
     max_load: float
-    path_time: float | None = None
-    stopping_time: float | None = None
 
     @property
-    def duration(self) -> float:
-        """Duration from the first command to the last step, s."""
-        return self.t_end - self.t_start
-
-    @property
-    def stopped(self) -> str:
-        """Why the execution ended before the plan did, in words; "" if it did not."""
-        return "" if self.stop is None else str(self.stop)
-
-    @property
-    def stop_cause(self) -> StopCause | None:
-        """What the robot knew that made it stop, None if it did not."""
-        return None if self.stop is None else self.stop.cause
-
-    @property
-    def has_item(self) -> bool | None:
-        """What the vacuum said last: the sensor's answer, or the stop for want of vacuum after it.
-
-        None if neither was there.
-        """
-        if self.stop is not None and self.stop.is_empty:
-            return False
-        readings = [fired.reading for fired in self.events if fired.reading is not None]
-        return readings[-1] if readings else None
-
-    @property
-    def is_clean(self) -> bool:
-        """Whether the plan was carried out to its end, without collision, broken limit or missed event."""
-        return not self.trouble
-
-    @property
-    def trouble(self) -> str:
-        """What went wrong, in one sentence; "" if nothing did."""
-        counts = (
-            (len(self.collisions), "collisions"),
-            (len(self.limit_violations), "limit violations"),
-            (len(self.missed), "events missed"),
-        )
-        parts = [f"{n} {what}" for n, what in counts if n]
-        if self.stopped:
-            where = f" in {self.stopped_in}" if self.stopped_in else ""
-            parts.append(f"stopped{where}: {self.stopped}")
-        return "; ".join(parts)
+    def counts(self) -> tuple[tuple[int, str], ...]:
+        """How often what must not happen did, and what."""
+        return ((len(self.collisions), "collisions"), *super().counts)

@@ -14,9 +14,9 @@ from pickcli.simulation.grip import Grip
 from pickcli.simulation.hold_watch import GraspWatch, HoldWatch
 from pickcli.simulation.servo import FingerDrive
 from pickcli.simulation.simulated_tool import SimulatedTool, device_for
+from pickcli.simulation.start_check import WIDTH_TOLERANCE
 from pickcli.simulation.thresholds import Thresholds
 
-WIDTH_TOLERANCE = 2e-3  # m around the width of a state within which fingers count as arrived
 PRESS_PEAK = 2.0  # of the force of fingers: with which they press for a moment as they meet an item
 MIRROR_FORCE = 1e3  # N that the gear bears which lets fingers mirror each other
 

@@ -10,9 +10,9 @@ from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.errors import InputError, StaleError
 from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan, other_arm_elsewhere
-from pickcli.simulation.simulated_gripper import WIDTH_TOLERANCE
-from pickcli.simulation.world import World
+from pickcli.simulation.driver import Driver
 
+WIDTH_TOLERANCE = 2e-3  # m around the width of a state within which fingers are in it
 START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
 
 
@@ -35,37 +35,37 @@ class StartError(InputError):
         self.joint, self.offset, self.unit = joint, offset, unit
 
 
-def at_the_robot(plan: Plan, world: World) -> Plan:
+def at_the_robot(plan: Plan, driver: Driver) -> Plan:
     """A plan turned by whole turns of continuous joints to where the robot stands.
 
     Args:
         plan: The plan.
-        world: The world.
+        driver: The robot.
 
     Returns:
         The same motion, the first point of which is within half a turn of the robot's configuration.
     """
     trajectory = plan.trajectory
     first = trajectory.positions[0]
-    by = turned_towards(world.robot.limits, first, world.q) - first
+    by = turned_towards(driver.cell.robot.limits, first, driver.q) - first
     if not by.any():
         return plan
     return replace(plan, trajectory=replace(trajectory, positions=trajectory.positions + by))
 
 
-def check_start(plan: Plan, world: World) -> None:
+def check_start(plan: Plan, driver: Driver) -> None:
     """Check that a plan is for this cell and begins where the robot stands, its tool as it is.
 
     Args:
         plan: The plan.
-        world: The world.
+        driver: The robot.
 
     Raises:
         StaleError: If the plan is for another cell, or another arm stands elsewhere than it was made for.
         StartError: If the robot is not where the plan begins.
         InputError: If the tool is in another state than the plan begins with.
     """
-    cell = world.scene.cell
+    cell = driver.cell
     if why := other_arm_elsewhere(plan, cell):
         raise StaleError(f"the plan was {why}")
     if plan.cell_fingerprint != cell.fingerprint:
@@ -73,11 +73,11 @@ def check_start(plan: Plan, world: World) -> None:
             f"the plan is for the cell {plan.cell_fingerprint[:12]}, this one is "
             f"{cell.fingerprint[:12]}; plan again"
         )
-    offsets = np.abs(world.q - plan.trajectory.positions[0])
+    offsets = np.abs(driver.q - plan.trajectory.positions[0])
     worst = int(np.argmax(offsets))
     if offsets[worst] > START_TOLERANCE:
         raise StartError(cell.robot.joint_names[worst], float(offsets[worst]), cell.robot.units[worst])
-    wanted, now = plan.segments[0].tool_state, world.tool_state
+    wanted, now = plan.segments[0].tool_state, driver.tool_state
     if MOVING not in (wanted, now) and not _is_as(cell.robot.tool, wanted, now):
         what = cell.robot.tool.grip.holder
         raise InputError(f"refusing to start: the {what} is {now}, the plan begins with it {wanted}")

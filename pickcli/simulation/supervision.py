@@ -16,13 +16,13 @@ from pickcli.geometry import GRAVITY, Array, length
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import Segment
 from pickcli.seeds import derived_rng
+from pickcli.simulation.following import JointFollowing
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import World
 
 TORQUE_NOISE = 0.02  # of a motor's largest torque: error of a torque that is read from its current
 FILTER_TIME = 4e-3  # s over which the unexplained torque is averaged
-SPEED_MEMORY = 0.1  # s that a joint's speed still excuses its lag after it has slowed down
 PAYLOAD_FACTOR = 1.5  # of the weight of what is held: its acceleration, and masses known to 10 %
 LET_GO_TIME = 0.5  # s after the plan lets go of something in which its weight may still hang on
 _ONES, _ROOT_3 = np.ones(3), float(np.sqrt(3.0))
@@ -87,10 +87,9 @@ class Supervisor:
         self._is_linear = {j.name: j.type is JointType.PRISMATIC for j in world.robot.joints}
         self._forces = np.array([world.robot.motor_forces[name] for name in self._names])
         self._most_torque = self._thresholds.torque * self._forces
-        self._decay = np.exp(-world.time_step / SPEED_MEMORY)
         seed = world.seed + round(world.t / world.time_step)
         self.external = ExternalTorque(world.inverse_dynamics, self._forces, world.time_step, seed)
-        self._command, self._speed = world.q, np.zeros(len(self._names))
+        self._joints = JointFollowing(world.q, world.time_step, self._thresholds)
         self._weight, self._t_held = 0.0, -np.inf
         self._weighed: Segment | None = None  # the last one that held something, and its payload
         self._payload = 0.0
@@ -140,8 +139,7 @@ class Supervisor:
 
     def _remember(self, command: Array, segment: Segment) -> None:
         world = self._world
-        speed = np.abs(command - self._command) / world.time_step
-        self._speed, self._command = np.maximum(speed, self._decay * self._speed), command
+        self._joints.remember(command)
         if segment.held is not None:
             if segment is not self._weighed:
                 mass = world.scene.find(segment.held).item.mass
@@ -168,21 +166,17 @@ class Supervisor:
 
     def _following(self, command: Array) -> ProtectiveStop | None:
         q = self._world.q
-        error = np.abs(command - q)
-        allowed = self._thresholds.joint + self._thresholds.lag * self._speed
-        worst = int((error / allowed).argmax())
-        if error[worst] > allowed[worst]:
-            unit = "m" if self._is_linear[self._names[worst]] else "rad"
-            return self._stop(
-                StopCause.FOLLOWING_ERROR, self._names[worst], error[worst], allowed[worst], unit
-            )  # fmt: skip
+        if (off := self._joints.worst(q)) is not None:
+            joint, error, allowed = off
+            unit = "m" if self._is_linear[self._names[joint]] else "rad"
+            return self._stop(StopCause.FOLLOWING_ERROR, self._names[joint], error, allowed, unit)
         return self._tool_following(command, q)
 
     def _tool_following(self, command: Array, q: Array) -> ProtectiveStop | None:
         """By the Jacobian: the errors are small, and this is asked every millisecond."""
         jacobian = self._arm.jacobian(q, self._tool_state())[:3]
         error = length(jacobian @ (command - q))
-        speed = float(np.abs(jacobian) @ self._speed @ _ONES) / _ROOT_3
+        speed = float(np.abs(jacobian) @ self._joints.speed @ _ONES) / _ROOT_3
         allowed = self._thresholds.tool + self._thresholds.lag * speed
         if error > allowed:
             return self._stop(StopCause.FOLLOWING_ERROR, "tool", error, allowed, "m")

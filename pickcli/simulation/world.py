@@ -16,11 +16,11 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
-from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.collision_filter import CollisionFilter
 from pickcli.simulation.contacts import Collision, ContactLog
+from pickcli.simulation.driver import device_for
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.fingers import Fingers
 from pickcli.simulation.grip import Grip
@@ -149,7 +149,7 @@ class World:
         Args:
             q: (n,) configuration.
         """
-        self._command = q
+        self._command = np.array(q, dtype=float)
 
     def act(self, device: str, action: str) -> bool | None:
         """Switch a device.
@@ -164,12 +164,7 @@ class World:
         Raises:
             UnknownNameError: If there is no such device or action.
         """
-        devices = self.scene.cell.devices
-        if device not in devices:
-            raise UnknownNameError("device", device, sorted(devices))
-        if action not in devices[device].actions:
-            raise UnknownNameError("action", action, devices[device].actions, device)
-        kind = devices[device].kind
+        kind = device_for(self.cell, device, action).kind
         if kind is DeviceKind.SENSOR:
             return self.grip.is_holding
         if kind is DeviceKind.PUMP:
@@ -243,6 +238,11 @@ class World:
                 self.engine.sleep(placed.id)
 
     # State -------------------------------------------------------------------------------------------
+
+    @property
+    def cell(self) -> Cell:
+        """The cell, as the arm that moves sees it."""
+        return self.scene.cell
 
     @property
     def t(self) -> float:

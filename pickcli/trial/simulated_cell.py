@@ -24,9 +24,10 @@ from pickcli.scene.scene import Scene
 from pickcli.simulation.arm_turn import let_move
 from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import execute, fall_of
-from pickcli.simulation.execution import Execution, Fall, FiredEvent
+from pickcli.simulation.execution import Execution, Fall
 from pickcli.simulation.grip import Release
 from pickcli.simulation.motion_recorder import MotionRecorder
+from pickcli.simulation.plan_record import FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.start_check import check_start
 from pickcli.simulation.world import ROBOT, World

@@ -51,6 +51,11 @@ def test_moves_are_planned_and_verified_without_any_extra(tmp_path: Path) -> Non
     planned = without(NONE, "plan-move", "--cell", cell, "--from", "home", "--to", "away", "-o", move)
     assert planned.returncode == 0, planned.stderr
     assert without(NONE, "verify", move, "--cell", cell).returncode == 0
+    driven = without(NONE, "execute", move, "--cell", cell, "--driver", "recorder")
+    assert driven.returncode == 0, driven.stderr
+    assert without(NONE, "check-driver", "recorder", move, "--cell", cell).returncode == 0
+    simulated = without(NONE, "execute", move, "--cell", cell)
+    assert simulated.returncode == 3 and "pip install 'apc-pick[sim]'" in simulated.stderr
     to = ("export", move, "--cell", cell, "--to")
     assert without(NONE, *to, "joint-trajectory", "-o", tmp_path / "x.json").returncode == 0
     assert without(NONE, *to, "csv", "-o", tmp_path / "x.csv").returncode == 0

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from pickcli import plugins
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.export import formats
 from pickcli.export.exporter import Exporter
 from pickcli.export.formats import BUILT_IN, GROUP, exporter, format_names
+from support.added_package import write_package
 from support.exported_motions import ur_request
 
 MODULE = """
@@ -23,17 +24,10 @@ NOTHING = 3
 @pytest.fixture
 def added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An installed package that adds a format, two that do not work, and one of a name that is taken."""
-    (tmp_path / "added_formats_of_a_test.py").write_text(MODULE)
-    info = tmp_path / "added-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: added\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(
-        f"[{GROUP}]\n"
-        "lines = added_formats_of_a_test:LINES\n"
-        "nothing = added_formats_of_a_test:NOTHING\n"
-        "broken = no_such_module_at_all:X\n"
-        "csv = added_formats_of_a_test:LINES\n"
-    )
+    name = "added_formats_of_a_test"
+    lines, nothing = f"{name}:LINES", f"{name}:NOTHING"
+    points = {"lines": lines, "nothing": nothing, "broken": "no_such_module_at_all:X", "csv": lines}
+    write_package(tmp_path, name, MODULE, {GROUP: points})
     monkeypatch.syspath_prepend(tmp_path)
 
 
@@ -70,5 +64,5 @@ def test_an_unknown_format_comes_with_what_was_meant() -> None:
 
 def test_of_two_packages_with_one_name_the_first_by_its_value_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     points = [EntryPoint("x", value, GROUP) for value in ("b:X", "a:X")]
-    monkeypatch.setattr(formats, "entry_points", lambda group: points)
-    assert formats.added_formats()["x"].value == "a:X"
+    monkeypatch.setattr(plugins, "entry_points", lambda group: points)
+    assert plugins.added(GROUP, ())["x"].value == "a:X" and plugins.added(GROUP, ("x",)) == {}

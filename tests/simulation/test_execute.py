@@ -12,7 +12,8 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import StaleError
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.simulation.execute import SEAL_TIME, execute
+from pickcli.simulation.execute import execute
+from pickcli.simulation.plan_run import SEAL_TIME
 from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.servo import IDEAL, Servo

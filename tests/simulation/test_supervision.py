@@ -15,7 +15,8 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.braking import Return
-from pickcli.simulation.execute import STANDING, execute
+from pickcli.simulation.execute import execute
+from pickcli.simulation.plan_run import STANDING
 from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT

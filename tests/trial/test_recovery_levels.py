@@ -9,8 +9,8 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import RecoveryLevel
-from pickcli.simulation.execute import END_TIME
 from pickcli.simulation.places import OUTSIDE
+from pickcli.simulation.plan_run import END_TIME
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.attempt_runner import TrialSettings

@@ -1,0 +1,297 @@
+"""Whether a driver keeps to the protocol: it stands, carries out a plan, and every answer is looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.tool import ToolState
+from pickcli.errors import UnknownNameError
+from pickcli.geometry import Array
+from pickcli.kinematics.continuous_joints import turned_towards
+from pickcli.motion.plan import Plan
+from pickcli.simulation.driver import Driver
+from pickcli.simulation.plan_record import PlanRecord
+from pickcli.simulation.plan_run import drive
+from pickcli.simulation.start_check import START_TOLERANCE, check_start
+
+LONGEST_PERIOD = 0.1  # s between set points: a robot that is told its way more rarely does not follow it
+STANDING_TIME = 0.2  # s for which it is told to stand
+LEAST_STEPS = 20
+PERIOD_TOLERANCE = 0.1  # of the period, on average
+EVENT_TOLERANCE = 0.01  # m of tool path between where an event fired and its trigger
+NO_SUCH = "no such name"
+
+
+@dataclass(frozen=True)
+class DriverCheck:
+    """One thing that is asked of a driver.
+
+    Attributes:
+        what: What it must do.
+        fault: What it did instead; "" if it did.
+        is_tried: Whether it was asked for: after a fault nothing moves any more.
+    """
+
+    what: str
+    fault: str = ""
+    is_tried: bool = True
+
+    @property
+    def is_passed(self) -> bool:
+        """Whether it did what it must."""
+        return self.is_tried and not self.fault
+
+
+@dataclass(frozen=True)
+class DriverReport:
+    """What became of all checks.
+
+    Attributes:
+        checks: In their order.
+        record: How the plan was carried out; None where it was not begun.
+    """
+
+    checks: tuple[DriverCheck, ...]
+    record: PlanRecord | None = None
+
+    @property
+    def is_passed(self) -> bool:
+        """Whether the driver keeps to the protocol."""
+        return all(check.is_passed for check in self.checks)
+
+
+def check_driver(driver: Driver, plan: Plan) -> DriverReport:
+    """Check that a driver keeps to the protocol. It carries out the plan: the robot moves.
+
+    Args:
+        driver: The driver. It is closed in the end.
+        plan: A plan, verified for what stands around the robot, which begins where that stands.
+
+    Returns:
+        What became of every check. A check that fails ends those that need it.
+    """
+    session = _Session(driver, plan, _Watched(driver))
+    checks: list[DriverCheck] = []
+    for what, find_fault in _CHECKS:
+        if all(check.is_passed for check in checks):
+            checks.append(DriverCheck(what, _fault(find_fault, session)))
+        else:
+            checks.append(DriverCheck(what, is_tried=False))
+    checks.append(DriverCheck("it is closed, also twice", _fault(_close, session)))
+    return DriverReport(tuple(checks), session.record)
+
+
+class _Watched:
+    """A driver between the run of a plan and the one that is checked: it keeps what that answers.
+
+    It hands over set points in one array, and writes where the robot stands into it before the step: who
+    keeps the array instead of its content does not move.
+    """
+
+    def __init__(self, driver: Driver) -> None:
+        self._driver = driver
+        self._point = np.array(driver.q, dtype=float)
+        self.answers: list[tuple[str, bool | None]] = []
+        self.n_steps = 0
+
+    @property
+    def cell(self) -> Cell:
+        return self._driver.cell
+
+    @property
+    def time_step(self) -> float:
+        return self._driver.time_step
+
+    @property
+    def t(self) -> float:
+        return self._driver.t
+
+    @property
+    def q(self) -> Array:
+        return self._driver.q
+
+    @property
+    def tool_state(self) -> ToolState:
+        return self._driver.tool_state
+
+    def command(self, q: Array) -> None:
+        self._point[:] = q
+        self._driver.command(self._point)
+        self._point[:] = self._driver.q
+
+    def act(self, device: str, action: str) -> bool | None:
+        answer = self._driver.act(device, action)
+        self.answers.append((device, answer))
+        return answer
+
+    def step(self) -> None:
+        self._driver.step()
+        self.n_steps += 1
+
+    def close(self) -> None:
+        self._driver.close()
+
+
+@dataclass
+class _Session:
+    """What the checks find out for each other."""
+
+    driver: Driver
+    plan: Plan
+    watched: _Watched
+    record: PlanRecord | None = field(default=None)
+
+
+def _fault(find_fault: Callable[[_Session], str], session: _Session) -> str:
+    """What a check finds; whatever the driver raises is a fault, too."""
+    try:
+        return find_fault(session)
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
+
+
+def _period(session: _Session) -> str:
+    period = session.driver.time_step
+    return (
+        ""
+        if 0.0 < period <= LONGEST_PERIOD
+        else f"time_step is {period}, over 0 to {LONGEST_PERIOD:g} s expected"
+    )
+
+
+def _configuration(session: _Session) -> str:
+    driver = session.driver
+    q, limits = driver.q, driver.cell.robot.limits
+    n = driver.cell.robot.n_joints
+    if not isinstance(q, np.ndarray) or q.shape != (n,) or q.dtype != np.float64:
+        return f"q is no array of {n} floats"
+    if not np.isfinite(q).all():
+        return "q is not finite"
+    outside = np.maximum(limits.lower - q, q - limits.upper)
+    worst = int(outside.argmax())
+    return (
+        f"{driver.cell.robot.joint_names[worst]} is beyond its limits"
+        if outside[worst] > START_TOLERANCE
+        else ""
+    )
+
+
+def _start(session: _Session) -> str:
+    check_start(session.plan, session.driver)
+    return ""
+
+
+def _unknown_names(session: _Session) -> str:
+    pairs = [(NO_SUCH, "on"), *((name, NO_SUCH) for name in session.driver.cell.devices)]
+    for device, action in pairs:
+        with suppress(UnknownNameError):
+            session.driver.act(device, action)
+            return f"act({device!r}, {action!r}) was taken, UnknownNameError expected"
+    return ""
+
+
+def _sensors(session: _Session) -> str:
+    for device in session.driver.cell.devices.values():
+        if device.kind is DeviceKind.SENSOR:
+            answer = session.driver.act(device.name, device.actions[0])
+            if not isinstance(answer, bool):
+                return f"{device.name} answers {answer!r}, True or False expected"
+    return ""
+
+
+def _standing(session: _Session) -> str:
+    driver = session.driver
+    begun = driver.q
+    before, copy = begun, begun.copy()
+    driver.command(begun.copy())
+    for _ in _steps(driver):
+        if (moved := float(np.abs(driver.q - copy).max())) > START_TOLERANCE:
+            return f"a joint moved by {moved:.4f} while it was told to stand"
+    return "" if np.array_equal(before, copy) else "an array that q returned was changed afterwards"
+
+
+def _clock(session: _Session) -> str:
+    driver, times = session.driver, [session.driver.t]
+    times += [driver.t for _ in _steps(driver)]
+    gaps = np.diff(times)
+    if (gaps <= 0.0).any():
+        return "t does not increase with every step"
+    return _wrong_pace(float(gaps.mean()), driver.time_step)
+
+
+def _steps(driver: Driver) -> Iterator[None]:
+    for _ in range(max(LEAST_STEPS, round(STANDING_TIME / driver.time_step))):
+        driver.step()
+        yield
+
+
+def _wrong_pace(mean: float, period: float) -> str:
+    if abs(mean - period) <= PERIOD_TOLERANCE * period:
+        return ""
+    return f"a step takes {mean:.5f} s on average, its time_step is {period:.5f} s"
+
+
+def _carries_out(session: _Session) -> str:
+    watched, plan = session.watched, session.plan
+    session.record = record = drive(plan, watched)
+    if record.trouble:
+        kept = ", or keeps the array of its set point" if record.stop is not None else ""
+        return f"{record.trouble}{kept}"
+    end = plan.trajectory.positions[-1]
+    robot = watched.cell.robot
+    off = np.abs(watched.q - turned_towards(robot.limits, end, watched.q))
+    worst = int(off.argmax())
+    if off[worst] <= START_TOLERANCE:
+        return ""
+    return f"{robot.joint_names[worst]} ends {off[worst]:.4f} from the plan's last point"
+
+
+def _pace(session: _Session) -> str:
+    record = session.record
+    if record is None or not session.watched.n_steps:
+        return "nothing was carried out"
+    return _wrong_pace(record.duration / session.watched.n_steps, session.watched.time_step)
+
+
+def _events(session: _Session) -> str:
+    record = session.record
+    far = [fired for fired in (record.events if record else ()) if fired.distance > EVENT_TOLERANCE]
+    if not far:
+        return ""
+    return f"{far[0].event.device} {far[0].event.action} came {1e3 * far[0].distance:.1f} mm from its place"
+
+
+def _answers(session: _Session) -> str:
+    devices = session.watched.cell.devices
+    for name, answer in session.watched.answers:
+        is_sensor = devices[name].kind is DeviceKind.SENSOR
+        if is_sensor != isinstance(answer, bool) or (not is_sensor and answer is not None):
+            return f"{name} answers {answer!r}"
+    return ""
+
+
+def _close(session: _Session) -> str:
+    session.driver.close()
+    session.driver.close()
+    return ""
+
+
+_CHECKS: tuple[tuple[str, Callable[[_Session], str]], ...] = (
+    ("its period is that of a stream", _period),
+    ("it measures a configuration of the cell", _configuration),
+    ("it stands where the plan begins", _start),
+    ("it refuses devices and actions that the cell does not have", _unknown_names),
+    ("its sensors answer yes or no", _sensors),
+    ("it stands when it is told to", _standing),
+    ("its clock runs with its steps", _clock),
+    ("it carries out the plan and arrives", _carries_out),
+    ("its clock runs with its steps while it moves", _pace),
+    ("its measurements let events fire in their places", _events),
+    ("its devices answer as the protocol says", _answers),
+)

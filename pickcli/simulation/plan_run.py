@@ -1,0 +1,319 @@
+"""Carry out a plan by any driver: stream it, fire its events by measured progress, stop on its path."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from pickcli.cell.device import DeviceKind
+from pickcli.geometry import Array
+from pickcli.io_events.tracker import EventTracker
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.event import Event
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.progress import Progress, ProgressObserver
+from pickcli.simulation.driver import Driver
+from pickcli.simulation.following import JointFollowing
+from pickcli.simulation.plan_record import FiredEvent, PlanRecord
+from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
+from pickcli.simulation.start_check import at_the_robot, check_start
+from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
+from pickcli.simulation.trigger import TriggerDistance
+
+END_TIME = 0.1  # s after the last set point: the servo arrives, the last events fire
+STANDING = 0.02  # rad/s or m/s of every joint, below which a stopping robot stands
+SEAL_TIME = 1.5  # s beyond the plan's own rest on an item: a line that leaked is evacuated to 0.95 by then
+AT_REST = 1e-6  # rad/s or m/s of every joint
+TRACE_STEPS = 10  # between two looks at the tool's lag
+PROGRESS_STEPS = 100  # between two reports of progress
+
+D = TypeVar("D", bound=Driver)
+
+
+def drive(
+    plan: Plan, driver: Driver, *, pace: Pace = full_speed, on_progress: ProgressObserver | None = None
+) -> PlanRecord:
+    """Carry out a plan, to its end or to a stop on its path.
+
+    On the item the robot rests until a sensor says that it is held, at most for ``SEAL_TIME`` longer than
+    planned. It stops where a joint does not follow, or where an event reads that nothing is held.
+
+    Args:
+        plan: The plan.
+        driver: What carries it out.
+        pace: How fast the plan's time passes.
+        on_progress: Called every 100 set points with the seconds of the plan and its segment.
+
+    Returns:
+        What happened.
+
+    Raises:
+        StaleError: If the plan is for another cell.
+        StartError: If the robot is not where the plan begins.
+        InputError: If the tool is in another state than the plan begins with.
+    """
+    plan = at_the_robot(plan, driver)
+    check_start(plan, driver)
+    run = PlanRun(plan, driver, pace, on_progress)
+    run.play()
+    return run.record()
+
+
+@dataclass
+class _Trace:
+    """What is noted on the way."""
+
+    fired: list[FiredEvent] = field(default_factory=list)
+    sent: list[Array] = field(default_factory=list)  # set points
+    plan_times: list[float] = field(default_factory=list)  # of each set point
+    told: list[Array] = field(default_factory=list)  # every TRACE_STEPS: set point and measured
+    measured: list[Array] = field(default_factory=list)
+
+
+class PlanRun(Generic[D]):
+    """One execution in progress. Who knows more of a robot than its driver tells overrides what is judged.
+
+    Args:
+        plan: The plan, which begins where the robot stands.
+        driver: What carries it out.
+        pace: How fast the plan's time passes.
+        on_progress: Called every 100 set points.
+        on_step: Called after every step.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        driver: D,
+        pace: Pace = full_speed,
+        on_progress: ProgressObserver | None = None,
+        on_step: Callable[[D], None] | None = None,
+    ) -> None:
+        self.plan, self.driver, self.pace = plan, driver, pace
+        self.on_progress, self.on_step = on_progress, on_step
+        self.arm = Arm(driver.cell.robot)
+        self.tracker = EventTracker(plan.trajectory, plan.segments, plan.events)
+        self.distance = TriggerDistance(plan, self.arm)
+        self.following = JointFollowing(driver.q, driver.time_step)
+        self.trace = _Trace()
+        self.t_start = driver.t
+        self.n_steps = 0
+        self.stop: ProtectiveStop | None = None
+        self.stopped_in: Segment | None = None
+        self.path_time: float | None = None
+        self.n_judged: int | None = None  # set points to which the planned limits apply; all, if None
+        self.t_standing: float | None = None
+        self._q_before = driver.q
+        self._segment_ends = [segment.t_end for segment in plan.segments]
+        self.t_sealed = _end_of_sealing(plan)
+
+    def play(self) -> None:
+        """Carry out the plan, and wait until the robot has arrived."""
+        self.send(stream(self.plan.trajectory, self.driver.time_step, self.pace))
+        if self.stop is not None:
+            self.brake(self.stop)
+        for _ in range(round(self.end_time / self.driver.time_step)):
+            self.step()
+
+    def record(self) -> PlanRecord:
+        """What happened.
+
+        Returns:
+            The record so far.
+        """
+        cell, trace = self.driver.cell, self.trace
+        judged = slice(self.n_judged)
+        commands = Stream(np.array(trace.plan_times[judged]), np.array(trace.sent[judged]))
+        fired = {id(f.event) for f in trace.fired}
+        return PlanRecord(
+            t_start=self.t_start,
+            t_end=self.driver.t,
+            stop=self.stop,
+            stopped_in=self.stopped_in.kind if self.stopped_in else None,
+            events=tuple(trace.fired),
+            missed=() if self.stop else tuple(e for e in self.plan.events if id(e) not in fired),
+            limit_violations=violations(
+                commands,
+                self.plan.trajectory.joint_names,
+                cell.robot.limits,
+                self.driver.time_step,
+                cell.speed_scale,
+            ),
+            max_lag=self._max_lag(),
+            path_time=self.path_time,
+            stopping_time=self._stopping_time(),
+        )
+
+    # What is judged ----------------------------------------------------------------------------------
+
+    @property
+    def end_time(self) -> float:
+        """How long the robot stands at the end of the plan or of a stop until it counts as arrived, s."""
+        return END_TIME
+
+    def has_hold(self) -> bool:
+        """Whether the item may be lifted: every sensor of the cell says that it is held.
+
+        Returns:
+            True also where there is no sensor.
+        """
+        sensors = (d for d in self.driver.cell.devices.values() if d.kind is DeviceKind.SENSOR)
+        return all(self.driver.act(sensor.name, sensor.actions[0]) for sensor in sensors)
+
+    def reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
+        """Whether the motion is to be stopped; after a step.
+
+        Args:
+            command: (n,) set point.
+            t_plan: s of the plan.
+
+        Returns:
+            The stop to be made, or None.
+        """
+        self.following.remember(command)
+        if (off := self.following.worst(self.driver.q)) is not None:
+            joint, error, allowed = off
+            robot, cause = self.driver.cell.robot, StopCause.FOLLOWING_ERROR
+            unit = robot.units[joint]
+            return ProtectiveStop(cause, robot.joint_names[joint], error, allowed, unit, self.driver.t)
+        return self.sensed_nothing()
+
+    def sensed_nothing(self) -> ProtectiveStop | None:
+        """Whether the last event read that nothing is held.
+
+        Returns:
+            The stop to be made, or None.
+        """
+        last = self.trace.fired[-1] if self.trace.fired else None
+        if last is None or last.reading is not False:
+            return None
+        return ProtectiveStop(StopCause.SENSOR, last.event.device, 0.0, 1.0, "", self.driver.t)
+
+    def before_set_point(self, t_plan: float) -> None:
+        """What is to be known before a set point is sent.
+
+        Args:
+            t_plan: s of the plan.
+        """
+
+    def after_step(self) -> None:
+        """What is measured after every step, before it is judged."""
+
+    def brake(self, why: ProtectiveStop) -> None:
+        """Come to a stand on the planned path.
+
+        Args:
+            why: Why.
+        """
+        from pickcli.timing.stopping_trajectory import stop
+
+        t_plan = self.trace.plan_times[-1]
+        halted = stop(self.plan.trajectory, t_plan, self.driver.cell.robot.limits)
+        self.path_time = halted.path_time
+        t = len(self.trace.sent) * self.driver.time_step
+        self.send(stream(halted.trajectory, self.driver.time_step, self.pace, t_plan, t))
+
+    # How it goes -------------------------------------------------------------------------------------
+
+    def send(self, commands: Stream) -> None:
+        """Send set points until there is a reason to stop.
+
+        Args:
+            commands: The set points.
+        """
+        is_braking = self.stop is not None
+        for q, t_plan in zip(commands.points, commands.plan_times.tolist(), strict=True):
+            if self._lifts_off(t_plan):
+                self._wait_for_hold()
+            if self.stop is None or is_braking:
+                self._set_point(q, t_plan)
+            if self.stop is not None and not is_braking:
+                return
+
+    def segment_at(self, t_plan: float) -> Segment:
+        """The part of the plan at a time.
+
+        Args:
+            t_plan: s of the plan.
+
+        Returns:
+            The segment; after the end the last.
+        """
+        return self.plan.segments[min(bisect_left(self._segment_ends, t_plan), len(self._segment_ends) - 1)]
+
+    def step(self) -> None:
+        """Let a period pass, fire the events that are due, and note what is measured."""
+        driver, trace = self.driver, self.trace
+        driver.step()
+        if self.stop is not None and self.t_standing is None:
+            speed = np.abs(driver.q - self._q_before).max() / driver.time_step
+            self.t_standing = driver.t if speed < STANDING else None
+        self._q_before = driver.q
+        if self.stop is None:
+            for event in self.tracker.update(driver.q, driver.time_step):
+                self._fire(event)
+        self.after_step()
+        self.n_steps += 1
+        if self.n_steps % TRACE_STEPS == 0:
+            trace.told.append(trace.sent[-1])
+            trace.measured.append(driver.q)
+        if self.n_steps % PROGRESS_STEPS == 0 and self.on_progress is not None:
+            t_plan = trace.plan_times[-1]
+            kind = str(self.segment_at(t_plan).kind)
+            self.on_progress(Progress(t_plan, self.plan.trajectory.duration, kind))
+        if self.on_step is not None:
+            self.on_step(driver)
+
+    def _set_point(self, q: Array, t_plan: float) -> None:
+        self.trace.sent.append(q)
+        self.trace.plan_times.append(t_plan)
+        self.before_set_point(t_plan)
+        self.driver.command(q)
+        self.step()
+        if self.stop is None and (why := self.reason_to_stop(q, t_plan)):
+            self.stop, self.stopped_in = why, self.segment_at(t_plan)
+
+    def _lifts_off(self, t_plan: float) -> bool:
+        """Whether the next set point is the first after the rest in which the tool takes hold."""
+        if self.stop is not None or self.t_sealed is None or not self.trace.sent:
+            return False
+        return self.trace.plan_times[-1] <= self.t_sealed < t_plan
+
+    def _wait_for_hold(self) -> None:
+        """Rest on the item until the tool has taken hold; at most for a while."""
+        driver, q, t_plan = self.driver, self.trace.sent[-1], self.trace.plan_times[-1]
+        t_end = driver.t + SEAL_TIME
+        while driver.t < t_end and not self.has_hold():
+            self._set_point(q, t_plan)
+            if self.stop is not None:
+                return
+
+    def _fire(self, event: Event) -> None:
+        reading = self.driver.act(event.device, event.action)
+        distance = self.distance(event, self.driver.q, self.trace.plan_times[-1])
+        self.trace.fired.append(FiredEvent(event, self.driver.t, distance, reading))
+
+    def _stopping_time(self) -> float | None:
+        if self.stop is None:
+            return None
+        return (self.driver.t if self.t_standing is None else self.t_standing) - self.stop.t
+
+    def _max_lag(self) -> float:
+        if not self.trace.told:
+            return 0.0
+        state = self.driver.cell.robot.tool.default_state
+        told = self.arm.tips(np.array(self.trace.told), state)
+        measured = self.arm.tips(np.array(self.trace.measured), state)
+        return float(np.linalg.norm((told - measured)[:, :3, 3], axis=1).max())
+
+
+def _end_of_sealing(plan: Plan) -> float | None:
+    """The time (s) at which a plan ends its rest on what it picks; None where it does not rest there."""
+    ends = [s.t_end for s in plan.segments if s.kind is SegmentKind.CONTACT and plan.grasp is not None]
+    is_at_rest = bool(ends) and float(np.abs(plan.trajectory.sample(ends[0], 1)).max()) < AT_REST
+    return ends[0] if is_at_rest else None

@@ -1,0 +1,111 @@
+"""``apc execute --driver`` and ``apc check-driver``: the recorder, and drivers that other packages add."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pickcli.simulation.installed_drivers import GROUP, driver_names
+from support.added_package import write_package
+from support.command_line import Made, apc, misused, refused
+
+MODULE = """
+from pickcli.simulation.recorder import Recorder
+
+class Away(Recorder):
+    "Stands 0.2 m beside where the user says."
+    @classmethod
+    def connect(cls, request):
+        q = request.q.copy()
+        q[0] += 0.2
+        return cls(request.scene.cell, q, request.tool_state)
+
+class Empty(Recorder):
+    "Holds nothing."
+    def act(self, device, action):
+        return None if super().act(device, action) is None else False
+
+def unreachable(request):
+    from pickcli.errors import InputError
+    raise InputError("192.0.2.1: no answer; switch the controller on")
+
+away, empty, number = Away.connect, Empty.connect, 3
+"""
+
+
+@pytest.fixture
+def added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An installed package that adds drivers."""
+    folder, module = tmp_path / "site", "added_drivers_of_a_test"
+    folder.mkdir()
+    names = ("away", "empty", "unreachable", "number", "missing")
+    write_package(folder, module, MODULE, {GROUP: {name: f"{module}:{name}" for name in names}})
+    monkeypatch.syspath_prepend(folder)
+
+
+def test_a_recorder_plays_a_pick_without_a_world(made: Made) -> None:
+    answer = apc("execute", made.plan, "--scene", made.scene, "--driver", "recorder", "--json")
+    assert answer.code == 0, answer.err
+    told = json.loads(answer.out)
+    plan = json.loads(made.plan.read_text())
+    assert told["driver"] == "recorder" and told["item_is_in"] is None and told["in_tote"] is None
+    events = told["execution"]["events"]
+    planned = sorted(plan["events"], key=lambda event: event["t_trigger"])
+    assert [(e["device"], e["action"]) for e in events] == [(e["device"], e["action"]) for e in planned]
+    assert max(e["distance_m"] for e in events) < 2e-3
+    assert told["execution"]["limit_violations"] == [] and "collisions" not in told["execution"]
+    text = apc("execute", made.plan, "--scene", made.scene, "--driver", "recorder").out
+    assert "tool at most 0.0 mm behind its command" in text and "in the tote" not in text
+
+
+def test_what_is_of_the_simulated_world_alone_is_refused(made: Made, tmp_path: Path) -> None:
+    argv = ("execute", made.move, "--scene", made.scene, "--driver", "recorder")
+    misused(apc(*argv, "--video", tmp_path / "film.gif"), "are of the simulated world, not of recorder")
+    misused(apc(*argv, "--reality", tmp_path / "reality.json"), "are of the simulated world")
+
+
+def test_an_unknown_driver_comes_with_what_was_meant(made: Made) -> None:
+    for argv in (
+        ("execute", made.move, "--scene", made.scene, "--driver", "recoder"),
+        ("check-driver", "recoder", made.move, "--scene", made.scene),
+    ):
+        refused(apc(*argv), 3, "unknown driver 'recoder'; did you mean 'recorder'?")
+
+
+@pytest.mark.parametrize("name", ["recorder", "pybullet"])
+def test_drivers_of_the_package_keep_to_the_protocol(name: str, made: Made) -> None:
+    answer = apc("check-driver", name, made.move, "--scene", made.scene, "--json")
+    assert answer.code == 0, answer.err
+    told = json.loads(answer.out)
+    assert told["is_passed"] and told["driver"] == name
+    assert len(told["checks"]) == 12 and all(check["is_passed"] for check in told["checks"])
+
+
+@pytest.mark.usefixtures("added")
+def test_drivers_of_other_packages_are_listed_and_used(made: Made) -> None:
+    assert driver_names() == ["pybullet", "recorder", "away", "empty", "missing", "number", "unreachable"]
+    argv = ("execute", made.move, "--scene", made.scene, "--driver")
+    refused(apc(*argv, "away"), 3, "refusing to start: rail is 0.2000 m", "add --bridge, which does that")
+    bridged = apc(*argv, "away", "--bridge", "--json")
+    assert bridged.code == 0, bridged.err
+    assert json.loads(bridged.out)["bridge"]["stopped"] == ""
+    refused(apc(*argv, "unreachable"), 3, "192.0.2.1: no answer; switch the controller on")
+    refused(apc(*argv, "number"), 3, "driver 'number': added_drivers_of_a_test:number is no function")
+    refused(apc(*argv, "missing"), 3, "driver 'missing'", "cannot be loaded", "correct or remove its package")
+
+
+@pytest.mark.usefixtures("added")
+def test_a_driver_that_does_not_keep_to_the_protocol_is_told(made: Made) -> None:
+    answer = apc("check-driver", "empty", made.plan, "--scene", made.scene)
+    assert answer.code == 3 and answer.err.count("error:") == 1
+    assert "driver empty: it carries out the plan and arrives: stopped in" in answer.err
+    assert "nothing is held" in answer.err and "FAILED  it carries out the plan" in answer.out
+    assert " not tried  its clock runs with its steps while it moves" in answer.out
+
+
+def test_only_verified_plans_move_a_driver(made: Made, tmp_path: Path) -> None:
+    plan = made.changed("move", tmp_path, lambda data: data.update(speed_scale=0.5))
+    refused(apc("check-driver", "recorder", plan, "--scene", made.scene), 4, "edited after it was certified")
+    refused(apc("check-driver", "recorder", made.plan, "--cell", "apc2016_delft"), 4, "made for the scene")
