@@ -88,7 +88,7 @@ MISTAKES: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
     ),
     "cup": (
         lambda arms: arms["right"]["tool"].update(cup_link="right_cap"),
-        "arms.right.tool.last_link: no link is named 'right_cap'",
+        "arms.right.tool.cup_link: no link is named 'right_cap'",
     ),
 }  # fmt: skip
 

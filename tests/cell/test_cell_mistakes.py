@@ -115,7 +115,7 @@ MISTAKES = {
     "unknown link": (
         "cup_link: cup\n",
         "cup_link: cap\n",
-        "tool.last_link: no link is named 'cap'; did you mean 'cup'?",
+        "tool.cup_link: no link is named 'cap'; did you mean 'cup'?",
     ),
     "unknown pair": (
         "{a: link_b, b: lance,",

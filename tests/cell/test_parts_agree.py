@@ -45,7 +45,7 @@ FINGER += '<child link="finger"/></joint>\n<joint'
          "tool.urdf: link 'camera' is one of the robot's too; rename one"),
         ([("tool.urdf", "cup_joint", "bend")],
          "tool.urdf: joint 'bend' is one of the robot's too; rename one"),
-        ([("tool.urdf", CUP_END, FINGER)], "tool.last_link: 'finger' hangs on it; the cup is the last link"),
+        ([("tool.urdf", CUP_END, FINGER)], "tool.cup_link: 'finger' hangs on it; the cup is the last link"),
         ([("cell.yaml", "name: stand", "name: upper")],
          "obstacles[0].name: 'upper' is a link of the robot too; rename the obstacle"),
         ([("cell.yaml", "name: stand", "name: tote_floor")],
