@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import subprocess
 import sys
 from pathlib import Path
@@ -49,27 +50,27 @@ def test_same_seed_same_bytes_in_one_process(planner: PlannerName) -> None:
 
 @pytest.mark.parametrize("planner", [PlannerName.RRT_CONNECT, PlannerName.AO_RRT_CONNECT])
 def test_same_seed_same_bytes_in_another_process(planner: PlannerName) -> None:
+    options = PlannerOptions(planner, 2000)
     code = (
         "import numpy as np, hashlib; from support.box_world import space, wall;"
         "from pickcli.path_planning.planner_names import PlannerName;"
         "from pickcli.path_planning.planner_options import PlannerOptions;"
         "from pickcli.path_planning.sampling_planner import plan;"
         "start = np.array([-.8, 0, 0]);"
-        f"options = PlannerOptions(PlannerName('{planner}'));"
+        f"options = PlannerOptions(PlannerName('{planner}'), {options.max_iterations});"
         "p = plan(wall(3), space(3), start, -start[None], seed=5, options=options);"
         "print(hashlib.sha256(p.waypoints.tobytes()).hexdigest())"
     )
-    outputs = [
-        subprocess.run(
-            [sys.executable, "-c", code],
-            cwd=Path(__file__).parents[1],
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
-        for _ in range(2)
-    ]
-    assert outputs[0] == outputs[1] != ""
+    path = plan(wall(3), space(3), *_ends(3), seed=5, options=options)
+    assert path is not None
+    other = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[1],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert other.strip() == hashlib.sha256(path.waypoints.tobytes()).hexdigest()
 
 
 def test_goal_sets_reach_a_free_goal_and_ignore_the_rest() -> None:

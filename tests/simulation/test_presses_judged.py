@@ -112,4 +112,6 @@ def test_what_may_be_pressed_on_stands() -> None:
 
 @pytest.mark.slow
 def test_what_may_be_pressed_on_stands_whatever_it_is() -> None:
-    assert judged(range(30, 330))[0] == []
+    passed = [(seed, pressed) for seed in range(30, 330) if not (pressed := Pressed.drawn(seed)).is_refused]
+    assert len(passed) >= 50
+    assert [seed for seed, pressed in passed if falls(pressed)] == []

@@ -19,9 +19,12 @@ from pickcli.progress import Progress
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene, write_scene
 from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
+from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds
+from pickcli.simulation.reality import DEFAULT
+from pickcli.simulation.scene_bodies import add_items, add_statics, true_masses
 from pickcli.simulation.settle import settle
-from pickcli.simulation.world import World
+from pickcli.simulation.world import TIME_STEP
 from pickcli.stowing.make_scene import MOST, make_scene, refuse_too_much
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order_file import OrderKind, read_order
@@ -41,15 +44,18 @@ def made(contents: Mapping[str, Sequence[str]], seed: int = 1) -> Scene:
 
 def moved_awake(scene: Scene, duration: float) -> float:
     """How far in m the item that moves most gets in a world that never lets it sleep."""
-    world = World(scene, CELL.configurations["home"].q)
+    engine = Engine(TIME_STEP)
     try:
+        add_statics(engine, scene)
+        add_items(engine, scene, true_masses(scene, DEFAULT, 0))
         for _ in range(round(duration / 0.05)):
             for placed in scene.items:
-                world.engine.wake(placed.id)
-            world.wait(0.05)
-        moved = [np.linalg.norm(world.engine.pose(p.id)[:3, 3] - p.T_world_item[:3, 3]) for p in scene.items]
+                engine.wake(placed.id)
+            for _ in range(round(0.05 / TIME_STEP)):
+                engine.step()
+        moved = [np.linalg.norm(engine.pose(p.id)[:3, 3] - p.T_world_item[:3, 3]) for p in scene.items]
     finally:
-        world.close()
+        engine.close()
     return float(max(moved))
 
 

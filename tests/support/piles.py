@@ -9,11 +9,13 @@ from itertools import product
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.shapes import Body
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.engine import Engine
+from pickcli.simulation.places import bounds
 from pickcli.simulation.settle import settle
 
 BIN = "bin_E"
@@ -29,6 +31,7 @@ ROUND = ("rawlings_baseball", "dasani_water_bottle", "up_glucose_bottle", "folge
 PATTERNS = ("on", "bridge", "leaning", "rolling", "heap", "counterweight")
 GREY = (0.5, 0.5, 0.5, 1.0)
 REST = 0.03  # s in which what was settled elsewhere settles here
+NEAR = 0.2  # m
 WATCHED = 1.0  # s after something is gone
 
 
@@ -46,7 +49,7 @@ def empty(cell: Cell) -> Scene:
 def moved_without(scene: Scene, gone: str) -> dict[str, float]:
     """How far in m any corner of every other item is from where it was, a while after one has vanished."""
     engine = Engine(1e-3)
-    for body in scene.cell.pod.bodies:
+    for body in _boards_around(scene):
         engine.add_static(body, scene.T_world_pod, GREY)
     for placed in scene.items:
         engine.add_item(placed.id, placed.item, placed.T_world_item, GREY)
@@ -63,6 +66,16 @@ def moved_without(scene: Scene, gone: str) -> dict[str, float]:
         moved[name] = float(np.linalg.norm(corners @ shift[:3, :3].T + shift[:3, 3], axis=1).max())
     engine.close()
     return moved
+
+
+def _boards_around(scene: Scene) -> Iterable[Body]:
+    """What of the pod the items can get to: it is within ``NEAR`` of one of them along every axis."""
+    spans = [bounds(placed.item.shape, placed.T_world_item) for placed in scene.items]
+    low, high = np.min([low for low, _ in spans], axis=0), np.max([high for _, high in spans], axis=0)
+    for body in scene.cell.pod.bodies:
+        lowest, highest = bounds(body.shape, scene.T_world_pod @ body.T_parent_shape)
+        if np.all(lowest <= high + NEAR) and np.all(low - NEAR <= highest):
+            yield body
 
 
 def _named(cell: Cell, drawn: Iterable[tuple[str, Array]]) -> Iterable[PlacedItem]:
