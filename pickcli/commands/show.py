@@ -97,7 +97,7 @@ def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: 
         return _trial(folder, cell_name, arms) if (folder / RECORD).is_file() else _trials(folder)
     found = "is no file of ours" if kind is None else f"is {kind.name}"
     raise InputError(
-        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, trial or cell is shown"
+        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, trial or cell is wanted here"
     )
 
 

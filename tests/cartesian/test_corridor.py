@@ -42,6 +42,9 @@ class Open:
     def clearance(self, d: Array) -> Contact:
         return Contact(0.001, "item", "neighbour", "item")
 
+    def told(self, contact: Contact) -> str:
+        return str(contact)
+
 
 def alone(wall: float = 0.0) -> FreeItemChecker:
     return cast(FreeItemChecker, Open(wall))

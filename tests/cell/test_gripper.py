@@ -15,6 +15,7 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.cell.tools.pinch_limits import PinchLimits, mean_distance
 from support.cell_copies import CellCopy
 from support.gripper_cell import CLOSED, FORCE, FRICTION, HALF, OPEN, PAD, WIDEST, gripper_urdf, with_gripper
+from support.tool_frame import tip_in_flange
 
 Refused = Callable[[Callable[[], object]], str]
 
@@ -53,9 +54,9 @@ def test_a_cup_rests_in_no_width(cell: Cell) -> None:
 
 
 def test_the_tool_frame_stays_where_it_is_as_the_fingers_close(cell_copy: CellCopy, cell: Cell) -> None:
-    tool = with_gripper(cell_copy).load().robot.tool
-    for state in (*tool.states, MOVING, ToolState.of_width(0.0123)):
-        assert_allclose(tool.tip_on_lance(state), cell.robot.tool.tip_on_lance(ToolState("straight")))
+    gripper = with_gripper(cell_copy).load()
+    for state in (*gripper.robot.tool.states, MOVING, ToolState.of_width(0.0123)):
+        assert_allclose(tip_in_flange(gripper, state), tip_in_flange(cell, ToolState("straight")), atol=1e-12)
 
 
 def test_fingers_that_open_against_their_joints_are_known(cell_copy: CellCopy) -> None:

@@ -56,15 +56,18 @@ READ: dict[str, dict[str, FileKind | None]] = {
         "order_path": ORDER, "reality_path": REALITY, "cell_name": CELL, "items_path": ITEMS,
         "roadmap": STORE, "trajectories": STORE,
     },
+    "export": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
+    "check-driver": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "check": {"path": STORE, "cell_name": CELL},
     "refresh": {"path": STORE, "cell_name": CELL},
     "cache": {},
     "inspect": {"path": None, "cell_name": CELL, "items_path": ITEMS},
+    "show": {"path": None, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
 }  # fmt: skip
 WRITTEN = ("output", "folder", "picture", "video", "plot")  # and are told apart by refuse_output
 UNREAD = ("check", "cell_name")  # but where a file is damaged
 CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS)  # by apc check
-SHOWN = (STORE, PLAN, SCENE, CELL)  # by apc inspect
+SHOWN = (STORE, PLAN, SCENE, CELL)  # by apc inspect and apc show, which shows trials too
 
 
 def _parameters(command: str) -> dict[str, click.Parameter]:
@@ -96,9 +99,15 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     """A right call of a command but for one file."""
     right: dict[str, object] = {
         "bin_name": "bin_C", "item": ITEM, "start": "home", "goal": "bin_C", "output": out,
-        "folder": out,
+        "folder": out, "format_name": "joint-trajectory",
     }  # fmt: skip
     argv: list[object] = [command]
+    if command == "check-driver":
+        right["driver_name"] = "recorder"
+    needed = {"scene_path", "urdf"}
+    if command == "show":
+        needed -= {"scene_path"} if name == "path" else set()  # only a plan is shown in a scene
+        right["output"] = out.with_suffix(".html")
     if command == "execute":  # a planner is needed only for the way to where the plan begins
         right["start"] = "tote"
         argv += ["--bridge"]
@@ -108,8 +117,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         value = right.get(str(parameter.name))
         if parameter.name == name:
             value = given
-        elif value is None and (is_argument or parameter.name in ("scene_path", "urdf")):
-            value = files[kind or SCENE]
+        elif value is None and (is_argument or parameter.name in needed):
+            value = files[kind or (PLAN if command == "show" else SCENE)]
         if value is not None:
             argv += [value] if is_argument else [parameter.opts[-1], value]
     return argv
@@ -133,6 +142,8 @@ def test_every_other_kind_is_refused_in_one_line(
     wanted = READ[command][name]
     for kind in KINDS:
         if kind in (CHECKED if command == "check" else (wanted,) if wanted is not None else SHOWN):
+            continue
+        if command == "show" and name == "path" and kind is TRIAL:
             continue
         answer = apc(*_call(command, name, files[kind], files, out))
         refused(answer, 3, f"{files[kind]}: is {kind.name}, but", "is wanted here")

@@ -9,13 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.tool import FIXED
-from pickcli.geometry import Array, inverse, rotation_rpy
-from pickcli.verification.forward_kinematics import link_poses
+from pickcli.geometry import rotation_rpy
 from support.command_line import apc, refused
 from support.new_robots import write_branching, write_gripper_arm
+from support.tool_frame import tip_in_flange
 
 LIMITS = ("--max-acceleration", "5", "--max-jerk", "50", "--max-velocity", "1.5", "--motor-force", "50")
 FIGURES = ("--tool-figure", "force=40", "--tool-figure", "friction=0.5", "--tool-figure", "closing_speed=0.1")
@@ -66,7 +65,7 @@ def test_the_cup_is_drawn_by_the_figures_that_are_stated(tmp_path: Path) -> None
     arm = load_cell(tmp_path / "arm")
     cup = arm.robot.link(arm.robot.tool.last_link).shapes[0].shape
     assert cup.size == (0.02, 0.05) and arm.robot.tool.suction_cup is not None
-    assert _tip_in_flange(arm)[2, 3] == pytest.approx(0.25)
+    assert tip_in_flange(arm)[2, 3] == pytest.approx(0.25)
 
 
 def test_a_cup_points_along_the_last_joint_where_z_of_the_flange_does_not(tmp_path: Path) -> None:
@@ -77,16 +76,8 @@ def test_a_cup_points_along_the_last_joint_where_z_of_the_flange_does_not(tmp_pa
     made = apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--tool", "suction", "--without", "hand")
     assert made.code == 0, made.err
     arm = load_cell(tmp_path / "arm")
-    np.testing.assert_allclose(_tip_in_flange(arm)[:3, 2], (0.0, 1.0, 0.0), atol=1e-4)
+    np.testing.assert_allclose(tip_in_flange(arm)[:3, 2], (0.0, 1.0, 0.0), atol=1e-4)
     np.testing.assert_allclose(arm.robot.tool.lance_axis(FIXED), (0.0, 0.0, 1.0), atol=1e-9)
-
-
-def _tip_in_flange(cell: Cell) -> Array:
-    """Pose (4, 4) of the tool frame in the flange link."""
-    tool, names = cell.robot.tool, [link.name for link in cell.robot.links]
-    poses = link_poses(cell.robot, np.zeros((1, cell.robot.n_joints)))[:, 0]
-    flange, cup = (poses[names.index(name)] for name in (tool.flange_link, tool.last_link))
-    return np.asarray(inverse(flange) @ cup @ tool.T_last_tip)
 
 
 @pytest.mark.parametrize("out", [0.006, 0.011])
@@ -102,7 +93,7 @@ def test_a_gripper_is_read_from_the_urdf(out: float, tmp_path: Path) -> None:
     assert tool.range == pytest.approx((gap, gap + 0.08))
     # Both pads are 80 x 20 mm, 60 mm out of a hand that lies on its side, its x out of the flange.
     assert sorted(tool.gripper.pad) == pytest.approx([0.02, 0.08], abs=0.0015)
-    T = _tip_in_flange(load_cell(cell))
+    T = tip_in_flange(load_cell(cell))
     np.testing.assert_allclose(T[:3, 3], (0.0, 0.0, 0.1), atol=6e-4)
     np.testing.assert_allclose(T[:3, 2], (0.0, 0.0, 1.0), atol=1e-4)
     np.testing.assert_allclose(abs(T[:3, 1]), abs(rotation_rpy(0, -np.pi / 2, 0)[:, 2]), atol=1e-4)

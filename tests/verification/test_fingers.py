@@ -17,6 +17,7 @@ from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.moving_parts import Part, parts
 from support.cell_copies import CellCopy
 from support.gripper_cell import CLOSED, HALF, OPEN, WIDEST, with_gripper
+from support.tool_frame import tip_in_flange
 
 STATES = (OPEN, HALF, CLOSED, ToolState.of_width(0.0317))
 FINGERS = ("left_finger", "right_finger")
@@ -52,8 +53,8 @@ def test_planner_and_verifier_pose_fingers_and_tip_alike(gripper: Cell, state: T
 @pytest.mark.parametrize("state", STATES, ids=str)
 def test_pads_stand_as_far_apart_as_the_state_says(gripper: Cell, state: ToolState) -> None:
     tool = gripper.robot.tool
-    T_hand_tip = inverse(tool.tip_on_lance(state))
-    inner = {part.name: (T_hand_tip @ part.T_link_shape)[1, 3] for part in fingers(gripper, state)}
+    T_tip_hand = inverse(tip_in_flange(gripper, state))
+    inner = {part.name: (T_tip_hand @ part.T_link_shape)[1, 3] for part in fingers(gripper, state)}
     thickness = 0.012
     assert_allclose(
         inner["left_finger"] - inner["right_finger"] - thickness, tool.position(state), atol=1e-12
