@@ -10,7 +10,7 @@ Read in this order:
 - The motion: `structure_check`, `clearance_check` but for `exemptions`, `joint_limit_check` by the bounds in
   `quintic`, `straightness_check`, `tool_speed`, and `event_check` with `finger_events` or
   `vacuum_events`.
-- The item: `contact_check` with `contact_exemptions`, `support_check`, `tipping_check`, by `hold_choice`
-  `grasp_check` with `load_check`, or `pinch_check`, and `release_check`.
+- The item: `contact_check` with `contact_exemptions`, `support_check` by `pile_statics` and `equilibrium`,
+  `tipping_check`, by `hold_choice` `grasp_check` with `load_check`, or `pinch_check`, and `release_check`.
 - Ways out of a stop: `recovery_check`.
 """

@@ -23,11 +23,11 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.scene.solid_overlap import TOUCH
-from pickcli.scene.supports import supports_of
 from pickcli.verification.contact_exemptions import ends_at_rest
 from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.forward_kinematics import T_lance_last
 from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.pile_statics import removal
 from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
@@ -57,7 +57,9 @@ def check_touch(
     """
     reasons: list[Reason] = []
     takes = any(segment.kind is SegmentKind.CONTACT for segment in plan.segments)
-    rolling = supports_of(scene).rolling(plan.grasp.item) if plan.grasp is not None and takes else ()
+    rolling = (
+        removal(scene, scene.find(plan.grasp.item).id).rolling if plan.grasp is not None and takes else ()
+    )
     for k, segment in enumerate(plan.segments):
         if not exempt[k].touching:
             continue

@@ -79,7 +79,7 @@ class Solid:
         if not result.contacts:
             return 0.0
         normals = [np.asarray(contact.normal) for contact in result.contacts]
-        return overlap(self._shape, self._T, other._shape, other._T, normals)
+        return overlap(self._shape, self._T, other._shape, other._T, normals)[0]
 
 
 def _geometry(shape: Shape) -> object:

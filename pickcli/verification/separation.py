@@ -45,8 +45,8 @@ def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
     return middle - half_width(a, T_a, across) - half_width(b, T_b, -across)
 
 
-def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array]) -> float:
-    """How deep two posed shapes that meet overlap, at most.
+def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array] = ()) -> tuple[float, Array]:
+    """How deep two posed shapes that meet overlap, at most, and across which direction.
 
     Pushed apart by the overlap across any direction they no longer meet, so each is an upper bound of the
     depth. The least counts: of ``ways``, and of those in which what is flat or round gives way first.
@@ -59,7 +59,7 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array]) -
         ways: Directions (3,) to try.
 
     Returns:
-        m.
+        m, negative where a gap was found; (3,) unit direction from ``a`` to ``b``.
     """
     between, R_a, R_b = T_b[:3, 3] - T_a[:3, 3], T_a[:3, :3], T_b[:3, :3]
     radial = [between - T[:3, 2] * (T[:3, 2] @ between) for T in (T_a, T_b)]
@@ -75,14 +75,15 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array]) -
 
     found = depths(across)
     best, least = across[int(np.argmin(found))], float(found.min())
-    for spread in _SPREADS:  # two round solids may part in a direction that is neither's
+    is_round = not {a.kind, b.kind} <= {ShapeKind.BOX, ShapeKind.HULL}
+    for spread in _SPREADS if is_round else ():  # round solids may part in a direction that is neither's
         u, v = perpendiculars(best)
         around = best + spread * np.array([u, -u, v, -v, u + v, u - v, v - u, -u - v])
         around /= np.linalg.norm(around, axis=1)[:, None]
         found = depths(around)
         if found.min() < least:
             best, least = around[int(np.argmin(found))], float(found.min())
-    return least
+    return least, best
 
 
 @lru_cache(maxsize=256)

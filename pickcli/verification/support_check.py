@@ -1,28 +1,49 @@
-"""Nothing is taken away that others rest on or lean on: by the support relation that is part of a scene."""
+"""Nothing is taken away that others rest on or lean on: by the statics of what is left."""
 
 from __future__ import annotations
 
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.scene.scene import Scene
-from pickcli.scene.supports import supports_of
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.verification.pile_statics import removal
 
 
 def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """Check that nothing is taken away that others rest on or lean on.
+
+    Between the walls of a box that is open above, what loses its support slumps: it must only not be lifted
+    along, nor be so high that it could get over the rim.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
 
     Returns:
-        One fault for every item that would fall or roll away; () for a plan that takes nothing.
+        One fault for every item that would be lifted, fall or roll away; () for a plan that takes nothing.
     """
     if plan.grasp is None or all(segment.kind is not SegmentKind.CONTACT for segment in plan.segments):
         return ()
-    taken = plan.grasp.item
-    return tuple(
-        Reason("takes away what others need", taken, f"{name} would fall or roll away", name)
-        for name in supports_of(scene).blocking(taken)
+    taken = scene.find(plan.grasp.item)
+    effects = removal(scene, taken.id)
+    slumping = {name for name in effects.falling if _stays_in(scene, scene.find(name))}
+    return (
+        *(_fault(taken.id, name, "lies on it") for name in sorted(effects.lifted)),
+        *(
+            _fault(taken.id, name, "would fall or roll away")
+            for name in sorted(effects.falling - effects.lifted - slumping)
+        ),
     )
+
+
+def _fault(taken: str, name: str, why: str) -> Reason:
+    return Reason("takes away what others need", taken, f"{name} {why}", name)
+
+
+def _stays_in(scene: Scene, placed: PlacedItem) -> bool:
+    """Whether an item is in a box that is open above, with its centre below the rim for sure."""
+    place = scene.cell.places.get(placed.location)
+    if place is None or not place.is_open_box:
+        return False
+    rim = float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
+    return bool(placed.T_world_item[2, 3] + scene.noise.bound(placed.item) < rim)

@@ -213,7 +213,7 @@ def test_a_release_beyond_walls_edge_or_mouth_or_too_high_is_refused(
         },
         "bench": {
             (0.0, 0.0, 0.0): [],
-            (0.25, 0.0, 0.0): ["released beyond the bench's edge", "would fall over"],
+            (0.26, 0.0, 0.0): ["released beyond the bench's edge", "would fall over"],
             (0.0, 0.0, 0.04): ["released too high"],
         },
     }.items():  # fmt: skip

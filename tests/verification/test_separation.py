@@ -161,7 +161,7 @@ def test_edges_that_cross_are_told_apart_by_their_product() -> None:
     above = T @ pose((0.0, 0.0, 2 * half + 0.01)) @ pose(rpy=(0.0, np.pi / 4, 0.0))
     assert widest_gaps(terms, below[None], terms, above[None])[0] == pytest.approx(0.01, abs=1e-9)
     sunk = T @ pose((0.0, 0.0, 2 * half - 0.01)) @ pose(rpy=(0.0, np.pi / 4, 0.0))
-    assert overlap(cube, below, cube, sunk, []) == pytest.approx(0.01, abs=1e-9)
+    assert overlap(cube, below, cube, sunk, [])[0] == pytest.approx(0.01, abs=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -172,8 +172,8 @@ def test_boxes_overlap_by_the_shortest_way_out(seed: int) -> None:
     T_b = T @ pose(rng.uniform(-0.03, 0.03, 3), rpy=rng.uniform(-np.pi, np.pi, 3))
     depth = hull_depth(PosedSolid(a, T), PosedSolid(b, T_b))
     assert depth > 0.0
-    assert overlap(a, T, b, T_b, []) == pytest.approx(depth, abs=1e-9)
-    assert overlap(b, T_b, a, T, []) == pytest.approx(depth, abs=1e-9)
+    assert overlap(a, T, b, T_b, [])[0] == pytest.approx(depth, abs=1e-9)
+    assert overlap(b, T_b, a, T, [])[0] == pytest.approx(depth, abs=1e-9)
     assert separation(a, T, b, T_b) == 0.0
 
 
@@ -190,8 +190,8 @@ def test_boxes_overlap_by_the_shortest_way_out(seed: int) -> None:
 def test_round_solids_overlap_by_what_their_radii_exceed_their_distance(
     a: Shape, b: Shape, T_a_b: Array, depth: float
 ) -> None:
-    assert overlap(a, T, b, T @ T_a_b, []) == pytest.approx(depth, abs=1e-9)
-    assert overlap(b, T @ T_a_b, a, T, []) == pytest.approx(depth, abs=1e-9)
+    assert overlap(a, T, b, T @ T_a_b, [])[0] == pytest.approx(depth, abs=1e-9)
+    assert overlap(b, T @ T_a_b, a, T, [])[0] == pytest.approx(depth, abs=1e-9)
 
 
 def test_a_direction_that_is_given_counts() -> None:
@@ -200,5 +200,5 @@ def test_a_direction_that_is_given_counts() -> None:
     down = np.array([0.0, 0.0, -1.0])
     lowest = half_width(peak, np.eye(4), down)
     there = T @ pose((0.02, 0.03, 0.3 + lowest - 0.02))
-    assert overlap(BOX, T, peak, there, [T[:3, 2]]) == pytest.approx(0.02, abs=1e-9)
-    assert overlap(BOX, T, peak, there, [-5.0 * T[:3, 2], np.zeros(3)]) == pytest.approx(0.02, abs=1e-9)
+    assert overlap(BOX, T, peak, there, [T[:3, 2]])[0] == pytest.approx(0.02, abs=1e-9)
+    assert overlap(BOX, T, peak, there, [-5.0 * T[:3, 2], np.zeros(3)])[0] == pytest.approx(0.02, abs=1e-9)
