@@ -41,8 +41,8 @@ def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | N
     """The fastest that the cup may meet the target, so that it does not tip it over.
 
     A cup from above is not to tip it at all: a tipped end rises towards the lance, and hardly any tipped face
-    seals. What can roll is no matter of balance: it rolls wherever the cup meets it. Nor is what would not
-    stand by its weight as its pose says: what keeps it is not known.
+    seals. What can roll is no matter of balance: it rolls wherever the cup meets it. What would not stand by
+    its weight as its pose says is kept by what is not known, and only not pressed on beside its footing.
 
     Args:
         contacts: The scene, the target in it, and what carries that.
@@ -118,7 +118,19 @@ def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
     around = [tip[:3, 3] + (x, y, 0.0) for x in (-WITHIN, WITHIN) for y in (-WITHIN, WITHIN)]
     if all(supports.balance.stays_under(target.id, press, point) for point in around):
         return False
-    return supports.balance.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])
+    if supports.balance.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3]):
+        return True
+    footing = supports.balance.footing(target.id, is_sure=False)
+    return any(_leads_beside(footing, press, point) for point in around)
+
+
+def _leads_beside(footing: Array, press: Array, point: Array) -> bool:
+    """Whether a press (3,) in N at a point (3,) m in the world leads beside a footing (N, 3) m."""
+    if len(footing) < 2:
+        return False
+    through = point - press / press[2] * (point[2] - footing[:, 2].mean())
+    edges, ways = _edges(footing, through)
+    return bool(np.any(np.einsum("ni,ni->n", (through - edges)[:, :2], ways) > 0.0))
 
 
 def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:

@@ -76,19 +76,20 @@ class Balance:
         size = float(placed.item.shape.extents.max()) / 2
         return can_balance(self._holding(item_id, frozenset()), wrench, size)
 
-    def footing(self, item_id: str) -> Array:
+    def footing(self, item_id: str, is_sure: bool = True) -> Array:
         """Where an item stands on what carries it.
 
         Args:
             item_id: Id of the item.
+            is_sure: Whether only what is there wherever poses may be off.
 
         Returns:
-            (N, 3) m in the world, corners of all contacts that carry it, wherever poses may be off. Where
-            those may put it beside all of them, as the poses say: on something it stands.
+            (N, 3) m in the world, corners of all contacts that carry it. Where poses may put it beside all of
+            them, as the poses say: on something it stands.
         """
         carrying = [contact for contact in self.graph.touching[item_id] if contact.carries]
         sure = np.concatenate([np.empty((0, 3)), *(self._patch(contact) for contact in carrying)])
-        if len(sure) or not carrying:
+        if not carrying or (is_sure and len(sure)):
             return sure
         return np.concatenate([self._found_patch(contact, inset=0.0) for contact in carrying])
 

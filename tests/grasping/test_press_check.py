@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import GRAVITY, pose
 from pickcli.grasping.cup_press import farthest_push, overtravel
 from pickcli.grasping.press_check import MOST_SPEED
@@ -17,10 +18,12 @@ from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
-from pickcli.verification.tipping_check import Press, falls_over
+from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
+from pickcli.verification.tipping_check import Press, beside_support, falls_over
 from support import handmade_plans
 from support.bin_piles import BIN, EXACT, at, shaped
-from support.tool_states import STRAIGHT
+from support.piles import pile
+from support.tool_states import DOWN, STRAIGHT
 
 TALL = 0.1  # m
 INTO_X = np.column_stack([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
@@ -114,3 +117,37 @@ def test_what_stands_on_something_narrow_is_met_slowly_too(cell: Cell) -> None:
     push = overtravel(grasp, cell.robot.tool, noise)
     tip = item.T_world_item @ grasp.T_item_tip @ pose((0.0, 0.0, push))
     assert not falls_over(carried, item, Press(tip, push, cell.robot.tool.cup.stiffness, on_the_rail))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "seed"),
+    [("on", 4), ("on", 12), ("bridge", 10), ("heap", 0), ("heap", 4), ("counterweight", 2)],
+)
+def test_what_the_planner_presses_on_from_above_does_not_tip_by_the_verifier_s_rule(
+    cell: Cell, pattern: str, seed: int
+) -> None:
+    """Anywhere on what lies across others, also where its balance is not sure as poses are known."""
+    pile_there = pile(cell, pattern, seed)
+    assert pile_there is not None
+    scene, rng = perceive(pile_there, DEFAULT_NOISE, seed, 1), np.random.default_rng(seed)
+    tool, verdicts = cell.robot.tool, []
+    for placed in [item for item in scene.items if item.item.shape.kind is ShapeKind.BOX]:
+        problem = PickProblem(PlanningContext(cell), scene, cell.places[BIN], placed, cell.places[TOTE])
+        for grasp in [from_above(placed, rng) for _ in range(12)]:
+            push = overtravel(grasp, tool, scene.noise)
+            tip = placed.T_world_item @ grasp.T_item_tip @ pose((0.0, 0.0, push))
+            beside = beside_support(scene, placed, tool.cup.stiffness * push * tip[:3, 2], tip[:3, 3])
+            verdicts.append((contact_speed(problem, grasp) is not None, beside > 0.0))
+    assert (True, True) not in verdicts
+    assert (True, False) in verdicts and (False, True) in verdicts
+
+
+def from_above(placed: PlacedItem, rng: np.random.Generator) -> Grasp:
+    """A cup somewhere on the face of a box that is uppermost."""
+    axis = int(np.argmax(np.abs(placed.T_world_item[2, :3])))
+    out = np.eye(3)[axis] * np.sign(placed.T_world_item[2, axis])
+    at = rng.uniform(-0.48, 0.48, 3) * placed.item.shape.extents
+    at[axis] = out[axis] * placed.item.shape.extents[axis] / 2
+    x = np.roll(out, 1)
+    tip = pose(at, R=np.column_stack([x, np.cross(-out, x), -out]))
+    return Grasp(placed.id, "top-down", "+z", DOWN, tip, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
