@@ -96,7 +96,7 @@ def _sites(node: ast.AST) -> Iterator[tuple[_Place, Any, Edit]]:
 
 
 def _is_words(parent: ast.AST, field: str, child: ast.AST) -> bool:
-    """Whether a part of the tree is text, type or declaration: no test can or should see a change there."""
+    """Whether a part of the tree is text, type, declaration or the like: no test can see a change there."""
     if field in ("annotation", "returns", "decorator_list", "type_params") or isinstance(
         child, ast.JoinedStr
     ):
@@ -105,6 +105,8 @@ def _is_words(parent: ast.AST, field: str, child: ast.AST) -> bool:
         return True
     if isinstance(parent, ast.Call) and _name(parent.func) in _SAID:
         return True
+    if isinstance(parent, ast.Call) and _name(parent.func) == "reshape" and _told(child) == "-1":
+        return True  # whatever fits: NumPy takes any negative size for that
     if isinstance(parent, ast.Assign) and _told(parent.targets[0]).startswith("_SHORT."):
         return True  # how much of a value is told
     return isinstance(child, ast.If) and _told(child.test) == "TYPE_CHECKING"

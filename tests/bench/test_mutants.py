@@ -37,6 +37,10 @@ def test_every_mutant_is_another_module_and_has_no_fault_but_its_own() -> None:
     assert [mutant.source() for mutant in reversed(tried)] == sources[::-1]
 
 
+def test_no_mutant_is_made_of_a_size_that_numpy_finds() -> None:
+    assert [str(m) for m in mutants("x = y.reshape(-1, 3)")] == ["1: 3 -> 4"]
+
+
 def test_of_the_tests_that_run_a_line_the_quick_ones_come_first_and_all_run_what_an_import_runs() -> None:
     lines = {1: frozenset({""}), 4: frozenset({"slow", "quick"}), 6: frozenset({"slow"})}
     reach = Reach({"slow": 2.0, "other": 0.1, "quick": 0.5}, {"m": lines}, cpu_s=2.6)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
+from pickcli.cell.robot import JointType
+from pickcli.geometry import inverse, pose
 from pickcli.verification.forward_kinematics import link_poses, reaches
 from support.handmade_plans import cell, tip
 from support.tool_states import DOWN, STRAIGHT
@@ -55,3 +60,33 @@ def test_no_point_moves_farther_than_its_reach_allows(seed: int) -> None:
         a, b = (T[:3, :3] @ point + T[:3, 3] for T in poses[link])
         allowed = reaches(robot, link, float(np.linalg.norm(point))) @ np.abs(Q[1] - Q[0])
         assert np.linalg.norm(b - a) <= allowed + 1e-9
+
+
+@given(
+    st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: float(np.linalg.norm(v)) > 0.1),
+    st.floats(-7.0, 7.0),
+    st.tuples(*[st.floats(-3.0, 3.0)] * 3),
+)
+@settings(max_examples=40, deadline=None, derandomize=True)
+def test_a_joint_turns_about_its_axis_wherever_that_points(
+    axis: tuple[float, float, float], q: float, rpy: tuple[float, float, float]
+) -> None:
+    """Against scipy's rotations: the first joint that turns, with another axis."""
+    robot = cell().robot
+    k = next(k for k, joint in enumerate(robot.joints) if joint.type is JointType.REVOLUTE)
+    unit, T = np.array(axis) / np.linalg.norm(axis), pose((0.1, -0.2, 0.3), rpy=rpy)
+    joints = (
+        *robot.joints[:k],
+        replace(robot.joints[k], axis=unit, T_parent_joint=T),
+        *robot.joints[k + 1 :],
+    )
+    turned = np.zeros((1, 8))
+    turned[0, robot.joint_names.index(robot.joints[k].name)] = q
+    links = link_poses(replace(robot, joints=joints), turned)
+    parent, child = (
+        next(i for i, link in enumerate(robot.links) if link.name == name)
+        for name in (robot.joints[k].parent, robot.joints[k].child)
+    )
+    found = inverse(links[parent, 0] @ T) @ links[child, 0]
+    np.testing.assert_allclose(found[:3, :3], Rotation.from_rotvec(q * unit).as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(found[:3, 3], 0.0, atol=1e-12)

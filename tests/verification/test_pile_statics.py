@@ -130,6 +130,16 @@ def test_what_hangs_in_the_air_is_carried_by_what_is_next_below(cell: Cell) -> N
     assert is_untouched(without("beside", cell, low, high, beside, hanging))
 
 
+@pytest.mark.parametrize(("x", "is_over"), [(0.25, False), (0.25 - 2.0**-20, True)])
+def test_what_hangs_exactly_beside_an_item_does_not_hang_over_it(cell: Cell, x: float, is_over: bool) -> None:
+    """Sizes and places are sums of powers of two: no rounding moves them."""
+    cube = shaped(cell, (0.25, 0.25, 0.25))
+    for way in ((x, 0.0), (0.0, x), (-x, 0.0), (0.0, -x)):
+        low = PlacedItem("low", cube, BIN, pose((-2.0, 0.0, 4.0)))
+        high = PlacedItem("high", cube, BIN, pose((-2.0 + way[0], way[1], 4.5)))
+        assert (without("low", cell, low, high).lifted == {"high"}) is is_over
+
+
 def test_only_what_is_in_the_same_place_is_asked(cell: Cell) -> None:
     box = put(cell, "kleenex_tissue_box", 0.25, 0.0)
     book = put(cell, "i_am_a_bunny_book", 0.25, 0.0, height(cell, box.id))
