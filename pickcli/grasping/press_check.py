@@ -42,7 +42,7 @@ def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | N
 
     A cup from above is not to tip it at all: a tipped end rises towards the lance, and hardly any tipped face
     seals. What can roll is no matter of balance: it rolls wherever the cup meets it. What would not stand by
-    its weight as its pose says is kept by what is not known, and only not pressed on beside its footing.
+    its weight as its pose says is kept by what is not known; is its centre over its footing, so is the press.
 
     Args:
         contacts: The scene, the target in it, and what carries that.
@@ -120,17 +120,20 @@ def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
         return False
     if supports.balance.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3]):
         return True
-    footing = supports.balance.footing(target.id, is_sure=False)
-    return any(_leads_beside(footing, press, point) for point in around)
+    footing, centre = supports.balance.footing(target.id, is_sure=False), target.T_world_item[:3, 3]
+    stands = not _is_beside(footing, centre)
+    return stands and any(_is_beside(footing, _met(footing, press, point)) for point in around)
 
 
-def _leads_beside(footing: Array, press: Array, point: Array) -> bool:
-    """Whether a press (3,) in N at a point (3,) m in the world leads beside a footing (N, 3) m."""
-    if len(footing) < 2:
-        return False
-    through = point - press / press[2] * (point[2] - footing[:, 2].mean())
-    edges, ways = _edges(footing, through)
-    return bool(np.any(np.einsum("ni,ni->n", (through - edges)[:, :2], ways) > 0.0))
+def _met(footing: Array, press: Array, point: Array) -> Array:
+    """(3,) m where a press (3,) in N at a point (3,) m meets the height of a footing (N, 3) m."""
+    return np.asarray(point - press / press[2] * (point[2] - footing[:, 2].mean()))
+
+
+def _is_beside(footing: Array, point: Array) -> bool:
+    """Whether a point (3,) is over no part of a footing (N, 3)."""
+    edges, ways = _edges(footing, point) if len(footing) > 1 else (footing, np.empty((0, 2)))
+    return len(ways) == 0 or bool(np.any(np.einsum("ni,ni->n", (point - edges)[:, :2], ways) > 0.0))
 
 
 def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pickcli.geometry import Array
@@ -88,6 +88,9 @@ def test_more_iterations_do_not_change_a_path_that_was_found(seed: int, n: int) 
 
 @settings(max_examples=60, deadline=None)
 @given(SEEDS)
+@example(
+    436531
+)  # a part of a proven edge that barely clears, and that halving from its own ends does not prove
 def test_shortening_is_what_the_reference_does(seed: int) -> None:
     rng, arm, checker, free = case(seed)
     if len(free) < 2:

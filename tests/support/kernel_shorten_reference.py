@@ -25,7 +25,8 @@ def shortened(
         along = np.concatenate([[0.0], np.cumsum(costs(velocity, calm, np.diff(Q, axis=0)))])
         (i, j), ends = _points(Q, along, np.array([a, b]) * along[-1])
         saved = (b - a) * along[-1] - costs(velocity, calm, ends[1] - ends[0])
-        if i != j and saved >= worthwhile * along[-1] and checker.edge_is_free(ends[0], ends[1], margin):
+        parts = np.array([Q[i], *ends, Q[j + 1]])
+        if i != j and saved >= worthwhile * along[-1] and checker.path_is_free(parts, margin) == -1:
             Q = np.concatenate([Q[: i + 1], ends, Q[j + 1 :]])
     return _without_needless(checker, Q, margin)
 

@@ -105,8 +105,8 @@ Returns:
         R"(A polyline with the same ends that costs no more, by shortcuts (Geraerts and Overmars 2007).
 
 An edge dq costs the largest abs(dq_j) / velocity_j, and calm times the length of dq / velocity. Vertices that
-a proven edge skips go; then the shortcuts are tried in their order; then vertices go again. Every new edge is
-proven as by Checker.edge_is_free, those of Q are taken to be.
+a proven edge skips go; then the shortcuts are tried in their order; then vertices go again. Every new edge,
+also what is left of one that was cut, is proven as by Checker.edge_is_free; those of Q are taken to be.
 
 Args:
     checker: Proves the edges.

@@ -51,7 +51,8 @@ class Polyline {
       const std::size_t i = point(from, a.data()), j = point(to, b.data());
       const double saved = to - from - query_.cost(a.data(), b.data(), checker_.n());
       if (i == j || saved < query_.worthwhile * along_.back() || !is_free(a.data(), b.data())) continue;
-      // The rests of the two cut edges are parts of proven edges.
+      // The rests of the two cut edges are free, but a proof that halves them elsewhere may not get through.
+      if (!is_free(row(i), a.data()) || !is_free(b.data(), row(j + 1))) continue;
       std::vector<double> cut(points_.begin(), points_.begin() + static_cast<std::ptrdiff_t>((i + 1) * n_));
       append(cut, a.data());
       append(cut, b.data());

@@ -26,7 +26,8 @@ struct ShortenQuery {
   double margin, resolution;  //!< of check_edge
 };
 
-//! A polyline (K, n) with the same ends that costs no more; every new edge is proven.
+//! A polyline (K, n) with the same ends that costs no more; every new edge is proven, also what is left of a
+//! cut one.
 std::vector<double> shorten(const Checker& checker, const ShortenQuery& query);
 
 }  // namespace apc
