@@ -1,4 +1,4 @@
-# Everything starts here: make run, make test, make check, make docs, make bench, make fuzz, make mutants.
+# Everything starts here: make run, make test, make test-slow, make check, make docs, make bench, make fuzz, make mutants.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -12,7 +12,7 @@ VENDOR := pickcli/page/vendor
 LOCKER := .venv-lock
 INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-.PHONY: run test check check-kernel stubs docs coverage fuzz mutants bench bench-peers install lock three format clean
+.PHONY: run test test-slow check check-kernel stubs docs coverage fuzz mutants bench bench-peers install lock three format clean
 
 install: $(VENV)/.installed
 
@@ -27,8 +27,14 @@ run: install
 	$(BIN)/apc run-trial $(ORDER) --seed $(SEED) --overwrite
 
 # A worker per core; a file stays on one worker, so that what its tests share is made once. In the end the slowest are told.
+PYTEST := $(BIN)/python -m pytest -n logical --no-loadscope-reorder --durations 40 --durations-min 3
+
 test: install
-	$(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder --durations 40 --durations-min 3
+	$(PYTEST) --dist loadfile -m "not slow"
+
+# Whole trials, builds that are killed, piles judged by physics, every code block of the documentation.
+test-slow: install
+	$(PYTEST) --dist worksteal -m slow
 
 check: install
 	$(BIN)/ruff check .

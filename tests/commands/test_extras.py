@@ -44,6 +44,7 @@ def test_the_extra_that_is_missing_is_named(
     assert not (tmp_path / words[-1]).exists()
 
 
+@pytest.mark.slow
 def test_moves_are_planned_and_verified_without_any_extra(tmp_path: Path) -> None:
     cell = write_bare_robot(tmp_path)
     move = tmp_path / "move.json"
