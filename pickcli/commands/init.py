@@ -81,7 +81,7 @@ def command(
     from pickcli.robot_setup.sphere_excess import sphere_excess
     from pickcli.robot_setup.stated_limits import EFFORT
     from pickcli.robot_setup.suggested_places import requested_places
-    from pickcli.robot_setup.suggested_tool import figure_of
+    from pickcli.robot_setup.suggested_tool import figure_of, tool_kind
 
     figures = {"velocity": velocities, "acceleration": accelerations, "jerk": jerks, EFFORT: forces}
     named = [text for text in package_path if "=" in text]
@@ -97,7 +97,7 @@ def command(
         joint_limits=joint_limits,
         figures=[_figure(kind, text) for kind, texts in figures.items() for text in texts],
         accepts_unshaped=accept_unshaped,
-        tool=tool,
+        tool=None if tool is None else tool_kind(tool),
         tool_figures=dict(map(figure_of, tool_figures)),
         places=requested_places(places),
         seed=seed,

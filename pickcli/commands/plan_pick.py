@@ -93,7 +93,7 @@ def command(
     scene = open_scene(scene_path, cell_name, arms)
     scene.cell.require_places()
     refuse_held(scene, scene_path)
-    out_of, item = _taken(pick, bin_name, item)
+    out_of, item = _taken(pick, bin_name, item, scene)
     into = _destination(scene, into, out_of)
     _refuse_impossible(scene, out_of, item, into, "--bin" if pick is None else "--pick")
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
@@ -173,7 +173,7 @@ def _plan_with(scene: Scene, asked: _PickRequest, write: Callable[[Plan, Scene],
         write(plan, scene)
 
 
-def _taken(pick: str | None, place: str | None, item: str | None) -> tuple[str, str]:
+def _taken(pick: str | None, place: str | None, item: str | None, scene: Scene) -> tuple[str, str]:
     """The place that is picked from, and the item's name or id. Raises UsageError if not stated once."""
     if pick is None and place is not None and item is not None:
         return place, item
@@ -181,8 +181,13 @@ def _taken(pick: str | None, place: str | None, item: str | None) -> tuple[str, 
         raise click.UsageError("say once what is taken: --pick PLACE:ITEM, or --bin PLACE and --item ITEM")
     place, _, item = pick.partition(":")
     if not place or not item:
-        raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}; e.g. bin_C:dove_beauty_bar")
+        raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}{_example(scene)}")
     return place, item
+
+
+def _example(scene: Scene) -> str:
+    """A request that the scene has an item for, as the end of a sentence; "" if it has none."""
+    return next((f"; e.g. {placed.location}:{placed.item.name}" for placed in scene.items), "")
 
 
 def _destination(scene: Scene, place: str | None, out_of: str) -> str:

@@ -193,13 +193,13 @@ def trusted(plan: Plan, path: Path, believed: Scene, advice: str) -> Plan:
     here, cell, carried = scene_hash(believed), believed.cell, plan.certificate
     if plan.cell_fingerprint != cell.fingerprint:
         raise StaleError(
-            f"{path}: made for the cell {plan.cell_fingerprint}, {cell.name} is {cell.fingerprint}; plan it "
-            "anew"
+            f"{path}: made for the cell {plan.cell_fingerprint[:12]}, {cell.name} is "
+            f"{cell.fingerprint[:12]}; plan it anew"
         )
     if carried is not None and plan.scene_hash != here:
         raise StaleError(
-            f"{path}: made for the scene {plan.scene_hash}, this is {here}; plan it anew, or name the scene "
-            "it was made in with --planned-in"
+            f"{path}: made for the scene {plan.scene_hash[:12]}, this is {here[:12]}; plan it anew, or "
+            "name the scene it was made in with --planned-in"
         )
     plan = certified(plan, believed, advice, path)
     if carried is None:

@@ -202,9 +202,24 @@ def suggest_tool(kind: str, robot: Urdf, chain: PlannedChain) -> SuggestedTool:
     Raises:
         InputError: There is no such kind, or no gripper in the URDF; with what to do.
     """
-    if kind not in KINDS:
-        raise UnknownNameError("kind of tool", kind, list(KINDS), "--tool")
-    return _suction(robot, chain) if kind == SUCTION else _gripper(robot, chain)
+    return _suction(robot, chain) if tool_kind(kind) == SUCTION else _gripper(robot, chain)
+
+
+def tool_kind(text: str) -> str:
+    """Read a kind of tool as the command line has it.
+
+    Args:
+        text: KIND.
+
+    Returns:
+        The kind, one of ``KINDS``.
+
+    Raises:
+        UnknownNameError: There is no such kind.
+    """
+    if text not in KINDS:
+        raise UnknownNameError("kind of tool", text, list(KINDS), "--tool")
+    return text
 
 
 def figure_of(text: str) -> tuple[str, float]:
