@@ -7,6 +7,7 @@ for by its meaning, so that what plans a pick need not know which of them it is 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -61,7 +62,7 @@ class Access:
         """(3,) unit vector into the place, in its frame."""
         return np.asarray(self.T_place_mouth[:3, 0])
 
-    @property
+    @cached_property
     def is_from_above(self) -> bool:
         """Whether the way in leads down, so that what lies in the place may rise above its mouth."""
         return bool(self.direction[2] < -0.5)

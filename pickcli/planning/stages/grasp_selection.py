@@ -80,15 +80,15 @@ def _tried(
     feasible: list[GraspMotion] = []
     roomy, failures = with_tool_clearance(problem, grasps, ways_out)
     for grasp in roomy if search is USUAL else _in_turns(roomy):
+        tool = tool_lines(problem, grasp, ways_out)
+        if isinstance(tool, Failures):
+            failures += tool
+            continue
         speed = problem.context.method.contact_speed(problem.contacts, grasp)
         if speed is None:
             failures += Reason(
                 "tips the item", str(grasp), "the cup presses it over the edge of what carries it"
             )
-            continue
-        tool = tool_lines(problem, grasp, ways_out)
-        if isinstance(tool, Failures):
-            failures += tool
             continue
         result = plan_grasp_motion(problem, tool, speed, rng)
         if isinstance(result, Failures):

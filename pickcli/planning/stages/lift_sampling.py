@@ -19,6 +19,7 @@ N_DRAWN = 8
 MOST_CLIMBED = 1.5 * MOST_DRAWN
 CLIMBS, ROUNDS = 6, 10
 N_TRIED, N_KEPT = 60, 8  # displacements of a round, and the best of them, around which the next ones lie
+N_PUSHED = 3  # of these, of which it is asked whether they begin free: the others are much alike
 LEAST_SPREAD = 1e-4  # m or rad around those
 HOPELESS = 0.02  # m of room that may be missing half-way through a climb
 
@@ -74,7 +75,7 @@ def climbed(
             room = carrying.clearances(D)
             best = np.argsort(-room, kind="stable")[:N_KEPT]
             free = D[best][carrying.are_valid(D[best])]
-            if (d := next((d for d in free if _leads(leaving, d)), None)) is not None:
+            if (d := next((d for d in free[:N_PUSHED] if _leads(leaving, d)), None)) is not None:
                 found.append(d)
                 break
             if k == ROUNDS // 2 and room[best[0]] < carrying.margin - HOPELESS:

@@ -33,7 +33,7 @@ MOST_PUSHES = 5  # more turns than that are no line of a tool any more
 
 
 COARSE = PlannerOptions(max_iterations=1500, step=0.1)
-# What hardly fits through the mouth goes through by short edges only. No pick of 14 fresh scenes took more than 2000.
+# What hardly fits through the mouth goes by short edges only; of 14 fresh scenes no pick took more than 2000.
 FINE = PlannerOptions(max_iterations=4000, step=0.01)
 
 
