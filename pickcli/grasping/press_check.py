@@ -138,11 +138,13 @@ def _is_beside(footing: Array, point: Array) -> bool:
 
 def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     """The press, and the edge of the footing over which the least of it tips; None where none does."""
-    target, noise = contacts.target, contacts.scene.noise
-    footing = contacts.supports.balance.footing(target.id)
+    target, noise, statics = contacts.target, contacts.scene.noise, contacts.supports.balance
+    T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip
+    footing = statics.footing(target.id)
+    if _is_beside(footing, T[:3, 3]):  # of where it surely stands: then where it does as its pose says
+        footing = statics.footing(target.id, is_sure=False)
     if len(footing) == 0:
         return None
-    T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip
     edges, ways = _edges(footing, T[:3, 3])
     to_centre, to_tip = T[:3, 3] - edges, tip[:3, 3] - edges
     inside = -np.einsum("ni,ni->n", to_centre[:, :2], ways)

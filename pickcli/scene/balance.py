@@ -117,6 +117,8 @@ class Balance:
     def is_tipping(self, item_id: str, without: str) -> bool:
         """Whether what lies on an item keeps it in balance, and no longer does without one of these.
 
+        It does for sure. Where poses may be off it may do so too, by a press anywhere that it touches it.
+
         Args:
             item_id: Id of the item.
             without: Id of an item that lies on it, or on what lies on it.
@@ -128,7 +130,13 @@ class Balance:
         cones = self._holding(item_id, frozenset())
         size = float(self.graph.items[item_id].item.shape.extents.max()) / 2
         before, after = self._load(item_id), self._load(item_id, lifted)
-        return can_balance(cones, before, size) and not can_balance(cones, after, size)
+        if can_balance(cones, before, size) and not can_balance(cones, after, size):
+            return True
+        if self.graph.scene.noise.position == 0.0:
+            return False
+        own = np.concatenate([_UP, np.zeros(3)])
+        with_it, left = (self._touched(item_id, gone) for gone in (frozenset(), frozenset(lifted)))
+        return can_balance(with_it, own, size) and not can_balance(left, own, size)
 
     def _weights(self, placed: PlacedItem) -> Array:
         """(K, 3) unit vectors against which an item's weight may act: straight down, and tilted."""
@@ -189,6 +197,18 @@ class Balance:
         centre = self.graph.items[name].T_world_item[:3, 3]
         return np.concatenate(
             [_NO_PUSH, *(friction_cones(self._patch(c) - centre, -c.normal) for c in left)], axis=1
+        )
+
+    def _touched(self, name: str, gone: frozenset[str]) -> Array:
+        """(6, 4 N) unit wrenches about an item's centre of all that is left and touches it, as poses say."""
+        left = [c for c in self.graph.touching[name] if c.b not in gone]
+        centre = self.graph.items[name].T_world_item[:3, 3]
+        return np.concatenate(
+            [
+                _NO_PUSH,
+                *(friction_cones(self._found_patch(c, inset=0.0) - centre, -c.normal) for c in left),
+            ],
+            axis=1,
         )
 
     def _pressed(self, contact: SolidContact, centre: Array) -> Iterator[Array]:

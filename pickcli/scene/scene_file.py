@@ -66,8 +66,8 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     cell = cell or _cell_named(source, model.cell.name, load)
     if model.cell.fingerprint != cell.scene_fingerprint:
         raise StaleError(
-            f"{path}: made for cell {model.cell.name} {model.cell.fingerprint[:12]}, but this is "
-            f"{cell.name} {cell.scene_fingerprint[:12]}; {_remade(cell)}"
+            f"{path}: made for cell {model.cell.name} {model.cell.fingerprint}, but this is "
+            f"{cell.name} {cell.scene_fingerprint}; {_remade(cell)}"
         )
     check_carriers(source, model, cell)
     check_names(source, model, cell)

@@ -119,6 +119,19 @@ def test_what_stands_on_something_narrow_is_met_slowly_too(cell: Cell) -> None:
     assert not falls_over(carried, item, Press(tip, push, cell.robot.tool.cup.stiffness, on_the_rail))
 
 
+def test_what_stands_beside_what_surely_carries_it_is_met_slowly_too(cell: Cell) -> None:
+    """Over a part of the rail that is not there for sure: it stands as poses say."""
+    noise, rail = PoseNoise(0.002, float(np.radians(1.0))), shaped(cell, (0.03, 0.3, 0.02))
+    item = at(cell, "box", shaped(cell, (0.03, 0.08, 0.08), mass=1.0), 0.35, 0.0, 0.06)
+    problem, grasp = pressed(cell, item, 0.05, noise)
+    carried = replace(problem.scene, items=(item, at(cell, "rail", rail, 0.341, 0.0, 0.01)))
+    problem = replace(problem, scene=carried)
+    footing = problem.contacts.supports.balance.footing(item.id)
+    assert len(footing) and footing[:, 0].max() < item.T_world_item[0, 3]
+    on_the_edge = contact_speed(problem, grasp)
+    assert on_the_edge is None or on_the_edge < cell.robot.tool.cup.contact_speed
+
+
 @pytest.mark.parametrize(
     ("pattern", "seed"),
     [("on", 4), ("on", 12), ("bridge", 10), ("heap", 0), ("heap", 4), ("counterweight", 2)],

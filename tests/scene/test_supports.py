@@ -360,6 +360,19 @@ def test_a_counterweight_holds_by_its_lever(cell: Cell, inside: float, tips: boo
     assert supports.falling("weight") == (("plank",) if tips else ())
 
 
+@pytest.mark.parametrize(("overhang", "tips"), [(-0.012, False), (0.012, True)])
+def test_what_lies_beside_its_support_as_it_is_seen_may_be_held_by_what_is_on_it(
+    cell: Cell, overhang: float, tips: bool
+) -> None:
+    """A book across the outer end of a plank and a tower: its middle is beside the pier too."""
+    pier = at(cell, "pier", shaped(cell, (0.1, 0.1, 0.1)), 0.3, 0.0, 0.05)
+    plank = at(cell, "plank", shaped(cell, (0.2, 0.1, 0.02)), 0.25 - overhang, 0.0, 0.11)
+    tower = at(cell, "tower", shaped(cell, (0.06, 0.04, 0.12)), 0.24, -0.1, 0.06)
+    book = at(cell, "book", shaped(cell, (0.16, 0.15, 0.004)), 0.24, -0.05, 0.122)
+    supports = of(cell, pier, plank, tower, book, noise=NOISY)
+    assert supports.falling("book") == (("plank",) if tips else ())
+
+
 def test_what_may_stand_beside_what_is_narrow_stands_on_it(cell: Cell) -> None:
     rail = at(cell, "rail", shaped(cell, (0.3, 0.01, 0.05)), 0.3, 0.0, 0.025)
     plank = at(cell, "plank", shaped(cell, (0.2, 0.012, 0.08)), 0.3, 0.002, 0.09)
