@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse, pose
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
@@ -162,3 +164,30 @@ def test_nothing_is_taken_that_another_stands_on() -> None:
     assert reason.in_the_way == f"{BAR}#2"
     for other in (replace(taking, grasp=None), plan_of(SegmentKind.LIFT, held=(True,))):
         assert check_support(other, on_it) == ()
+
+
+@pytest.mark.parametrize(
+    ("where", "x", "pier", "is_refused"),
+    [("crate_left", 0.0, 0.05, False), ("crate_left", 0.0, 0.12, True), ("shelf_1_1", 0.17, 0.05, True)],
+)
+def test_what_loses_its_counterweight_may_slump_below_the_rim_of_an_open_box_only(
+    where: str, x: float, pier: float, is_refused: bool
+) -> None:
+    """A plank with its middle past the edge of a pier, kept there by the block that is taken."""
+    crates = load_cell("ur5e_crates")
+    T_world_place = crates.T_world_place(crates.places[where])
+
+    def box(name: str, size: tuple[float, ...], ahead: float, z: float) -> PlacedItem:
+        item = replace(crates.item(CRAYOLA), shape=Shape(ShapeKind.BOX, size))
+        return PlacedItem(name, item, where, T_world_place @ pose((ahead, 0.0, z)))
+
+    items = (
+        box("pier", (0.1, 0.1, pier), x, pier / 2),
+        box("plank", (0.2, 0.1, 0.02), x - 0.06, pier + 0.01),
+        box("block", (0.05, 0.05, 0.05), x + 0.02, pier + 0.045),
+    )
+    taking = plan_of(SegmentKind.CONTACT, SegmentKind.LIFT, held=(False, True))
+    assert taking.grasp is not None
+    plan = replace(taking, grasp=replace(taking.grasp, item="block"))
+    found = check_support(plan, Scene(crates, crates.T_world_pod, items, PoseNoise()))
+    assert [reason.in_the_way for reason in found] == (["plank"] if is_refused else [])
