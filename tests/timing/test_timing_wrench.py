@@ -235,7 +235,7 @@ def test_nearly_everywhere_some_limit_is_reached(seed: int) -> None:
         joints = np.abs(grid.dq[i] * u[:, None] + grid.ddq[i] * end[:, None]) / grid.acceleration
         fastest = np.sqrt(end) / grid.speed[i]
         used = np.maximum(used, np.maximum(np.maximum(load.max(axis=1), joints.max(axis=1)), fastest))
-    # toppra backs off by small steps where an interval has next to no room; a run is stretched by what is over.
+    # As near as the passes keep to them where an interval has next to no room; the run is stretched by it.
     assert used.max() <= 1.0 + 1e-4
     # But where it turns from gaining pace to losing it: that may be anywhere within an interval.
     assert np.count_nonzero(used <= 0.99) <= max(1, 0.1 * len(used))
