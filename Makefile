@@ -14,12 +14,13 @@ INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-versio
 
 .PHONY: run test test-slow check check-kernel stubs docs coverage fuzz mutants bench bench-peers install lock three format clean
 
+# The lock is complete, so nothing is resolved: older pips look up what is asked for with an extra anew, past its pin.
 install: $(VENV)/.installed
 
 $(VENV)/.installed: requirements-dev.lock pyproject.toml CMakeLists.txt $(KERNEL_SOURCES)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
-		--require-hashes -r requirements-dev.lock
+		--no-deps --require-hashes -r requirements-dev.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
