@@ -149,8 +149,9 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     to_centre, to_tip = T[:3, 3] - edges, tip[:3, 3] - edges
     inside = -np.einsum("ni,ni->n", to_centre[:, :2], ways)
     arms = to_tip[:, 2] * (ways @ tip[:2, 2]) - np.einsum("ni,ni->n", to_tip[:, :2], ways) * tip[2, 2]
-    if len(edges) == 0 or inside.min() <= 0.0:
-        return None
+    if len(edges) == 0 or inside.min() <= -(WITHIN + noise.bound(target.item)):
+        return None  # it does not stand by its weight: what keeps it from aside is not known
+    inside = np.maximum(inside, 0.0)  # where it may or may not, any press over that edge tips it
     friction = np.where(arms > NO_ARM, inside / np.maximum(arms, NO_ARM), np.inf)  # that it takes to tip
     first = int(np.argmin(friction))
     if friction[first] >= MOST_FRICTION:

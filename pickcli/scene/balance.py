@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import GRAVITY, Array
 from pickcli.scene.contact_graph import ContactGraph
 from pickcli.scene.patches import feature, patch
@@ -94,9 +95,10 @@ class Balance:
         return np.concatenate([self._found_patch(contact, inset=0.0) for contact in carrying])
 
     def lies_level(self, item_id: str, without: Set[str] = frozenset()) -> bool:
-        """Whether an item that can roll lies on nothing but level ground, with nothing on it.
+        """Whether an item that can roll lies on nothing but ground that is level where it could roll to.
 
-        Then it stays unless it is pushed.
+        With nothing on it, it then stays unless it is pushed. A lying cylinder rolls across its axis only: on
+        ground that slopes along it, friction holds it.
 
         Args:
             item_id: Id of the item.
@@ -109,7 +111,7 @@ class Balance:
         if not placed.can_roll:
             return False
         left = [c for c in self.graph.touching[item_id] if c.b not in without]
-        slopes = [np.hypot(c.normal[0], c.normal[1]) for c in left if c.carries]
+        slopes = [_slope_to_roll(placed, c.normal) for c in left if c.carries]
         if not slopes or any(c.flipped.carries for c in left if c.b in self.graph.items):
             return False
         return bool(max(slopes) <= np.sin(LEVEL))
@@ -245,3 +247,10 @@ class Balance:
             return float(masses.sum()), self._patch(contact.flipped)
         middles = np.array([placed.T_world_item[:3, 3] for placed in pile])  # all goes straight down
         return float(masses.sum()), (masses @ middles / masses.sum())[None]
+
+
+def _slope_to_roll(placed: PlacedItem, normal: Array) -> float:
+    """Sine of the slope down which an item would roll on ground with a normal, (3,) in the world."""
+    if placed.item.shape.kind is ShapeKind.SPHERE:
+        return float(np.hypot(normal[0], normal[1]))
+    return float(abs(np.cross(placed.T_world_item[:3, 2], normal)[2]))

@@ -12,7 +12,7 @@ off. So a pile without an equilibrium falls, and one with an equilibrium may fal
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -127,20 +127,20 @@ def _outermost(body: RigidBody, way: Array, tolerance: float) -> Array:
 
 
 def missing_to_balance(
-    bodies: Sequence[RigidBody], contacts: Sequence[PileContact], up: Mapping[str, Array]
+    bodies: Sequence[RigidBody], contacts: Sequence[PileContact], up: Array
 ) -> dict[str, float]:
     """What is missing to an equilibrium, the least in all.
 
     Args:
         bodies: Those that must be balanced.
         contacts: Between them, and with others, which stand firm.
-        up: (3,) unit vector in the world by the name of each body, against which its weight acts.
+        up: (3,) unit vector in the world against which weights act.
 
     Returns:
         By name: how much force and moment must be added, in weights of the body and in its weight times half
         its size.
     """
-    program = _Program(bodies, np.concatenate([np.append(up[body.name], np.zeros(3)) for body in bodies]))
+    program = _Program(bodies, np.tile(np.append(up, np.zeros(3)), len(bodies)))
     for contact in contacts:
         program.add(contact)
     return dict(zip((body.name for body in bodies), program.least_added().tolist(), strict=True))

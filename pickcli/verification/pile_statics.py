@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
@@ -55,7 +56,7 @@ def removal(scene: Scene, item_id: str) -> Removal:
     pile = _pile(scene, scene.find(item_id).location).around(item_id)
     lifted = pile.lying_on(item_id)
     loose = pile.losing_balance(item_id)
-    level = {name for name in loose if pile.without(item_id).lies_level(name, loose)}
+    level = {name for name in loose if pile.without(item_id, *lifted - {name}).lies_level(name, loose)}
     beside = {contact.b.name for contact in pile.touching[item_id]}
     return Removal(lifted, frozenset(loose - level), frozenset(level & beside))
 
@@ -71,7 +72,7 @@ def keeps_standing(scene: Scene, item_id: str) -> bool:
         True if it may.
     """
     pile = _pile(scene, scene.find(item_id).location)
-    return bool(pile.missing(of={item_id})[item_id].max() <= MISSING) or pile.lies_level(item_id)
+    return bool(pile.missing_alone(item_id).max() <= MISSING) or pile.lies_level(item_id)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,43 +125,83 @@ class _Pile:
         return frozenset(found)
 
     def lies_level(self, item_id: str, loose: Set[str] = frozenset()) -> bool:
-        """Whether an item can roll, nothing is on it, and what carries it is level and not loose itself."""
+        """Whether an item can roll, nothing is on it, and what carries it is level and not loose itself.
+
+        Level across its axis, for a cylinder.
+        """
         if item_id not in self.rollers:
             return False
-        contacts = self.touching[item_id]
+        body, contacts = self.bodies[item_id], self.touching[item_id]
         carrying = [contact for contact in contacts if contact.normal[2] >= CARRIES]
         is_free = not any(contact.normal[2] <= -CARRIES and not contact.b.is_firm for contact in contacts)
         return (
             bool(carrying)
             and is_free
-            and all(
-                np.hypot(*contact.normal[:2]) <= LEVEL and contact.b.name not in loose for contact in carrying
-            )
+            and all(_fall_line(body, contact.normal) <= LEVEL for contact in carrying)
+            and all(contact.b.name not in loose for contact in carrying)
         )
 
     def losing_balance(self, item_id: str) -> frozenset[str]:
-        """Ids of what lacks more to its balance without an item than with it, for any tilt of the world.
+        """Ids of what lacks more to its balance without an item than with it.
 
-        What seems to hang in the air stands firm.
+        Judged of all at once. What can roll, and what is not in balance where it is seen even if all else
+        stands firm, is judged by itself: whether it leaned on what is gone. What seems to hang in the air
+        stands firm.
         """
-        standing = self.bodies.keys() - self.hanging
-        after = self.without(item_id).missing(standing - {item_id})
+        alone, gone = self.rollers, frozenset({item_id})
+        while True:
+            lost = self._lacking_more(gone, self.bodies.keys() - self.hanging - alone)
+            unexplained = {name for name in lost if self.missing_alone(name).max() > MISSING}
+            if unexplained:
+                alone |= unexplained
+                continue
+            lost |= self._leaning(gone | lost, alone)
+            if not lost:
+                return gone - {item_id}
+            gone |= lost
+
+    def _lacking_more(self, gone: Set[str], standing: Set[str]) -> frozenset[str]:
+        """Of some bodies those that lack more to their balance without others, all else standing firm."""
+        after = self.without(*gone).missing(standing - gone)
         if all(less.max() <= MISSING for less in after.values()):
             return frozenset()
         before = self.missing(standing)
         return frozenset(name for name, less in after.items() if (less > before[name] + MISSING).any())
 
-    def without(self, item_id: str) -> _Pile:
-        """The pile when an item is gone."""
-        left = {name: body for name, body in self.bodies.items() if name != item_id}
-        touching = {name: [c for c in self.touching[name] if c.b.name != item_id] for name in left}
+    def _leaning(self, gone: Set[str], alone: Set[str]) -> frozenset[str]:
+        """Of what is judged by itself that which leaned on what is gone."""
+        left = self.without(*gone)
+        met = {contact.b.name for name in gone for contact in self.touching[name]}
+        return frozenset(
+            name
+            for name in met & alone & left.bodies.keys()
+            if (left.missing_alone(name) > self.missing_alone(name) + MISSING).any()
+        )
+
+    def without(self, *gone: str) -> _Pile:
+        """The pile when items are gone."""
+        left = {name: body for name, body in self.bodies.items() if name not in gone}
+        touching = {name: [c for c in self.touching[name] if c.b.name not in gone] for name in left}
         return replace(self, bodies=left, touching=touching)
 
     def missing(self, of: Set[str]) -> dict[str, Array]:
         """(N_TILTS,) weights by id that are missing to the balance of some, for each tilt of the world.
 
-        All others stand firm.
+        All others stand firm. The world is tilted by as much as poses may be off.
         """
+        return self._missing_if_tilted(of, self.angle)
+
+    def missing_alone(self, item_id: str) -> Array:
+        """(N_TILTS,) weights that are missing to the balance of an item if all that it touches stands firm.
+
+        For what can roll the world is tilted by ``CHOCKED``.
+        """
+        angle = max(self.angle, CHOCKED) if item_id in self.rollers else self.angle
+        return self._missing_if_tilted({item_id}, angle)[item_id]
+
+    def _missing_if_tilted(self, of: Set[str], angle: float) -> dict[str, Array]:
+        if not of:
+            return {}
         bodies = [body for name, body in self.bodies.items() if name in of]
         contacts = [
             contact
@@ -168,13 +209,9 @@ class _Pile:
             for contact in self.touching[body.name]
             if all(contact.b.name != later.name for later in bodies[k + 1 :])
         ]
-        tilts = {name: max(self.angle, CHOCKED * (name in self.rollers)) for name in of}
-        n = N_TILTS if any(tilts.values()) else min(1, len(bodies))
-        ups = [
-            {name: _tilted(tilt, turn) for name, tilt in tilts.items()}
-            for turn in 2.0 * np.pi * np.arange(n) / n
-        ]
-        found = [missing_to_balance(bodies, contacts, up) for up in ups]
+        n = N_TILTS if angle > 0.0 else 1
+        turns = 2.0 * np.pi * np.arange(n) / n
+        found = [missing_to_balance(bodies, contacts, _tilted(angle, turn)) for turn in turns]
         return {name: np.array([each[name] for each in found]) for name in of}
 
 
@@ -239,10 +276,18 @@ def _seen_from(name: str, contacts: Sequence[PileContact]) -> list[PileContact]:
 def _kept(contacts: Sequence[PileContact]) -> list[PileContact]:
     """Contacts of what can roll, without bodies that stand firm farther from it than another.
 
-    It may pass over what it only nearly meets: one error of its pose moves it away from all or from none.
+    It may pass over what it only nearly meets: one error of its pose moves it away from all or from none. But
+    whatever it is next to, it lies on what of the ground is nearest.
     """
-    nearest = min((contact.gap for contact in contacts if contact.b.is_firm), default=0.0)
-    return [contact for contact in contacts if not contact.b.is_firm or contact.gap <= nearest + TOUCH]
+    firm = [contact for contact in contacts if contact.b.is_firm]
+    nearest = min((contact.gap for contact in firm), default=0.0)
+    ground = min((contact.gap for contact in firm if contact.normal[2] >= CARRIES), default=0.0)
+    return [
+        contact
+        for contact in contacts
+        if not contact.b.is_firm
+        or contact.gap <= (ground if contact.normal[2] >= CARRIES else nearest) + TOUCH
+    ]
 
 
 def _body(scene: Scene, placed: PlacedItem) -> RigidBody:
@@ -257,3 +302,12 @@ def _firm_bodies(scene: Scene) -> Iterator[RigidBody]:
 def _tilted(angle: float, turn: float) -> Array:
     """(3,) unit vector that is off the vertical by an angle, to the side of a turn."""
     return np.array([np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)])
+
+
+def _fall_line(body: RigidBody, normal: Array) -> float:
+    """Sine of the slope down which a round body rolls on ground with a normal: a cylinder across its axis."""
+    down = np.array([0.0, 0.0, -1.0]) + normal[2] * normal  # along the ground
+    if body.shape.kind is ShapeKind.CYLINDER:
+        axis = body.T[:3, 2]
+        down -= (down @ axis) * axis
+    return float(np.linalg.norm(down))

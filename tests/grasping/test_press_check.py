@@ -164,3 +164,18 @@ def from_above(placed: PlacedItem, rng: np.random.Generator) -> Grasp:
     x = np.roll(out, 1)
     tip = pose(at, R=np.column_stack([x, np.cross(-out, x), -out]))
     return Grasp(placed.id, "top-down", "+z", DOWN, tip, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("degrees", "is_judged"), [(6.0, True), (20.0, False)])
+def test_what_may_or_may_not_stand_by_its_weight_is_not_pressed_over_its_edge(
+    cell: Cell, degrees: float, is_judged: bool
+) -> None:
+    """A slender box whose centre is 0.3 mm beside its footing, and one that something unseen keeps."""
+    turn, thin = (0.0, float(np.radians(degrees)), 0.0), 0.01
+    plate = at(cell, "plate", shaped(cell, (0.1, 0.1, 0.02)), 0.35, 0.0, 0.05, turn)
+    T = plate.T_world_item @ pose((0.0, 0.0, 0.01 + TALL / 2))
+    box = PlacedItem("box", shaped(cell, (thin, 0.08, TALL), mass=0.1), BIN, T)
+    problem, grasp = pressed(cell, box, 0.06)
+    scene = replace(problem.scene, items=(plate, box))
+    speed = contact_speed(replace(problem, scene=scene), grasp)
+    assert (speed is None) is is_judged

@@ -13,7 +13,19 @@ from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.supports import supports_of
-from support.bin_piles import BIN, EXACT, NOISY, at, height, in_a_slot, of, on_a_slope, put, shaped
+from support.bin_piles import (
+    BIN,
+    EXACT,
+    NOISY,
+    at,
+    can_on_a_slope,
+    height,
+    in_a_slot,
+    of,
+    on_a_slope,
+    put,
+    shaped,
+)
 
 
 @pytest.mark.parametrize("noise", [EXACT, NOISY])
@@ -258,6 +270,15 @@ def test_what_is_unsteady_and_cannot_roll_falls_on_level_ground_too(cell: Cell) 
     supports = of(cell, board, box)
     assert not supports.balance.lies_level("board")
     assert supports.falling("box") == ("board",) and supports.rolling("box") == ()
+
+
+@pytest.mark.parametrize(("turn", "stays"), [(0.0, True), (np.pi / 2, False)])
+def test_a_can_rolls_down_a_slope_across_its_axis_and_not_along_it(
+    cell: Cell, turn: float, stays: bool
+) -> None:
+    supports = of(cell, *can_on_a_slope(cell, turn))
+    assert (supports.falling("beside") == ()) is stays
+    assert (supports.rolling("beside") == ("can",)) is stays
 
 
 def test_what_carries_something_does_not_lie_as_something_that_stays(cell: Cell) -> None:

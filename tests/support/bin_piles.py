@@ -69,3 +69,16 @@ def on_a_slope(cell: Cell, degrees: float, x: float, z: float) -> tuple[PlacedIt
     below = at(cell, "below", shaped(cell, (0.12, 0.1, 0.05)), x, 0.0, z, turn)
     T = below.T_world_item @ pose((0.0, 0.0, 0.04))
     return below, PlacedItem("above", shaped(cell, (0.05, 0.05, 0.03)), BIN, T)
+
+
+def can_on_a_slope(cell: Cell, turn: float) -> tuple[PlacedItem, PlacedItem, PlacedItem]:
+    """A plate that falls by 5 degrees along x, a can on it, and a box beside the can, at its mantle.
+
+    turn: rad about the plate's normal from where the can points down the slope
+    """
+    radius, thick = 0.03, 0.02
+    plate = at(cell, "plate", shaped(cell, (0.2, 0.2, thick)), 0.3, 0.0, 0.03, (0.0, float(np.radians(5)), 0))
+    T = plate.T_world_item @ pose((0.0, 0.0, thick / 2), rpy=(0.0, 0.0, turn))
+    can, box = shaped(cell, (radius, 0.1), ShapeKind.CYLINDER), shaped(cell, (0.04, 0.04, 0.06))
+    lying = PlacedItem("can", can, BIN, T @ pose((0.0, 0.0, radius), rpy=(0.0, np.pi / 2, 0.0)))
+    return plate, lying, PlacedItem("beside", box, BIN, T @ pose((0.0, -(radius + 0.02), 0.03)))

@@ -42,7 +42,7 @@ def missing(*bodies: RigidBody, up: Array = UP, mirrored: bool = False) -> dict[
             if contact is not None:
                 contacts.append(contact.flipped if mirrored else contact)
     free = [each for each in bodies if not each.is_firm]
-    return missing_to_balance(free, contacts, {each.name: up for each in free})
+    return missing_to_balance(free, contacts, up)
 
 
 def is_at_rest(*bodies: RigidBody) -> bool:

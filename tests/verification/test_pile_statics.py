@@ -14,7 +14,7 @@ from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.supports import Supports
 from pickcli.verification.pile_statics import Removal, keeps_standing, removal
-from support.bin_piles import BIN, EXACT, NOISY, at, height, of, on_a_slope, put, shaped
+from support.bin_piles import BIN, EXACT, NOISY, at, can_on_a_slope, height, of, on_a_slope, put, shaped
 
 LYING_CAN = (np.pi / 2, 0.0, 0.0)
 
@@ -99,6 +99,26 @@ def test_a_roller_that_is_chocked_by_something_else_neither_falls_nor_rolls(cell
     assert is_untouched(without("end", cell, can, end, *strips))
     assert without("end", cell, can, end).rolling == {"can"}
     assert without("strip1", cell, can, strips[1]).rolling == {"can"}
+
+
+@pytest.mark.parametrize(("turn", "stays"), [(0.0, True), (np.pi / 2, False)])
+def test_a_can_rolls_down_a_slope_across_its_axis_and_not_along_it(
+    cell: Cell, turn: float, stays: bool
+) -> None:
+    effects = without("beside", cell, *can_on_a_slope(cell, turn))
+    assert effects.falling == (set() if stays else {"can"})
+    assert effects.rolling == ({"can"} if stays else set())
+
+
+def test_a_ball_lies_on_the_ground_though_it_is_seen_nearer_to_a_wall(cell: Cell) -> None:
+    """Seen 1 mm inside the divider and 1 mm over the floor: nothing near it keeps it up."""
+    radius = 0.034
+    divider = 0.5 * 0.2988
+    ball = at(
+        cell, "ball", shaped(cell, (radius,), ShapeKind.SPHERE), 0.3, divider - radius + 0.001, radius + 0.001
+    )
+    beside = at(cell, "beside", shaped(cell, (0.05, 0.05, 0.08)), 0.3, divider - 2 * radius - 0.027, 0.041)
+    assert without("beside", cell, ball, beside, noise=NOISY).falling == set()
 
 
 def test_two_cans_on_each_other_fall_without_the_box_beside_them(cell: Cell) -> None:
