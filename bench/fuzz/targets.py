@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import shutil
 from collections.abc import Callable
@@ -28,6 +29,9 @@ from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import read_plan, write_plan
 from pickcli.motion.trajectory import Trajectory
+from pickcli.page.html_page import page_bytes
+from pickcli.page.trial_page import trial_page
+from pickcli.page.trials_page import trials_page
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import (
     describe,
@@ -40,11 +44,13 @@ from pickcli.roadmap.store import (
     write_roadmap,
 )
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.reality import read_reality
-from pickcli.trial.order_file import read_order
+from pickcli.trial.motion_record import motion_values, read_motion, refuse_other_motion
+from pickcli.trial.order_file import Order, read_order
+from pickcli.trial.trial_record import read_record, trial_record
 from pickcli.verification.verify import verify
 
 Attempt = Callable[[int], None]
@@ -100,15 +106,16 @@ def kinds(of: Sound, folder: Path, seed: int) -> tuple[Kind, ...]:
     """All kinds of input, written into ``folder`` case by case."""
     make = _Maker(of, folder, seed)
     return (
-        Kind("orders", 0.16, make.order),
+        Kind("orders", 0.14, make.order),
         Kind("items", 0.14, make.items),
         Kind("URDF", 0.14, make.urdf),
         Kind("scenes", 0.10, make.scene),
         Kind("cells", 0.06, make.cell),
         Kind("reality", 0.05, make.reality),
-        Kind("plans", 0.16, make.plan),
+        Kind("plans", 0.14, make.plan),
         Kind("plans of extreme numbers", 0.07, make.extreme),
-        Kind("HDF5 stores", 0.12, make.store),
+        Kind("HDF5 stores", 0.11, make.store),
+        Kind("trials", 0.05, make.trial),
     )
 
 
@@ -117,7 +124,7 @@ class _Maker:
 
     def __init__(self, of: Sound, folder: Path, seed: int) -> None:
         self.of, self.folder, self.seed = of, folder, seed
-        cell = of.cell.path
+        cell, path = of.cell, of.cell.path
         self._scene_text = self._written("scene.json", lambda path: write_scene(of.scene, path))
         plain = replace(of.plan, certificate=None, statistics={})
         self._plan_texts = (
@@ -125,20 +132,22 @@ class _Maker:
             self._written("plan.json", lambda path: write_plan(plain, path)),
         )
         self._cell_text, self._urdf_text = (
-            (cell / "cell.yaml").read_bytes(),
-            (cell / "robot.urdf").read_bytes(),
+            (path / "cell.yaml").read_bytes(),
+            (path / "robot.urdf").read_bytes(),
         )
         self._items_texts = [path.read_bytes() for path in sorted((data_path() / "items").glob("*.yaml"))]
         items = data_path() / "items" / "apc2016.yaml"
         self._models = {
-            "cell": _plain(validate(read_yaml(cell / "cell.yaml"), CellModel)),
+            "cell": _plain(validate(read_yaml(path / "cell.yaml"), CellModel)),
             "items": _plain(validate(read_yaml(items), ItemsModel)),
         }
-        made: tuple[str, dict[str, Any]] = (of.cell.fingerprint, {})
+        made: tuple[str, dict[str, Any]] = (cell.fingerprint, {})
         self._stores = (
-            self._written("roadmap.h5", lambda path: write_roadmap(path, _roadmap(of.cell), *made)),
-            self._written("database.h5", lambda path: write_database(path, _database(of.cell), *made)),
+            self._written("roadmap.h5", lambda path: write_roadmap(path, _roadmap(cell), *made)),
+            self._written("database.h5", lambda path: write_database(path, _database(cell), *made)),
         )
+
+        self._trial_texts = _trial_texts(of, read_order(self._put("order.json", as_json(of.order)), cell))
 
     def order(self, case: int) -> None:
         """An order."""
@@ -202,6 +211,21 @@ class _Maker:
         readers += [read_gaps, read_roadmap] if which == 0 else [read_missing, read_database]
         readers[int(rng.integers(len(readers)))](path)
 
+    def trial(self, case: int) -> None:
+        """The folder of a trial: its record or its motion; both make pages, where they are accepted."""
+        rng = self._rng("trial", case)
+        texts = list(self._trial_texts)
+        which = int(rng.integers(2))
+        texts[which] = self._json(texts[which], None, rng)
+        zipped = gzip.compress(texts[1], mtime=0)
+        if which == 1 and rng.random() < 0.3:
+            zipped = mutated_bytes(zipped, rng)
+        record = read_record(self._put("trial.json", texts[0]))
+        motion = read_motion(self._put("motion.json.gz", zipped))
+        refuse_other_motion(motion, self.of.scene, "motion.json.gz")
+        page_bytes(trial_page(record, self.of.scene, motion))
+        page_bytes(trials_page({"a": record}))
+
     def _verify(self, plan: Plan) -> None:
         verdict = verify(plan, self.of.scene)
         if verdict.certificate is None:
@@ -225,6 +249,23 @@ class _Maker:
         path = self.folder / name
         write(path)
         return path.read_bytes()
+
+
+def _trial_texts(of: Sound, order: Order) -> tuple[bytes, bytes]:
+    """The record of a trial, and what moved in it."""
+    from pickcli.planning.planning_context import PlanningContext
+    from pickcli.simulation.motion_recorder import MotionRecorder
+    from pickcli.trial.attempt_runner import TrialSettings
+    from pickcli.trial.loop import run_trial
+    from pickcli.trial.simulated_cell import ArmPlanner, SimulatedArena, interfaces_of
+
+    recorder = MotionRecorder()
+    arena = SimulatedArena(of.scene, recorder=recorder)
+    planner = ArmPlanner(PlanningContext(of.cell, None, None))
+    result = run_trial(order, interfaces_of([planner], arena), TrialSettings(0, PoseNoise()))
+    arena.close()
+    record = trial_record(result, "order.json", 0.0)
+    return as_json(record), as_json(motion_values(recorder, of.cell))
 
 
 def _plain(model: FileModel) -> Any:

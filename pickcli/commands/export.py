@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import click
@@ -14,6 +15,8 @@ from pickcli.commands.options import json_option, output_option, refuse_output
 from pickcli.commands.planner import trusted
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
 from pickcli.export.formats import format_names
+
+_NUMBER = re.compile("[0-9]{1,9}")  # of a channel
 
 
 @click.command("export", cls=Command)
@@ -78,7 +81,7 @@ def _channels(texts: tuple[str, ...]) -> dict[str, int]:
     found: dict[str, int] = {}
     for text in texts:
         device, equals, number = text.partition("=")
-        if not equals or not number.isascii() or not number.isdecimal():
+        if not equals or not _NUMBER.fullmatch(number):
             raise click.UsageError(f"--channel {text!r}: expected DEVICE=N, e.g. valve=3")
         if device in found:
             raise click.UsageError(f"--channel: {device} is given twice; keep one")

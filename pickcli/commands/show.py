@@ -19,7 +19,7 @@ from pickcli.commands.options import (
     refuse_output,
 )
 from pickcli.commands.scene_options import open_scene, scene_or_empty
-from pickcli.errors import InputError
+from pickcli.errors import InputError, StaleError
 
 if TYPE_CHECKING:
     from pickcli.page.page_document import PageDocument
@@ -102,7 +102,6 @@ def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: 
 
 
 def _plan(path: Path, scene_path: Path | None, cell_name: str | None, arms: ArmRequest) -> PageDocument:
-    from pickcli.errors import StaleError
     from pickcli.motion.plan_file import read_plan
     from pickcli.page.plan_page import plan_page
 
@@ -133,7 +132,8 @@ def _has_trials(path: Path) -> bool:
 
 def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     from pickcli.page.trial_page import trial_page
-    from pickcli.trial.motion_record import read_motion
+    from pickcli.scene.scene_file import scene_hash
+    from pickcli.trial.motion_record import read_motion, refuse_other_motion
     from pickcli.trial.trial_folder import MOTION
     from pickcli.trial.trial_record import read_record
 
@@ -144,7 +144,13 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
             "arms played: their motion is not recorded)"
         )
     motion = read_motion(folder / MOTION)
-    return trial_page(record, open_scene(folder / "scene.json", cell_name, arms), motion)
+    scene = open_scene(folder / "scene.json", cell_name, arms)
+    if scene_hash(scene) != record["made_from"]["scene_hash"]:
+        raise StaleError(
+            f"{folder / 'scene.json'}: is not the scene of {folder / RECORD}; play the trial again"
+        )
+    refuse_other_motion(motion, scene, str(folder / MOTION))
+    return trial_page(record, scene, motion)
 
 
 def _trials(folder: Path) -> PageDocument:

@@ -100,7 +100,9 @@ def note(source: Source, model: type[BaseModel], detail: Any) -> None:
         model: The model that they were checked against.
         detail: The error, an entry of ``ValidationError.errors()``.
     """
-    key: Key = tuple(part for part in detail["loc"] if not str(part).startswith("["))  # "[key]", a tag
+    key: Key = detail["loc"]
+    if key[-1:] == (KEY_MARK,) and detail["type"] != "extra_forbidden":
+        key = key[:-1]
     # Where a kind chooses from a union, pydantic puts it into the place, where it is no key of the file.
     place = tuple(part for i, part in enumerate(key) if not _is_tagged(_annotation(model, key[:i])))
     is_of_kind = detail["type"] in (UNKNOWN_TAG, NO_TAG)
@@ -180,6 +182,7 @@ _TYPES = {"model_type": "an object {...}", "dict_type": "an object {...}", "list
           "tuple_type": "a list [...]", "string_type": "text in quotes"}  # fmt: skip
 _BOUNDS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 NO_MEANING = "a value"
+KEY_MARK = "[key]"  # ends pydantic's place of what is wrong about a key and not about its value
 TAG = "kind"  # key by which models of a union are told apart
 NO_TAG, UNKNOWN_TAG = "union_tag_not_found", "union_tag_invalid"
 FEW_MISSING = 3  # keys of one object that are told one by one

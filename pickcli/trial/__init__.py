@@ -11,5 +11,6 @@ Read in this order:
   where the pod really stands, `pose_noise` how exactly poses are told.
 - What came of it: `disturbance` and `damage`, judged in the `final_state` by the rules of `score`, make a
   `trial_result`; `trial_folder` keeps it with its `trial_record`, the `motion_record` and the official
-  `output_file`, and `trial_summary` has the rows of its table.
+  `output_file`, and `trial_summary` has the rows of its table. `record_schema` and `motion_schema` say what
+  record and motion have to hold when they are read again.
 """

@@ -8,27 +8,42 @@ from __future__ import annotations
 
 import gzip
 import json
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.tool import ToolState
-from pickcli.errors import InputError
+from pickcli.cell.tool import MOVING, ToolState
+from pickcli.errors import InputError, StaleError
 from pickcli.files.atomic_write import write_bytes
 from pickcli.files.bounded_reading import read_bytes
-from pickcli.files.packed_array import packed, unpacked
+from pickcli.files.packed_array import packed
+from pickcli.files.yaml_reader import name_of
 from pickcli.geometry import Array
 from pickcli.motion.limit_shares import limit_shares
-from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.segment import Segment
+from pickcli.scene.scene import Scene
 from pickcli.simulation.motion_recorder import LOOK_TIME, MotionRecorder, RecordedRun
+from pickcli.trial.motion_schema import (
+    MAX_JOINT,
+    MAX_PRESSURE,
+    MAX_SHARE,
+    ExecutionModel,
+    MotionModel,
+    PackedModel,
+)
 
 FORMAT, VERSION = "apc motion", 1
-MAX_BYTES = 64 * 2**20
+MAX_BYTES = 16 * 2**20
+MAX_TEXT = 4 * MAX_BYTES  # when it is no longer compressed
+SLACK = 0.002  # s by which rounded times of segments may be outside of what they are part of
 
 JOINT_BOUND = 1e-3  # rad or m by which a replayed joint may be off where the recorder looked
 POSITION_BOUND = 1e-3  # m, of an item
@@ -142,17 +157,40 @@ def read_motion(path: Path) -> RecordedMotion:
     """
     content = read_bytes(path, MAX_BYTES, "apc run-trial writes one")
     try:
-        told = json.loads(gzip.decompress(content))
-        if (told["format"], told["version"]) != (FORMAT, VERSION):
-            raise ValueError(f"is {told['format']!r} version {told['version']}, not {FORMAT!r} {VERSION}")
-        return RecordedMotion(
-            tuple(told["joints"]), unpacked(told["times"]), unpacked(told["positions"]),
-            unpacked(told["vacuum"]["times"]), unpacked(told["vacuum"]["values"]),
-            {item["id"]: (unpacked(item["times"]), unpacked(item["poses"])) for item in told["items"]},
-            tuple(_read_execution(each) for each in told["executions"]),
-        )  # fmt: skip
-    except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
+        told = MotionModel.model_validate_json(_unzipped(content))
+        motion = _read(told)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        cause = f"{name_of(first['loc']) or 'the text'}: {first['msg']}"
+        raise InputError(f"{path}: is no motion of a trial ({cause}); play the trial again") from None
+    except (OSError, EOFError, zlib.error, ValueError) as error:
         raise InputError(f"{path}: is no motion of a trial ({error}); play the trial again") from error
+    return motion
+
+
+def refuse_other_motion(motion: RecordedMotion, scene: Scene, where: str) -> None:
+    """Refuse a motion that names what a scene and its cell do not have: it is that of another trial.
+
+    Args:
+        motion: What moved.
+        scene: Where everything was at the start.
+        where: Name of the motion's file, for the message.
+
+    Raises:
+        StaleError: It is of another scene or cell.
+    """
+    robot = scene.cell.robot
+    tool, known = robot.tool, {placed.id for placed in scene.items}
+    segments = [segment for execution in motion.executions for segment in execution.segments]
+    states = {segment.tool_state for segment in segments if segment.tool_state != MOVING}
+    if (
+        motion.joint_names != (*robot.joint_names, *tool.joints)
+        or not motion.items.keys() <= known
+        or not {segment.held for segment in segments} <= {None, *known}
+        or not all(tool.knows(state) for state in states)
+        or any(s.shape[1] != robot.n_joints for each in motion.executions for s in each.shares)
+    ):
+        raise StaleError(f"{where}: is the motion of another scene or cell; play the trial again")
 
 
 def thinned(times: Array, rows: Array, bounds: Array) -> NDArray[np.intp]:
@@ -210,15 +248,54 @@ def _execution(run: RecordedRun, cell: Cell) -> dict[str, Any]:
     return {"query": plan.query, "arm": plan.arm, **told, "segments": segments, "shares": shares}
 
 
-def _read_execution(told: Mapping[str, Any]) -> RecordedExecution:
-    segments = tuple(
-        Segment(SegmentKind(kind), t_start, t_end, ToolState(state), held, tuple(touching))
-        for kind, t_start, t_end, state, held, touching in told["segments"]
-    )
-    return RecordedExecution(
-        told["query"], told["arm"], told["t_start"], told["t_end"], segments, unpacked(told["times"]),
-        tuple(unpacked(each) for each in told["shares"]),
+def _unzipped(content: bytes) -> bytes:
+    """The text of a compressed file. Raises ValueError if it is larger than any that is written."""
+    with gzip.open(BytesIO(content)) as file:
+        text = file.read(MAX_TEXT + 1)
+    if len(text) > MAX_TEXT:
+        raise ValueError(f"its text has more than {MAX_TEXT} bytes")
+    return text
+
+
+def _read(told: MotionModel) -> RecordedMotion:
+    """A motion from its file. Raises ValueError where arrays do not fit each other."""
+    motion = RecordedMotion(
+        told.joints, told.times.times(), told.positions.rows(len(told.joints), MAX_JOINT),
+        told.vacuum.times.times(), _column(told.vacuum.values),
+        {item.id: (item.times.times(), item.poses.rows(7, MAX_JOINT)) for item in told.items},
+        tuple(_read_execution(each) for each in told.executions),
     )  # fmt: skip
+    columns = [(motion.times, motion.joints), *motion.items.values()]
+    if any(len(times) == 0 or len(times) != len(rows) for times, rows in columns):
+        raise ValueError("times that do not go with what moves")
+    if len(motion.vacuum_times) != len(motion.vacuum):
+        raise ValueError("times that do not go with the vacuum")
+    now = 0.0
+    for each in motion.executions:
+        if not now <= each.t_start <= each.t_end:
+            raise ValueError(f"an execution from {each.t_start} to {each.t_end} s, after {now} s")
+        now = each.t_end
+    return motion
+
+
+def _column(told: PackedModel) -> Array:
+    """Vacuum (N,), which is stated without columns."""
+    return told.model_copy(update={"shape": (*told.shape, 1)}).rows(1, MAX_PRESSURE)[:, 0]
+
+
+def _read_execution(told: ExecutionModel) -> RecordedExecution:
+    segments = tuple(
+        Segment(kind, t_start, t_end, ToolState(state), held, touching)
+        for kind, t_start, t_end, state, held, touching in told.segments
+    )
+    times, n = told.times.times(), told.shares[0].shape[-1] if told.shares else 0
+    shares = tuple(each.rows(n, MAX_SHARE) for each in told.shares)
+    if len(shares) not in (0, 3) or any(len(rows) != len(times) or not len(times) for rows in shares):
+        raise ValueError("times that do not go with the limits")
+    ends = [t for s in segments for t in (s.t_start, s.t_end)]
+    if ends != sorted(ends) or not all(told.t_start - SLACK <= t <= told.t_end + SLACK for t in ends):
+        raise ValueError("segments that do not follow each other")
+    return RecordedExecution(told.query, told.arm, told.t_start, told.t_end, segments, times, shares)
 
 
 def _is_moving(at: Array) -> NDArray[np.bool_]:

@@ -28,6 +28,7 @@ from pickcli.motion.plan import Plan
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.trial.disturbance import Disturbance
+from pickcli.trial.record_schema import refuse_bad_record
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_result import Attempt, RecoveryStep, TargetResult, TrialResult
 
@@ -39,8 +40,7 @@ CLAIM = (
     "beforehand: in this model it keeps the clearance and limits that its certificate states. This is "
     "evidence about the model, not a statement about the safety of a cell."
 )
-MAX_BYTES = 64 * 2**20
-_NEEDED = ("score", "max_score", "items", "items_in_tote", "attempts", "score_lines", "aborted", "clock_s")
+MAX_BYTES = 24 * 2**20
 MOST_REASONS = 20  # of an attempt
 _FIGURE = re.compile(r"\d+(?:\.\d+)?")
 _PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig")
@@ -126,7 +126,7 @@ def read_record(path: Path) -> dict[str, Any]:
         JSON values by name.
 
     Raises:
-        InputError: It cannot be read, is no record, or lacks what every record has.
+        InputError: It cannot be read, is no record, or lacks what every record has, with every field.
         StaleError: It is of another version of the format.
     """
     record: dict[str, Any] = parse_json(
@@ -137,8 +137,7 @@ def read_record(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: made_from.format is not {FORMAT!r}: no record of a trial; play one")
     if made.get("version") != VERSION:
         raise StaleError(f"{path}: is of version {made.get('version')}, not {VERSION}; play the trial again")
-    if lacking := [key for key in _NEEDED if key not in record]:
-        raise InputError(f"{path}: lacks {', '.join(lacking)}; play the trial again")
+    refuse_bad_record(record, str(path))
     return record
 
 

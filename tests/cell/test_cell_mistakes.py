@@ -79,6 +79,16 @@ MISTAKES = {
         "urdf: ../cell/../../robot.urdf",
         "robot.urdf: expected a path inside the cell's folder",
     ),
+    "a URDF that no file can be called": (
+        "urdf: robot.urdf",
+        'urdf: "robot\\0.urdf"',
+        "robot.urdf: expected the URDF's path, where there is one robot: text that matches",
+    ),
+    "limits that no file can be called": (
+        "urdf: robot.urdf",
+        'joint_limits: "limits\\0.yaml"\n  urdf: robot.urdf',
+        "robot.joint_limits: expected",
+    ),
     "an absolute URDF": ("urdf: robot.urdf", "urdf: /etc/passwd", "robot.urdf: expected a path inside"),
     "no acceleration limit": (
         "max_velocity: 1.0, has_acceleration_limits: true, max_acceleration: 2.0, ",

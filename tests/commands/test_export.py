@@ -158,7 +158,7 @@ def test_wrong_usage_is_told(made: Made, tmp_path: Path) -> None:
         ("--to", "urscript", "-o", tmp_path / "out.script"),
     )
     misused(apc(*argv, *csv, "--channel", "valve=1"), "the format csv has no channels")
-    for text in ("valve", "valve=x", "valve=-1", "valve="):
+    for text in ("valve", "valve=x", "valve=-1", "valve=", "valve=" + 5000 * "9"):
         misused(apc(*argv, *script, "--channel", text), "expected DEVICE=N")
     misused(apc(*argv, *script, "--channel", "valve=1", "--channel", "valve=2"), "given twice")
     misused(apc("export", made.move, *csv), "what is around the robot?")

@@ -7,8 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from support.command_line import Made, apc
+from pickcli.scene.scene_file import write_scene
+from pickcli.trial.loop import run_trial
+from pickcli.trial.motion_record import motion_values, write_motion
+from pickcli.trial.trial_record import trial_record, write_record
+from support.command_line import Made, apc, refused
+from support.handmade_plans import CRAYOLA, pick
+from support.order_builders import pick_order
 from support.page_files import document_of
+from support.recorded_pick import play
+from support.scripted_trial import ScriptedTrial
 
 
 def test_a_plan_is_shown_in_its_scene(made: Made, tmp_path: Path) -> None:
@@ -52,3 +60,35 @@ def test_what_cannot_be_shown_is_refused(made: Made, tmp_path: Path) -> None:
     page.write_text("mine")
     answer = apc("show", made.scene, "-o", page)
     assert answer.code == 3 and "exists already" in answer.err and page.read_text() == "mine"
+
+
+@pytest.fixture
+def trial(tmp_path: Path) -> Path:
+    """The folder of a trial of one target."""
+    scene, folder = pick()[1], tmp_path / "trial"
+    place = scene.find(CRAYOLA).location
+    order = pick_order({place: (CRAYOLA,)}, (place, CRAYOLA))
+    folder.mkdir()
+    result = run_trial(order, ScriptedTrial(scene).interfaces())
+    write_record(folder / "trial.json", trial_record(result, "order.json", 0.0))
+    write_scene(result.before, folder / "scene.json")
+    write_motion(folder / "motion.json.gz", motion_values(play()[0], scene.cell))
+    return folder
+
+
+def test_a_trial_is_shown_in_its_own_scene_alone(made: Made, trial: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    answer = apc("show", trial, "-o", page, "--json")
+    assert answer.code == 0 and json.loads(answer.out)["kind"] == "trial"
+    page.unlink()
+    (trial / "scene.json").write_bytes(made.scene.read_bytes())
+    refused(apc("show", trial, "-o", page), 4, f"{trial / 'scene.json'}: is not the scene of trial.json")
+    assert not page.exists()
+
+
+def test_a_trial_that_was_edited_is_bad_input(trial: Path, tmp_path: Path) -> None:
+    record = json.loads((trial / "trial.json").read_text())
+    del record["attempts"][0]["execution"]
+    (trial / "trial.json").write_text(json.dumps(record))
+    for shown in (trial, trial.parent):
+        refused(apc("show", shown, "-o", tmp_path / "page.html"), 3, "attempts[0].execution")

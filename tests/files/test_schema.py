@@ -210,6 +210,14 @@ CASES: dict[str, tuple[dict[str, Any], str, str]] = {
         {"trun": 0.1}, "3:2: trun",
         "unknown key; did you mean 'turn'?",
     ),
+    "a key that looks like a mark of pydantic's": (
+        {"[key]": 0.1}, "3:2: [key]",
+        "unknown key; known: corners, factor, mass, name, needed, places, speed, turn",
+    ),
+    "a key of brackets": (
+        {"[[": 0.1}, "3:2: [[",
+        "unknown key; known: corners, factor, mass, name, needed, places, speed, turn",
+    ),
     "a decimal comma": (
         {"turn": 0, "5": None}, "4:2: 5",
         "unknown key, the rest of a number with a decimal comma; write a point",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +14,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pickcli.cell.tool import ToolState
+from pickcli.errors import StaleError
+from pickcli.files.packed_array import packed
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import Scene
 from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.trial.motion_record import (
     JOINT_BOUND,
+    MAX_TEXT,
     POSITION_BOUND,
     VACUUM_BOUND,
     motion_values,
     read_motion,
+    refuse_other_motion,
     thinned,
     write_motion,
 )
@@ -109,6 +114,10 @@ def test_the_same_trial_gives_the_same_bytes(played: Played, tmp_path: Path) -> 
     assert (tmp_path / "a").stat().st_size < 60_000
 
 
+def _execution(told: dict[str, Any], **change: Any) -> dict[str, Any]:
+    return told | {"executions": [told["executions"][0] | change]}
+
+
 @pytest.mark.parametrize(
     "spoil",
     [
@@ -117,6 +126,19 @@ def test_the_same_trial_gives_the_same_bytes(played: Played, tmp_path: Path) -> 
         lambda told: told | {"times": told["times"] | {"shape": [3]}},
         lambda told: told | {"times": told["times"] | {"type": "f8"}},
         lambda told: told | {"executions": [{"query": "move"}]},
+        lambda told: told | {"times": packed(np.array([3.0, 2.0]), 1e-3)},
+        lambda told: told | {"times": packed(np.array([0.0, 9e5]), 1.0)},
+        lambda told: told | {"times": told["times"] | {"unit": 1e300}},
+        lambda told: told | {"times": packed(np.zeros(0), 1e-3)},
+        lambda told: told | {"joints": told["joints"][1:]},
+        lambda told: told | {"joints": [told["joints"]]},
+        lambda told: told | {"items": [told["items"][0] | {"times": packed(np.zeros(1), 1e-3)}]},
+        lambda told: told | {"vacuum": told["vacuum"] | {"values": told["vacuum"]["times"] | {"shape": [1]}}},
+        lambda told: _execution(told, t_end=1e4, t_start=2e4),
+        lambda told: _execution(told, times=packed(np.zeros(1), 1e-3)),
+        lambda told: _execution(told, shares=told["executions"][0]["shares"][:2]),
+        lambda told: _execution(told, segments=told["executions"][0]["segments"][::-1]),
+        lambda told: _execution(told, segments=[["dance", 0.0, 1.0, "down", None, []]]),
     ],
 )
 def test_what_is_no_motion_is_refused(
@@ -128,3 +150,38 @@ def test_what_is_no_motion_is_refused(
     assert "is no motion of a trial" in refused(lambda: read_motion(path))
     path.write_bytes(b"not gzip")
     assert "is no motion of a trial" in refused(lambda: read_motion(path))
+
+
+def test_damaged_and_endless_files_are_refused(
+    played: Played, tmp_path: Path, refused: Callable[[Callable[[], object]], str]
+) -> None:
+    path = tmp_path / "motion.json.gz"
+    write_motion(path, played.values)
+    sound = path.read_bytes()
+    for at in range(10, len(sound), len(sound) // 50):
+        path.write_bytes(sound[:at] + bytes([sound[at] ^ 0x55]) + sound[at + 1 :])
+        assert "is no motion of a trial" in refused(lambda: read_motion(path))
+        path.write_bytes(sound[:at])
+        assert "is no motion of a trial" in refused(lambda: read_motion(path))
+    path.write_bytes(gzip.compress(b"[" * 100_000))
+    assert "is no motion of a trial" in refused(lambda: read_motion(path))
+    path.write_bytes(gzip.compress(b" " * (MAX_TEXT + 1)))  # some kB
+    assert f"its text has more than {MAX_TEXT} bytes" in refused(lambda: read_motion(path))
+
+
+def test_a_motion_belongs_to_its_scene(played: Played, tmp_path: Path) -> None:
+    path, scene = tmp_path / "motion.json.gz", pick()[1]
+    write_motion(path, played.values)
+    motion = read_motion(path)
+    refuse_other_motion(motion, scene, "motion")
+    first, (execution,) = motion.executions[0].segments[0], motion.executions
+    holding = replace(execution, segments=(replace(first, held="nothing"),))
+    fewer = replace(execution, shares=tuple(rows[:, 1:] for rows in execution.shares))
+    bent = replace(execution, segments=(replace(first, tool_state=ToolState("bent")),))
+    for other in (
+        replace(motion, joint_names=motion.joint_names[::-1]),
+        replace(motion, items={"nothing": motion.items[CRAYOLA]}),
+        *(replace(motion, executions=(each,)) for each in (holding, fewer, bent)),
+    ):
+        with pytest.raises(StaleError, match="motion of another scene or cell"):
+            refuse_other_motion(other, scene, "motion")

@@ -105,7 +105,7 @@ def add_joint_limits(cell: Source) -> Source | None:
     robot = cell.data.get("robot") if isinstance(cell.data, dict) else None
     name = robot.get(ROOT) if isinstance(robot, dict) else None
     joints = _planned(cell.data) if isinstance(name, str) else []
-    if not isinstance(name, str) or not joints:
+    if not isinstance(name, str) or "\0" in name or not joints:
         return None  # none is named, or what is wrong is told with all else
     folder = cell.path.parent
     if not (folder / name).resolve().is_relative_to(folder.resolve()):

@@ -12,7 +12,7 @@ from pickcli.files.schema import Angle, FileModel, Force, Thickness
 
 MAX_STATES = 32
 TOOL_KINDS = ("suction", "gripper")
-FilePath = Annotated[str, Field(min_length=1, max_length=500)]
+FilePath = Annotated[str, Field(min_length=1, max_length=500, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")]
 Width = Annotated[float, Field(ge=0, le=0.5)]
 
 

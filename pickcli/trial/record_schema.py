@@ -1,0 +1,161 @@
+"""The schema of a trial's record: what those who read one need of it, each fault named with its field.
+
+A record says more than that, and not all of it in every cell: keys that are not stated here hold anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from pickcli.errors import InputError, shortened
+from pickcli.files.schema import causes, explain
+from pickcli.files.yaml_reader import name_of
+
+MOST_TOLD = 8  # faults that are told in one message
+MOST_SAME = 100_000  # reasons that differ in figures alone
+
+Text = Annotated[str, Field(max_length=20_000)]
+Count = Annotated[int, Field(ge=0, lt=2**31)]
+Points = Annotated[int, Field(gt=-(2**31), lt=2**31)]
+Figure = Annotated[float, Field(ge=-1e9, le=1e9)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
+
+
+class _Target(_Part):
+    bin: Text
+    item: Text
+    outcome: Text
+    reason: Text
+    points: Points
+
+
+class _Reason(_Part):
+    what: Text
+    where: Text
+    detail: Text
+    in_the_way: Text
+    count: Annotated[int, Field(ge=1, le=MOST_SAME)]
+
+
+class _Collision(_Part):
+    a: Text
+    b: Text
+    t_start: Figure
+    depth: Figure
+    force: Figure
+
+
+class _Drop(_Part):
+    item: Text
+    height: Figure
+    is_release: bool
+
+
+class _Moved(_Part):
+    item: Text
+    kind: Text
+    moved: Figure
+
+
+class _Event(_Part):
+    device: Text
+    action: Text
+    t: Figure
+    distance: Figure
+    reading: bool | None
+
+
+class _Execution(_Part):
+    stopped: Text
+    collisions: list[_Collision]
+    drops: list[_Drop]
+    disturbed: list[_Moved]
+    events: list[_Event]
+
+
+class _Step(_Part):
+    execution: _Execution | None
+
+
+class _Attempt(_Part):
+    bin: Text
+    item: Text
+    out_of: Text
+    into: Text
+    is_aside: bool
+    number: Count
+    outcome: Text
+    reason: Text
+    reasons: list[_Reason] = []
+    execution: _Execution | None
+    recovery: list[_Step]
+    parking: _Execution | None = None
+
+
+class _ScoreLine(_Part):
+    points: Points
+    subject: Text
+    reason: Text
+
+
+class _PodShift(_Part):
+    x_mm: Figure
+    y_mm: Figure
+    yaw_deg: Figure
+
+
+class _MadeFrom(_Part):
+    order: Text
+    seed: int
+    cell: Text
+    scene_hash: Text
+
+
+class _Record(_Part):
+    score: Points
+    max_score: Count
+    items: list[_Target]
+    items_in_tote: Count
+    misjudged: Count
+    collisions: Count
+    limit_violations: Count
+    drops: Count
+    disturbed: Count
+    simulated_s: Figure
+    clock_s: Figure
+    aborted: Text
+    pod_shift: _PodShift
+    attempts: list[_Attempt]
+    score_lines: list[_ScoreLine]
+    made_from: _MadeFrom
+
+
+def refuse_bad_record(record: Mapping[str, Any], where: str) -> None:
+    """Refuse the record of a trial that lacks what its readers need, or has it in another form.
+
+    Args:
+        record: JSON values by name, of the right format and version.
+        where: Name of the file, for the message.
+
+    Raises:
+        InputError: With the faults, each with its field.
+    """
+    try:
+        _Record.model_validate(record)
+    except ValidationError as error:
+        found = causes(error)
+        told = [f"{_place(detail['loc'])}: {explain(_Record, detail['loc'], detail)}" for detail in found]
+        more = [f"and {len(found) - MOST_TOLD} more"] if len(found) > MOST_TOLD else []
+        lines = [f"{where}: no sound record of a trial; play it again:", *told[:MOST_TOLD], *more]
+        raise InputError("\n  ".join(lines)) from None
+
+
+def _place(loc: tuple[int | str, ...]) -> str:
+    key = tuple(part if isinstance(part, int) else shortened(part) for part in loc)
+    return name_of(key) if key else "record"
