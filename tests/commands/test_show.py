@@ -82,7 +82,7 @@ def test_a_trial_is_shown_in_its_own_scene_alone(made: Made, trial: Path, tmp_pa
     assert answer.code == 0 and json.loads(answer.out)["kind"] == "trial"
     page.unlink()
     (trial / "scene.json").write_bytes(made.scene.read_bytes())
-    refused(apc("show", trial, "-o", page), 4, f"{trial / 'scene.json'}: is not the scene of trial.json")
+    refused(apc("show", trial, "-o", page), 4, f"{trial / 'scene.json'}: is not the scene of")
     assert not page.exists()
 
 
