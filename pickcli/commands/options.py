@@ -201,8 +201,10 @@ def refuse_reading(path: Path, *inputs: Path | str | None) -> None:
     Raises:
         InputError: The output is an input.
     """
+    if not path.exists():
+        return
     for read in _files(inputs):
-        if path.exists() and read.exists() and path.samefile(read):
+        if read.exists() and path.samefile(read):
             raise InputError(f"{path}: is what this command reads ({read}); name another file")
 
 
@@ -262,14 +264,16 @@ def of_file(path: Path) -> Iterator[None]:
 
 
 def _files(inputs: Sequence[Path | str | None]) -> Iterator[Path]:
-    """The files that a command reads; of a cell all that describe it."""
+    """The files that a command reads; of a cell all that describe it, of other folders those near the top."""
     from pickcli.cell.data_path import data_path
 
     for each in (name for name in inputs if name is not None):
         named = data_path() / "cells" / each
         folder = named if isinstance(each, str) and named.is_dir() else Path(each)
         if folder.is_dir():
-            yield from (file for file in folder.rglob("*") if file.suffix in CELL_SUFFIXES)
+            patterns = ("**/*",) if (folder / "cell.yaml").is_file() else ("*", "*/*")
+            found = (file for pattern in patterns for file in folder.glob(pattern))
+            yield from (file for file in found if file.suffix in CELL_SUFFIXES)
         else:
             yield folder
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
 import pytest
 
+from pickcli.commands.options import refuse_reading
+from pickcli.errors import InputError
 from pickcli.files import atomic_write
 from pickcli.trial.trial_folder import NAMES
 from support.command_line import Made, apc, refused
@@ -80,3 +83,20 @@ def test_what_another_command_writes_meanwhile_stays(
     assert answer.code == 3 and answer.err.count("error:") == 1
     assert f"{out}: exists by now, written by another command meanwhile" in answer.err
     assert out.read_bytes() == b"theirs"
+
+
+def test_of_a_folder_that_is_no_cell_only_what_is_near_its_top_is_looked_at(tmp_path: Path) -> None:
+    """So that nobody waits for a walk through a whole disk."""
+    folder, output = tmp_path / "runs", tmp_path / "page.html"
+    far, near = folder / "a" / "b" / "c.yaml", folder / "a" / "c.yaml"
+    far.parent.mkdir(parents=True)
+    output.write_text("mine")
+    far.hardlink_to(output)
+    refuse_reading(output, folder)
+    near.hardlink_to(output)
+    with pytest.raises(InputError, match=re.escape(f"is what this command reads ({near})")):
+        refuse_reading(output, folder)
+    near.unlink()
+    (folder / "cell.yaml").write_text("format: apc cell\n")
+    with pytest.raises(InputError, match=re.escape(f"is what this command reads ({far})")):
+        refuse_reading(output, folder)
