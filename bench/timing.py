@@ -81,10 +81,8 @@ def main() -> None:
         (took, lasts, ratio, stretch), runs = measure(make)
         print(f"{make.__name__:8} {took:7.1f} {lasts:9.2f} {ratio:9.3f} {stretch:8.4f}")
     trajectory = runs[0].trajectory
-    tracker, states = (
-        EventTracker(trajectory, (), ()),
-        trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3)),
-    )
+    tracker = EventTracker(trajectory, (), ())
+    states = trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3))
     start = time.perf_counter()
     for q in states:
         tracker.update(q, 1e-3)

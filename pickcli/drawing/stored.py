@@ -18,10 +18,8 @@ from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 
 Names = tuple[str, str]
 
-_ANY_POD, _NOMINAL = (
-    ("free for any displaced pod", Colour.GOOD),
-    ("free for the pod in its place", Colour.FAIR),
-)
+_ANY_POD = ("free for any displaced pod", Colour.GOOD)
+_NOMINAL = ("free for the pod in its place", Colour.FAIR)
 
 
 def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:

@@ -27,7 +27,6 @@ from pickcli.page.page_scene import (
 )
 from pickcli.page.shape_parts import drawn_body, drawn_shape
 from pickcli.page.visual_meshes import visual_bodies
-from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.colours import item_colour, static_colour
 
@@ -219,18 +218,6 @@ def node_parts(cell: Cell) -> tuple[PageNode, ...]:
         )
         for each in cell.configurations.values()
     )
-
-
-def cell_scene(cell: Cell) -> Scene:
-    """A cell with nothing in it.
-
-    Args:
-        cell: The cell.
-
-    Returns:
-        The scene.
-    """
-    return empty_scene(cell)
 
 
 def _item_facts(placed: PlacedItem) -> tuple[Fact, ...]:

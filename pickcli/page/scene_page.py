@@ -9,7 +9,6 @@ from dataclasses import replace
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import pod_stand
 from pickcli.page.cell_parts import (
-    cell_scene,
     item_parts,
     node_parts,
     place_parts,
@@ -18,6 +17,7 @@ from pickcli.page.cell_parts import (
 )
 from pickcli.page.page_document import PageDocument, PageTable
 from pickcli.page.page_scene import Fact, Tone
+from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.scene.scene import Scene
 
 
@@ -40,7 +40,7 @@ def cell_page(cell: Cell) -> PageDocument:
     )  # fmt: skip
     subtitle = f"{cell.robot.name}, {len(rows)} joints"
     return replace(
-        standing_page(cell_scene(cell), "cell", f"Cell {cell.name}", subtitle),
+        standing_page(empty_scene(cell), "cell", f"Cell {cell.name}", subtitle),
         facts=tuple(_cell_facts(cell)),
         nodes=node_parts(cell),
         tables=(PageTable("Joints", ("joint", "range", "velocity", "accel.", "jerk"), rows),),

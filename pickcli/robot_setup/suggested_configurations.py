@@ -181,10 +181,8 @@ def samples(cell: Cell, seed: int) -> Array:
     """
     (low, high), rng = cell.robot.limits.window, derived_rng(seed, "suggested configurations")
     turns = np.array([unit == "rad" for unit in cell.robot.units]) & (low < np.pi) & (high > -np.pi)
-    lower, upper = (
-        np.where(turns, np.maximum(low, -np.pi), low),
-        np.where(turns, np.minimum(high, np.pi), high),
-    )
+    lower = np.where(turns, np.maximum(low, -np.pi), low)
+    upper = np.where(turns, np.minimum(high, np.pi), high)
     margin = MARGIN * (upper - lower)
     size = (N_CANDIDATES, len(lower))
     return np.asarray(rng.uniform(lower + margin, upper - margin, size=size).round(DECIMALS))

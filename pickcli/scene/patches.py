@@ -105,11 +105,8 @@ def _clipped(points: Array, polygon: Array, inset: float) -> Array:
 def _cut(points: Array, inside: Array) -> Array:
     """The part of a polygon, segment or point on the side where ``inside`` (K,) is not negative."""
     kept: list[tuple[float, float]] = []
-    n, corners, sides = (
-        len(points),
-        points.tolist(),
-        inside.tolist(),
-    )  # Python's own floats are quicker by far
+    n = len(points)
+    corners, sides = points.tolist(), inside.tolist()  # Python's own floats are far quicker than numpy's
     for i, ((x, y), side) in enumerate(zip(corners, sides, strict=True)):
         if side >= -_SAME:
             kept.append((x, y))

@@ -17,10 +17,8 @@ CELL = load_cell("apc2016_delft")
 
 def test_what_carries_the_target_or_what_cannot_be_taken_stays() -> None:
     """In one stack the target lies on a box; in another a box lies under a dumbbell; a bar lies free."""
-    on_box, heavy = (
-        ("kleenex_tissue_box", "crayola_24_ct"),
-        ("staples_index_cards", "fitness_gear_3lb_dumbbell"),
-    )
+    on_box = ("kleenex_tissue_box", "crayola_24_ct")
+    heavy = ("staples_index_cards", "fitness_gear_3lb_dumbbell")
     scene = _stacks(on_box, heavy, ("dove_beauty_bar",))
     left = deliverable._cleared_as_it_can_be(scene, scene.find("crayola_24_ct"), [CELL.robot.tool])
     assert {p.id for p in scene.items} - {p.id for p in left.items} == {"dove_beauty_bar"}

@@ -34,10 +34,8 @@ def test_its_clearance_is_that_of_the_arms_lance_and_cup(
     compared = 0
     fronts = np.array([c.q for c in cell.configurations.values() if c.kind == "bin"])
     for q in np.repeat(fronts, 60, axis=0) + 0.15 * rng.standard_normal((60 * len(fronts), arm.n)):
-        theirs, ours = (
-            checker.clearance(q),
-            tool.clearance(tool.displacements(arm.tip(q, tool_state)[None])[0]),
-        )
+        theirs = checker.clearance(q)
+        ours = tool.clearance(tool.displacements(arm.tip(q, tool_state)[None])[0])
         assert ours.distance >= theirs.distance - 1e-9  # the arm is more than its tool
         if theirs.a in TOOL and theirs.kind != "robot":
             compared += 1

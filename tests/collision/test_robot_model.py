@@ -27,10 +27,8 @@ def test_every_link_lies_in_its_spheres(cell: Cell, model: CollisionModel, tool_
     state = model.state(tool_state)
     for k, name in enumerate(model.frame_names):
         points = link_points(cell, name, rng)
-        centers, radii = (
-            state.spheres.centers[state.spheres.frames == k],
-            state.spheres.radii[state.spheres.frames == k],
-        )
+        centers = state.spheres.centers[state.spheres.frames == k]
+        radii = state.spheres.radii[state.spheres.frames == k]
         gaps = np.linalg.norm(points[:, None] - centers, axis=2) - radii
         assert gaps.min(axis=1).max() <= 1e-12, name
 

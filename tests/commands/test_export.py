@@ -153,10 +153,8 @@ def test_a_plan_is_not_replaced_by_its_own_export(made: Made) -> None:
 
 def test_wrong_usage_is_told(made: Made, tmp_path: Path) -> None:
     argv = ("export", made.move, "--scene", made.scene)
-    csv, script = (
-        ("--to", "csv", "-o", tmp_path / "out.csv"),
-        ("--to", "urscript", "-o", tmp_path / "out.script"),
-    )
+    csv = ("--to", "csv", "-o", tmp_path / "out.csv")
+    script = ("--to", "urscript", "-o", tmp_path / "out.script")
     misused(apc(*argv, *csv, "--channel", "valve=1"), "the format csv has no channels")
     for text in ("valve", "valve=x", "valve=-1", "valve=", "valve=" + 5000 * "9"):
         misused(apc(*argv, *script, "--channel", text), "expected DEVICE=N")

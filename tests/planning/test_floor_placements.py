@@ -79,10 +79,8 @@ def release(plan: Plan) -> int:
 
 def set_down(planner: PlanningContext, plan: Plan) -> Array:
     """Pose (4, 4) in the world of the item when it is let go."""
-    contact, last = (
-        next(s for s in plan.segments if s.kind is SegmentKind.CONTACT),
-        plan.segments[release(plan)],
-    )
+    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
+    last = plan.segments[release(plan)]
     assert plan.grasp is not None
 
     def tip(s: Segment) -> Array:

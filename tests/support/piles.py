@@ -131,10 +131,8 @@ def _leaning(cell: Cell, rng: np.random.Generator) -> Iterable[tuple[str, Array]
 
 def _rolling(cell: Cell, rng: np.random.Generator) -> Iterable[tuple[str, Array]]:
     """Something round on the sloping front of the floor, before something that keeps it, or behind it."""
-    ball, block = (
-        str(rng.choice(ROUND)),
-        str(rng.choice(("crayola_24_ct", "dove_beauty_bar", "cloud_b_plush_bear"))),
-    )
+    ball = str(rng.choice(ROUND))
+    block = str(rng.choice(("crayola_24_ct", "dove_beauty_bar", "cloud_b_plush_bear")))
     x = rng.uniform(0.22, 0.32)
     yield block, _at(cell, block, x, 0.0, 0.002, (0.0, 0.0, rng.choice((0.0, np.pi / 2))))
     lying = (np.pi / 2, 0.0, 0.0) if rng.random() < 0.8 else (0.0, np.pi / 2, 0.0)

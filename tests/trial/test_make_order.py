@@ -88,10 +88,8 @@ def test_make_order_leaves_half_of_each_bin_free(task: OrderKind, year: int, see
     assert tuple(contents) == BINS and any(contents.values())
     for name, items in contents.items():
         cell_bin = CELL.pod.bins[name]
-        width, height = (
-            cell_bin.room.y_range[1] - cell_bin.room.y_range[0],
-            cell_bin.room.ceiling_back - cell_bin.room.floor_back,
-        )
+        width = cell_bin.room.y_range[1] - cell_bin.room.y_range[0]
+        height = cell_bin.room.ceiling_back - cell_bin.room.floor_back
         boxes = sum(float(np.prod(CELL.item(item, year).shape.extents)) for item in items)
         assert boxes <= 0.5 * cell_bin.room.depth * width * height
 

@@ -68,10 +68,8 @@ def brute_force(plan: Plan, scene: Scene, only: range, dt: float = 0.06) -> floa
 def distances(plan: Plan, scene: Scene, k: int, times: Array) -> list[float]:
     """The smallest distance at each time of segment k."""
     T_tip_item = pose_in_tool(plan, scene)
-    all_moving, standing_there = (
-        parts_of_segments(plan, scene, T_tip_item),
-        plan_fixtures(plan, scene, T_tip_item),
-    )
+    all_moving = parts_of_segments(plan, scene, T_tip_item)
+    standing_there = plan_fixtures(plan, scene, T_tip_item)
     states = sampled(plan, scene, all_moving)
     exempt = exemptions(plan, scene, states, all_moving, standing_there)[k]
     moving, world = parts(scene, plan.segments[k], T_tip_item), standing_there.of(k)

@@ -119,10 +119,8 @@ def test_a_counterweight_holds_a_plank_by_its_lever(mass: float, rests: bool) ->
 
 
 def test_who_hangs_in_the_air_lacks_its_weight_and_nobody_else_lacks_anything() -> None:
-    lying, hanging = (
-        body("lying", BLOCK, pose((0.0, 0.0, 0.02))),
-        body("hanging", BLOCK, pose((1.0, 0.0, 0.3))),
-    )
+    lying = body("lying", BLOCK, pose((0.0, 0.0, 0.02)))
+    hanging = body("hanging", BLOCK, pose((1.0, 0.0, 0.3)))
     assert missing(lying, hanging, floor()) == pytest.approx({"lying": 0.0, "hanging": 1.0}, abs=1e-6)
 
 

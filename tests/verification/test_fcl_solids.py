@@ -164,10 +164,8 @@ def test_the_distance_is_never_too_large(a: Shape, b: Shape, seed: int) -> None:
 def test_aligned_boxes_for_which_fcl_alone_is_far_too_optimistic() -> None:
     """A held box over its neighbour, faces parallel to 1e-15: fcl says 76 mm, the gap is 48."""
     R = np.array([[2.3e-16, 3.5e-16, 1.0], [1.2e-15, -1.0, 3.5e-16], [1.0, 1.2e-15, -3.2e-16]])
-    held, neighbour = (
-        Solid(Shape(ShapeKind.BOX, (0.095, 0.07, 0.025))),
-        Solid(Shape(ShapeKind.BOX, (0.093, 0.063, 0.034))),
-    )
+    held = Solid(Shape(ShapeKind.BOX, (0.095, 0.07, 0.025)))
+    neighbour = Solid(Shape(ShapeKind.BOX, (0.093, 0.063, 0.034)))
     held.place(pose((0.3, 5.6e-16, 1.6266), R=R))
     neighbour.place(pose((0.3, 0.11, 1.5411)))
     assert held.distance(neighbour) == pytest.approx(
@@ -268,10 +266,8 @@ def test_near_distances_are_tight(a: Shape, b: Shape, near: float, is_on_its_sid
 
 def test_a_thin_case_beside_a_lying_bottle() -> None:
     """Nearly parallel sides, where alternating projections creep: after 200 of them 1.9 mm were missing."""
-    case, T_case = (
-        Shape(ShapeKind.BOX, (0.19, 0.135, 0.014)),
-        pose((-0.01359, 0.01681, 0.17049), rpy=(1.64814, 0.02437, 1.57268)),
-    )
+    case = Shape(ShapeKind.BOX, (0.19, 0.135, 0.014))
+    T_case = pose((-0.01359, 0.01681, 0.17049), rpy=(1.64814, 0.02437, 1.57268))
     bottle, T_bottle = Shape(ShapeKind.CYLINDER, (0.0335, 0.195)), np.eye(4)
     true = distance_by_optimisation(case, T_case, bottle, T_bottle)
     assert 0.0047 < true < 0.0048

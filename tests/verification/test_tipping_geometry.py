@@ -68,10 +68,8 @@ def test_the_energy_of_what_turns_is_that_of_its_parts(shape: Shape, R: Array) -
     grid = (np.arange(24) + 0.5) / 24 - 0.5
     local = np.stack(np.meshgrid(grid, grid, grid), axis=-1).reshape(-1, 3) * shape.extents
     local = local[is_inside(shape, local)]
-    placed, from_edge = (
-        lying("item", shape, pose((0.1, 0.2, 0.3), R=R), mass=0.7),
-        np.array([0.02, -0.03, 0.05]),
-    )
+    placed = lying("item", shape, pose((0.1, 0.2, 0.3), R=R), mass=0.7)
+    from_edge = np.array([0.02, -0.03, 0.05])
     way = np.array([0.6, -0.8])
     level = np.array([way[0], way[1], 0.0])
     parts = local @ R.T + from_edge
