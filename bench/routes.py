@@ -34,11 +34,11 @@ def measure(n_runs: int = 300) -> dict[str, float]:
     """Times in ms, warm, from near a bin to near the tote or the other way round; and the share answered."""
     cell = load_cell("apc2016_delft")
     roadmap = read_roadmap(ensure_artifacts(cell).roadmap, cell)
-    tests = checker(CollisionModel(cell), MOVING, PayloadClass.EMPTY)
+    validator = checker(CollisionModel(cell), MOVING, PayloadClass.EMPTY)
     rng = np.random.default_rng(0)
     connected, answered = [], 0
     for _ in range(n_runs):
-        problem = _problem(cell, roadmap, tests, rng)
+        problem = _problem(cell, roadmap, validator, rng)
         began = time.perf_counter()
         answered += search_roadmap(problem) is not None
         connected.append(1e3 * (time.perf_counter() - began))
@@ -52,21 +52,21 @@ def measure(n_runs: int = 300) -> dict[str, float]:
 
 
 def _problem(
-    cell: Cell, roadmap: Roadmap, tests: MotionValidator, rng: np.random.Generator
+    cell: Cell, roadmap: Roadmap, validator: MotionValidator, rng: np.random.Generator
 ) -> PlanningProblem:
     """A query whose ends are free and no nodes."""
     space = JointSpace.of(cell.robot)
-    start, goal = (_near(cell, kind, tests, space, rng) for kind in rng.permutation(["bin", "drop"]))
-    return PlanningProblem(roadmap, tests, space, start, goal[None], 0, QueryOptions())
+    start, goal = (_near(cell, kind, validator, space, rng) for kind in rng.permutation(["bin", "drop"]))
+    return PlanningProblem(roadmap, validator, space, start, goal[None], 0, QueryOptions())
 
 
 def _near(
-    cell: Cell, kind: str, tests: MotionValidator, space: JointSpace, rng: np.random.Generator
+    cell: Cell, kind: str, validator: MotionValidator, space: JointSpace, rng: np.random.Generator
 ) -> Array:
     named = [each.q for each in cell.configurations.values() if each.kind == kind]
     while True:
         q: Array = named[rng.integers(len(named))] + rng.normal(0.0, SPREAD, space.n)
-        if space.holds(q) and tests.is_valid(q):
+        if space.holds(q) and validator.is_valid(q):
             return q
 
 

@@ -112,9 +112,9 @@ def _of_pick(
 
 def _start(planner: PlanningContext, scene: Scene, tool_state: ToolState, rng: np.random.Generator) -> Array:
     """One of the named configurations that a pick starts from, meant for that state of the cup, and free."""
-    tests = planner.checker_for(scene, Mode(tool_state, reserve=RESERVE))
+    checker = planner.checker_for(scene, Mode(tool_state, reserve=RESERVE))
     named = [c.q for c in planner.cell.configurations.values() if c.tool_state == tool_state]
-    free = [q for q in named if tests.is_valid(q)]
+    free = [q for q in named if checker.is_valid(q)]
     return free[int(rng.integers(len(free)))]
 
 

@@ -95,8 +95,8 @@ class BenchmarkQuery:
         """
         a, b = (cell.configurations[name] for name in names)
         tool_state = a.tool_state if a.tool_state == b.tool_state else MOVING
-        tests = (checker(model, tool_state, payload, reserve) for reserve in (RESERVE, 0.0))
-        return cls(cell, (a.q, b.q), *tests)
+        validators = (checker(model, tool_state, payload, reserve) for reserve in (RESERVE, 0.0))
+        return cls(cell, (a.q, b.q), *validators)
 
     @cached_property
     def space(self) -> JointSpace:
@@ -208,14 +208,18 @@ class MinimumTimeEntry:
             What was found, or None.
         """
         began = time.perf_counter()
-        pace, proof = parabolic_limits(query.limits), TrajectoryValidator(query.proving, query.space)
+        limits, proof = parabolic_limits(query.limits), TrajectoryValidator(query.proving, query.space)
         search = MinimumTimeSearch(
-            TrajectoryValidator(query.planning, query.space), query.planning, pace, query.ends, self.settings
+            TrajectoryValidator(query.planning, query.space),
+            query.planning,
+            limits,
+            query.ends,
+            self.settings,
         )
         names = query.cell.robot.joint_names
 
         def finish(motion: ParabolicTrajectory) -> Trajectory | None:
-            timed = filter_jerk(names, motion, query.ends[1], pace, query.limits)
+            timed = filter_jerk(names, motion, query.ends[1], limits, query.limits)
             return timed if is_proven(timed, proof) else None
 
         best = search.minimum_time(seed, finish, self.good * query.bound)

@@ -75,8 +75,8 @@ def compare(
 
 
 def _is_blocked(query: BenchmarkQuery) -> bool:
-    tests, (q0, q1) = query.planning, query.ends
-    return tests.is_valid(q0) and tests.is_valid(q1) and not tests.is_valid_edge(q0, q1)
+    checker, (q0, q1) = query.planning, query.ends
+    return checker.is_valid(q0) and checker.is_valid(q1) and not checker.is_valid_edge(q0, q1)
 
 
 def _checked(cell: Cell, model: CollisionModel, pair: Names, payload: PayloadClass) -> BenchmarkQuery:

@@ -93,10 +93,10 @@ class CoarseMotionPlanner:
             m by which it comes, at its worst, nearer than the margin to what any displaced pod may leave in
             its way; 0 if it keeps the margin.
         """
-        tests = self._planning[PodPoses.DISPLACED, MOVING, key.payload]
+        checker = self._planning[PodPoses.DISPLACED, MOVING, key.payload]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         line = q0 + np.linspace(0.0, 1.0, _SAMPLES)[:, None] * (q1 - q0)
-        lacking = tests.margin - tests.kernel.clearances(line, tests.margin)
+        lacking = checker.margin - checker.kernel.clearances(line, checker.margin)
         return max(float(lacking.max()), 0.0)
 
     def _for_pod_poses(
@@ -121,14 +121,18 @@ class CoarseMotionPlanner:
         self, key: MotionKey, case: CheckerKey, quicker_than: float, at_most: float = float("inf")
     ) -> CoarseMotion | Reason:
         """at_most: times the least duration."""
-        tests = self._planning[case]
+        checker = self._planning[case]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         for name, q in ((key.start, q0), (key.goal, q1)):
-            if not tests.is_valid(q):
-                reason = tests.explain(q)
+            if not checker.is_valid(q):
+                reason = checker.explain(q)
                 return Reason(reason.what, name, reason.detail)
         search = MinimumTimeSearch(
-            TrajectoryValidator(tests, self._space), tests, self._pace, (q0, q1), self.settings
+            TrajectoryValidator(checker, self._space),
+            checker,
+            self._parabolic_limits,
+            (q0, q1),
+            self.settings,
         )
         seed = derived_seed(self.settings.seed, key.start, key.goal, key.payload, case[1])
         best = search.minimum_time(
@@ -140,23 +144,23 @@ class CoarseMotionPlanner:
         )
         if best is not None:
             return best
-        straight = tests.explain_edge(q0, q1)
+        straight = checker.explain_edge(q0, q1)
         detail = f"nor has {self.settings.planner} in {self.settings.n_tries} tries; on the line: {straight}"
         return Reason("no path", f"{key.start} to {key.goal}", f"bending has found none, {detail}")
 
     def _finished(self, key: MotionKey, case: CheckerKey, motion: ParabolicTrajectory) -> CoarseMotion | None:
         """The motion within its jerk limits, proven once more, with path and figures; None if not proven."""
-        tests = self._proving[case]
+        checker = self._proving[case]
         names = self.cell.robot.joint_names
         goal = self.cell.configurations[key.goal].q
-        timed = filter_jerk(names, motion, goal, self._pace, self._limits)
-        if not is_proven(timed, TrajectoryValidator(tests, self._space)):
+        timed = filter_jerk(names, motion, goal, self._parabolic_limits, self._limits)
+        if not is_proven(timed, TrajectoryValidator(checker, self._space)):
             return None
         waypoints = fit_polyline(timed, self._planning[case])
         if waypoints is None:
             return None
         bound = lower_bound(self._limits, waypoints[0], waypoints[-1])
-        clearance = proven_clearance(timed, self._space, tests)
+        clearance = proven_clearance(timed, self._space, checker)
         pod_poses, tool_state, _ = case
         path = JointPath(names, waypoints)
         return CoarseMotion(
@@ -168,7 +172,7 @@ class CoarseMotionPlanner:
         return scaled_limits(self.cell.robot.limits, self.cell.speed_scale)
 
     @cached_property
-    def _pace(self) -> ParabolicLimits:
+    def _parabolic_limits(self) -> ParabolicLimits:
         return parabolic_limits(self._limits)
 
     @cached_property

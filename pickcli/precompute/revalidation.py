@@ -66,12 +66,12 @@ class Revalidation:
         Returns:
             The motion with the clearance that it has now, or None if it is not proven any more.
         """
-        tests = self._all[_case(motion)]
-        if motion.trajectory is None or not self._is_free(motion, tests, self.cell.clearance):
+        validator = self._all[_case(motion)]
+        if motion.trajectory is None or not self._is_free(motion, validator, self.cell.clearance):
             return None
         pod_poses, tool_state, payload = _case(motion)
-        tests = checker(self._model, tool_state, payload, pod_poses=pod_poses)
-        return replace(motion, clearance=proven_clearance(motion.trajectory, self._space, tests))
+        validator = checker(self._model, tool_state, payload, pod_poses=pod_poses)
+        return replace(motion, clearance=proven_clearance(motion.trajectory, self._space, validator))
 
     def is_edge_untouched(self, waypoints: Array, pod_poses: PodPoses) -> bool:
         """Tell whether an edge of the roadmap keeps clear of all that is new.
@@ -119,11 +119,11 @@ class Revalidation:
             return False
         return not self.change.came or self._new[case].is_valid_path(waypoints)
 
-    def _is_free(self, motion: CoarseMotion, tests: SceneChecker, clearance: float) -> bool:
+    def _is_free(self, motion: CoarseMotion, validator: SceneChecker, clearance: float) -> bool:
         """Whether the motion keeps that clearance, and its polyline what polylines keep."""
         assert motion.trajectory is not None
-        is_path_free = tests.is_valid_path(motion.path.waypoints)
-        return is_path_free and keeps_clearance(motion.trajectory, self._space, tests, clearance)
+        is_path_free = validator.is_valid_path(motion.path.waypoints)
+        return is_path_free and keeps_clearance(motion.trajectory, self._space, validator, clearance)
 
     @cached_property
     def _space(self) -> JointSpace:

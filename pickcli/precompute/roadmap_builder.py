@@ -177,12 +177,12 @@ class _Builder:
         )
 
     def _add_node(self, named: NamedConfiguration) -> None:
-        tests = self.job.checker
-        if tests.is_valid(named.q):
+        checker = self.job.checker
+        if checker.is_valid(named.q):
             self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.tool_state)
         else:
             # In a single state it may be free, and a move to it possible, but edges are for all of them.
-            reason = tests.explain(named.q).within(_states(self.job.cell.robot.tool))
+            reason = checker.explain(named.q).within(_states(self.job.cell.robot.tool))
             self.refused.append(((named.name,), reason))
 
     def _two_routes(self, names: tuple[str, str], added: list[Pair]) -> EdgeDisjoint:

@@ -86,30 +86,30 @@ class RoadmapEdgeJob:
 
     def _path(self, key: Key, pod_poses: PodPoses) -> JointPath | Reason:
         """The shortest path found, or why there is none."""
-        tests, settings = self.checkers[pod_poses], self.settings
+        validator, settings = self.checkers[pod_poses], self.settings
         seed = derived_seed(settings.seed, "edge", *key)
         q_start, q_goal = (self.cell.configurations[name].q for name in key)
         for name, q in zip(key, (q_start, q_goal), strict=True):
-            if not tests.is_valid(q):
-                return tests.explain(q).at(name)
+            if not validator.is_valid(q):
+                return validator.explain(q).at(name)
         # What RRT* needs too long for, RRT-Connect often finds at once.
         planners = list(dict.fromkeys((settings.planner, PlannerName.RRT_CONNECT)))
-        tries = (self._planned(tests, q_start, q_goal, seed, planner) for planner in planners)
+        tries = (self._planned(validator, q_start, q_goal, seed, planner) for planner in planners)
         found = next(filter(None, tries), None)
         if found is None:
             what = f"{' and '.join(planners)} gave up after {settings.max_iterations} iterations"
             return Reason("no path", detail=what)
-        path = shorten(tests, self.space, found, seed=seed, iterations=settings.n_shortcuts)
-        unproven = tests.first_invalid_edge(path.waypoints)
+        path = shorten(validator, self.space, found, seed=seed, iterations=settings.n_shortcuts)
+        unproven = validator.first_invalid_edge(path.waypoints)
         if unproven != -1:
             return Reason("no proof", detail=f"edge {unproven} of the shortened path is not proven whole")
         return path
 
     def _planned(
-        self, tests: MotionValidator, q_start: Array, q_goal: Array, seed: int, planner: PlannerName
+        self, validator: MotionValidator, q_start: Array, q_goal: Array, seed: int, planner: PlannerName
     ) -> JointPath | None:
         options = PlannerOptions(planner, self.settings.max_iterations)
-        return plan(tests, self.space, q_start, q_goal[None], seed=seed, options=options)
+        return plan(validator, self.space, q_start, q_goal[None], seed=seed, options=options)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without what was made for the work: that belongs to this process.

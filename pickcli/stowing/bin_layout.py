@@ -15,7 +15,7 @@ from pickcli.cell.item import Item
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.stowing.packing_search import fill
 
-N_LAYOUTS = 3  # of the best fillings; the search copies the best, so they may be the same
+N_LAYOUTS = 3  # of the best packings; the search copies the best, so they may be the same
 
 
 @dataclass(frozen=True)
@@ -54,11 +54,11 @@ def lay_out(
     """
     cell_bin = scene.cell.places[bin_name]
     items = [entry.item for entry in contents]
-    fillings = fill(cell_bin, items, np.random.default_rng(seed), may_raise, tell)
+    packings = fill(cell_bin, items, np.random.default_rng(seed), may_raise, tell)
     T_world_bin = scene.T_world_place(cell_bin)
-    full = np.flatnonzero(fillings.is_full())
-    best = full[np.argsort(fillings.cost[full], kind="stable")][:N_LAYOUTS]
-    poses = [fillings.poses(k) for k in best.tolist()]
+    full = np.flatnonzero(packings.is_full())
+    best = full[np.argsort(packings.cost[full], kind="stable")][:N_LAYOUTS]
+    poses = [packings.poses(k) for k in best.tolist()]
     return [
         tuple(
             PlacedItem(entry.id, entry.item, bin_name, T_world_bin @ T_bin_item)

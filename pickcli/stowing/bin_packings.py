@@ -19,7 +19,7 @@ from pickcli.stowing.placement_sampling import Placements, from_corner, random_p
 
 Indices: TypeAlias = NDArray[np.intp]
 
-N_SPOTS = 6  # drawn per move in each filling
+N_SPOTS = 6  # drawn per move in each packing
 BLOCKED = 8.0  # cost of an item without a way out
 OUTSIDE = 1000.0  # cost of an item that is not in the bin yet
 WAITING = np.array([[10.0, 0.0, 0.0], [10.01, 0.01, 0.01]])  # m, box around it, far behind the bin
@@ -88,17 +88,17 @@ class BinPackings:
         """
         return np.asarray((self.lying.own < OUTSIDE).all(axis=1))
 
-    def poses(self, filling: int) -> Array:
+    def poses(self, packing: int) -> Array:
         """Poses of all items of one packing.
 
         Args:
-            filling: Index of the packing.
+            packing: Index of the packing.
 
         Returns:
             ``T_bin_item`` (M, 4, 4).
         """
         T = np.tile(np.eye(4), (len(self.items), 1, 1))
-        T[:, :3, :3], T[:, :3, 3] = self.lying.R[filling], self.lying.centre[filling]
+        T[:, :3, :3], T[:, :3, 3] = self.lying.R[packing], self.lying.centre[packing]
         return T
 
     def move(self, k: int, rng: np.random.Generator, tolerance: float = 0.0) -> None:
@@ -142,7 +142,7 @@ class BinPackings:
             part[to] = part[of]
 
     def _without(self, k: int, of: Indices) -> Placements:
-        """What lies in fillings ``of`` while item k is in the hand."""
+        """What lies in packings ``of`` while item k is in the hand."""
         lying = self.lying
         boxes = lying.boxes[of].replaced(k, BoxArrays(*WAITING))
         return Placements(

@@ -14,7 +14,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.stowing.bin_packings import BinPackings
 
-N_FILLINGS = 16
+N_PACKINGS = 16
 N_ROUNDS = 4  # of putting everything in at most, until it fits once
 N_TRIES = 8  # moves with which an item is put in
 MOST_TRIES = 60  # the same while it fits nowhere
@@ -45,18 +45,18 @@ def fill(
     Returns:
         Packings, in no order; those that are not full lack what found no room.
     """
-    fillings = _all_in(cell_bin, items, may_raise, rng, tell)
-    n_moves = N_MOVES * len(items) if fillings.is_full().any() else 0
+    packings = _all_in(cell_bin, items, may_raise, rng, tell)
+    n_moves = N_MOVES * len(items) if packings.is_full().any() else 0
     for k in range(n_moves):
         tell()
-        fillings.tidy_up()
-        if fillings.cost[fillings.is_full()].min(initial=np.inf) <= GOOD:
+        packings.tidy_up()
+        if packings.cost[packings.is_full()].min(initial=np.inf) <= GOOD:
             break
         tolerance = TOLERANCE * max(0.0, 1.0 - k / (STRICT_FROM * n_moves))
-        fillings.move(int(rng.integers(len(items))), rng, tolerance)
+        packings.move(int(rng.integers(len(items))), rng, tolerance)
         if k % SELECTION == SELECTION - 1:
-            _select(fillings)
-    return fillings
+            _select(packings)
+    return packings
 
 
 def _all_in(
@@ -68,13 +68,13 @@ def _all_in(
 ) -> BinPackings:
     """Begun again until everything is in, but not for ever."""
     for _ in range(N_ROUNDS):
-        fillings = BinPackings.empty(cell_bin, items, N_FILLINGS, may_raise)
+        packings = BinPackings.empty(cell_bin, items, N_PACKINGS, may_raise)
         order = _large_first(items, rng)
         for done, k in enumerate(order):
-            _put_in(fillings, k, order[:done], rng, tell)
-        if fillings.is_full().any():
+            _put_in(packings, k, order[:done], rng, tell)
+        if packings.is_full().any():
             break
-    return fillings
+    return packings
 
 
 def _large_first(items: Sequence[Item], rng: np.random.Generator) -> list[int]:
@@ -84,22 +84,22 @@ def _large_first(items: Sequence[Item], rng: np.random.Generator) -> list[int]:
 
 
 def _put_in(
-    fillings: BinPackings, k: int, others: Sequence[int], rng: np.random.Generator, tell: Callable[[], None]
+    packings: BinPackings, k: int, others: Sequence[int], rng: np.random.Generator, tell: Callable[[], None]
 ) -> None:
     """Put item k into every packing; one without room for it becomes a copy of one with room."""
     for attempt in range(MOST_TRIES):
         tell()
-        fillings.move(k, rng)
-        if attempt >= N_TRIES and fillings.holds(k).any():
+        packings.move(k, rng)
+        if attempt >= N_TRIES and packings.holds(k).any():
             break
         if attempt >= N_TRIES and others:
-            fillings.move(int(rng.choice(others)), rng)  # it has to make room
-    holding, lacking = np.flatnonzero(fillings.holds(k)), np.flatnonzero(~fillings.holds(k))
+            packings.move(int(rng.choice(others)), rng)  # it has to make room
+    holding, lacking = np.flatnonzero(packings.holds(k)), np.flatnonzero(~packings.holds(k))
     if len(holding) and len(lacking):
-        fillings.copy(of=rng.choice(holding, len(lacking)), to=lacking)
+        packings.copy(of=rng.choice(holding, len(lacking)), to=lacking)
 
 
-def _select(fillings: BinPackings) -> None:
+def _select(packings: BinPackings) -> None:
     """The worst quarter is given up for copies of the best."""
-    order, n = np.argsort(fillings.cost, kind="stable"), len(fillings.cost) // 4
-    fillings.copy(of=order[:n], to=order[-n:])
+    order, n = np.argsort(packings.cost, kind="stable"), len(packings.cost) // 4
+    packings.copy(of=order[:n], to=order[-n:])

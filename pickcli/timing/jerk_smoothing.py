@@ -120,23 +120,21 @@ def standing(length: float, step: float) -> TimeLaw:
     return TimeLaw(np.array([0.0, step]), np.array([0.0, length]), np.zeros(2), np.zeros(2))
 
 
-def join(paces: Sequence[TimeLaw]) -> TimeLaw:
+def join(laws: Sequence[TimeLaw]) -> TimeLaw:
     """Join time laws; each starts at the s where the one before it came to rest.
 
     Args:
-        paces: The time laws, at least one.
+        laws: The time laws, at least one.
 
     Returns:
         The joined time law.
     """
-    if len(paces) == 1:
-        return paces[0]
-    starts = np.cumsum([0.0] + [pace.duration for pace in paces[:-1]])
-    t = np.concatenate(
-        [paces[0].t[:1]] + [pace.t[1:] + start for pace, start in zip(paces, starts, strict=True)]
-    )
+    if len(laws) == 1:
+        return laws[0]
+    starts = np.cumsum([0.0] + [law.duration for law in laws[:-1]])
+    t = np.concatenate([laws[0].t[:1]] + [law.t[1:] + start for law, start in zip(laws, starts, strict=True)])
     rows = [
-        np.concatenate([getattr(paces[0], name)[:1]] + [getattr(pace, name)[1:] for pace in paces])
+        np.concatenate([getattr(laws[0], name)[:1]] + [getattr(law, name)[1:] for law in laws])
         for name in ("s", "ds", "dds")
     ]
     return TimeLaw(t, *rows)

@@ -33,17 +33,17 @@ class TimedPath:
     """One attempt: a time law, and the factor of time that makes it keep every limit.
 
     Attributes:
-        pace: The time law.
+        law: The time law.
         stretch: Factor of time, at least 1.
     """
 
-    pace: TimeLaw
+    law: TimeLaw
     stretch: float
 
     @property
     def duration(self) -> float:
         """Duration once stretched, s."""
-        return self.pace.duration * self.stretch
+        return self.law.duration * self.stretch
 
 
 def retime(curve: BlendedPath, bounds: PathBounds, step: float) -> TimedPath:
@@ -94,9 +94,9 @@ def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, s
     best: TimedPath | None = None
     for _ in range(_ROUNDS):
         profile = parametrize(grid)
-        pace = smooth(profile, step, n_window)
-        ratios = needed_stretch(curve, bounds, pace)
-        timed = TimedPath(pace, float(ratios.max()))
+        law = smooth(profile, step, n_window)
+        ratios = needed_stretch(curve, bounds, law)
+        timed = TimedPath(law, float(ratios.max()))
         best = timed if best is None or timed.duration < best.duration else best
         if timed.stretch <= _GOOD:
             break
@@ -105,47 +105,47 @@ def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, s
     return best
 
 
-def needed_stretch(curve: BlendedPath, bounds: PathBounds, pace: TimeLaw) -> Array:
+def needed_stretch(curve: BlendedPath, bounds: PathBounds, law: TimeLaw) -> Array:
     """Factor of time at which the quintics of each cell of a time law keep all limits.
 
     Args:
         curve: The blended path.
         bounds: Limits along it.
-        pace: The time law, K points.
+        law: The time law, K points.
 
     Returns:
         (K - 1,) at least 1.
     """
-    start, end = pace.s[:-1], pace.s[1:]
-    ratio = curve.needed_stretch(pace, bounds.limits, bounds.lowest(bounds.scales, start, end))
+    start, end = law.s[:-1], law.s[1:]
+    ratio = curve.needed_stretch(law, bounds.limits, bounds.lowest(bounds.scales, start, end))
     if len(bounds.table_s):
-        tool = bounds.tool_speed(pace.s) * pace.ds
+        tool = bounds.tool_speed(law.s) * law.ds
         ratio = np.maximum(
             ratio, np.maximum(tool[:-1], tool[1:]) / bounds.lowest(bounds.tool_caps, start, end)
         )
     if bounds.constraint is not None:
-        trajectory = to_trajectory(curve, pace)
+        trajectory = to_trajectory(curve, law)
         states = trajectory.positions, trajectory.velocities, trajectory.accelerations
         needed = bounds.constraint.stretch(*states)
         ratio = np.maximum(ratio, np.minimum(np.maximum(needed[:-1], needed[1:]), _SLOWER))
     return np.asarray(ratio)
 
 
-def to_trajectory(curve: BlendedPath, pace: TimeLaw, names: tuple[str, ...] = ()) -> Trajectory:
+def to_trajectory(curve: BlendedPath, law: TimeLaw, names: tuple[str, ...] = ()) -> Trajectory:
     """The motion q(s(t)) at the points of a time law; the quintics in between follow it closely.
 
     Args:
         curve: The blended path.
-        pace: The time law.
+        law: The time law.
         names: Joint names.
 
     Returns:
         The trajectory.
     """
-    q, dq, ddq = curve.evaluate_all(pace.s, 2)
-    velocity = dq * pace.ds[:, None]
-    acceleration = ddq * (pace.ds**2)[:, None] + dq * pace.dds[:, None]
-    return Trajectory(names, pace.t, q, velocity, acceleration)
+    q, dq, ddq = curve.evaluate_all(law.s, 2)
+    velocity = dq * law.ds[:, None]
+    acceleration = ddq * (law.ds**2)[:, None] + dq * law.dds[:, None]
+    return Trajectory(names, law.t, q, velocity, acceleration)
 
 
 def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: float, n_window: int) -> PathGrid:

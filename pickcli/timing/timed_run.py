@@ -38,7 +38,7 @@ class TimedRun:
             where the middle of the blend is passed.
         piece_scales: (N - 1,) speed scale that held on each piece of the trajectory, for ``check_limits``.
         curve: The path that the trajectory follows.
-        pace: How fast it follows it.
+        law: Where on the path it is at each time.
         stretch: Factor by which time was stretched at the end to keep the limits strictly.
         report: How much of the limits is used.
     """
@@ -47,14 +47,14 @@ class TimedRun:
     part_times: Array
     piece_scales: Array
     curve: BlendedPath
-    pace: TimeLaw
+    law: TimeLaw
     stretch: float
     report: LimitReport
 
     @cached_property
     def deviation(self) -> float:
         """Bound on how far, joint by joint, the trajectory's quintics leave the path, in joint units."""
-        return _deviation(self.curve, self.pace, self.trajectory)
+        return _deviation(self.curve, self.law, self.trajectory)
 
 
 def time_run(
@@ -93,18 +93,18 @@ def time_run(
     bounds = path_bounds(curve, limits, curve.waypoint_s[edges], scales, caps, jacobian_speed, constraint)
     if constraint is not None:
         _check_rest(curve, constraint)
-    pace, stretch = _pace(curve, bounds, step)
+    law, stretch = _time_law(curve, bounds, step)
     if jacobian_speed is not None:
-        excess = _tool_excess(curve, bounds, pace, jacobian_speed)
-        pace, stretch = pace.stretched(excess), stretch * excess
+        excess = _tool_excess(curve, bounds, law, jacobian_speed)
+        law, stretch = law.stretched(excess), stretch * excess
     if constraint is not None:
-        excess = _constraint_excess(to_trajectory(curve, pace), constraint)
-        pace, stretch = pace.stretched(excess), stretch * excess
-    trajectory = _exact_ends(to_trajectory(curve, pace, joint_names), waypoints)
-    piece_scales = bounds.lowest(scales, pace.s[:-1], pace.s[1:])
+        excess = _constraint_excess(to_trajectory(curve, law), constraint)
+        law, stretch = law.stretched(excess), stretch * excess
+    trajectory = _exact_ends(to_trajectory(curve, law, joint_names), waypoints)
+    piece_scales = bounds.lowest(scales, law.s[:-1], law.s[1:])
     report = check_limits(trajectory, limits, piece_scales)
-    times = pace.times_at(bounds.edges)
-    return TimedRun(trajectory, times, piece_scales, curve, pace, stretch, report)
+    times = law.times_at(bounds.edges)
+    return TimedRun(trajectory, times, piece_scales, curve, law, stretch, report)
 
 
 def _cap(limits: SegmentLimits) -> float:
@@ -131,27 +131,27 @@ def _stitched(segments: Sequence[PathSegment]) -> tuple[Array, Array, Array]:
     return np.concatenate(rows), tolerance, np.array(edges)
 
 
-def _pace(curve: BlendedPath, bounds: PathBounds, step: float) -> tuple[TimeLaw, float]:
-    """The whole curve's pace, with rests at its stops, and the largest stretch that a part needed."""
+def _time_law(curve: BlendedPath, bounds: PathBounds, step: float) -> tuple[TimeLaw, float]:
+    """The whole curve's law, with rests at its stops, and the largest stretch that a part needed."""
     if curve.length <= NOWHERE:
         return standing(curve.length, step), 1.0
     laws, start, stretch = [], 0.0, 1.0
     for part in curve.split():
         local = bounds.shifted(start)
         timed = retime(part, local, step)
-        laws.append(timed.pace.stretched(timed.stretch).shifted(start))
+        laws.append(timed.law.stretched(timed.stretch).shifted(start))
         stretch = max(stretch, timed.stretch)
         start += part.length
     return join(laws), stretch
 
 
-def _tool_excess(curve: BlendedPath, bounds: PathBounds, pace: TimeLaw, tool_speed: ToolSpeed) -> float:
+def _tool_excess(curve: BlendedPath, bounds: PathBounds, law: TimeLaw, tool_speed: ToolSpeed) -> float:
     """By how much, at least 1, the tool's true speed is over a cap: its table interpolates."""
-    cap = bounds.lowest(bounds.tool_caps, pace.s, pace.s)
+    cap = bounds.lowest(bounds.tool_caps, law.s, law.s)
     capped = np.isfinite(cap)
     if not capped.any():
         return 1.0
-    speed = tool_speed(*curve.evaluate_all(pace.s[capped], 1)) * pace.ds[capped]
+    speed = tool_speed(*curve.evaluate_all(law.s[capped], 1)) * law.ds[capped]
     return max(float((speed / cap[capped]).max()), 1.0)
 
 
@@ -184,7 +184,7 @@ def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:
     return trajectory
 
 
-def _deviation(curve: BlendedPath, pace: TimeLaw, trajectory: Trajectory) -> float:
+def _deviation(curve: BlendedPath, law: TimeLaw, trajectory: Trajectory) -> float:
     """Bound on the distance, per joint, between the trajectory's quintics and the curve they sample.
 
     Of two bounds the smaller one counts in each cell. Both curves meet at every point with velocity and
@@ -192,15 +192,15 @@ def _deviation(curve: BlendedPath, pace: TimeLaw, trajectory: Trajectory) -> flo
     spline with knots at cos(k pi / 4), h^3 (1 - 1 / sqrt 2) / 48 times the largest difference of the third
     derivatives. And neither is farther from the other than both are from their common chord.
     """
-    h = np.diff(pace.t)[:, None]
-    start, end = pace.s[:-1], pace.s[1:]
+    h = np.diff(law.t)[:, None]
+    start, end = law.s[:-1], law.s[1:]
     bend = curve.second_derivative_bound(start, end)
-    pull = np.maximum(np.abs(pace.dds[1:]), np.abs(pace.dds[:-1]))[:, None]
-    speed = np.maximum(pace.ds[1:], pace.ds[:-1])[:, None] + h * pull
+    pull = np.maximum(np.abs(law.dds[1:]), np.abs(law.dds[:-1]))[:, None]
+    speed = np.maximum(law.ds[1:], law.ds[:-1])[:, None] + h * pull
     jerk = (
         curve.third_derivative_bound(start, end) * speed**3
         + 3.0 * bend * speed * pull
-        + np.abs(np.diff(pace.dds))[:, None] / h
+        + np.abs(np.diff(law.dds))[:, None] / h
     )
     by_jerk = h**3 * (1.0 - 0.5**0.5) / 48 * (jerk + peaks(trajectory)[2])
     by_chord = bend * (end - start)[:, None] ** 2 / 8 + trajectory_chords(trajectory)[1]

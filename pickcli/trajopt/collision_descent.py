@@ -71,7 +71,7 @@ class CollisionDepth:
 def descend_collisions(
     proof: TrajectoryValidator,
     depth: CollisionDepth,
-    pace: ParabolicLimits,
+    limits: ParabolicLimits,
     ends: tuple[Array, Array],
     duration: float,
     *,
@@ -86,7 +86,7 @@ def descend_collisions(
     Args:
         proof: Validator that has to accept the result.
         depth: What is to become nothing.
-        pace: Velocity, acceleration and jerk limits.
+        limits: Velocity, acceleration and jerk limits.
         ends: Start and goal configuration, (n,) each.
         duration: Duration of the motion in s, a whole number of ticks.
         seed: Seed of all random choices.
@@ -95,7 +95,7 @@ def descend_collisions(
     Returns:
         The motion, or None if none was found.
     """
-    segment = steer_fixed_time(JointState.at_rest(ends[0]), JointState.at_rest(ends[1]), pace, duration)
+    segment = steer_fixed_time(JointState.at_rest(ends[0]), JointState.at_rest(ends[1]), limits, duration)
     if segment is None:
         return None
 
@@ -110,7 +110,7 @@ def descend_collisions(
                 return None
             since, then = i, float(depths.sum())
         start, end = (0.0, duration) if rng.random() < _WHOLE else random_interval(motion, rng)
-        segments = _bent(proof, pace, motion, start, end, rng)
+        segments = _bent(proof, limits, motion, start, end, rng)
         if segments is None:
             continue
         concerned = (times >= start) & (times < end)
@@ -127,7 +127,7 @@ def descend_collisions(
 
 def _bent(
     proof: TrajectoryValidator,
-    pace: ParabolicLimits,
+    limits: ParabolicLimits,
     motion: ParabolicTrajectory,
     start: float,
     end: float,
@@ -139,8 +139,8 @@ def _bent(
         return None
     first, here, last = (motion.state(t) for t in (start, at, end))
     share = _NARROWEST * (_WIDEST / _NARROWEST) ** rng.random()
-    middles = [perturbed_state(here, share, motion.duration, proof.space, pace, rng), here]
-    direct = steer_fixed_time(first, last, pace, end - start)
+    middles = [perturbed_state(here, share, motion.duration, proof.space, limits, rng), here]
+    direct = steer_fixed_time(first, last, limits, end - start)
     if direct is not None:
         middles.append(direct.state(at - start))
-    return steer_via(first, middles, last, pace, at - start, end - at)
+    return steer_via(first, middles, last, limits, at - start, end - at)

@@ -20,7 +20,11 @@ _SAME = 1e-7  # relative to what a jerk limit changes in a tick: accelerations o
 
 
 def filter_jerk(
-    names: tuple[str, ...], motion: ParabolicTrajectory, goal: Array, pace: ParabolicLimits, limits: Limits
+    names: tuple[str, ...],
+    motion: ParabolicTrajectory,
+    goal: Array,
+    parabolic: ParabolicLimits,
+    limits: Limits,
 ) -> Trajectory:
     """Average a motion over its jerk window.
 
@@ -32,7 +36,7 @@ def filter_jerk(
         motion: The parabolic trajectory to be filtered.
         goal: (n,) configuration in which the result ends to the last bit; the motion ends there but for
             rounding.
-        pace: The limits that the motion was made for.
+        parabolic: The limits that the motion was made for.
         limits: The limits that the result is checked against.
 
     Returns:
@@ -41,12 +45,12 @@ def filter_jerk(
     Raises:
         LimitError: If the result breaks a limit, which is a bug.
     """
-    n = round(jerk_window(motion.segments, pace) / TICK)
+    n = round(jerk_window(motion.segments, parabolic) / TICK)
     q, v, a = _on_ticks(motion, n)
     travelled = np.concatenate([np.zeros((1, q.shape[1])), np.cumsum(_travel(q, v, a), axis=0)])
     rows = [(row[n:] - row[:-n]) / (n * TICK) for row in (travelled, q, v)]
     slopes = np.diff(rows[2], axis=0)
-    bends = np.abs(np.diff(slopes, axis=0)) > _SAME * pace.jerk * TICK
+    bends = np.abs(np.diff(slopes, axis=0)) > _SAME * parabolic.jerk * TICK
     kept = np.flatnonzero(np.concatenate([[True], bends.any(axis=1), [True]]))
     rows = [row[kept] for row in rows]
     rows[0][[0, -1]] = motion.segments[0].q0, goal

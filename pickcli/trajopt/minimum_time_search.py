@@ -52,14 +52,14 @@ class MinimumTimeSearch:
     Attributes:
         proof: Validator that every motion has to pass.
         checker: Collision checker of the same scene, for planning and clearances.
-        pace: Velocity, acceleration and jerk limits.
+        limits: Velocity, acceleration and jerk limits.
         ends: Start and goal configuration, (n,) each.
         settings: Effort of the search.
     """
 
     proof: TrajectoryValidator
     checker: SceneChecker
-    pace: ParabolicLimits
+    limits: ParabolicLimits
     ends: tuple[Array, Array]
     settings: TrajectorySettings
 
@@ -88,7 +88,7 @@ class MinimumTimeSearch:
 
         def is_wanted(duration: float) -> bool:
             limit = shorter_than if best is None else best.duration
-            return duration + self.pace.pause < limit and duration <= max_duration
+            return duration + self.limits.pause < limit and duration <= max_duration
 
         for motion in self.motions(seed, is_wanted):
             made = finish(motion) if is_wanted(motion.duration) else None
@@ -110,7 +110,7 @@ class MinimumTimeSearch:
         Yields:
             Proven parabolic trajectories between the ends.
         """
-        line = ParabolicTrajectory((straight_segment(*self.ends, self.pace),))
+        line = ParabolicTrajectory((straight_segment(*self.ends, self.limits),))
         is_line_free = self.proof.is_valid(line.segments)
         if is_line_free and line.duration <= _CALM * self.least:
             yield line
@@ -123,7 +123,7 @@ class MinimumTimeSearch:
         for again in range(self.settings.n_agains):
             if not found or not is_wanted(_LADDER[0] * self.least):
                 return
-            best = min(found, key=lambda motion: motion.total(self.pace))
+            best = min(found, key=lambda motion: motion.total(self.limits))
             found.append(self._quickened(best, derived_seed(seed, "again", again)))
             yield found[-1]
 
@@ -133,7 +133,7 @@ class MinimumTimeSearch:
         """What bending finds in the least time, what the planner finds, what bending finds in more time."""
         yield from self._pressed(seed, 1.0)
         if is_line_free:
-            yield self._quickened(ParabolicTrajectory((straight_segment(*self.ends, self.pace),)), seed)
+            yield self._quickened(ParabolicTrajectory((straight_segment(*self.ends, self.limits),)), seed)
         if is_wanted(_LADDER[-1] * self.least):
             yield from self._planned(seed)
         for factor in _LADDER:
@@ -144,7 +144,7 @@ class MinimumTimeSearch:
     def _direct(self) -> ParabolicTrajectory:
         """Every joint on its own from end to end, in the time of the slowest."""
         segment = steer_min_time(
-            JointState.at_rest(self.ends[0]), JointState.at_rest(self.ends[1]), self.pace, np.inf
+            JointState.at_rest(self.ends[0]), JointState.at_rest(self.ends[1]), self.limits, np.inf
         )
         assert segment is not None  # from rest to rest there always is one
         return ParabolicTrajectory((segment,))
@@ -163,7 +163,7 @@ class MinimumTimeSearch:
         for attempt in range(self.settings.n_presses):
             own = derived_seed(seed, "press", factor, attempt)
             motion = descend_collisions(
-                self.proof, self._depth, self.pace, self.ends, float(ticks_up(factor * self.least)),
+                self.proof, self._depth, self.limits, self.ends, float(ticks_up(factor * self.least)),
                 seed=own, iterations=self.settings.n_press,
             )  # fmt: skip
             if motion is not None:
@@ -195,11 +195,11 @@ class MinimumTimeSearch:
         """Straight segments with a rest between them, so that no jerk limit minds."""
         segments: list[ParabolicSegment] = []
         for a, b in pairwise(waypoints):
-            segments += [straight_segment(a, b, self.pace), resting_segment(b, self.pace.pause)]
+            segments += [straight_segment(a, b, self.limits), resting_segment(b, self.limits.pause)]
         return tuple(segments[:-1])
 
     def _quickened(self, motion: ParabolicTrajectory, seed: int) -> ParabolicTrajectory:
         return shortcut_time(
-            self.proof, self.pace, motion, self.least,
+            self.proof, self.limits, motion, self.least,
             seed=derived_seed(seed, "quicken"), iterations=self.settings.n_quicken,
         )  # fmt: skip

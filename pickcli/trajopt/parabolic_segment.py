@@ -42,21 +42,21 @@ def resting_segment(q: Array, duration: float) -> ParabolicSegment:
     return ParabolicSegment(q, none, none, none, none, none, duration)
 
 
-def straight_segment(q0: Array, q1: Array, pace: ParabolicLimits) -> ParabolicSegment:
+def straight_segment(q0: Array, q1: Array, limits: ParabolicLimits) -> ParabolicSegment:
     """The fastest segment along the straight line, from rest to rest: all joints ramp at once.
 
     Args:
         q0: (n,) start.
         q1: (n,) end.
-        pace: Velocity and acceleration limits, and the pause.
+        limits: Velocity and acceleration limits, and the pause.
 
     Returns:
         The segment.
     """
     way = np.maximum(np.abs(q1 - q0), _NOTHING)
-    top, hard = float((pace.velocity / way).min()), float((pace.acceleration / way).min())
+    top, hard = float((limits.velocity / way).min()), float((limits.acceleration / way).min())
     # With the pause as cruise: top^2 / hard + top * pause = 1.
-    top = min(top, (np.sqrt((hard * pace.pause) ** 2 + 4 * hard) - hard * pace.pause) / 2)
+    top = min(top, (np.sqrt((hard * limits.pause) ** 2 + 4 * hard) - hard * limits.pause) / 2)
     up = float(ticks_up(top / hard))
     cruise = float(ticks_up(1 / top - top / hard))
     speed, ramps, none = (q1 - q0) / (up + cruise), np.full(len(q0), up), np.zeros(len(q0))

@@ -37,7 +37,7 @@ def perturbed_state(
     share: float,
     duration: float,
     space: JointSpace,
-    pace: ParabolicLimits,
+    limits: ParabolicLimits,
     rng: np.random.Generator,
 ) -> JointState:
     """Draw a state near another: some joints elsewhere, some with another velocity, within limits.
@@ -48,14 +48,14 @@ def perturbed_state(
             full speed.
         duration: s.
         space: Position limits.
-        pace: Velocity limits.
+        limits: Velocity limits.
         rng: Source of random numbers.
 
     Returns:
         The perturbed state.
     """
     is_moved, is_changed = rng.random((2, space.n)) < _MOVED
-    velocity = pace.velocity
+    velocity = limits.velocity
     q = state.q + rng.normal(0.0, share * duration, space.n) * velocity * is_moved
     v = state.v + rng.normal(0.0, _SPEED * share, space.n) * velocity * is_changed
     within = np.minimum(np.maximum(q, space.lower), space.upper)  # as np.clip, in a third of its time

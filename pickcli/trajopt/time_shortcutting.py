@@ -14,16 +14,14 @@ from pickcli.trajopt.parabolic_segment import TICK
 from pickcli.trajopt.perturbations import perturbed_state, random_interval
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
-_FIRST, _LAST = (
-    0.3,
-    0.02,
-)  # standard deviations of a bend, falling: shares of what a joint crosses in it
+# Standard deviation of a bend in the first and the last move, as shares of what a joint crosses meanwhile.
+_FIRST, _LAST = 0.3, 0.02
 _BEND = 0.7  # share of the moves that go through another state
 
 
 def shortcut_time(
     proof: TrajectoryValidator,
-    pace: ParabolicLimits,
+    limits: ParabolicLimits,
     motion: ParabolicTrajectory,
     target: float,
     *,
@@ -36,7 +34,7 @@ def shortcut_time(
 
     Args:
         proof: Validator of the scene.
-        pace: Velocity, acceleration and jerk limits.
+        limits: Velocity, acceleration and jerk limits.
         motion: A proven motion.
         target: s; the search ends when the segments take no longer than this and a pause.
         seed: Seed of all random choices.
@@ -46,16 +44,16 @@ def shortcut_time(
         A motion with the same ends that takes no longer.
     """
     rng = np.random.default_rng(seed)
-    total = motion.total(pace)
+    total = motion.total(limits)
     for share in np.geomspace(_FIRST, _LAST, max(iterations, 1)):
-        if total <= target + pace.pause + TICK / 2:
+        if total <= target + limits.pause + TICK / 2:
             break
         start, end = random_interval(motion, rng)
-        segments = _instead(proof, pace, motion, start, end, float(share), rng)
+        segments = _instead(proof, limits, motion, start, end, float(share), rng)
         if segments is None:
             continue
         changed = motion.replaced(start, end, segments)
-        shorter = changed.total(pace)
+        shorter = changed.total(limits)
         if shorter < total - TICK / 2 and proof.is_valid(segments):
             motion, total = changed, shorter
     return motion
@@ -63,7 +61,7 @@ def shortcut_time(
 
 def _instead(
     proof: TrajectoryValidator,
-    pace: ParabolicLimits,
+    limits: ParabolicLimits,
     motion: ParabolicTrajectory,
     start: float,
     end: float,
@@ -73,12 +71,12 @@ def _instead(
     """Legs that take no more time than the stretch, not yet proven; None if there are none."""
     first, last, at_most = motion.state(start), motion.state(end), end - start
     if rng.random() >= _BEND:
-        segment = steer_min_time(first, last, pace, at_most)
+        segment = steer_min_time(first, last, limits, at_most)
         return None if segment is None else (segment,)
     at = start + at_most * rng.uniform(0.1, 0.9)
-    middle = perturbed_state(motion.state(at), share, motion.duration, proof.space, pace, rng)
-    there = steer_min_time(first, middle, pace, at_most)
+    middle = perturbed_state(motion.state(at), share, motion.duration, proof.space, limits, rng)
+    there = steer_min_time(first, middle, limits, at_most)
     if there is None:
         return None
-    back = steer_min_time(middle, last, pace, at_most - there.duration)
+    back = steer_min_time(middle, last, limits, at_most - there.duration)
     return None if back is None else (there, back)

@@ -25,8 +25,8 @@ def filled(bin_name: str, names: list[str], seed: int, may_raise: bool = False) 
     return fill(CELL.pod.bins[bin_name], items, np.random.default_rng(seed), may_raise)
 
 
-def best_of(fillings: BinPackings) -> int:
-    return int(np.argmin(np.where(fillings.is_full(), fillings.cost, np.inf)))
+def best_of(packings: BinPackings) -> int:
+    return int(np.argmin(np.where(packings.is_full(), packings.cost, np.inf)))
 
 
 @given(
@@ -36,9 +36,9 @@ def best_of(fillings: BinPackings) -> int:
 )
 @settings(max_examples=12, deadline=None)
 def test_full_ones_hold_everything_inside_and_apart(bin_name: str, names: list[str], seed: int) -> None:
-    cell_bin, fillings = CELL.pod.bins[bin_name], filled(bin_name, names, seed)
-    assert fillings.is_full().any()
-    boxes = fillings.lying.boxes[fillings.is_full()]
+    cell_bin, packings = CELL.pod.bins[bin_name], filled(bin_name, names, seed)
+    assert packings.is_full().any()
+    boxes = packings.lying.boxes[packings.is_full()]
     assert np.all(boxes.low[..., 0] > 0.0) and np.all(boxes.high[..., 0] < cell_bin.room.depth)
     assert np.all(boxes.low[..., 1] > cell_bin.room.y_range[0]) and np.all(
         boxes.high[..., 1] < cell_bin.room.y_range[1]
@@ -46,7 +46,7 @@ def test_full_ones_hold_everything_inside_and_apart(bin_name: str, names: list[s
     assert np.all(boxes.high[..., 2] < cell_bin.room.ceiling_back)
     one, other = boxes.column, boxes.row
     apart = np.maximum(one.low - other.high, other.low - one.high).max(axis=-1)
-    on_floor = fillings.lying.own[fillings.is_full()] < RAISED
+    on_floor = packings.lying.own[packings.is_full()] < RAISED
     both = on_floor[:, :, None] & on_floor[:, None, :] & ~np.eye(len(names), dtype=bool)
     assert np.all(apart[both] >= 0.003 - 1e-9)
     # What lies on something tilted may sink into the box around that, not into the thing itself.
@@ -56,13 +56,13 @@ def test_full_ones_hold_everything_inside_and_apart(bin_name: str, names: list[s
 @given(st.lists(st.sampled_from(NAMES), min_size=1, max_size=4), st.integers(0, 10**6))
 @settings(max_examples=6, deadline=None)
 def test_the_boxes_are_around_the_items_where_they_lie(names: list[str], seed: int) -> None:
-    fillings = filled("bin_B", names, seed)
-    k = best_of(fillings)
+    packings = filled("bin_B", names, seed)
+    k = best_of(packings)
     for item, T, low, high in zip(
-        fillings.items,
-        fillings.poses(k),
-        fillings.lying.boxes.low[k],
-        fillings.lying.boxes.high[k],
+        packings.items,
+        packings.poses(k),
+        packings.lying.boxes.low[k],
+        packings.lying.boxes.high[k],
         strict=True,
     ):
         reach = item.shape.reach(T[:3, :3])
@@ -72,21 +72,21 @@ def test_the_boxes_are_around_the_items_where_they_lie(names: list[str], seed: i
 
 
 def test_the_cost_kept_is_the_cost_there_is() -> None:
-    fillings = filled("bin_C", ["jane_eyre_dvd", "crayola_24_ct", "kleenex_tissue_box"], 5)
-    boxes, own = fillings.lying.boxes, fillings.lying.own.sum(axis=1)
-    blocked = (~have_way_out(fillings.cell_bin, boxes)).sum(axis=-1)
-    expected = own + crowding(fillings.cell_bin, boxes) + BLOCKED * blocked
-    full = fillings.is_full() & ~fillings.is_cramming
+    packings = filled("bin_C", ["jane_eyre_dvd", "crayola_24_ct", "kleenex_tissue_box"], 5)
+    boxes, own = packings.lying.boxes, packings.lying.own.sum(axis=1)
+    blocked = (~have_way_out(packings.cell_bin, boxes)).sum(axis=-1)
+    expected = own + crowding(packings.cell_bin, boxes) + BLOCKED * blocked
+    full = packings.is_full() & ~packings.is_cramming
     assert full.any()
-    np.testing.assert_allclose(fillings.cost[full], expected[full], atol=1e-9)
+    np.testing.assert_allclose(packings.cost[full], expected[full], atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_with_room_everything_lies_on_the_floor_and_comes_out(seed: int) -> None:
-    fillings = filled("bin_E", ["crayola_24_ct", "kleenex_tissue_box", "dove_beauty_bar"], seed)
-    boxes = fillings.lying.boxes[best_of(fillings)]
-    assert have_way_out(fillings.cell_bin, boxes).all()
-    assert np.all(boxes.low[:, 2] < fillings.cell_bin.room.floor_front)
+    packings = filled("bin_E", ["crayola_24_ct", "kleenex_tissue_box", "dove_beauty_bar"], seed)
+    boxes = packings.lying.boxes[best_of(packings)]
+    assert have_way_out(packings.cell_bin, boxes).all()
+    assert np.all(boxes.low[:, 2] < packings.cell_bin.room.floor_front)
 
 
 def test_one_seed_one_filling_and_another_another() -> None:
@@ -99,9 +99,9 @@ def test_one_seed_one_filling_and_another_another() -> None:
 
 
 def test_what_does_not_fit_is_left_outside() -> None:
-    fillings = filled("bin_H", ["hanes_tube_socks"] * 6, 1)
-    assert not fillings.is_full().any()
-    assert np.all((fillings.lying.boxes.low[..., 0] > 1.0) == (fillings.lying.own >= 1000.0))
+    packings = filled("bin_H", ["hanes_tube_socks"] * 6, 1)
+    assert not packings.is_full().any()
+    assert np.all((packings.lying.boxes.low[..., 0] > 1.0) == (packings.lying.own >= 1000.0))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -109,9 +109,9 @@ def test_socks_beside_paper_towels_are_raised_inside_where_they_may_be(seed: int
     """200 mm lying beside 150 mm is more than the 272 mm of the bin; standing they are 100 mm wide."""
     names = ["hanes_tube_socks", "kleenex_paper_towels", "dove_beauty_bar"]
     assert not filled("bin_D", names, seed).is_full().any()
-    fillings = filled("bin_D", names, seed, may_raise=True)
-    assert fillings.is_full().any()
-    socks = fillings.lying.boxes[fillings.is_full()][:, 0]
+    packings = filled("bin_D", names, seed, may_raise=True)
+    assert packings.is_full().any()
+    socks = packings.lying.boxes[packings.is_full()][:, 0]
     np.testing.assert_allclose((socks.high - socks.low)[:, 2], 0.2, atol=0.03)
 
 
@@ -126,9 +126,9 @@ def test_what_stands_higher_than_the_mouth_was_tipped_up_under_the_ceiling(
     bin_name: str, names: list[str], may_raise: bool, seed: int
 ) -> None:
     names = [*names, "hanes_tube_socks"]
-    cell_bin, fillings = CELL.pod.bins[bin_name], filled(bin_name, names, seed, may_raise)
-    for of in np.flatnonzero(fillings.is_full()):
-        for item, T in zip(fillings.items, fillings.poses(int(of)), strict=True):
+    cell_bin, packings = CELL.pod.bins[bin_name], filled(bin_name, names, seed, may_raise)
+    for of in np.flatnonzero(packings.is_full()):
+        for item, T in zip(packings.items, packings.poses(int(of)), strict=True):
             up = int(np.abs(T[2, :3]).argmax())
             height, thin = item.shape.extents[up], item.shape.extents.min()
             if height > cell_bin.access.height:
@@ -151,9 +151,9 @@ def test_tall_things_belong_behind_low_ones() -> None:
 
 
 def test_crowding_does_not_depend_on_the_order_of_things() -> None:
-    fillings = filled("bin_H", ["crayola_24_ct", "command_hooks", "jane_eyre_dvd", "scotch_duct_tape"], 3)
-    boxes = fillings.lying.boxes
+    packings = filled("bin_H", ["crayola_24_ct", "command_hooks", "jane_eyre_dvd", "scotch_duct_tape"], 3)
+    boxes = packings.lying.boxes
     shuffled = BoxArrays(boxes.low[:, [2, 0, 3, 1]], boxes.high[:, [2, 0, 3, 1]])
     np.testing.assert_allclose(
-        crowding(fillings.cell_bin, boxes), crowding(fillings.cell_bin, shuffled), atol=1e-12
+        crowding(packings.cell_bin, boxes), crowding(packings.cell_bin, shuffled), atol=1e-12
     )

@@ -186,16 +186,16 @@ class ParabolicTrajectory:
         """Duration from rest to rest, s, before jerk is limited."""
         return float(self.starts[-1])
 
-    def total(self, pace: ParabolicLimits) -> float:
+    def total(self, limits: ParabolicLimits) -> float:
         """Duration once the jerk limits are kept.
 
         Args:
-            pace: Limits that give the jerk window.
+            limits: Limits that give the jerk window.
 
         Returns:
             s, the jerk window included.
         """
-        return self.duration + jerk_window(self.segments, pace)
+        return self.duration + jerk_window(self.segments, limits)
 
     def state(self, t: float) -> JointState:
         """Positions and velocities at one time.
@@ -289,7 +289,7 @@ def accelerations(segments: tuple[ParabolicSegment, ...]) -> Array:
     )
 
 
-def jerk_window(segments: tuple[ParabolicSegment, ...], pace: ParabolicLimits) -> float:
+def jerk_window(segments: tuple[ParabolicSegment, ...], limits: ParabolicLimits) -> float:
     """Time over which segments must be averaged to keep the jerk limits: a pause, or up to two.
 
     The jerk of an average over w s is the change of acceleration in w s, over w. Over two pauses it keeps the
@@ -297,64 +297,64 @@ def jerk_window(segments: tuple[ParabolicSegment, ...], pace: ParabolicLimits) -
 
     Args:
         segments: Segments, one after the other.
-        pace: Acceleration and jerk limits, and the pause.
+        limits: Acceleration and jerk limits, and the pause.
 
     Returns:
         s, a whole number of ticks.
     """
-    ticks = round(pace.pause / TICK)
-    if np.all(2 * pace.acceleration <= pace.jerk * pace.pause * (1.0 + _ROUNDING)):
+    ticks = round(limits.pause / TICK)
+    if np.all(2 * limits.acceleration <= limits.jerk * limits.pause * (1.0 + _ROUNDING)):
         return ticks * TICK
     a = np.pad(accelerations(segments), ((2 * ticks, 2 * ticks), (0, 0)))
     for n in np.linspace(ticks, 2 * ticks, _WINDOWS).round().astype(int):
-        if np.all(np.abs(a[n:] - a[:-n]) <= pace.jerk * (n * TICK * (1.0 + _ROUNDING))):
+        if np.all(np.abs(a[n:] - a[:-n]) <= limits.jerk * (n * TICK * (1.0 + _ROUNDING))):
             break
     return int(n) * TICK
 
 
 def steer_min_time(
-    start: JointState, end: JointState, pace: ParabolicLimits, at_most: float
+    start: JointState, end: JointState, limits: ParabolicLimits, at_most: float
 ) -> ParabolicSegment | None:
     """The segment of least time between two states.
 
     Args:
         start: State in which it begins.
         end: State in which it ends.
-        pace: Velocity and acceleration limits, and the pause.
+        limits: Velocity and acceleration limits, and the pause.
         at_most: Longest duration that is wanted, s.
 
     Returns:
         The segment; None if it takes longer than ``at_most``, or if a joint has no segment of any of the
         times tried.
     """
-    least = float(ticks_up(least_time(end.q - start.q, start.v, end.v, pace).max()))
+    least = float(ticks_up(least_time(end.q - start.q, start.v, end.v, limits).max()))
     for extra in _EXTRA:
         duration = max(least, TICK) + extra * TICK
         if duration > at_most + TICK / 2:
             return None
-        segment = steer_fixed_time(start, end, pace, duration)
+        segment = steer_fixed_time(start, end, limits, duration)
         if segment is not None:
             return segment
     return None
 
 
-def least_time(d: Array, v0: Array, v1: Array, pace: ParabolicLimits) -> Array:
+def least_time(d: Array, v0: Array, v1: Array, limits: ParabolicLimits) -> Array:
     """Time that each joint needs alone, with full ramps and the pause in between.
 
     Args:
         d: (n,) distances, rad or m.
         v0: (n,) velocities at the start.
         v1: (n,) velocities at the end.
-        pace: Velocity and acceleration limits, and the pause.
+        limits: Velocity and acceleration limits, and the pause.
 
     Returns:
         (n,) s.
     """
-    a, top = pace.acceleration, pace.velocity
+    a, top = limits.acceleration, limits.velocity
     beyond = d - (v0 + v1) / 2 * np.abs(v1 - v0) / a  # what a single ramp from v0 to v1 leaves
     sign = np.where(beyond < 0.0, -1.0, 1.0)
     d, v0, v1, beyond = sign * d, sign * v0, sign * v1, sign * beyond
-    half = a * pace.pause / 2
+    half = a * limits.pause / 2
     peak = np.sqrt(np.maximum(half * half + a * d + (v0 * v0 + v1 * v1) / 2, 0.0)) - half
     faster = np.maximum(v0, v1)
     peak = np.minimum(np.maximum(peak, faster), top)
@@ -364,20 +364,20 @@ def least_time(d: Array, v0: Array, v1: Array, pace: ParabolicLimits) -> Array:
 
 
 def steer_fixed_time(
-    start: JointState, end: JointState, pace: ParabolicLimits, duration: float
+    start: JointState, end: JointState, limits: ParabolicLimits, duration: float
 ) -> ParabolicSegment | None:
     """The segment of a given duration between two states.
 
     Args:
         start: State in which it begins.
         end: State in which it ends.
-        pace: Velocity and acceleration limits, and the pause.
+        limits: Velocity and acceleration limits, and the pause.
         duration: s, a whole number of ticks.
 
     Returns:
         The segment, or None if a joint has none of that duration.
     """
-    speed, up, down, is_good = _calm_ramps(end.q - start.q, start.v, end.v, pace, duration)
+    speed, up, down, is_good = _calm_ramps(end.q - start.q, start.v, end.v, limits, duration)
     return ParabolicSegment(start.q, start.v, speed, end.v, up, down, duration) if is_good.all() else None
 
 
@@ -385,7 +385,7 @@ def steer_via(
     start: JointState,
     middles: Sequence[JointState],
     end: JointState,
-    pace: ParabolicLimits,
+    limits: ParabolicLimits,
     there: float,
     back: float,
 ) -> tuple[ParabolicSegment, ParabolicSegment] | None:
@@ -397,7 +397,7 @@ def steer_via(
         start: State in which the first segment begins.
         middles: States to choose from, the preferred first.
         end: State in which the second segment ends.
-        pace: Velocity and acceleration limits, and the pause.
+        limits: Velocity and acceleration limits, and the pause.
         there: Duration of the first segment, s.
         back: Duration of the second segment, s.
 
@@ -405,8 +405,8 @@ def steer_via(
         Both segments, or None if a joint has no choice.
     """
     q, v = np.stack([middle.q for middle in middles]), np.stack([middle.v for middle in middles])
-    *first, is_there = _calm_ramps(q - start.q, start.v, v, pace, there)
-    *last, is_back = _calm_ramps(end.q - q, v, end.v, pace, back)
+    *first, is_there = _calm_ramps(q - start.q, start.v, v, limits, there)
+    *last, is_back = _calm_ramps(end.q - q, v, end.v, limits, back)
     is_good = is_there & is_back
     if not is_good.any(axis=0).all():
         return None
@@ -420,29 +420,29 @@ def steer_via(
 
 
 def _calm_ramps(
-    d: Array, v0: Array, v1: Array, pace: ParabolicLimits, duration: float
+    d: Array, v0: Array, v1: Array, limits: ParabolicLimits, duration: float
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """``_ramps`` with half of the acceleration where a joint can, else with all of it.
 
     With half, no jerk limit minds a ramp up next to a ramp down; and it is calmer.
     """
-    *calm, is_calm = _ramps(d, v0, v1, pace, 0.5, duration, 0.0)
+    *calm, is_calm = _ramps(d, v0, v1, limits, 0.5, duration, 0.0)
     if is_calm.all():
         return calm[0], calm[1], calm[2], is_calm
-    *hard, is_hard = _ramps(d, v0, v1, pace, 1.0, duration, pace.pause)
+    *hard, is_hard = _ramps(d, v0, v1, limits, 1.0, duration, limits.pause)
     speed, up, down = (np.where(is_calm, a, b) for a, b in zip(calm, hard, strict=True))
     return speed, up, down, is_calm | is_hard
 
 
 def _ramps(
-    d: Array, v0: Array, v1: Array, pace: ParabolicLimits, share: float, duration: float, pause: float
+    d: Array, v0: Array, v1: Array, limits: ParabolicLimits, share: float, duration: float, pause: float
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """Speed, up and down (..., n) with a share of the acceleration, and where that keeps the limits.
 
     The distance grows with the speed in between, so there is one speed for every distance: linear where it
     lies between v0 and v1, else the root of a quadratic, and linear again once ramps are rounded to ticks.
     """
-    a = share * pace.acceleration
+    a = share * limits.acceleration
     ramp = np.abs(v1 - v0) / a
     total = v0 + v1
     between = (d - total / 2 * ramp) / np.maximum(duration - ramp, _NOTHING)
@@ -456,11 +456,11 @@ def _ramps(
         speed = (d - (v0 * up + v1 * down) / 2) / np.maximum(duration - (up + down) / 2, TICK)
     first, last = speed - v0, v1 - speed
     cruise = duration - up - down
-    slack = _ROUNDING * pace.velocity
+    slack = _ROUNDING * limits.velocity
     is_good = (
         (np.abs(first) <= a * up + slack * (up > 0.0) + _NOTHING)
         & (np.abs(last) <= a * down + slack * (down > 0.0) + _NOTHING)
-        & (np.abs(speed) <= pace.velocity + slack)
+        & (np.abs(speed) <= limits.velocity + slack)
         & (cruise >= np.where(first * last < 0.0, pause, 0.0) - TICK / 2)
     )
     return speed, up, down, is_good

@@ -101,9 +101,9 @@ def test_the_kernel_smooths_as_numpy_does(seed: int, step: float, n_window: int)
     whole = np.array([0.0, curve.length])
     bounds = path_bounds(curve, limits(), whole, np.ones(1), np.array([np.inf]), None)
     profile = parametrize(bounds.grid(curve, 1.0, 1.0, 0.0))
-    pace = smooth(profile, step, n_window)
+    law = smooth(profile, step, n_window)
     for found, expected in zip(
-        (pace.s, pace.ds, pace.dds), reference_topp.smooth(profile, step, n_window), strict=True
+        (law.s, law.ds, law.dds), reference_topp.smooth(profile, step, n_window), strict=True
     ):
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 

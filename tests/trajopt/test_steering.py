@@ -72,13 +72,13 @@ thousandths = st.integers(-1000, 1000).map(lambda k: k / 1000)
 
 @given(thousandths, thousandths, thousandths)
 def test_without_pause_a_joint_is_as_fast_as_ruckig_says(d: float, v0: float, v1: float) -> None:
-    pace = parabolic_reference.ParabolicLimits(np.ones(1), np.full(1, 2.0), np.full(1, np.inf), 0.0)
+    limits = parabolic_reference.ParabolicLimits(np.ones(1), np.full(1, 2.0), np.full(1, np.inf), 0.0)
     given_, plan = ruckig.InputParameter(1), ruckig.Trajectory(1)
     given_.current_position, given_.target_position = [0.0], [2 * d]
     given_.current_velocity, given_.target_velocity = [v0], [v1]
     given_.max_velocity, given_.max_acceleration = [1.0], [2.0]
     ruckig.Ruckig(1).calculate(given_, plan)
-    mine = least_time(np.array([2 * d]), np.array([v0]), np.array([v1]), pace)[0]
+    mine = least_time(np.array([2 * d]), np.array([v0]), np.array([v1]), limits)[0]
     assert mine == pytest.approx(plan.duration, abs=1e-6)
 
 
