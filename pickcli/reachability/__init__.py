@@ -2,5 +2,6 @@
 
 Read `cell_check`, what `apc check` asks of a cell, by `place_reachability`; then `configuration_ranking` for
 configurations, with `place_pose_sampling`, which draws what has to be reached, and `ranked_configuration`,
-the result; then `mount_ranking` for base poses, with `tool_pose_sampling`.
+the result; then `mount_ranking` for base poses, with `tool_pose_sampling`, by `tool_reachability`, and with
+`base_solids`, which may not stand in anything.
 """

@@ -15,26 +15,23 @@ from itertools import product
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import Joint, JointType, Robot
-from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import ToolState
-from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.geometry import Array, pose, rotation_rpy, to_rpy
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.empty_cell_checkers import checker, empty_scene
 from pickcli.progress import Progress, ProgressObserver, nobody
+from pickcli.reachability.base_solids import base_solids, overlaps
+from pickcli.reachability.tool_reachability import ROUNDS, TURNS, ToolReachability, reach_ball
 from pickcli.roadmap.trajectory_database import PayloadClass
-from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
+from pickcli.scene.solid_overlap import PosedSolid
 from pickcli.seeds import derived_rng
 
 AXES = ("x", "y", "z", "yaw")
 DECIMALS = 4  # of a base pose, as it stands in a cell file
 
-_TURNS = np.arange(4) * (np.pi / 2)  # rad about the tip's own axis: a cup is round, any of these will do
-_N_SEEDS = 4  # starting points of inverse kinematics for each of them, in a round
-_ROUNDS = 4
+_N_SEEDS = 4  # starting points of inverse kinematics for each turn about the tip's axis, in a round
 
 
 @dataclass(frozen=True)
@@ -189,7 +186,7 @@ class MountRanking:
     def _seeds(self) -> Array:
         """(K, n) starting points of inverse kinematics, the same for all base poses."""
         rng = derived_rng(self.settings.seed, "mount", "seeds")
-        return Arm(self.cell.robot).random_seeds(rng, _ROUNDS * len(_TURNS) * _N_SEEDS)
+        return Arm(self.cell.robot).random_seeds(rng, ROUNDS * len(TURNS) * _N_SEEDS)
 
     @cached_property
     def _stood_in_now(self) -> frozenset[str]:
@@ -212,63 +209,6 @@ class MountRanking:
         )
 
 
-@dataclass(eq=False)
-class ToolReachability:
-    """What one base pose reaches. Each pose that is reached begins the search for the next.
-
-    Attributes:
-        arm: The robot on that base pose.
-        checker: Of the cell with the robot there.
-        tool_state: State of the tool.
-        seeds: (K, n) starting points of inverse kinematics, others for each turn about the tip's axis, as
-            such a turn may move the last joint alone.
-        center: (3,) m, middle of the ball that nothing of the robot leaves.
-        radius: m.
-        last: (1, n) the configuration that reached a pose last; (0, n) before the first.
-    """
-
-    arm: Arm
-    checker: SceneChecker
-    tool_state: ToolState
-    seeds: Array
-    center: Array
-    radius: float
-    last: Array
-
-    def has(self, T_world_tip: Array) -> bool:
-        """Whether the tip gets there, turned about its own axis by some quarter turns, with nothing hit.
-
-        Args:
-            T_world_tip: (4, 4).
-
-        Returns:
-            True if it does.
-        """
-        if np.linalg.norm(T_world_tip[:3, 3] - self.center) > self.radius:
-            return False  # inverse kinematics takes longest where there is no solution
-        for seeds in np.split(self.seeds, _ROUNDS):
-            solutions = self._solutions(T_world_tip, seeds)
-            for q in solutions:
-                if self.checker.is_valid(q):
-                    self.last = q[None]
-                    return True
-            if not len(solutions):
-                return False  # more starting points are worth their time where some led there, into something
-        return False
-
-    def _solutions(self, T_world_tip: Array, seeds: Array) -> Array:
-        """(M, n) configurations that bring the tip there, turned about its own axis."""
-        found = [
-            self.arm.solve(
-                T_world_tip @ pose(R=rotation_rpy(0.0, 0.0, turn)),
-                self.tool_state,
-                np.vstack([self.last, mine]),
-            )
-            for turn, mine in zip(_TURNS, np.split(seeds, len(_TURNS)), strict=True)
-        ]
-        return np.concatenate(found)
-
-
 def mounted(cell: Cell, T_world_base: Array) -> Cell:
     """A cell whose robot stands elsewhere.
 
@@ -280,61 +220,3 @@ def mounted(cell: Cell, T_world_base: Array) -> Cell:
         The cell, under its old fingerprint: nothing of it is to be stored.
     """
     return replace(cell, robot=replace(cell.robot, T_world_base=T_world_base))
-
-
-def reach_ball(robot: Robot) -> tuple[Array, float]:
-    """A ball that the tip never leaves.
-
-    Args:
-        robot: The robot.
-
-    Returns:
-        Its middle (3,) in the world, where the first joint that moves is, and its radius in m.
-    """
-    T, radius, is_fixed = robot.T_world_base, float(np.linalg.norm(robot.tool.T_last_tip[:3, 3])), True
-    for joint in _way_to_tip(robot):
-        if is_fixed:
-            T = T @ joint.T_parent_joint
-        else:
-            radius += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
-        is_fixed = is_fixed and joint.type is JointType.FIXED
-        if joint.type is JointType.PRISMATIC:
-            radius += max(abs(joint.lower), abs(joint.upper))
-    return T[:3, 3], radius
-
-
-def _way_to_tip(robot: Robot) -> list[Joint]:
-    """The joints from the root to the tip, without those of branches."""
-    by_child, way = {joint.child: joint for joint in robot.joints}, list[Joint]()
-    link = robot.tool.last_link
-    while link in by_child:
-        way.insert(0, by_child[link])
-        link = way[0].parent
-    return way
-
-
-def base_solids(model: CollisionModel) -> list[PosedSolid]:
-    """What stands still with a robot's base: its shapes, and the spheres around its hulls.
-
-    Args:
-        model: The robot's collision model in its cell.
-
-    Returns:
-        The solids, in the world.
-    """
-    bodies = [PosedSolid(body.shape, T @ body.T_parent_shape) for _, T, body in model.static_bodies()]
-    return bodies + [PosedSolid(Shape(ShapeKind.SPHERE, (r,)), T) for _, T, r in model.static_spheres()]
-
-
-def overlaps(a: PosedSolid, b: PosedSolid) -> bool:
-    """Whether two solids stand in each other; quickly no for those whose balls are apart.
-
-    Args:
-        a: One solid.
-        b: The other.
-
-    Returns:
-        True if they do.
-    """
-    balls = sum(float(np.linalg.norm(each.shape.extents)) / 2 for each in (a, b))
-    return bool(np.linalg.norm(a.center - b.center) < balls) and overlap_depth(a, b) > 0.0

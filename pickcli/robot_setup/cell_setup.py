@@ -21,7 +21,7 @@ from pickcli.files import file_warnings
 from pickcli.geometry import Array
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
-from pickcli.reachability.mount_ranking import reach_ball
+from pickcli.reachability.tool_reachability import reach_ball
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.robot_setup.cell_text import CellText
 from pickcli.robot_setup.collision_sampling import CollisionCount, CollisionFrequency, count_collisions

@@ -12,8 +12,9 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array, pose, rotation_rpy, to_rpy
 from pickcli.kinematics.arm import Arm
-from pickcli.reachability.mount_ranking import MountGrid, MountRanking, MountSettings, mounted, reach_ball
+from pickcli.reachability.mount_ranking import MountGrid, MountRanking, MountSettings, mounted
 from pickcli.reachability.tool_pose_sampling import poses_by_place
+from pickcli.reachability.tool_reachability import reach_ball
 from support.command_line import apc
 from support.new_robots import write_two_arms
 
