@@ -5,8 +5,8 @@
 
 Orders are those of ``apc make-order`` with the seeds from --seed on. Every finished trial is kept under
 runs/fresh, so that the same command goes on where it was interrupted; other code, data or levels of reality
-begin anew. An order with a bin that its items cannot be stowed in is left out, and counted. Times by the wall
-clock are those of processes that share the machine.
+begin again. An order with a bin that its items cannot be stowed in is left out, and counted. Times by the
+wall clock are those of processes that share the machine.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
     python -m bench.mesh_paths [--robots panda ur5] [--queries 500] [--seed 0] [--json FILE]
 
-The robot stands before shelf and tote of the default cell, among boxes that are drawn anew for every query,
+The robot stands before shelf and tote of the default cell, among boxes that are drawn again for every query,
 and goes from one free configuration to another; paths are shortened. The judge knows nothing of spheres and
 convex pieces: the triangles of the URDF's collision meshes, as bounding volume hierarchies of python-fcl,
 against each other and against all boxes, every 5 mrad of the joint that moves most. So that it is known to

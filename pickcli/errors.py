@@ -166,7 +166,7 @@ class RejectedError(ArtifactError):
         advice: What to do.
     """
 
-    def __init__(self, what: str, reasons: Sequence[Reason] = (), advice: str = "plan it anew") -> None:
+    def __init__(self, what: str, reasons: Sequence[Reason] = (), advice: str = "plan it again") -> None:
         told = "".join(f"\n  {reason}" for reason in reasons)
         super().__init__(f"{what}: rejected, {advice}{':' if told else ''}{told}")
         self.what, self.reasons = what, tuple(reasons)

@@ -43,7 +43,7 @@ class Progress:
 
 
 class ProgressObserver(Protocol):
-    """Who is told how far work is. It decides nothing about the work."""
+    """Observer of progress: it is told how far work is, and decides nothing about the work."""
 
     def __call__(self, progress: Progress, /) -> None:
         """Take note of how far the work is."""

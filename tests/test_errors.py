@@ -101,7 +101,9 @@ def test_a_name_of_any_length_is_told_short() -> None:
 
 def test_a_rejection_has_one_fault_per_line() -> None:
     reasons = (Reason("velocity limit", "a", "2 times"), Reason("collision"))
-    error = RejectedError("plan.json: pick", reasons, "plan it anew")
-    assert str(error) == "plan.json: pick: rejected, plan it anew:\n  a: velocity limit: 2 times\n  collision"
+    error = RejectedError("plan.json: pick", reasons, "plan it again")
+    assert (
+        str(error) == "plan.json: pick: rejected, plan it again:\n  a: velocity limit: 2 times\n  collision"
+    )
     assert error.reasons == reasons
-    assert str(RejectedError("p")) == "p: rejected, plan it anew"
+    assert str(RejectedError("p")) == "p: rejected, plan it again"

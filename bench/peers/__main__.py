@@ -57,7 +57,7 @@ PEERS = {
     "mplib_rrt": (
         "mplib",
         "its OMPL RRTConnect with FCL in C++ at its own resolution, without TOPP; it simplifies only as a "
-        "part of planning, so `short` is planned and simplified anew.",
+        "part of planning, so `short` is planned and simplified again.",
     ),
 }
 HOW_OURS = (

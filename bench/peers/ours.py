@@ -15,7 +15,7 @@ from pickcli.planning.stages.transit import plan_coarse
 def answer(planner: PlanningContext, query: Query, seed: int) -> dict[str, Any]:
     """One answer like a peer's (see ``worker``), and who found it.
 
-    The whole answer does not begin with the first path: it is asked for anew.
+    The whole answer does not begin with the first path: it is asked for again.
     """
     began, began_cpu = time.perf_counter(), time.process_time()
     first = plan(query.checker, planner.space, query.q_start, query.q_goal[None], seed=seed)

@@ -161,7 +161,7 @@ class Planner:
 
         Raises:
             NoPlanError: Start or all goals are not free, or no path was found; with the reasons.
-            InputError: Start, a goal or an obstacle is none.
+            InputError: The start, a goal or an obstacle is not valid.
             StaleError: The scene is of another cell.
         """
         if obstacles:
@@ -227,7 +227,7 @@ class Planner:
 
         Raises:
             NoPlanError: No motion was found; with the reasons.
-            InputError: Start or goal is none, or another arm cannot stand where it does.
+            InputError: The start or the goal is not valid, or another arm cannot stand where it does.
         """
         (q_goal,) = goals_of(self.cell, goal)
         begin, here = start_of(self.cell, start), self._seen(scene)

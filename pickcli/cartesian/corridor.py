@@ -36,12 +36,12 @@ class Corridor:
     Each is m along the bin's axes, and rad of turns about the bin's z, then its y, then its x axis.
 
     Attributes:
-        freed: (6,) where the first stretch ends, in which item and support may touch.
+        first_stretch: (6,) where the first stretch ends, in which item and support may touch.
         lift: (6,) where the lift ends.
         retreat: At least one (6,), where each push of the retreat ends.
     """
 
-    freed: Array
+    first_stretch: Array
     lift: Array
     retreat: tuple[Array, ...]
 
@@ -51,12 +51,12 @@ class LiftPoses:
     """Tool poses in the world while the item is taken out.
 
     Attributes:
-        freed: (4, 4) end of the first stretch, in which item and support may touch.
+        first_stretch: (4, 4) end of the first stretch, in which item and support may touch.
         lift: (4, 4) end of the lift.
         retreat: At least one (4, 4), end of each push of the retreat.
     """
 
-    freed: Array
+    first_stretch: Array
     lift: Array
     retreat: tuple[Array, ...]
 
@@ -70,8 +70,8 @@ class LiftPoses:
         Returns:
             The poses by name.
         """
-        freed, lift, *retreat = poses
-        return cls(freed, lift, tuple(retreat))
+        first_stretch, lift, *retreat = poses
+        return cls(first_stretch, lift, tuple(retreat))
 
 
 def pushes(corridor: Corridor, T_world_entry: Array, about: Array) -> Array:
@@ -87,7 +87,7 @@ def pushes(corridor: Corridor, T_world_entry: Array, about: Array) -> Array:
         first stretch, of the lift, and of each push of the retreat.
     """
     R = T_world_entry[:3, :3]
-    displacements = np.stack([corridor.freed, corridor.lift, *corridor.retreat])
+    displacements = np.stack([corridor.first_stretch, corridor.lift, *corridor.retreat])
     M = np.tile(np.eye(4), (len(displacements), 1, 1))
     for T, d in zip(M, displacements, strict=True):
         T[:3, :3] = R @ _turned(*d[3:]) @ R.T
@@ -143,14 +143,14 @@ def corridors(
 
 
 def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker) -> bool:
-    return carrying.is_valid_path(np.stack([c.freed, c.lift, *c.retreat])) and leaving.is_valid_path(
-        np.stack([np.zeros(6), c.freed])
+    return carrying.is_valid_path(np.stack([c.first_stretch, c.lift, *c.retreat])) and leaving.is_valid_path(
+        np.stack([np.zeros(6), c.first_stretch])
     )
 
 
 def _explained(c: Corridor, carrying: FreeItemChecker) -> Reason:
     """What is in the way of a corridor, and where it is worst."""
-    places = {"after the first stretch": c.freed, "at the end of the lift": c.lift}
+    places = {"after the first stretch": c.first_stretch, "at the end of the lift": c.lift}
     places |= {
         f"{100 * s:.0f} % along the retreat": (1 - s) * c.lift + s * c.retreat[-1]
         for s in (0.2, 0.4, 0.6, 0.8)
@@ -271,9 +271,9 @@ def _straight_up(access: Access, low: Array, high: Array, first: float) -> list[
         part = min(aside, 0.6 * first)
         rise = float(np.sqrt(first**2 - part**2))
         out = min(-high[0] - RETREAT_DISTANCE, -rise - LEAST_LIFT)
-        freed = np.array([-rise, *(d * (part / aside if aside > 0.0 else 0.0)), 0.0, 0.0, 0.0])
+        first_stretch = np.array([-rise, *(d * (part / aside if aside > 0.0 else 0.0)), 0.0, 0.0, 0.0])
         lift, away = (np.array([x, *d, 0.0, 0.0, 0.0]) for x in (-rise - LEAST_LIFT, out))
-        found.append(Corridor(freed, lift, (away,)))
+        found.append(Corridor(first_stretch, lift, (away,)))
     return found
 
 
@@ -296,11 +296,11 @@ def _corridor(lift: Array, front: float, first: float) -> Corridor:
     """
     aside = float(np.hypot(lift[0], lift[1]))
     part = min(aside, 0.6 * first)
-    freed = lift * (part / aside if aside > 0.0 else 0.0)
-    freed[2] = min(lift[2], float(np.sqrt(first**2 - part**2)))
-    freed[3:] = lift[3:] * (part / aside if aside > 0.0 else freed[2] / lift[2])
+    first_stretch = lift * (part / aside if aside > 0.0 else 0.0)
+    first_stretch[2] = min(lift[2], float(np.sqrt(first**2 - part**2)))
+    first_stretch[3:] = lift[3:] * (part / aside if aside > 0.0 else first_stretch[2] / lift[2])
     out = np.array([-(front + lift[0] + RETREAT_DISTANCE), *np.zeros(5)])
-    return Corridor(freed, lift, (lift + np.minimum(out, 0.0),))
+    return Corridor(first_stretch, lift, (lift + np.minimum(out, 0.0),))
 
 
 def _rolling(corridor: Corridor, half_width: float, to_middle: float) -> list[Corridor]:
@@ -313,12 +313,12 @@ def _rolling(corridor: Corridor, half_width: float, to_middle: float) -> list[Co
         half_width: m, of the item as it lies.
         to_middle: m along y to the middle of the bin.
     """
-    lift, first = corridor.lift, corridor.freed
+    lift, first = corridor.lift, corridor.first_stretch
     if lift[5] == 0.0:
         return [corridor]
     level = float(np.arcsin(min(1.0, first[2] / half_width)))
     rolls = dict.fromkeys((float(lift[5]), float(np.clip(lift[5], -level, level)), 0.0))
-    found = [replace(corridor, freed=np.array([*first[:5], r])) for r in rolls]
+    found = [replace(corridor, first_stretch=np.array([*first[:5], r])) for r in rolls]
     up = np.array([0.0, to_middle, *lift[2:]])
     found += [
         Corridor(np.array([0.0, to_middle, first[2], 0.0, 0.0, r]), up, (lift, *corridor.retreat))

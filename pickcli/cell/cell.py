@@ -168,7 +168,7 @@ class Cell:
         return {carrier.name: carrier for carrier in (*found, *self.own_carriers)}
 
     def swept(self) -> Cell:
-        """The cell in which every carrier is grown to what holds it wherever it stands in its bounds.
+        """The cell with every carrier grown to the volume that it may take up within its bounds.
 
         Returns:
             The cell; its fingerprint stays.
@@ -177,7 +177,7 @@ class Cell:
         return replace(self, pod=swept(self.pod), own_carriers=own)
 
     def configurations_at(self, place: Place) -> list[NamedConfiguration]:
-        """The configurations that are named for a place.
+        """The configurations that are named after a place.
 
         Args:
             place: The place.

@@ -71,7 +71,7 @@ _Standing = TypeVar("_Standing", Pod, Carrier)
 
 
 def swept(standing: _Standing) -> _Standing:
-    """What stands with each body grown to a box that holds it wherever it stands in its bounds.
+    """A carrier or pod with each body grown to a box that holds it wherever the bounds let it stand.
 
     Args:
         standing: Pod or carrier.

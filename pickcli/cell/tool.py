@@ -30,7 +30,7 @@ _WIDTH = "w_"  # how names of states begin that are a width of a gripper, in m
 class ToolState:
     """A state in which the tool of a cell can be, by the name that the cell gives it.
 
-    Whoever plans hands states on and compares them; what one means only the cell's ``Tool`` knows. It is part
+    Planners hand states on and compare them; only the cell's ``Tool`` knows what one means. It is part
     of the robot's shape, hence of segments, of stored motions and of the keys of caches.
 
     Attributes:
@@ -249,7 +249,7 @@ class Tool:
         """Pose of the tool frame in a frame whose z runs along the lance.
 
         Args:
-            state: State of the tool; what is none of the cell's counts as the default state.
+            state: State of the tool; one that the cell does not name counts as the default state.
 
         Returns:
             (4, 4).

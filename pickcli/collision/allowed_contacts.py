@@ -3,7 +3,7 @@
 ``stage_contacts`` makes those of each stage of a motion. A neighbour that may be touched counts as it is
 perceived, without what its pose may be off, and as moved out of the way by what explains the contact: as deep
 as uncertain poses already have the two in each other, or as far as the bellows give along the cup's axis.
-Whoever keeps clear of it there goes no deeper than that. What has no way to give may be touched anyhow;
+What keeps clear of it there goes no deeper than that. What has no way to give may be touched at any depth;
 everything that is not named keeps the cell's clearance.
 """
 
@@ -31,9 +31,9 @@ class AllowedContacts:
 
     Attributes:
         item: What the held item may touch: body or item by name, and how far it counts as moved out of the
-            way; None where it may be touched anyhow.
+            way; None where it may be touched at any depth.
         tool: What the cup or the fingers may touch: body or item by name, and how far it counts as moved out
-            of the way; None where it may be touched anyhow.
+            of the way; None where it may be touched at any depth.
         absent: Ids of items that are not there: the one that is held, and those a planner may ignore.
         opening: Pairs (link of the robot or "held <item>", body or item) that are not tested: those that a
             way out of a stop only has to take apart.
@@ -64,7 +64,7 @@ class AllowedContacts:
         return cls(_sorted(item or {}), _sorted(tool or {}), absent)
 
     @classmethod
-    def anyhow(cls, names: Iterable[str], absent: frozenset[str] = frozenset()) -> AllowedContacts:
+    def at_any_depth(cls, names: Iterable[str], absent: frozenset[str] = frozenset()) -> AllowedContacts:
         """Contacts of tool and held item that may be as deep as they like.
 
         Args:
@@ -105,7 +105,7 @@ class AllowedContacts:
             (B,) per solid of the world the frames, as bits.
 
         Raises:
-            UnknownNameError: If a name is none of the scene.
+            UnknownNameError: If the scene has nothing of a name.
         """
         bits = np.zeros(len(world.names), np.uint64)
         for frames, touchers in ((tool, self.tool), ((item,), self.item)):
@@ -125,7 +125,7 @@ class AllowedContacts:
             (K,) indices in ``world`` of the solids entered, in their order.
 
         Raises:
-            UnknownNameError: If a name is none of the scene.
+            UnknownNameError: If the scene has nothing of a name.
         """
         chosen: list[int] = []
         ways: list[Way] = []

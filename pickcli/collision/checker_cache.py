@@ -1,4 +1,4 @@
-"""Checkers of one collision model, each made once: the one way to a checker for whatever plans."""
+"""Checkers of one collision model, each made once; planners get their checkers here and nowhere else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A body that flies freely: an item by itself, or the tool by itself, whatever arm may hold it.
+"""A body that flies freely: an item by itself, or the tool without its arm.
 
 To the kernel it is a robot of three prismatic joints and three turning ones (Pinocchio: a free flyer), so
 that its straight displacements are proven as edges of an arm are. What the body alone cannot do needs no
@@ -26,7 +26,7 @@ from pickcli.scene.scene import Scene
 
 N_FREE = 6  # x, y, z along the axes, then yaw about z, pitch about the turned y, roll about the turned x
 LANCE, CUP = 5, 6  # frames that move with all six: two, as only the cup may touch what is touched
-ROLL_JUMPS = 0.75 * np.pi  # rad, where the tool's roll starts anew
+ROLL_JUMPS = 0.75 * np.pi  # rad, where the tool's roll starts again
 
 NUDGE = 0.0005  # m that an item may come nearer to what it must not push
 APART = 0.03  # m of lead over what rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
@@ -112,7 +112,7 @@ class FreeItemChecker(KernelValidator):
         """Find the first displacement that is not proven free or pushes something.
 
         Args:
-            Q: (N, 6) displacements, gone through in straight lines.
+            Q: (N, 6) displacements, joined by straight lines.
             slack: (N - 1, 6) half-widths of a tube around each edge that must be free as well.
 
         Returns:

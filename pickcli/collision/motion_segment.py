@@ -46,7 +46,7 @@ class MotionSegment(PathSegment):
         """The segment from its end to its start: what is free one way is free the other way.
 
         Args:
-            kind: Kind of the segment when it is gone through that way.
+            kind: Kind of the segment when it is traversed backwards.
 
         Returns:
             The reversed segment, in the same mode.

@@ -1,4 +1,4 @@
-"""Is this motion free? One question, asked in one way of whatever moves: the robot, an item, the tool.
+"""Is this motion free? One protocol for all that moves: the robot, an item, the tool.
 
 OMPL asks it of two objects, a StateValidityChecker and a MotionValidator; here one answers both, because
 the kernel proves a whole edge at the cost of a few of its configurations.

@@ -27,11 +27,11 @@ RELATIVE_EXCESS = 0.08
 LEAST_EXCESS, MOST_EXCESS = 0.002, 0.006
 LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
 
-# The same of the hulls of a link's meshes, all together: seven links make at most some 220 spheres.
+# How far spheres of the hulls of a link's meshes may stick out: seven links make at most some 220 spheres.
 HULL_EXCESS, MOST_HULL_EXCESS = 0.014, 0.02
 HULL_COUNT = 32
 
-# The same where links are tested against each other: those of a wrist pass each other by a few mm.
+# How far spheres may stick out that are tested against other links: those of a wrist pass by a few mm.
 FINE_EXCESS, MOST_FINE_EXCESS = 0.004, 0.006
 FINE_COUNT = 96
 

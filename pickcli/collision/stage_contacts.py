@@ -1,7 +1,7 @@
 """Who may touch whom on each stage of a motion: the one place where sets of allowed contacts are formed.
 
 The target of a pick lies on something and beside something; a cup is pressed on it, and what it is pressed
-on gives way. Each stage of the pick is one method of ``PickContacts``. A stage that is gone through
+on gives way. Each stage of the pick is one method of ``PickContacts``. A stage that is traversed
 backwards, as where an item is set down in a bin, has the contacts of the stage itself.
 """
 
@@ -21,7 +21,7 @@ from pickcli.scene.solid_contact import SolidContact
 from pickcli.scene.supports import Supports, supports_of
 
 SLIP = 0.001  # m that the target may go deeper into what it touches than it lies: lines are only nearly so
-ALONE_SLIP = 0.0005  # the same for the target by itself, which leaves the arm the rest
+ALONE_SLIP = 0.0005  # m, of the target without the arm, which leaves the arm the rest of SLIP
 TURNED = 0.5  # of how far a pose that is off in angle leads deeper over the first stretch
 
 Outward = tuple[float, float, float]
@@ -35,7 +35,7 @@ class CupPress:
         outward: Unit normal, in the world, of the face it is pressed on; None where that is curved.
         axis: Unit vector, in the world, along which the cup is pressed.
         depth: m along it that what the cup is pressed on may be inside of the cup at rest.
-        overtravel: m by which the tool goes on beyond the surface.
+        overtravel: m that the tool travels beyond the surface.
     """
 
     outward: Outward | None
@@ -74,7 +74,7 @@ def while_coming_free(
     Returns:
         The contacts.
     """
-    free = AllowedContacts.anyhow(touched)
+    free = AllowedContacts.at_any_depth(touched)
     return AllowedContacts(free.item, free.tool, opening=opening)
 
 
@@ -116,7 +116,7 @@ class PickContacts:
         Returns:
             The contacts, however deep.
         """
-        return AllowedContacts.anyhow(self.met(outward), self.ignored)
+        return AllowedContacts.at_any_depth(self.met_by_cup(outward), self.ignored)
 
     def while_pressing(self, press: CupPress) -> AllowedContacts:
         """Contacts while the cup meets the target, or leaves it.
@@ -129,7 +129,7 @@ class PickContacts:
         Returns:
             The contacts.
         """
-        cup = dict.fromkeys(self.met(press.outward), press.way)
+        cup = dict.fromkeys(self.met_by_cup(press.outward), press.way)
         return AllowedContacts.of(self._given_way(SLIP), cup, self.ignored)
 
     def while_closing(self) -> AllowedContacts:
@@ -138,7 +138,7 @@ class PickContacts:
         Returns:
             The target, however deep: what the fingers sweep as they close goes through it.
         """
-        return AllowedContacts.anyhow({self.target.id}, self.ignored)
+        return AllowedContacts.at_any_depth({self.target.id}, self.ignored)
 
     def while_lifting_pinched(self) -> AllowedContacts:
         """Contacts over the first stretch of the lift where fingers hold the target.
@@ -159,7 +159,7 @@ class PickContacts:
         Returns:
             The contacts.
         """
-        item, met = self._given_way(SLIP), self.met(press.outward)
+        item, met = self._given_way(SLIP), self.met_by_cup(press.outward)
         cup = {name: press.way if name in met else np.zeros(3) for name in item}
         return AllowedContacts.of(item, cup, self._without_target)
 
@@ -204,14 +204,14 @@ class PickContacts:
         others = frozenset(placed.id for placed in self.scene.items)
         ground = {body.name for body, _ in self.scene.standing} & set(self.near)
         rolling = [p.id for p in self.scene.items if p.id in self.near and p.can_roll]
-        return tuple(AllowedContacts.anyhow(ground, others - {name}) for name in rolling)
+        return tuple(AllowedContacts.at_any_depth(ground, others - {name}) for name in rolling)
 
     @property
-    def beside(self) -> frozenset[str]:
+    def near_off_floor(self) -> frozenset[str]:
         """Names of all that the target is near to at rest, but the floor."""
         return frozenset(self.near) - self.floor
 
-    def met(self, outward: Outward | None) -> frozenset[str]:
+    def met_by_cup(self, outward: Outward | None) -> frozenset[str]:
         """Find what the cup may touch at a face: the target, the floor, and what a thin target lies on.
 
         Args:
@@ -220,7 +220,7 @@ class PickContacts:
         Returns:
             Names of items and bodies.
         """
-        return self._met_at(outward)
+        return self._met_by_cup_at(outward)
 
     @cached_property
     def near(self) -> Mapping[str, SolidContact]:
@@ -255,11 +255,11 @@ class PickContacts:
         return {name: max(0.0, slip + turned - c.gap) * c.normal for name, c in self.near.items()}
 
     @cached_property
-    def _met_at(self) -> Callable[[Outward | None], frozenset[str]]:
-        """What is met by where the face looks, found once for each face: many grasps ask."""
-        return cache(self._find_met)
+    def _met_by_cup_at(self) -> Callable[[Outward | None], frozenset[str]]:
+        """Contacts of the cup by normal of the face, found once for each face, as many grasps ask for it."""
+        return cache(self._find_met_by_cup)
 
-    def _find_met(self, outward: Outward | None) -> frozenset[str]:
+    def _find_met_by_cup(self, outward: Outward | None) -> frozenset[str]:
         behind = {name for name in self.near if outward is not None and self._is_behind(name, outward)}
         return frozenset({self.target.id}) | (frozenset(self.near) & self.floor) | behind
 

@@ -99,7 +99,7 @@ class ArmRequest:
             made_for = f"arm {self.arm}" if self.arm else "a cell with one arm"
             has = f"the arms {', '.join(workcell.arms)}" if workcell.parked else "one arm"
             raise StaleError(
-                f"the plan was made for {made_for}, cell {workcell.name} has {has}; plan it anew"
+                f"the plan was made for {made_for}, cell {workcell.name} has {has}; plan it again"
             )
         arm, states = self._arm_of(workcell), [_state(workcell, text) for text in self.standing]
         if self.arm is None:  # whichever moves stands where it starts

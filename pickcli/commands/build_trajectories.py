@@ -37,7 +37,7 @@ def command(
 
     Timed motions between named configurations (section 1 of their paper). The quickest motion of a pair is
     bent until it is free; the planner is asked only where that leads to no quick one. Every motion is proven
-    free and within its limits; pairs without one are reported. An interrupted build goes on when the same
+    free and within its limits; pairs without one are reported. An interrupted build continues when the same
     command is given again.
 
     \b

@@ -55,7 +55,7 @@ def command(
     Of a cell (its name, folder or cell.yaml) everything is read, whether the arm can stand in its named
     configurations, and how much of each place it reaches. What is wrong ends with exit code 3; what may be
     meant is a warning, with --strict as well. Of a stored file every damaged block is named, and what is lost
-    with it. With --repair the file is made whole again: what is intact is kept, the rest computed anew, for
+    with it. With --repair the file is made whole again: what is intact is kept, the rest computed again, for
     the same cell. Exit code 4 where damage is left.
 
     \b

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from pickcli.reachability.cell_check import CellCheck
 
-HEAD = 4096  # bytes, in which a text of ours names its format
+HEAD = 4096  # bytes, in which a text file of this program names its format
 TEXTS = (CELL, SCENE, ORDER, ITEMS)
 _log = logging.getLogger(__name__)
 

@@ -133,9 +133,9 @@ def how_to_go_on(stop: KeyboardInterrupt) -> str:
         stop: The interruption, with what was noted on its way up (``add_note``), if anything was kept.
 
     Returns:
-        The notes, else that the command begins anew.
+        The notes, else that the command begins again.
     """
-    return "\n".join(getattr(stop, "__notes__", ())) or "the same command begins anew"
+    return "\n".join(getattr(stop, "__notes__", ())) or "the same command begins again"
 
 
 def _told(error: BaseException) -> dict[str, Any]:

@@ -80,7 +80,7 @@ def stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState
         Configuration (n,) and state of the tool: as requested, else those where the plan begins.
 
     Raises:
-        InputError: The configuration is none of the cell.
+        InputError: The cell has no such configuration.
     """
     from pickcli.cell.tool import MOVING
 

@@ -110,7 +110,7 @@ def command(
         _refuse_unknown_states(plan, plan_path, scene)
         click.echo(f"note: {plan_path} was not verified: this run is an experiment", err=True)
     else:
-        plan = trusted(plan, plan_path, believed, "plan it anew, or watch it fail with --unverified")
+        plan = trusted(plan, plan_path, believed, "plan it again, or watch it fail with --unverified")
     q, tool_state = stand(plan, scene, start)
     plans = [plan]
     with closing(connect(DriverRequest(scene, q, tool_state, reality, seed))) as driver:
@@ -141,7 +141,7 @@ def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
         if segment.tool_state not in tool.shapes:
             raise InputError(
                 f"{path}: segments.{k}.tool_state: the tool has no state {str(segment.tool_state)!r}, only "
-                f"{', '.join(map(str, tool.shapes))}; plan it anew"
+                f"{', '.join(map(str, tool.shapes))}; plan it again"
             )
 
 

@@ -63,7 +63,7 @@ def command(
     plan = read_plan(plan_path)
     scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
     refuse_held(scene, scene_path)
-    plan = trusted(plan, plan_path, scene, "plan it anew")
+    plan = trusted(plan, plan_path, scene, "plan it again")
     try:
         with stage("export"):
             content = format_.encode(ExportRequest(plan, scene, rate, channels))
@@ -77,7 +77,7 @@ def command(
 
 
 def _channels(texts: tuple[str, ...]) -> dict[str, int]:
-    """Numbers of channels by device. Raises UsageError for what is none."""
+    """Numbers of channels by device. Raises UsageError for anything else."""
     found: dict[str, int] = {}
     for text in texts:
         device, equals, number = text.partition("=")

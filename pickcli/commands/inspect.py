@@ -1,4 +1,4 @@
-"""``apc inspect``: what is in a file of ours."""
+"""``apc inspect``: what is in a file that apc wrote or reads."""
 
 from __future__ import annotations
 

@@ -194,11 +194,11 @@ def trusted(plan: Plan, path: Path, believed: Scene, advice: str) -> Plan:
     if plan.cell_fingerprint != cell.fingerprint:
         raise StaleError(
             f"{path}: made for the cell {plan.cell_fingerprint[:12]}, {cell.name} is "
-            f"{cell.fingerprint[:12]}; plan it anew"
+            f"{cell.fingerprint[:12]}; plan it again"
         )
     if carried is not None and plan.scene_hash != here:
         raise StaleError(
-            f"{path}: made for the scene {plan.scene_hash[:12]}, this is {here[:12]}; plan it anew, or "
+            f"{path}: made for the scene {plan.scene_hash[:12]}, this is {here[:12]}; plan it again, or "
             "name the scene it was made in with --planned-in"
         )
     plan = certified(plan, believed, advice, path)

@@ -33,8 +33,8 @@ def command(
     What the change does not touch is kept; what it touches is proven again, and only what fails is planned
     again. Where something went away, so is what could not be had, or not for any pod. Which pairs have a
     motion or an edge is what a new build would say. Until FILE is written whole, it stays as it was; an
-    interrupted refresh goes on when the same command is given again. Where the robot, its limits or its tool
-    changed, all is done anew.
+    interrupted refresh continues when the same command is given again. Where the robot, its limits or its
+    tool changed, all is done again.
 
     \b
     Example:
@@ -71,6 +71,6 @@ def _lines(path: Path, done: Refresh) -> list[str]:
     changed = ", ".join(done.changed) or "nothing that stands around the robot"
     counts = f"{done.n_kept} tasks kept, {done.n_planned} planned"
     if done.why_anew:
-        return [f"{path}: everything is done anew: {done.why_anew}", counts]
+        return [f"{path}: everything is done again: {done.why_anew}", counts]
     proven = f"{done.n_proven} of {done.n_stored} touched and proven again"
     return [f"{path}: changed: {changed}", f"{proven}; {counts}"]

@@ -119,7 +119,7 @@ def open_scene(path: Path, cell_name: str | None, arms: ArmRequest = NO_ARM) -> 
         click.echo(
             f"note: {path}: the pod stands {pod_stand(scene.T_nominal_pod)}, "
             f"the cell allows for {allowed(scene.cell)}: stored motions may not be free there; each is "
-            "proven before it is used, and planned anew if that fails",
+            "proven before it is used, and planned again if that fails",
             err=True,
         )
     return scene

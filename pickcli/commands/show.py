@@ -1,4 +1,4 @@
-"""``apc show``: one HTML file in which a file of ours is seen in 3-D, without a network."""
+"""``apc show``: one HTML file that shows a cell, scene, plan or trial in 3-D, without a network."""
 
 from __future__ import annotations
 

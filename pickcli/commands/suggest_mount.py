@@ -116,7 +116,7 @@ def _grid(cell: Cell, bounds: dict[str, Bounds | None], steps: Sequence[int]) ->
 
 
 def _pose(text: str) -> Array:
-    """A pose of the tool frame (4, 4). Raises InputError where it is none."""
+    """A pose of the tool frame (4, 4). Raises InputError for anything else."""
     import numpy as np
 
     from pickcli.errors import InputError

@@ -48,7 +48,7 @@ def device_events(plan: Plan, cell: Cell) -> tuple[DeviceEvent, ...]:
         if event.device not in cell.devices:
             raise UnknownNameError("device", event.device, sorted(cell.devices))
         if event.t_trigger is None:
-            raise InputError(f"event {event.device} {event.action}: has no time yet; plan it anew")
+            raise InputError(f"event {event.device} {event.action}: has no time yet; plan it again")
         kind = cell.devices[event.device].kind
         at = to_nanoseconds(event.t_trigger)
         found.append(DeviceEvent(at, event.device, event.action, kind, event.lead))

@@ -23,7 +23,7 @@ from pickcli.export.scene_markers import cell_markers, item_marker
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan_file import motion_hash
 
-TOPICS = {  # topic -> type; of those that are latched the last message counts for who comes later
+TOPICS = {  # topic -> type; of those that are latched a late subscriber still gets the last message
     "/robot_description": "std_msgs/String",
     "/tf_static": "tf2_msgs/TFMessage",
     "/cell_markers": "visualization_msgs/MarkerArray",
@@ -142,7 +142,7 @@ def _moving(recording: _Recording) -> Iterator[Message]:
 
 
 def _items(recording: _Recording) -> Iterator[Message]:
-    """All items where they lie; anew when the tool takes one with it, and when it lets it go."""
+    """All items where they lie; again when the tool takes one with it, and when it lets it go."""
     request, frames = recording.request, recording.frames
     plan, scene = request.plan, request.scene
     at = {placed.id: (frames.world, placed.T_world_item) for placed in scene.items}

@@ -11,7 +11,7 @@ from pickcli.files.file_kind import CELL, FileKind, kind_of, refuse_other_kind, 
 
 _log = logging.getLogger(__name__)
 
-_ENDS = 4096  # bytes, the first in which a JSON file of ours names its format, and the last
+_ENDS = 4096  # bytes, the first in which a JSON file of this program names its format, and the last
 
 _KINDS = {
     stat.S_IFDIR: "a folder",

@@ -92,7 +92,7 @@ def _keep(path: Path | None, values: Any) -> None:
 def _warn_once(folder: str) -> None:
     """Tell that work is done again each time: not for each of the many files that this is true of."""
     _log.warning(
-        "nothing can be kept in the cache %s, so what takes long is computed anew each time; set "
+        "nothing can be kept in the cache %s, so what takes long is computed again each time; set "
         "XDG_CACHE_HOME to a folder that can be written",
         folder,
     )

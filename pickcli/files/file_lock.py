@@ -11,7 +11,7 @@ from pickcli.errors import InputError
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Hold a file for changing it: whoever else wants to change it waits until the context ends.
+    """Hold a file for changing it: other processes that want to change it wait until the context ends.
 
     The lock is on an empty file beside it (``.NAME.lock``), for the file itself is replaced when it is
     written; the system gives it back when a process ends, however it ends.

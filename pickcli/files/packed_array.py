@@ -50,7 +50,7 @@ def unpacked(told: Mapping[str, Any]) -> Array:
 
     Raises:
         KeyError: If one of the values is missing.
-        ValueError: If there are more or fewer elements than are stated, or the type is none of those.
+        ValueError: If there are more or fewer elements than are stated, or of another type.
     """
     kind = dict(_TYPES)[told["type"]]
     steps = np.frombuffer(base64.b64decode(told["data"]), dtype=np.dtype(kind).newbyteorder("<"))

@@ -59,7 +59,7 @@ class DaskExecutor:
             if n_threads != 1:
                 raise InputError(
                     f"the worker {where} has {n_threads} threads, but tasks need a process each; "
-                    f"start it anew: {start}"
+                    f"start it again: {start}"
                 )
         for where, theirs in client.run(software, on_error="return").items():
             if not isinstance(theirs, Mapping):

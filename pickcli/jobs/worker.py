@@ -1,8 +1,8 @@
 """A process that does tasks for another one: ``python -m pickcli.jobs.worker FD PARENT``.
 
-FD is one end of a pipe. PARENT is the process id of who asks: the worker ends with it, however that ends.
-First comes ``sys.path`` of that process, then a job, then key after key; for each key goes back its
-record, or the exception that was raised. The end of the pipe is the end of the worker.
+FD is one end of a pipe. PARENT is the process id of the process that asks: the worker ends with it, however
+that ends. First comes ``sys.path`` of that process, then a job, then key after key; for each key goes back
+its record, or the exception that was raised. The end of the pipe is the end of the worker.
 """
 
 from __future__ import annotations

@@ -78,9 +78,9 @@ class RecoveryLevel(StrEnum):
 class Certificate:
     """What the verifier checked, how finely, and of which bytes.
 
-    It guards against accidents and is no signature: whoever can edit a plan can certify it, too. It may claim
-    no more than: in this model (fingerprint), every state keeps clearance at least ``min_clearance`` and
-    limits below the ratios. It is not a statement of safety.
+    It guards against accidents and is no signature: anyone who can edit a plan can certify it, too. It claims
+    no more than that in this model (fingerprint) every state keeps at least ``min_clearance``, and the limits
+    with the stated ratios. It is not a statement of safety.
 
     Attributes:
         motion_hash: SHA-256 of trajectory, segments, events and grasp.
@@ -157,18 +157,18 @@ def other_arm_elsewhere(plan: Plan, cell: Cell) -> str:
         One sentence, empty where the plan knows all arms where they are.
     """
     if plan.arm != cell.arm:
-        return f"made for {_called(plan.arm)}, this is {_called(cell.arm)}; plan it anew"
+        return f"made for {_called(plan.arm)}, this is {_called(cell.arm)}; plan it again"
     here = {state.arm: state for state in cell.others}
     for state in plan.others:
         found = here.pop(state.arm, None)
         if found is None:
-            return f"made beside an arm {state.arm!r}, which the cell does not have; plan it anew"
+            return f"made beside an arm {state.arm!r}, which the cell does not have; plan it again"
         if not state.is_at(found):
             return (
-                f"made while arm {state.arm} stood at {state}, it stands at {found}; plan it anew, or say "
+                f"made while arm {state.arm} stood at {state}, it stands at {found}; plan it again, or say "
                 "where it stands"
             )
-    return "".join(f"made without the arm {name!r} of the cell; plan it anew" for name in list(here)[:1])
+    return "".join(f"made without the arm {name!r} of the cell; plan it again" for name in list(here)[:1])
 
 
 def _called(arm: str) -> str:

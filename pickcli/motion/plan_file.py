@@ -114,7 +114,7 @@ def read_plan(path: Path) -> Plan:
 def certificate_seal(plan: Plan) -> str:
     """SHA-256 of a certificate and of everything that it speaks of, but not of ``statistics``.
 
-    Whoever can edit the file can compute it: it tells damage and mix-ups, and is no signature.
+    Anyone who can edit the file can compute it: it reveals damage and mix-ups, and is no signature.
 
     Args:
         plan: A plan with a certificate.
@@ -145,7 +145,7 @@ def _check_certificate(plan: Plan, seal: str, where: str) -> None:
         if certified != found:
             raise DamagedError(
                 f"{where}: certificate.{name}: edited after it was certified "
-                f"(certified {certified[:12]}, found {found[:12]}); plan it anew, or set its certificate to "
+                f"(certified {certified[:12]}, found {found[:12]}); plan it again, or set its certificate to "
                 "null and verify it"
             )
 

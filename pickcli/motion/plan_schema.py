@@ -201,9 +201,11 @@ def parse_plan(text: str, where: str) -> tuple[Plan, str]:
         raise InputError(f'{where}: format: expected "{FORMAT}"; this is not a plan file')
     version = data.get("version")
     if type(version) is not int:
-        raise InputError(f"{where}: version: expected {VERSION}, got {_SHORT.repr(version)}; plan it anew")
+        raise InputError(f"{where}: version: expected {VERSION}, got {_SHORT.repr(version)}; plan it again")
     if version != VERSION:
-        raise StaleError(f"{where}: version: expected {VERSION}, got {version}, of another apc; plan it anew")
+        raise StaleError(
+            f"{where}: version: expected {VERSION}, got {version}, of another apc; plan it again"
+        )
     try:
         model = _Plan.model_validate(data)
     except ValidationError as error:

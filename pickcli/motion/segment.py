@@ -31,7 +31,7 @@ class SegmentKind(StrEnum):
 
 @dataclass(frozen=True)
 class SegmentLimits:
-    """How fast a segment may be gone through, and how round.
+    """How fast a segment may be traversed, and how far its corners may be rounded.
 
     Attributes:
         speed_scale: Of the joints' velocity, acceleration and jerk limits.
@@ -54,7 +54,7 @@ class PathSegment:
     Attributes:
         kind: What it is for.
         waypoints: (N, n) polyline in joint space, N >= 1; the first is the last of the segment before.
-        limits: How fast it may be gone through, and how round.
+        limits: How fast it may be traversed, and how far its corners may be rounded.
     """
 
     kind: SegmentKind

@@ -179,7 +179,7 @@ def _checker(
     known = {placed.id for placed in scene.items} | {body.name for body, _ in scene.standing}
     held = next((each for each in carried if each.item == segment.held), None)
     absent = frozenset({held.item} if held is not None else ())
-    touched = AllowedContacts.anyhow((n for n in segment.touching if n in known), absent & known)
+    touched = AllowedContacts.at_any_depth((n for n in segment.touching if n in known), absent & known)
     contacts = replace(touched, opening=steady)
     attached = None
     if held is not None:

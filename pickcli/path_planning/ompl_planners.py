@@ -1,7 +1,7 @@
 """OMPL's planners in joint space: the only file that imports it.
 
 Three rules make it repeatable. OMPL draws the seed of every new generator from one global generator of
-seeds, so this is set before each query and every planner is built anew (the library's warning that
+seeds, so this is set before each query and every planner is built again (the library's warning that
 generators exist already concerns those of earlier planners, which are gone). Planners are limited by
 iterations, never by seconds. And nothing here runs in a thread: one query at a time per process.
 """

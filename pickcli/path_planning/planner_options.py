@@ -16,7 +16,7 @@ class PlannerOptions:
         max_iterations: Rounds of the planner's loop, at most (RRT* uses them all).
         step: Longest edge of RRT-Connect's trees, as a share of the diagonal of the joint space. Of 0.03 to
             0.4 this finds first paths soonest among shelves, boxes and tables; longer edges fail more often
-            and lead farther around. Long searches begin anew with shorter ones.
+            and lead farther around. Long searches begin again with shorter ones.
     """
 
     planner: PlannerName = PlannerName.RRT_CONNECT

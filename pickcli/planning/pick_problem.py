@@ -128,7 +128,7 @@ class PickProblem:
 
     @cached_property
     def contacts(self) -> PickContacts:
-        """Who may touch whom, stage by stage."""
+        """Which contacts are allowed, stage by stage."""
         stretch = self.context.settings.lift_contact
         return PickContacts(self.scene, self.target, frozenset(self.place.support), self.ignored, stretch)
 

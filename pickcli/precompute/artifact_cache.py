@@ -165,7 +165,7 @@ def ensure_artifacts(
     Args:
         cell: The cell.
         report: Called with what is about to be built, gives the callback for that build; None for silence.
-        runner: Who does the tasks; None for this process.
+        runner: Executor of the tasks; None for this process.
 
     Returns:
         The paths of the files, which exist now.

@@ -2,8 +2,8 @@
 
 Delft's cache never computed on a miss, which they regretted. What is learned lies in two files beside those
 that it adds to, of the same formats, sealed and checked alike, so that what was built stays as it was built.
-Whoever learns locks a file, reads it, adds to it and replaces it: several processes may learn at once, and a
-kill loses at most what is in hand.
+A process that learns locks a file, reads it, adds to it and replaces it: several processes may learn at once,
+and a kill loses at most what is in hand.
 """
 
 from __future__ import annotations

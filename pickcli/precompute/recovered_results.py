@@ -1,4 +1,4 @@
-"""A file's content as the records that a build would make of it anew."""
+"""A file's content as the records that a build would make of it again."""
 
 from __future__ import annotations
 

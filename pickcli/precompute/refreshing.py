@@ -43,7 +43,7 @@ class Refresh:
         n_stored: Motions or edges that the file held.
         n_proven: Of these, how many the change touched, so that they were proven again.
         n_kept: Tasks whose results stand in the new file as they were, or proven again.
-        n_planned: Tasks that were done anew.
+        n_planned: Tasks that were done again.
     """
 
     changed: tuple[str, ...]
@@ -55,15 +55,15 @@ class Refresh:
 
 
 def refresh(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions | None = None) -> Refresh:
-    """Write a roadmap or database anew for a cell that changed since.
+    """Write a roadmap or database again for a cell that changed since.
 
     Until it is written whole the old file stays, and finished tasks are kept in a journal, as in a build.
 
     Args:
         path: The file.
-        found: By ``surveyed``, of the same file; what is damaged in it is done anew.
+        found: By ``surveyed``, of the same file; what is damaged in it is done again.
         cell: The cell as it is now.
-        run_options: Who does the tasks and who is told; None for this process and silence.
+        run_options: Executor of the tasks and observer of their progress; None for this process, unobserved.
 
     Returns:
         What was done.

@@ -31,13 +31,13 @@ class Repair:
 
 
 def repair(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions | None = None) -> Repair:
-    """Write a damaged file anew, as the build that made it would, computing only what is lost.
+    """Write a damaged file again, as the build that made it would, computing only what is lost.
 
     Args:
         path: The file.
         found: By ``surveyed``, of the same file.
         cell: The cell that it was made for.
-        run_options: Who does the tasks and who is told; None for this process and silence.
+        run_options: Executor of the tasks and observer of their progress; None for this process, unobserved.
 
     Returns:
         What was done.

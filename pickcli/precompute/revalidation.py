@@ -106,7 +106,7 @@ class Revalidation:
             payload: Class of what is held.
 
         Returns:
-            Whether it is worth making anew.
+            Whether it is worth making again.
         """
         if not (self.change.leaves_room or self._is_way_cleared(waypoints, payload)):
             return False

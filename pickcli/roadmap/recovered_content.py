@@ -1,6 +1,6 @@
 """What a survey found intact, as motions and edges; and whether that makes sense.
 
-Whoever keeps the checksums right can write what no build does: a tool state that there is not, polylines
+A file with right checksums can still hold what no build writes: a tool state that there is not, polylines
 that join nothing. What is served is checked for that when it is read; so is what is kept from a survey.
 """
 

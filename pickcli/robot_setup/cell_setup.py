@@ -191,7 +191,7 @@ def _with_place(
 def _with_configurations(
     draft: CellText, srdf: Srdf | None, cell: Cell, places: Sequence[Array], seed: int
 ) -> tuple[CellText, list[str]]:
-    """The draft with named configurations, and what of the SRDF's states is none, or that none was found."""
+    """The draft with named configurations, and notes: what was left out, or that none was found."""
     empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY)
     known, notes = ([], []) if srdf is None else states_of_srdf(srdf, cell, empty)
     found = suggest(cell, empty, known, seed, places)

@@ -138,7 +138,7 @@ def rigid_with(robot: Urdf, last: str) -> tuple[str, ...]:
 
 
 def _members(robot: Urdf, groups: Mapping[str, Group], name: str, within: frozenset[str]) -> Iterable[str]:
-    """Names of the joints of a group and of the groups in it; a group in itself is gone into once."""
+    """Names of the joints of a group and of the groups in it; a group that contains itself is read once."""
     if name not in groups or name in within:
         return
     group = groups[name]

@@ -13,7 +13,7 @@ URDF, SRDF, LIMITS, CELL = "robot.urdf", "robot.srdf", "joint_limits.yaml", "cel
 
 @dataclass(frozen=True)
 class StatedLimit:
-    """A limit that whoever makes a cell states.
+    """A limit that the author of a cell states.
 
     Attributes:
         kind: "velocity", "acceleration", "jerk" or "effort".

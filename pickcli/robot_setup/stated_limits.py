@@ -1,4 +1,4 @@
-"""Limits of joints as somebody stated them: the URDF, a ``joint_limits.yaml``, or who writes the cell."""
+"""Limits of joints as somebody stated them: the URDF, a ``joint_limits.yaml``, or the author of the cell."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def without_those_of_file(limits: Mapping[str, StatedLimits], file: Source) -> d
 def with_figure(
     limits: Mapping[str, StatedLimits], kind: str, joint: str | None, value: float
 ) -> dict[str, StatedLimits]:
-    """The limits with one that whoever writes the cell states. It goes before all others.
+    """The limits with one that the author of the cell states. It overrides all others.
 
     Args:
         limits: By joint.

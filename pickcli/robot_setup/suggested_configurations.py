@@ -49,7 +49,7 @@ def states_of_srdf(
         checker: Of the cell with nothing in it.
 
     Returns:
-        The configurations; and of every other state why it is none.
+        The configurations; and why every other state was left out.
     """
     robot, found, left_out = cell.robot, list[SuggestedConfiguration](), list[str]()
     for state in srdf.states:

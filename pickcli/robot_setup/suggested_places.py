@@ -111,7 +111,7 @@ def requested_places(texts: Sequence[str]) -> tuple[SuggestedPlace, ...]:
 
     Raises:
         UnknownNameError: There is no such kind.
-        InputError: A name is none, or is given twice, or there are two pods, or too many places.
+        InputError: A name is not valid, or is given twice, or there are two pods, or too many places.
     """
     found = dict[str, SuggestedPlace]()
     if len(texts) > MOST:

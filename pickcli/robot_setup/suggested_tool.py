@@ -61,7 +61,7 @@ class ToolFigure:
     about: str
 
     def stated(self, value: float) -> ToolFigure:
-        """The figure as whoever writes the cell states it.
+        """The figure with the value that the author of the cell states.
 
         Args:
             value: In the same unit.
@@ -113,7 +113,7 @@ class SuggestedTool:
         )
 
     def with_figures(self, stated: Mapping[str, float]) -> SuggestedTool:
-        """The tool with figures that whoever writes the cell states.
+        """The tool with figures that the author of the cell states.
 
         Args:
             stated: By key.
@@ -232,7 +232,7 @@ def figure_of(text: str) -> tuple[str, float]:
         Key and value.
 
     Raises:
-        InputError: It is none.
+        InputError: It is not of that form, or the number is not over 0.
     """
     key, equals, number = text.partition("=")
     try:

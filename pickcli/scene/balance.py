@@ -22,7 +22,7 @@ from pickcli.scene.scene import PlacedItem
 from pickcli.scene.solid_contact import SolidContact, bears, can_balance, friction_cones
 
 LEAST_TILT = np.radians(1.0)  # of the world, on top of the angle that poses may be off
-CHOCKED = np.radians(10.0)  # the same for what can roll: what keeps it must be more than a bend of the floor
+CHOCKED = np.radians(10.0)  # for what can roll: what keeps it must be more than a bend of the floor
 LEVEL = np.radians(1.0)  # slope of the ground up to which nothing begins to roll
 SETTLED = np.radians(1.5)  # rad by which a face that lies on another may be askew, on top of that
 N_TILTS = 8  # directions in which the world is tilted

@@ -52,7 +52,7 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     Args:
         path: The file.
         cell: The scene's cell; loaded by its name if None.
-        load: Who loads a cell by its name.
+        load: Loads a cell by its name.
 
     Returns:
         The scene.

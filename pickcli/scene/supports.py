@@ -99,7 +99,7 @@ class Supports:
         )
 
     def _falls(self, name: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
-        """Whether an item goes with one that it touches.
+        """Whether an item comes along with one that it touches.
 
         contact: of the one that goes, seen from that. below: all that the target rests on
         """

@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.simulation.engine import ContactPoint
 from pickcli.simulation.planned_contacts import PlannedContacts
 
-FORGET_TIME = 0.1  # s without contact after which the same pair counts anew
+FORGET_TIME = 0.1  # s without contact after which the same pair counts again
 HELD_PRESS = (
     30.0  # N at one point by which a held item may press on what it is planned to touch: 3 kg on a corner
 )

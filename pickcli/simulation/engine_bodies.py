@@ -118,7 +118,7 @@ class EngineBodies:
         self._create(body.name, body.shape, 0.0, T_world_parent @ body.T_parent_shape, colour)
         self._dynamics(body.name, lateralFriction=STATIC_FRICTION)
         self._group(body.name, STATIC_GROUP | FIRM_GROUP, ~STATIC_GROUP)
-        # An awake one keeps the engine busy, every step anew, with whatever sleeps on it.
+        # An awake one keeps the engine busy, every step again, with whatever sleeps on it.
         self._dynamics(body.name, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING)
         self.sleep(body.name)
 
@@ -301,8 +301,8 @@ class EngineBodies:
         """Set whether two parts collide in the physics.
 
         The engine takes both parts out of its broad phase and puts them back as the newest, which decides in
-        which order and from which side their contacts are solved from then on. Whoever switches several pairs
-        keeps to one order: that of a set of names is another one in every process.
+        which order and from which side their contacts are solved from then on. A caller that switches several
+        pairs keeps to one order: that of a set of names is another one in every process.
 
         Args:
             a: Name of one body.

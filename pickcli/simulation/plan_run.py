@@ -218,7 +218,7 @@ class PlanRun(Generic[D]):
         t = len(self.trace.sent) * self.driver.time_step
         self.send(stream(halted.trajectory, self.driver.time_step, self.pace, t_plan, t))
 
-    # How it goes -------------------------------------------------------------------------------------
+    # How it runs -------------------------------------------------------------------------------------
 
     def send(self, commands: Stream) -> None:
         """Send set points until there is a reason to stop.

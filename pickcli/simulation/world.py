@@ -212,7 +212,7 @@ class World:
 
     def _look_at_contacts(self) -> None:
         points = self.engine.contact_points(ROBOT)
-        # The bellows push off what they let go of: that is no contact anew.
+        # The bellows push off what they let go of: that is no contact again.
         points += [point for point in self.grip.contact_points if point.b not in self._filter.let_go_through]
         if self.held is not None and not self.planned.is_meeting:
             points += self.engine.contact_points(self.held)

@@ -120,7 +120,7 @@ def _spare(content: bytes) -> _Spare | None:
 
 
 def _parsed(packed: bytes, length: int) -> _Spare | None:
-    """Unpacked, if it describes places in a file of that length: whoever wrote it knew how to hash."""
+    """Unpacked, if it describes places in a file of that length: a right checksum proves nothing."""
     try:
         text = zlib.decompressobj().decompress(packed, _MAX_COPY)
         (n_places,) = struct.unpack_from("<Q", text)

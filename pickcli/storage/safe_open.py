@@ -1,8 +1,8 @@
 """Opening HDF5 files that may be damaged or hostile.
 
 A file can point elsewhere (links, virtual and external data) and declare terabytes in a few kB. Everything
-that a file of ours never has is refused before any data is read: groups, links to elsewhere, virtual or
-external data, filters, unknown names, types, and sizes that the file itself has no room for.
+that a file of this program never has is refused before any data is read: groups, links to elsewhere, virtual
+or external data, filters, unknown names, types, and sizes that the file itself has no room for.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ def _last_bytes(file: BinaryIO) -> bytes:
 
 
 def _is_text(head: bytes) -> bool:
-    """Whether a file begins like a JSON or YAML file: then it is not a damaged one of ours."""
+    """Whether a file begins like a JSON or YAML file: then it is not a damaged file of this program."""
     return len(head) > 0 and head.isascii() and b" ".join(head.split()).decode("ascii").isprintable()
 
 

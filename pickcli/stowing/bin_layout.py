@@ -1,6 +1,6 @@
 """Layout of the items of one bin, before physics lets them come to rest.
 
-Whoever stocks a pod lays things side by side so that all can be seen, stacks only what is left over, and puts
+People who stock a pod lay things side by side so that all can be seen, stack only what is left over, and put
 right what turned out badly.
 """
 

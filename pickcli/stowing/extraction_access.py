@@ -1,7 +1,7 @@
 """Which items of a bin have a way out: up, perhaps aside, and straight out through the mouth.
 
-A sketch of what the planner proves later, on upright boxes. Whoever stows leaves room for a hand; here the
-hand needs about two centimetres around what it takes.
+A sketch of what the planner proves later, on upright boxes. A person who stows leaves room for a hand; here
+the hand needs about two centimetres around what it takes.
 """
 
 from __future__ import annotations

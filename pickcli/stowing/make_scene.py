@@ -22,7 +22,7 @@ from pickcli.simulation.settle import settle
 from pickcli.stowing.bin_layout import ItemInstance, lay_out
 from pickcli.stowing.heap import lay_heap
 
-N_ATTEMPTS = 5  # at a bin, each begun anew: what is laid out may still slip or roll away
+N_ATTEMPTS = 5  # at a bin, each begun again: what is laid out may still slip or roll away
 N_RAISING = 10  # more of them, with things raised inside
 FEW = 12  # items of a bin for which all of these attempts are made: each costs the cube of their number
 MOST = 30  # items of one place; that many take a minute of search

@@ -2,7 +2,7 @@
 
 1. TOPP-RA under velocity and acceleration limits, with the path's own jerk capped;
 2. s(t) smoothed over a window (``smooth``), which bounds the jerk of the switches;
-3. where the result breaks a limit, by a factor r of time, the limits are lowered there and it starts anew;
+3. where the result breaks a limit, by a factor r of time, the limits are lowered there and it starts again;
 4. what is left after a few rounds, a percent or so, is removed by stretching time.
 
 All of it is a pure function of path and limits.

@@ -1,4 +1,4 @@
-"""Path fitting: the path of a trajectory as few straight edges, for queries that time it anew."""
+"""Path fitting: the path of a trajectory as few straight edges, for queries that time it again."""
 
 from __future__ import annotations
 

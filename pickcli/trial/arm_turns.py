@@ -21,7 +21,7 @@ def hand_over(runner: AttemptRunner, attempt: Attempt) -> Attempt:
     """Bring the arm that acted last to where it is parked, and let the arm of an attempt move.
 
     Args:
-        runner: Who plays; its clock goes on.
+        runner: Runs the attempts; its clock advances.
         attempt: The attempt with its certified plan, of another arm than the one that acted last.
 
     Returns:

@@ -18,7 +18,7 @@ def carry_out(runner: AttemptRunner, attempt: Attempt, scene: Scene) -> Attempt:
     """Verify and execute a planned attempt: nothing uncertified is executed.
 
     Args:
-        runner: Who plays; its clock goes on.
+        runner: Runs the attempts; its clock advances.
         attempt: The attempt with its plan.
         scene: The scene that it was planned in.
 

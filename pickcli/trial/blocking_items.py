@@ -39,7 +39,7 @@ def in_the_way(
         scene: The scene as it is seen.
         target: The target as it is seen; it is never in its own way, though the tool may not reach it for it.
         is_hopeful: Whether what is blamed is named even where moving it leaves something else that no item is
-            to blame for: that may be another one once the target can be reached, or is seen anew.
+            to blame for: that may be another one once the target can be reached, or is seen again.
         blamed: Items that a plan blamed in this very scene, the most blamed first, if one was refused in it.
 
     Returns:

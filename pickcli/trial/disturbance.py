@@ -16,7 +16,7 @@ from pickcli.geometry import rotation_angle
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.places import bounds
 
-MOVED = 0.005  # m of an item's centre; less is how items settle anew when their support goes
+MOVED = 0.005  # m of an item's centre; less is how items settle again when their support goes
 TURNED = np.radians(5.0)
 TOPPLED = np.radians(45.0)  # by which what pointed up points elsewhere
 CARRIED = 0.10  # m

@@ -1,6 +1,6 @@
 """A whole trial: the most promising target next, until all is done or the time is over.
 
-Whatever is random follows from the seed, whatever is timed from simulated time and counted planning calls:
+All that is random follows from the seed, all that is timed from simulated time and counted planning calls:
 two runs of one trial differ in nothing but ``statistics``.
 """
 
@@ -57,7 +57,7 @@ def run_trial(
         What happened and what it scores.
 
     Raises:
-        InputError: The order is none to be played.
+        InputError: The order cannot be played.
     """
     trial = _Trial(
         require_playable(order), interfaces, settings or TrialSettings(), on_progress, after_attempt
@@ -243,7 +243,7 @@ class _Trial:
         known = self.refused.get(state.index)
         blamed = known[2] if known is not None and known[0] is scene and known[1] == placed.id else None
         clearing.blame(state.clearings > 0, blamed)
-        if clearing.is_reachable:  # seen anew since it was refused: it is to be picked by what is seen now
+        if clearing.is_reachable:  # seen again since it was refused: it is to be picked by what is seen now
             self.open[state.index] = replace(self.open[state.index], refusals=0)
             return
         while self.runner.has_time_to_plan and (name := clearing.next_item()) is not None:

@@ -88,7 +88,7 @@ def read_order(path: Path, cell: Cell) -> Order:
     Raises:
         InputError: Something is wrong with the file; with every problem. Or the cell has no pod or tote, and
             the order is an official one.
-        UnknownNameError: There is no such file, and what would be a name is none.
+        UnknownNameError: There is neither such a file nor an order of that name.
     """
     source, items = read_yaml(order_file(path, cell), ORDER), {name for name, _ in cell.items}
     has_bins = cell.pod.bins and cell.tote is not None
@@ -123,7 +123,7 @@ def order_file(name_or_path: Path, cell: Cell | None = None) -> Path:
         The path of the file, which need not exist if it was written as a path.
 
     Raises:
-        UnknownNameError: There is no such file, and what would be a name is none.
+        UnknownNameError: There is neither such a file nor an order of that name.
     """
     if name_or_path.exists() or name_or_path.suffix:
         return name_or_path

@@ -2,7 +2,7 @@
 
 The only place where truth becomes belief. Planning and verification see nothing but what comes from here,
 together with the bounds. The pod's pose is estimated once, as the organisers shift it before a trial and not
-during it; items are seen anew in every look.
+during it; items are seen again in every look.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ def recover(runner: AttemptRunner, attempt: Attempt, before: Scene) -> tuple[Rec
     """Bring the arm to a safe place after an attempt that did not end as planned.
 
     Args:
-        runner: Who plays; its clock goes on.
+        runner: Runs the attempts; its clock advances.
         attempt: The attempt with its execution.
         before: The scene as it was seen when the attempt was planned.
 

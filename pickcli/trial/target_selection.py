@@ -1,4 +1,4 @@
-"""What to do next: whatever promises most points per second, as long as there is something new to try.
+"""What to do next: the attempt that promises most points per second, while there is something new to try.
 
 Delft retried failed picks for ever, at the end, and moved away what hid a target. Here a chance is kept for
 every target: it starts from a prior, falls with every attempt in vain, and learns from what happened to that
@@ -135,7 +135,7 @@ class Experience:
 
     Attributes:
         successes: Number of attempts that went well, by name of the item and by name of the bin.
-        failures: The same of those that went ill.
+        failures: Attempts that failed, by the same keys.
     """
 
     successes: Counter[str] = field(default_factory=Counter)

@@ -1,6 +1,6 @@
 """What a trial needs of the rest: someone who plans, someone who verifies, an arena where it happens.
 
-The real ones are put together in ``setup``; tests play with a fake of forty lines.
+The real ones are put together in ``simulated_cell``; tests play with a fake.
 """
 
 from __future__ import annotations

@@ -179,7 +179,7 @@ class _Pile:
         )
 
     def without(self, *gone: str) -> _Pile:
-        """The pile when items are gone."""
+        """The pile without some items."""
         left = {name: body for name, body in self.bodies.items() if name not in gone}
         touching = {name: [c for c in self.touching[name] if c.b.name not in gone] for name in left}
         return replace(self, bodies=left, touching=touching)

@@ -87,7 +87,7 @@ def test_the_item_passes_the_mouth_and_ends_outside(
         assert np.abs(at_lift[:, 1]).max() <= BIN.access.width / 2 - LEAST_LIP_DISTANCE + 1e-9
         out = corners(inverse(BIN.T_carrier_place) @ poses.retreat[-1] @ inverse(contact) @ T_item, extents)
         assert out[:, 0].max() <= -RETREAT_DISTANCE + 1e-9
-        assert np.linalg.norm(corridor.freed[:3]) <= FIRST + 1e-9
+        assert np.linalg.norm(corridor.first_stretch[:3]) <= FIRST + 1e-9
 
 
 def test_an_item_that_only_fits_when_turned_is_turned() -> None:
@@ -125,8 +125,8 @@ def test_what_rolls_may_go_to_the_middle_of_its_bin_first_and_aside_last() -> No
     late = [c for c in found if len(c.retreat) == 2]
     assert late
     for c in late:
-        assert T_bin_item[1, 3] + c.freed[1] == pytest.approx(middle)
-        assert c.lift[1] == c.freed[1] and np.linalg.norm(c.freed[:3]) <= FIRST + 1e-9
+        assert T_bin_item[1, 3] + c.first_stretch[1] == pytest.approx(middle)
+        assert c.lift[1] == c.first_stretch[1] and np.linalg.norm(c.first_stretch[:3]) <= FIRST + 1e-9
         np.testing.assert_array_equal(c.retreat[0][3:], c.lift[3:])  # it has rolled before it goes aside
 
 

@@ -158,7 +158,7 @@ def test_every_tool_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, h
 def test_one_contact_that_is_only_so_deep_makes_a_limit() -> None:
     limited = AllowedContacts.of(tool={"a": np.zeros(3)})
     assert limited.is_limited and AllowedContacts.of(item={"a": np.ones(3)}).is_limited
-    assert not AllowedContacts.anyhow(["a", "b"]).is_limited and not NO_CONTACTS.is_limited
+    assert not AllowedContacts.at_any_depth(["a", "b"]).is_limited and not NO_CONTACTS.is_limited
     mixed = AllowedContacts(item=(("b", None),), tool=limited.tool)
     assert mixed.is_limited and mixed.names == frozenset("ab")
     assert not replace(mixed, absent=frozenset("a")).of_present.is_limited

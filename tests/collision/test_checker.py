@@ -114,9 +114,9 @@ def test_touching_frees_the_cup_but_no_other_link(
     at_cup = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.045))))
     touching = frozenset({"item0"})
     assert not make_checker(at_cup).is_valid(home)
-    assert make_checker(at_cup, contacts=AllowedContacts.anyhow(touching)).is_valid(home)
+    assert make_checker(at_cup, contacts=AllowedContacts.at_any_depth(touching)).is_valid(home)
     at_lance = make_scene((CUBE, T_home_tip @ pose((0.02, 0, -0.3))))
-    assert not make_checker(at_lance, contacts=AllowedContacts.anyhow(touching)).is_valid(home)
+    assert not make_checker(at_lance, contacts=AllowedContacts.at_any_depth(touching)).is_valid(home)
 
 
 def test_held_items_count_and_may_touch(
@@ -126,7 +126,7 @@ def test_held_items_count_and_may_touch(
     scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.05 + 0.08))))
     assert make_checker(scene).is_valid(home)
     assert not make_checker(scene, held=held).is_valid(home)
-    assert make_checker(scene, held=held, contacts=AllowedContacts.anyhow({"item0"})).is_valid(home)
+    assert make_checker(scene, held=held, contacts=AllowedContacts.at_any_depth({"item0"})).is_valid(home)
     assert make_checker(held=held).is_valid(home)
 
 
@@ -175,7 +175,7 @@ def test_a_held_item_swings_with_the_moving_cup(
 
 def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
     with pytest.raises(UnknownNameError, match="row_ABC_lip"):
-        make_checker(contacts=AllowedContacts.anyhow({"row_ABC_lib"}))
+        make_checker(contacts=AllowedContacts.at_any_depth({"row_ABC_lib"}))
     with pytest.raises(UnknownNameError, match="item9"):
         make_checker(contacts=AllowedContacts(absent=frozenset({"item9"})))
 
@@ -193,7 +193,7 @@ def test_touching_may_name_what_is_left_out(
 ) -> None:
     scene = make_scene((CUBE, pose((-0.6, 0, 1.7))))
     assert make_checker(
-        scene, contacts=AllowedContacts.anyhow({"item0"}, absent=frozenset({"item0"}))
+        scene, contacts=AllowedContacts.at_any_depth({"item0"}, absent=frozenset({"item0"}))
     ).is_valid(home)
 
 
@@ -229,5 +229,5 @@ def test_slack_makes_edges_harder(cell: Cell, make_checker: MakeChecker, home: A
 
 def test_expensive_parts_are_shared(make_scene: MakeScene, make_checker: MakeChecker) -> None:
     scene = make_scene((CUBE, pose((0.2, 0, 1.4))))
-    first, second = make_checker(scene), make_checker(scene, contacts=AllowedContacts.anyhow({"item0"}))
+    first, second = make_checker(scene), make_checker(scene, contacts=AllowedContacts.at_any_depth({"item0"}))
     assert first.world is second.world

@@ -83,7 +83,7 @@ def test_only_the_cup_may_touch_what_it_is_allowed_to(
     item = cell.item("crayola_24_ct")
     T = in_front_of(cell, "bin_E", 0.2, np.eye(3))
     scene = make_scene((item, T))
-    touching = FreeToolChecker(model, scene, STRAIGHT, np.eye(3), AllowedContacts.anyhow({"item0"}))
+    touching = FreeToolChecker(model, scene, STRAIGHT, np.eye(3), AllowedContacts.at_any_depth({"item0"}))
     short, deep = (
         in_front_of(cell, "bin_E", 0.2 - item.shape.size[0] / 2 + d, FRONTAL) for d in (0.005, 0.05)
     )

@@ -100,8 +100,8 @@ def test_a_goal_in_collision_has_no_plan(made: Made, out: Path) -> None:
 
 def test_a_plan_of_another_scene_is_stale(made: Made, tmp_path: Path) -> None:
     scene = made.changed("scene", tmp_path, lambda s: s["items"].pop())
-    refused(apc("verify", made.plan, "--scene", scene), 4, made.plan, scene, "plan it anew")
-    refused(apc("execute", made.plan, "--scene", scene), 4, made.plan, "plan it anew", "--planned-in")
+    refused(apc("verify", made.plan, "--scene", scene), 4, made.plan, scene, "plan it again")
+    refused(apc("execute", made.plan, "--scene", scene), 4, made.plan, "plan it again", "--planned-in")
 
 
 def _bend(plan: dict[str, Any]) -> None:
@@ -124,7 +124,7 @@ def test_an_edited_plan_is_rejected_without_its_certificate_too(made: Made, tmp_
     before = plan.read_bytes()
     refused(apc("verify", plan, "--scene", made.scene, "--write"), 4, plan, "rejected", "velocity limit")
     answer = apc("execute", plan, "--scene", made.scene)
-    refused(answer, 4, f"{plan}: pick {ITEM} from bin_C: rejected, plan it anew", "\n  velocity limit")
+    refused(answer, 4, f"{plan}: pick {ITEM} from bin_C: rejected, plan it again", "\n  velocity limit")
     assert max(len(line) for line in answer.err.splitlines()[1:]) < 120
     assert plan.read_bytes() == before
 

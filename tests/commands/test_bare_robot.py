@@ -110,7 +110,7 @@ def test_a_move_of_another_cell_is_called_so(cell: Path, move: Path, tmp_path: P
     other = write_bare_robot(tmp_path)
     file = other / "cell.yaml"
     file.write_text(file.read_text().replace("clearance: 0.003", "clearance: 0.004"))
-    refused(apc("execute", move, "--cell", other), 4, f"{move}: made for the cell ", "plan it anew")
+    refused(apc("execute", move, "--cell", other), 4, f"{move}: made for the cell ", "plan it again")
 
 
 def test_a_typo_comes_with_what_was_meant(cell: Path, monkeypatch: pytest.MonkeyPatch) -> None:

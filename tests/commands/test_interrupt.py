@@ -54,7 +54,7 @@ def test_a_trial_leaves_nothing(seconds: float, made: Made, tmp_path: Path) -> N
     assert answer.out == "" and last == "interrupted" and kept
     told = (
         "the same command goes on from there",
-        "the same command begins anew",
+        "the same command begins again",
         "plays the same one from its",
     )
     assert all(any(text in line for text in told) for line in kept)
@@ -101,14 +101,14 @@ def test_what_keeps_nothing_says_that_it_begins_anew(
     argv = {"make-scene": (made.order, "-o", out), "execute": (made.plan, "--scene", made.scene)}[command]
     monkeypatch.setattr("pickcli.commands.logs._log.debug", lambda *_: interrupt())  # a stage begins
     answer = apc(command, *argv)
-    assert answer.code == 130 and answer.err == "the same command begins anew\ninterrupted\n"
+    assert answer.code == 130 and answer.err == "the same command begins again\ninterrupted\n"
     assert not out.exists()
 
 
 def test_a_build_that_has_nothing_yet_leaves_nothing(tmp_path: Path) -> None:
     with interrupted_after(0.05):
         answer = apc("build-roadmap", "-o", tmp_path / "out.h5")
-    assert answer.code == 130 and answer.err == "the same command begins anew\ninterrupted\n"
+    assert answer.code == 130 and answer.err == "the same command begins again\ninterrupted\n"
     assert list(tmp_path.iterdir()) == []
 
 

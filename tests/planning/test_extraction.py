@@ -43,7 +43,7 @@ def lying_across(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]
 
 def planned(ways: Extraction, seed: int = 0) -> list[Array]:
     found = planned_corridors(ways.T_entry_item, ways.shape, ways.leaving, ways.carrying, ways.first, seed)
-    return [np.stack([c.freed, c.lift, *c.retreat]) for c in found]
+    return [np.stack([c.first_stretch, c.lift, *c.retreat]) for c in found]
 
 
 @pytest.fixture(scope="module")
@@ -83,8 +83,8 @@ def test_the_seed_of_a_query_decides_which_ways_are_planned(planner: PlanningCon
         and not isinstance(again, Failures)
         and not isinstance(other, Failures)
     )
-    assert np.array_equal(first[0].freed, again[0].freed)
-    assert not np.array_equal(first[0].freed, other[0].freed)
+    assert np.array_equal(first[0].first_stretch, again[0].first_stretch)
+    assert not np.array_equal(first[0].first_stretch, other[0].first_stretch)
 
 
 def test_the_same_seed_gives_the_same_ways(behind: Extraction) -> None:

@@ -56,7 +56,7 @@ def grasps_of(planner: PlanningContext, scene: Scene, name: str) -> tuple[GraspM
 
 
 def met(problem: PickProblem, face: str) -> frozenset[str]:
-    return problem.contacts.met(outward_of(face, problem.target.T_world_item[:3, :3]))
+    return problem.contacts.met_by_cup(outward_of(face, problem.target.T_world_item[:3, :3]))
 
 
 def test_a_thin_item_is_pressed_on_through_what_it_lies_on(cell: Cell, planner: PlanningContext) -> None:
@@ -75,7 +75,7 @@ def test_what_stands_higher_than_the_face_is_never_met_by_the_cup(
     cards = on_floor(cell, "staples_index_cards", 0.25, 0.0)
     bar = on_floor(cell, "dove_beauty_bar", 0.25, 0.0715)  # beside it, 2 mm away, and higher
     problem = problem_of(planner, scene_of(cell, cards, bar), "staples_index_cards")
-    assert "dove_beauty_bar" in problem.contacts.beside
+    assert "dove_beauty_bar" in problem.contacts.near_off_floor
     assert "dove_beauty_bar" not in met(problem, "+z")
 
 

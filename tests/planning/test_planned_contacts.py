@@ -73,7 +73,7 @@ def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
 ) -> None:
     """Nothing but the depth rule: no way out among those along which the case may touch the book."""
     problem = PickProblem(planner, under, cell.pod.bins[BIN], under.find(CASE), cell.places["tote"])
-    assert BOOK in problem.contacts.beside
+    assert BOOK in problem.contacts.near_off_floor
     flying = problem.extraction.leaving
     up = np.array([0.0, 0.0, 0.02, 0.0, 0.0, 0.0])
     assert flying.is_valid(np.zeros(6))

@@ -1,4 +1,4 @@
-"""Suggested configurations: what each promises is checked anew, and a cell loads with the best."""
+"""Suggested configurations: what each promises is checked again, and a cell loads with the best."""
 
 from __future__ import annotations
 

@@ -331,7 +331,7 @@ def test_a_broken_row_is_told_by_its_names(stored: dict[str, Path]) -> None:
 
 
 def test_a_description_that_was_edited_in_both_copies_is_beyond_repair(stored: dict[str, Path]) -> None:
-    """By someone who packs the spare anew, but does not seal the attributes."""
+    """By someone who packs the spare again, but does not seal the attributes."""
     path = stored["roadmap"]
     found = restored(path.read_bytes())
     path.write_bytes(found.image.replace(b"RRTstar", b"RRTSTAR"))

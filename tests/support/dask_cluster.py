@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-# As if each had been installed anew: someone may be editing the sources while the tests run.
+# As if each had been installed again: someone may be editing the sources while the tests run.
 # None of them outlives the tests, however those end.
 _PROGRAM = f"""
 import os, sys, threading, time

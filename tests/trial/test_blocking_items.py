@@ -216,7 +216,7 @@ def test_what_cannot_be_held_is_not_offered_to_every_bin() -> None:
 
 
 def test_what_turns_out_to_be_reachable_is_picked_by_the_same_look() -> None:
-    """Refused by what was seen then; seen anew since, thinking nothing away helps."""
+    """Refused by what was seen then; seen again since, thinking nothing away helps."""
     order = pick_order(
         {"bin_A": ("crayola_24_ct", "jane_eyre_dvd", "scotch_duct_tape"), "bin_B": ("dove_beauty_bar",)},
         ("bin_A", "crayola_24_ct"),

@@ -2,7 +2,7 @@
 
 Every board is a sloped slab, a flat slab behind it, and its front edge: a lip that stands above the floor
 and one that hangs below the underside. What lies below the lowest board, above the highest and behind the
-back wall is solid: nothing of ours belongs there.
+back wall is solid: nothing of the robot belongs there.
 """
 
 from __future__ import annotations

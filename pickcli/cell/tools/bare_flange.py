@@ -1,4 +1,4 @@
-"""A flange on which nothing is mounted: it holds nothing, and whoever asks how is told so."""
+"""A flange on which nothing is mounted: it holds nothing, and says so to all that asks."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def carried_run(
 ) -> CertifiedRun | Failures:
     """One run with an item, nowhere faster than the cup holds under gravity and acceleration.
 
-    Where the motion without a load keeps what the cup bears, that is the answer. Else it is timed anew, with
+    Where the motion without a load keeps what the cup bears, that is the answer. Else it is timed again, with
     the wrench among its limits.
 
     Args:

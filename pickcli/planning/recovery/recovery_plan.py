@@ -1,4 +1,4 @@
-"""A safe way out from wherever a motion stopped, on one of several levels. See docs/recovery.md.
+"""A safe way out from where a motion stopped, on one of several levels. See docs/recovery.md.
 
 Delft's and KTH's systems start over from a place in front of the shelf; a robot that stopped on a proven
 path gets there by lines and coarse motions that are proven again, for the tool as it is now. Where the rules

@@ -27,9 +27,9 @@ from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.stopping_trajectory import resume
 
 FINE = 1e-3  # s between samples by which times of two trajectories along one path are told apart
-LEAST_WAY = 1e-3  # joint units; a shorter way is none
+LEAST_WAY = 1e-3  # joint units; a shorter way counts as no motion
 
-# What a segment is when it is gone through backwards with the empty tool.
+# Kind of each segment when it is traversed backwards with the empty tool.
 _BACKWARDS = {
     SegmentKind.PREAPPROACH: SegmentKind.RETREAT,
     SegmentKind.APPROACH: SegmentKind.RETREAT,
@@ -208,7 +208,7 @@ def _retraced(
 def _segments(
     passed: Sequence[Segment], ends: Sequence[float], is_back: bool, held: str | None, tool_state: ToolState
 ) -> tuple[Segment, ...]:
-    """The segments gone through, with their new times; pieces without any duration are left out."""
+    """The segments that were traversed, with their new times; pieces without any duration are left out."""
     carries = held is not None
     segments: list[Segment] = []
     t = 0.0
@@ -260,7 +260,7 @@ def _cut(trajectory: Trajectory, t0: float, t1: float) -> Trajectory:
 
 
 def _reversed(trajectory: Trajectory) -> Trajectory:
-    """A trajectory gone through from its end to its start."""
+    """A trajectory reversed: from its end to its start."""
     return replace(
         trajectory,
         times=trajectory.duration - trajectory.times[::-1],

@@ -30,7 +30,7 @@ from pickcli.seeds import derived_rng
 
 STEP = 0.02  # m between spots that are tried
 FROM_MOUTH = 0.01  # m that stay free behind the mouth
-BEHIND_LIP = 0.03  # m the same where a lip stands before the floor: those are 20 mm deep
+BEHIND_LIP = 0.03  # m that stay free where a lip, 20 mm deep, stands before the floor
 HOVER = 0.001  # m over the floor, on top of how much lower the item may be than its pose says
 WANTED = 2  # motions among which the best whole one is chosen
 NEXT_COST = 0.1  # s that the next best place is worth
@@ -65,7 +65,7 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
     found: list[PlaceMotion] = []
     for k, placed in enumerate(placements):
         back = problem.back_from(placed)
-        if back.contacts.beside:
+        if back.contacts.near_off_floor:
             failures += _too_close(back, f"place {k} in {destination.name}")
             continue
         picked = _picked_back(back, chosen.grasp, rng)
@@ -116,7 +116,7 @@ def _hanging(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
 
 def _too_close(back: PickProblem, where: str) -> Failures:
     """What else than the floor the item would touch where it is set down."""
-    items, names = frozenset(placed.id for placed in back.scene.items), sorted(back.contacts.beside)
+    items, names = frozenset(placed.id for placed in back.scene.items), sorted(back.contacts.near_off_floor)
     return Failures(tuple(Reason("too close", where, name, name if name in items else "") for name in names))
 
 

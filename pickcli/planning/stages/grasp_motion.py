@@ -150,20 +150,20 @@ class _Lines:
     def outward(self, poses: LiftPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Lift and retreat with the target; free of all contact once the first stretch has ended."""
         settings, kind, modes = self.context.settings, SegmentKind, self.modes
-        freeing = _Line(kind.LIFT, modes.lifting, self.contact, poses.freed, settings.lift_speed)
-        freed = self._followed((freeing,), q_contact)
-        if isinstance(freed, Failures):
-            return freed
-        q, carrying = freed[-1].end, self.checker(modes.carrying)
+        first = _Line(kind.LIFT, modes.lifting, self.contact, poses.first_stretch, settings.lift_speed)
+        freeing = self._followed((first,), q_contact)
+        if isinstance(freeing, Failures):
+            return freeing
+        q, carrying = freeing[-1].end, self.checker(modes.carrying)
         if not carrying.is_valid(q):
             return _invalid(carrying, q, f"{self.where}, lift")
-        lift = _Line(kind.LIFT, modes.carrying, poses.freed, poses.lift, settings.lift_speed)
+        lift = _Line(kind.LIFT, modes.carrying, poses.first_stretch, poses.lift, settings.lift_speed)
         pushes = (
             _Line(kind.RETREAT, modes.carrying, here, there, settings.retreat_speed)
             for here, there in pairwise((poses.lift, *poses.retreat))
         )
         rest = self._followed((lift, *pushes), q)
-        return rest if isinstance(rest, Failures) else (*freed, *rest)
+        return rest if isinstance(rest, Failures) else (*freeing, *rest)
 
     def _followed(self, lines: Iterable[_Line], q: Array) -> tuple[MotionSegment, ...] | Failures:
         """The lines one after the other as segments, from a configuration (n,) at the start of the first."""

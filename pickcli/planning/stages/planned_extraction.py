@@ -76,13 +76,13 @@ def _through(
     """Corridors from the ends of first stretches (6,) to places outside (G, 6), shortest first."""
     space = JointSpace(NAMES, LOWER, UPPER, SPEED, SPEED)
     found: list[tuple[float, Corridor]] = []
-    for k, freed in enumerate(starts):
-        path = plan(carrying, space, freed, goals, seed=seed + k, options=search)
+    for k, first_stretch in enumerate(starts):
+        path = plan(carrying, space, first_stretch, goals, seed=seed + k, options=search)
         if path is None:
             continue
         short = shorten(carrying, space, path, seed=seed + k, iterations=SHORTCUTS)
         if len(short.waypoints) <= MOST_PUSHES + 1:
-            found.append((_length(short), Corridor(freed, freed, tuple(short.waypoints[1:]))))
+            found.append((_length(short), Corridor(first_stretch, first_stretch, tuple(short.waypoints[1:]))))
     return tuple(corridor for _, corridor in sorted(found, key=lambda f: f[0]))
 
 

@@ -37,7 +37,7 @@ class CoarsePath:
         waypoints: (N, n) configurations.
         goal: Index into the goals that were given.
         duration: s, estimated.
-        source: Who found it: "straight edge", "database", "roadmap" or "planner".
+        source: What found it: "straight edge", "database", "roadmap" or "planner".
         experience: What the search for it found that was not stored, if it was searched for at all.
     """
 
