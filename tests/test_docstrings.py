@@ -90,3 +90,16 @@ def test_first_lines_do_not_lean_on_a_neighbour(name: str) -> None:
     ]
     assert summaries
     assert [(where, summary) for where, summary in summaries if LEANING.match(summary)] == []
+
+
+LEAST_WORDS = 3
+
+
+@pytest.mark.parametrize("name", DOCUMENTED)
+def test_first_lines_say_more_than_a_word_or_two(name: str) -> None:
+    """A reader who sees one line learns nothing from "None."."""
+    paths = sorted((PACKAGE / name).rglob("*.py")) or [PACKAGE / f"{name}.py"]
+    definitions = [node for path in paths for _, node in public(ast.parse(path.read_text()).body)]
+    assert definitions
+    first_lines = [(node.name, (ast.get_docstring(node) or "").partition("\n")[0]) for node in definitions]
+    assert [(of, line) for of, line in first_lines if len(line.split()) < LEAST_WORDS] == []

@@ -17,7 +17,7 @@ MAX_ERROR = 1e-3  # rad or m by which a controller's interpolation may leave the
 
 
 def trajectory_message(joint_names: tuple[str, ...], samples: MotionSamples) -> dict[str, Any]:
-    """A trajectory_msgs/JointTrajectory.
+    """Make a trajectory_msgs/JointTrajectory message.
 
     Args:
         joint_names: Names of the n joints.

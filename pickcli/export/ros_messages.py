@@ -83,7 +83,7 @@ def _made_of(name: str, found: list[str]) -> list[str]:
 
 
 def header(frame: str, stamp: dict[str, int]) -> dict[str, Any]:
-    """A std_msgs/Header.
+    """Make a std_msgs/Header message.
 
     Args:
         frame: Name of a frame.
@@ -108,7 +108,7 @@ def point(p: Array) -> dict[str, float]:
 
 
 def quaternion(R: Array) -> dict[str, float]:
-    """A geometry_msgs/Quaternion.
+    """Make a geometry_msgs/Quaternion message.
 
     Args:
         R: (3, 3) rotation matrix.
@@ -120,7 +120,7 @@ def quaternion(R: Array) -> dict[str, float]:
 
 
 def ros_pose(T: Array) -> dict[str, Any]:
-    """A geometry_msgs/Pose.
+    """Make a geometry_msgs/Pose message.
 
     Args:
         T: (4, 4) pose.
@@ -132,7 +132,7 @@ def ros_pose(T: Array) -> dict[str, Any]:
 
 
 def transform(parent: str, child: str, T: Array, stamp: dict[str, int]) -> dict[str, Any]:
-    """A geometry_msgs/TransformStamped.
+    """Make a geometry_msgs/TransformStamped message.
 
     Args:
         parent: Name of a frame.
@@ -148,7 +148,7 @@ def transform(parent: str, child: str, T: Array, stamp: dict[str, int]) -> dict[
 
 
 def colour(rgba: tuple[float, float, float, float]) -> dict[str, float]:
-    """A std_msgs/ColorRGBA.
+    """Make a std_msgs/ColorRGBA message.
 
     Args:
         rgba: Red, green, blue and opacity.

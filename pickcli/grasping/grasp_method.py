@@ -108,12 +108,12 @@ class GraspMethod(ABC):
 
     @property
     def take_up(self) -> float:
-        """See the class."""
+        """Path in m over which an item's weight is taken up slowly; 0 where it is taken up at once."""
         return 0.0
 
     @property
     def take_up_speed(self) -> float:
-        """See the class."""
+        """The fastest speed in m/s while the weight is taken up; infinite without such a path."""
         return np.inf
 
     @abstractmethod

@@ -39,7 +39,7 @@ class SuctionGrasping(GraspMethod):
 
     @property
     def take_up_speed(self) -> float:
-        """As the cell states it."""
+        """The fastest speed in m/s while the cup takes up the weight, as the cell states it."""
         return self.tool.cup.take_up_speed
 
     def may_hold(self, item: Item) -> bool:
@@ -141,7 +141,7 @@ class SuctionGrasping(GraspMethod):
         )
 
     def rests(self, devices: Mapping[str, Device], release_time: float) -> GraspTimes:
-        """Until the cup has sealed, and until the item has come off it.
+        """Rests: until the cup has sealed, and until the item has come off the cup.
 
         Args:
             devices: Devices of the cell, by name.

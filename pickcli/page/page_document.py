@@ -39,7 +39,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Chart:
-    """Stacked bars.
+    """A chart of stacked bars.
 
     Attributes:
         title: Heading.
@@ -71,7 +71,7 @@ class PageTable:
 
 @dataclass(frozen=True, eq=False)
 class PageDocument:
-    """A page.
+    """Everything that one page shows.
 
     Attributes:
         kind: "cell", "scene", "plan", "roadmap", "trajectory database", "trial" or "trials".

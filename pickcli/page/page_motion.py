@@ -41,7 +41,7 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class PageMotion:
-    """What moves.
+    """All that moves on a page.
 
     Attributes:
         duration: s.

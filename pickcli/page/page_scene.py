@@ -173,7 +173,7 @@ class PagePlace:
 
 @dataclass(frozen=True, eq=False)
 class PageItem:
-    """One item.
+    """One item as a page shows it.
 
     Attributes:
         id: In the scene.

@@ -91,7 +91,7 @@ class NearestPairs:
         self._contacts += [contacts[i] for i in later]
 
     def clearance(self) -> PathClearance:
-        """What was found.
+        """The clearance along the path, from what was measured so far.
 
         Returns:
             The clearance, from below.

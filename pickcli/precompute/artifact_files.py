@@ -37,7 +37,8 @@ def make_roadmap(
         cell: The cell.
         path: Where to write.
         settings: How to build; None for the default.
-        run_options: Who does the tasks and who is told; None for this process and silence.
+        run_options: Executor of the tasks and observer of their progress; None for this process,
+            unobserved.
         overwrite: Whether a file that is there by then may be replaced.
 
     Returns:
@@ -70,7 +71,8 @@ def make_trajectories(
         cell: The cell.
         path: Where to write.
         settings: How to build; None for the default.
-        run_options: Who does the tasks and who is told; None for this process and silence.
+        run_options: Executor of the tasks and observer of their progress; None for this process,
+            unobserved.
         overwrite: Whether a file that is there by then may be replaced.
 
     Returns:

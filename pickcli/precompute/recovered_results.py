@@ -48,7 +48,7 @@ def make_again(path: Path, found: IntegrityReport, cell: Cell, run_options: RunO
         path: The file.
         found: By ``surveyed``, of the same file.
         cell: The cell to write it for.
-        run_options: Which results are kept, who does the tasks and who is told.
+        run_options: Which results are kept, executor of the tasks, observer of progress.
 
     Returns:
         How many tasks were kept, and how many were done.

@@ -117,7 +117,7 @@ class RoadmapEdgeJob:
 
     @cached_property
     def space(self) -> JointSpace:
-        """The joints."""
+        """Joint space of the robot, in which edges are planned."""
         return JointSpace.of(self.cell.robot)
 
     @property

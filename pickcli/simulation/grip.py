@@ -86,23 +86,23 @@ class NoGrip:
 
     @property
     def attached(self) -> str | None:
-        """None."""
+        """Name of the item that is attached: never one."""
         return None
 
     @property
     def is_holding(self) -> bool:
-        """False: there is no sensor."""
+        """Whether a sensor says that something is held: no, there is none."""
         return False
 
     def before_step(self, T_world_tip: Array) -> None:
-        """Do nothing.
+        """Do nothing before a step: a flange exerts no force.
 
         Args:
             T_world_tip: (4, 4) of the flange.
         """
 
     def after_step(self, t: float) -> None:
-        """Do nothing.
+        """Do nothing after a step: a flange takes no hold.
 
         Args:
             t: Simulated time, s.

@@ -35,7 +35,7 @@ class NoWatch:
     """Watches a tool that holds nothing."""
 
     def stop(self, segment: Segment, t: float) -> ProtectiveStop | None:
-        """Nothing to judge.
+        """No reason to stop, for nothing is held.
 
         Args:
             segment: The part of the plan that the robot is in.

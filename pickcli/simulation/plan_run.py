@@ -121,7 +121,7 @@ class PlanRun(Generic[D]):
             self.step()
 
     def record(self) -> PlanRecord:
-        """What happened.
+        """Record what has been carried out and measured.
 
         Returns:
             The record so far.

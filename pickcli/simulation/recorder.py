@@ -107,4 +107,4 @@ class Recorder:
         self.set_points.append((self.t, self._q))
 
     def close(self) -> None:
-        """Do nothing."""
+        """Do nothing, as nothing is connected."""

@@ -67,7 +67,7 @@ class SimulatedCup(SimulatedTool):
 
     @property
     def grip(self) -> Grip:
-        """The cup."""
+        """What holds items: the cup."""
         return self._suction
 
     @property

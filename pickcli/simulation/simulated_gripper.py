@@ -53,7 +53,7 @@ class SimulatedGripper(SimulatedTool):
 
     @property
     def grip(self) -> Grip:
-        """The fingers."""
+        """What holds items: the fingers."""
         return self._fingers
 
     @property

@@ -115,25 +115,25 @@ class BareTool(SimulatedTool):
 
     @property
     def grip(self) -> Grip:
-        """None that holds anything."""
+        """What holds items: a flange, which holds none."""
         return self._grip
 
     @property
     def max_press(self) -> float:
-        """Nothing."""
+        """The force in N that the tool presses with at most: 0."""
         return 0.0
 
     def mount(self, engine: Engine, robot: str, items: dict[str, Item]) -> None:
-        """Do nothing.
+        """Do nothing, for there is nothing to mount.
 
         Args:
             engine: Where the robot is.
             robot: Name of the robot's body.
-            items: Nothing of which is held.
+            items: Items by name, none of which it holds.
         """
 
     def state(self, measured: Array) -> ToolState:
-        """The only one.
+        """The state that the tool is in: a flange has one only.
 
         Args:
             measured: (0,).
@@ -144,10 +144,10 @@ class BareTool(SimulatedTool):
         return self.tool.default_state
 
     def has_hold(self, seal: float) -> bool:
-        """Never.
+        """Whether the tool has taken hold of an item: never.
 
         Args:
-            seal: Of no account.
+            seal: Not used.
 
         Returns:
             False.
@@ -155,13 +155,13 @@ class BareTool(SimulatedTool):
         return False
 
     def watch(self, thresholds: Thresholds) -> HoldWatch:
-        """Nothing to judge.
+        """A watch on the hold that never stops a motion, for nothing is held.
 
         Args:
-            thresholds: Of no account.
+            thresholds: Not used.
 
         Returns:
-            What never stops anything.
+            The watch.
         """
         return NoWatch()
 

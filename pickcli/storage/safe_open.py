@@ -35,8 +35,8 @@ from pickcli.storage.header_backup import MAX_FILE
 from pickcli.storage.table_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, FileFormat, Table
 
 MAX_NAMES = 64
-HEAD = 64  # bytes that tell a text from anything else
-MAX_TEXT_READ = 2**20  # bytes of a text, to tell what it is
+HEAD = 64  # bytes by which a text is recognised
+MAX_TEXT_READ = 2**20  # bytes of a text that are read to name its kind
 
 # What h5py and our own checks raise on bytes that are not what was written.
 SYMPTOMS = (

@@ -19,7 +19,7 @@ WEIGHTS = (0.5, 0.3, 0.2)  # of the flattest stance, the next and the tallest
 
 @dataclass(frozen=True, eq=False)
 class StablePose:
-    """One side down.
+    """A pose in which an item stands on one of its sides.
 
     Attributes:
         R_up_item: (3, 3) orientation before any turn about the vertical.

@@ -39,7 +39,7 @@ class HasDuration(Protocol):
 
     @property
     def duration(self) -> float:
-        """Duration, s."""
+        """Duration of the motion, s."""
 
 
 T = TypeVar("T", bound=HasDuration)

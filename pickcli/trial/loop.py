@@ -136,7 +136,7 @@ class _Trial:
         self.attempts: list[tuple[TargetState, Attempt]] = []
 
     def play(self) -> None:
-        """Whatever promises most, until all is done, nothing new can be tried, or the time is over."""
+        """Make the most promising attempt, again and again, until all is done, tried, or the time is over."""
         self.homes = {placed.id: placed.location for placed in self.runner.scene().items}
         while self.runner.has_time_to_plan:
             may_clear = may_move_others(self.order)

@@ -32,7 +32,7 @@ class PackedModel(FileModel):
     data: str
 
     def rows(self, n_columns: int, most: float) -> Array:
-        """The array.
+        """The rows as one array.
 
         Args:
             n_columns: How many it should have.

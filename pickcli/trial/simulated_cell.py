@@ -136,7 +136,7 @@ class SimulatedArena:
         self._world.close()
 
     def wait(self, duration: float) -> None:
-        """Stand still.
+        """Stand still for some time.
 
         Args:
             duration: Simulated s.

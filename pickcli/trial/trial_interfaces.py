@@ -110,7 +110,7 @@ class Arena(Protocol):
         """
 
     def wait(self, duration: float) -> None:
-        """Stand still.
+        """Stand still for some time.
 
         Args:
             duration: Simulated s.

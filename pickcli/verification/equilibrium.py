@@ -47,7 +47,7 @@ class RigidBody:
 
     @property
     def is_firm(self) -> bool:
-        """Whether no force moves it."""
+        """Whether the body is firm, so that no force moves it."""
         return bool(np.isinf(self.mass))
 
 

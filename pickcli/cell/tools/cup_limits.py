@@ -40,7 +40,7 @@ class CupLimits:
 
     @property
     def bearer(self) -> str:
-        """What bears, as reasons say it."""
+        """The words for who bears the load, in reasons."""
         return "the cup bears"
 
     @property

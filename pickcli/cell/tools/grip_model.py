@@ -21,23 +21,23 @@ class GripLimits(Protocol):
 
     @property
     def max_pull(self) -> float:
-        """N along the axis of the hold."""
+        """N of pull, along the axis of the hold."""
 
     @property
     def max_shear(self) -> float:
-        """N across it."""
+        """N of shear, across the axis of the hold."""
 
     @property
     def max_moment(self) -> float:
-        """Nm of bending, about any axis across it."""
+        """Nm of bending, about any axis across that of the hold."""
 
     @property
     def max_twist(self) -> float:
-        """Nm about it."""
+        """Nm of twist, about the axis of the hold."""
 
     @property
     def bearer(self) -> str:
-        """What bears, as reasons say it: "the cup bears"."""
+        """The words for who bears the load, in reasons: "the cup bears"."""
 
     @property
     def bears_push(self) -> bool:
@@ -106,7 +106,7 @@ class GripModel(Protocol):
 
     @property
     def holder(self) -> str:
-        """What an item is held in, in a word: "cup"."""
+        """The word for what holds an item: "cup"."""
 
     @property
     def limits(self) -> GripLimits:
@@ -126,7 +126,7 @@ class GripModel(Protocol):
 
     @property
     def tip_radius(self) -> float:
-        """M around the tip within which what is held begins."""
+        """Radius in m around the tip within which what is held begins."""
 
     @property
     def gives_way(self) -> float:

@@ -60,7 +60,7 @@ class ParallelGripper:
 
     @property
     def holder(self) -> str:
-        """What an item is held in."""
+        """The word for what holds an item."""
         return "gripper"
 
     @property
@@ -80,12 +80,12 @@ class ParallelGripper:
 
     @property
     def gives_way(self) -> float:
-        """By nothing: pads close on an item, and are not pressed on it."""
+        """How far in m it gives way along its axis: 0, as pads close on an item and press on nothing."""
         return 0.0
 
     @property
     def stiffness(self) -> float:
-        """Rigid along the axis."""
+        """N/m with which it gives way along its axis: infinite."""
         return np.inf
 
     @property

@@ -40,7 +40,7 @@ class PinchLimits:
 
     @property
     def bearer(self) -> str:
-        """What bears, as reasons say it."""
+        """The words for who bears the load, in reasons."""
         return "the pads bear"
 
     @property

@@ -42,7 +42,7 @@ class SuctionCup:
 
     @property
     def holder(self) -> str:
-        """What an item is held in."""
+        """The word for what holds an item."""
         return "cup"
 
     @property
@@ -52,7 +52,7 @@ class SuctionCup:
 
     @property
     def holds_by_vacuum(self) -> bool:
-        """True."""
+        """Whether it holds by vacuum: yes."""
         return True
 
     @property
