@@ -170,7 +170,8 @@ def _film(video: Path | None, cell: Cell, plans: list[Plan]) -> GifRecorder | No
         return None
     import numpy as np
 
-    from pickcli.simulation.camera import GifRecorder, view_of_motion
+    from pickcli.simulation.camera import GifRecorder
+    from pickcli.simulation.camera_view import view_of_motion
 
     Q = np.concatenate([plan.trajectory.positions for plan in plans])
     return GifRecorder.named(video, view_of_motion(cell, Q))

@@ -5,7 +5,8 @@ Read in this order:
 - The engine: `engine` and `engine_bodies`, the only files that know pybullet.
 - The world of a scene: `world`, made of `scene_bodies` and `robot_urdf`; `reality` says how it differs from
   its model, `places` where an item lies in it, `contacts` what touched that is not among the
-  `planned_contacts`; `settle` lets items come to rest without a robot, `camera` and `colours` make pictures.
+  `planned_contacts`; `settle` lets items come to rest without a robot; `camera`, from a `camera_view`, and
+  `colours` make pictures.
 - Which pairs the physics leaves out: `collision_filter`.
 - How joints move: `servo`, and `braking`, the hardest stop.
 - The tool: `simulated_tool`, by `tool_choice` a `simulated_cup` or a `simulated_gripper`. What holds items is

@@ -12,7 +12,7 @@ import yaml
 from pickcli.cell.cell_file import load_cell
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.motion.plan_file import read_plan
-from pickcli.simulation.camera import CELL_VIEW, view_of_motion
+from pickcli.simulation.camera_view import CELL_VIEW, view_of_motion
 from support.bare_robot import write_bare_robot
 from support.command_line import apc, misused, refused
 
