@@ -99,7 +99,7 @@ class Shape:
     def inflated(self, by: float) -> Shape:
         """The shape grown on every side.
 
-        It contains every point within ``by`` of the shape, but for the rounded corners of which it is the
+        It contains every point within ``by`` of the shape, except for the rounded corners of which it is the
         hull.
 
         Args:

@@ -167,7 +167,7 @@ class CollisionModel:
         return bool(kernel.edge_is_free(lower, upper, self.cell.clearance + APART))
 
     def static_bodies(self) -> tuple[tuple[str, Array, Body], ...]:
-        """Shapes of every link that stands still with the base, but for hulls.
+        """Shapes of every link that stands still with the base, except for hulls.
 
         Returns:
             (link name, T_world_link (4, 4), shape) of each.
@@ -250,7 +250,7 @@ class CollisionModel:
         return [*moving[:-1], self.swept(moving[-1])]
 
     def _pairs(self) -> Iterator[tuple[int, int]]:
-        """Frames with shapes that move against each other, but for allowed pairs."""
+        """Frames with shapes that move against each other, except for allowed pairs."""
         solid = [k for k in range(self.n_frames) if len(self._covers[k].radii)]
         for i, j in combinations(solid, 2):
             if self.bodies[j] > self.bodies[i] and not self.is_allowed(

@@ -17,7 +17,7 @@ from pickcli.motion.plan import Grasp
 
 @dataclass(frozen=True)
 class GripLoad:
-    """Worst load on cup or pads over a motion, each figure by itself but for the ratio.
+    """Worst load on cup or pads over a motion, each figure by itself except for the ratio.
 
     Attributes:
         pull: N along the cup's axis, away from it; along which fingers close, either way.

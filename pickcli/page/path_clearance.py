@@ -130,7 +130,7 @@ def _nearest(
     carried: Sequence[Carried],
     steady: frozenset[tuple[str, str]],
 ) -> list[Contact]:
-    """The nearest pair at every time, but for those that are left out."""
+    """The nearest pair at every time, except for those that are left out."""
     found = [_NOTHING] * len(times)
     for segment, rows in _rows(segments, times):
         checker = _checker(model, scene, segment, carried, steady)

@@ -122,7 +122,7 @@ class BenchmarkEntry(Protocol):
         """What the table calls the planner."""
 
     def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
-        """Plan one query; repeatable by seed but for the wall clock.
+        """Plan one query; repeatable by seed except for the wall clock.
 
         Args:
             query: Start and goal.
@@ -156,7 +156,7 @@ class GeometricEntry:
         return str(self.planner)
 
     def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
-        """Plan one query; repeatable by seed but for the wall clock.
+        """Plan one query; repeatable by seed except for the wall clock.
 
         Args:
             query: Start and goal.
@@ -198,7 +198,7 @@ class MinimumTimeEntry:
         return "search in time"
 
     def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
-        """Search one query; repeatable by seed but for the wall clock.
+        """Search one query; repeatable by seed except for the wall clock.
 
         Args:
             query: Start and goal.

@@ -11,7 +11,7 @@ SLOWER_THAN_ALLOWED = 0.98  # of a limit of the tool's speed: timing bounds it b
 class Neighbours(StrEnum):
     """What the lines inside the bin do about other items."""
 
-    AVOID = "avoid"  # Delft: no contact with neighbours but for the stated first stretch of the lift
+    AVOID = "avoid"  # Delft: no contact with neighbours except for the stated first stretch of the lift
     IGNORE = "ignore"  # KTH: collisions with the bin's content are not considered
 
 

@@ -42,7 +42,7 @@ def find_robot_files(
 ) -> RobotFiles:
     """Find what a URDF needs: the meshes of its collision shapes, and of its visuals those that are there.
 
-    The text stays as it is but for meshes that it names by a path that leads out of its folder.
+    The text stays as it is except for meshes that it names by a path that leads out of its folder.
 
     Args:
         urdf: A URDF or xacro file.

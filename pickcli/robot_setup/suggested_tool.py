@@ -83,7 +83,7 @@ class SuggestedTool:
         figures: What it can do, by the names of the cell file.
         joints: Names of the joints that it moves itself.
         travel: m that the fingers of a gripper have between their outermost states; 0 of a cup.
-        drawing: Text of its URDF but for the figures that it is drawn by; None where the robot's has it.
+        drawing: Text of its URDF except for the figures that it is drawn by; None where the robot's has it.
         note: What is to be thought of; empty where nothing is.
     """
 

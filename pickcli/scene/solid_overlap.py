@@ -67,7 +67,7 @@ class PosedSolid:
 def overlap_depth(a: PosedSolid, b: PosedSolid, tolerance: float = TOUCH) -> float:
     """How deep two solids stand in each other.
 
-    Exact for two boxes. For round ones never under the true depth, but for cylinders, of which the rim may
+    Exact for two boxes. For round ones never under the true depth, except for cylinders, of which the rim may
     stand half as deep again as the tolerance in the corner of a box and count as touching; and 0 whenever a
     motion of the tolerance parts them.
 

@@ -208,7 +208,7 @@ class EngineBodies:
     def load_robot(self, name: str, urdf: Path, T_world_base: Array) -> None:
         """Add a robot on a fixed base; its own damping is off.
 
-        Its links collide with each other, but for those that a joint connects.
+        Its links collide with each other, except for those that a joint connects.
 
         Args:
             name: Of the body.

@@ -30,7 +30,7 @@ def is_proven(trajectory: Trajectory, proof: TrajectoryValidator) -> bool:
 def refined(trajectory: Trajectory, step: float) -> Trajectory:
     """Resample a trajectory so that its points are at most ``step`` s apart.
 
-    The motion stays the same: exact for quintics, but for rounding.
+    The motion stays the same: exact for quintics, except for rounding.
 
     Args:
         trajectory: The trajectory to divide.

@@ -34,7 +34,7 @@ def filter_jerk(
     Args:
         names: Joint names, in the order of the columns.
         motion: The parabolic trajectory to be filtered.
-        goal: (n,) configuration in which the result ends to the last bit; the motion ends there but for
+        goal: (n,) configuration in which the result ends to the last bit; the motion ends there except for
             rounding.
         parabolic: The limits that the motion was made for.
         limits: The limits that the result is checked against.

@@ -64,7 +64,7 @@ def straight_segment(q0: Array, q1: Array, limits: ParabolicLimits) -> Parabolic
 
 
 def ticks_up(t: Array | float) -> Array:
-    """Round times up to whole ticks, but for rounding errors.
+    """Round times up to whole ticks, except for rounding errors.
 
     Args:
         t: Times of any shape, s.

@@ -1,7 +1,7 @@
 """After a stop: bring what may be held to where it may lie, then bring the arm out, whatever it takes.
 
 Nothing here gives up but time: where no level of recovery leads anywhere, the robot waits, looks again and
-tries them all with another seed, but for those that were stopped from there before. See docs/recovery.md.
+tries them all with another seed, except for those that were stopped from there before. See docs/recovery.md.
 """
 
 from __future__ import annotations

@@ -2,12 +2,12 @@
 
 Measured on the solids as they are perceived, not grown. Two items lie in each other, as their poses say, at
 most as deep as both may be off; taken out, the item may go no deeper into a neighbour than it lies where it
-is taken, but for what a pose that is off in angle leads astray, and what it is clear of there it may come to
-by no more than that. The same holds backwards where it is set down.
+is taken, except for what a pose that is off in angle leads astray, and what it is clear of there it may come
+to by no more than that. The same holds backwards where it is set down.
 
 The bellows give along the axis of the cup only: one that is pressed in by its whole stroke must be clear of
-what it touches, but for what the pose of that may be off; and in a motion that is not along that axis the cup
-goes no deeper than it stands at rest.
+what it touches, except for what the pose of that may be off; and in a motion that is not along that axis the
+cup goes no deeper than it stands at rest.
 """
 
 from __future__ import annotations

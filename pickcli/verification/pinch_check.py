@@ -1,9 +1,9 @@
 """The grasp of two fingers: pads meet opposite sides of the item, inside the friction cones, and hold.
 
 Where the pads meet the item is found by lines through points all over them, along which the fingers close. A
-pad rests on the outermost of what they hit, and on all that is as far out but for what its rubber gives way.
-There it presses evenly. Newton and Euler give the wrench that moves the item so; what friction bears, and
-when a pad lifts, follows from those points.
+pad rests on the outermost of what they hit, and on all that is as far out except for what its rubber gives
+way. There it presses evenly. Newton and Euler give the wrench that moves the item so; what friction bears,
+and when a pad lifts, follows from those points.
 """
 
 from __future__ import annotations

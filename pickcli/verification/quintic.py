@@ -52,8 +52,8 @@ def _legs(p: Array, v: Array, a: Array, h: Array) -> Array:
 def largest(points: Array) -> Array:
     """Largest value of polynomials over their pieces.
 
-    From above, and within RELATIVE of the true value but for curves made to defy it: pieces that cannot hold
-    the maximum drop out, the others are halved; the hull shrinks with the square of their length.
+    From above, and within RELATIVE of the true value except for curves made to defy it: pieces that cannot
+    hold the maximum drop out, the others are halved; the hull shrinks with the square of their length.
 
     Args:
         points: (P, d + 1, n) control points.

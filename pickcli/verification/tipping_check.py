@@ -7,7 +7,7 @@ over that edge until the weight that is lifted balances the bellows that relax, 
 sliding; it falls over if its centre is over the edge before, or if the cup throws it there as they meet.
 
 The support is looked up on vertical lines: the item bears wherever its underside is as near to what is below
-as anywhere, but for what poses may be off. Between the last line on which it bears and the next, halving
+as anywhere, except for what poses may be off. Between the last line on which it bears and the next, halving
 finds the edge, from inside. Against a press from above, the support counts as grown by what poses may be off
 aside, so that what is refused tips by any of them.
 

@@ -58,7 +58,7 @@ def move(cell: Cell, start: tuple[float, ...], goal: tuple[float, ...]) -> Plan:
 
 
 def nearest(cell: Cell, q: Array) -> tuple[float, set[str]]:
-    """The nearest two links by the verifier's solids, but for those that are rigid or joined by a joint."""
+    """The nearest two links by the verifier's solids, without those that are rigid or joined by a joint."""
     names, poses = [link.name for link in cell.robot.links], link_poses(cell.robot, q[None])[:, 0]
     found = []
     for i, j in combinations(range(len(names)), 2):

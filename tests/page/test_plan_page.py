@@ -77,7 +77,7 @@ def test_clearance_is_never_more_than_there_is(shown: PageDocument) -> None:
     assert len(values) == len(unpacked(shown.clearance.times))
     certificate = verify(plan, scene).certificate
     assert certificate is not None
-    # Spheres around links are larger than the links, but for what is rounded.
+    # Spheres around links are larger than the links, except for what is rounded.
     assert 0.0 < values.min() < 0.05 and values.max() <= shown.clearance.most
     assert shown.clearance.kept == scene.cell.clearance
     assert any(CRAYOLA in name for name in shown.clearance.names)

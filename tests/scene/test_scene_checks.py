@@ -299,7 +299,7 @@ def test_many_mistakes_of_one_kind_are_one_line_with_their_cause(
 
 
 def _one_in_a_bin(cell: Cell, p: Array, noise: float) -> tuple[Scene, list[str]]:
-    """A scene with one box in a bin whose frame is the world's but for its height; and what is told of it."""
+    """A scene with one box in a bin whose frame is the world's but higher; and what is told of it."""
     bin_ = cell.pod.bins["bin_E"]
     placed = PlacedItem("one", cell.item("crayola_24_ct"), "bin_E", bin_.T_carrier_place @ pose(p))
     scene = Scene(cell, np.eye(4), (placed,), PoseNoise(noise, 0.0), seed=0)

@@ -87,7 +87,7 @@ def _shaped(*placed: tuple[Shape, Array]) -> PosedSolids:
 
 
 def _gap(a: tuple[Shape, Array], b: tuple[Shape, Array]) -> tuple[float, Array]:
-    """Width and normal of the gap from a to b; the same, but for its sign, from b to a."""
+    """Width and normal of the gap from a to b; the same, except for its sign, from b to a."""
     found = gaps(_shaped(a, b), np.array([0, 1]), np.array([1, 0]))
     assert found.width[0] == pytest.approx(found.width[1], abs=1e-9)
     np.testing.assert_allclose(found.normal[0], -found.normal[1], atol=1e-7)

@@ -151,7 +151,7 @@ class ParabolicSegment:
 
 
 def ticks_up(t: Array | float) -> Array:
-    """Round times up to whole ticks, but for rounding errors.
+    """Round times up to whole ticks, except for rounding errors.
 
     Args:
         t: Times of any shape, s.
