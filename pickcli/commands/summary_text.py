@@ -60,7 +60,7 @@ def on_a_screen(summary: dict[str, Any]) -> dict[str, Any]:
         return summary
     head = f"{summary['format']}, version {summary['version']}, {summary['bytes']} bytes"
     brief: dict[str, Any] = {"format": head, "cell_fingerprint": summary["cell_fingerprint"]}
-    brief["made"] = _how_made(summary["made"])
+    brief["made"] = _provenance_lines(summary["made"])
     for key, value in summary.items():
         if key not in (*brief, "version", "bytes", "rows"):
             brief[key] = _shortened(value)
@@ -76,7 +76,7 @@ def _shortened(value: Any) -> Any:
     return value
 
 
-def _how_made(made: Mapping[str, Any]) -> list[str]:
+def _provenance_lines(made: Mapping[str, Any]) -> list[str]:
     """Versions and settings of a stored file, in a line each."""
     told = []
     for key in ("by", "settings"):

@@ -16,7 +16,7 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_tables import RoadmapGaps
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 
-Names = tuple[str, str]
+NamePair = tuple[str, str]
 
 _ANY_POD = ("free for any displaced pod", Colour.GOOD)
 _NOMINAL = ("free for the pod in its place", Colour.FAIR)
@@ -94,7 +94,7 @@ def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence
     )  # fmt: skip
 
 
-def _bars(cell: Cell, outcomes: Iterable[tuple[Names, int]], n_kinds: int) -> tuple[CoverageBar, ...]:
+def _bars(cell: Cell, outcomes: Iterable[tuple[NamePair, int]], n_kinds: int) -> tuple[CoverageBar, ...]:
     """Per bin the number of pairs by outcome, of those that involve the bin or its camera pose."""
     bin_of = _bin_of(cell)
     counts = {name: [0] * n_kinds for name in cell.pod.bins}
@@ -110,7 +110,7 @@ def _bin_of(cell: Cell) -> Mapping[str, str]:
     return {each.name: name for each in before for name in cell.pod.bins if name.endswith(f"_{each.place}")}
 
 
-def _n_routes(roadmap: Roadmap, pair: Names) -> int:
+def _n_routes(roadmap: Roadmap, pair: NamePair) -> int:
     start, goal = (roadmap.index(name) for name in pair)
     return 0 if start is None or goal is None else len(edge_disjoint(roadmap, start, goal).routes)
 

@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.planner_benchmark.benchmark_entries import PlannerRun
 
-Names = tuple[str, str]
+NamePair = tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class BenchmarkAttempt:
     """
 
     planner: str
-    pair: Names
+    pair: NamePair
     attempt: int
     bound: float
     answer: PlannerRun | None
@@ -76,7 +76,7 @@ class PlannerComparison:
         return list(dict.fromkeys(a.planner for a in self.attempts))
 
     @property
-    def common(self) -> set[Names]:
+    def common(self) -> set[NamePair]:
         """Pairs that every planner solved at least once."""
         solved = {(a.planner, a.pair) for a in self.attempts if a.answer is not None}
         pairs = {a.pair for a in self.attempts}
@@ -110,7 +110,7 @@ def _without_nan(value: Any) -> Any:
     return None if isinstance(value, float) and np.isnan(value) else value
 
 
-def _standing(planner: str, attempts: Sequence[BenchmarkAttempt], common: set[Names]) -> PlannerSummary:
+def _standing(planner: str, attempts: Sequence[BenchmarkAttempt], common: set[NamePair]) -> PlannerSummary:
     answers = [a.answer for a in attempts if a.answer is not None]
     by_pair = [[a for a in attempts if a.pair == pair and a.answer is not None] for pair in sorted(common)]
     bounds = np.array([tries[0].bound for tries in by_pair])

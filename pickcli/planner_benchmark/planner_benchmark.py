@@ -11,14 +11,14 @@ from pickcli.cell.cell import Cell
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.planner_benchmark.benchmark_entries import BenchmarkEntry, BenchmarkQuery
-from pickcli.planner_benchmark.benchmark_summary import BenchmarkAttempt, Names, PlannerComparison
+from pickcli.planner_benchmark.benchmark_summary import BenchmarkAttempt, NamePair, PlannerComparison
 from pickcli.precompute.motion_pairs import delft_pairs
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_seed
 
 
-def blocked_pairs(cell: Cell, payload: PayloadClass) -> list[Names]:
+def blocked_pairs(cell: Cell, payload: PayloadClass) -> list[NamePair]:
     """Delft's pairs whose ends are free and whose straight line is not: no other pair needs a planner.
 
     Args:
@@ -35,7 +35,7 @@ def blocked_pairs(cell: Cell, payload: PayloadClass) -> list[Names]:
 
 def compare(
     cell: Cell,
-    pairs: Sequence[Names],
+    pairs: Sequence[NamePair],
     contestants: Sequence[BenchmarkEntry],
     *,
     payload: PayloadClass = PayloadClass.EMPTY,
@@ -79,7 +79,7 @@ def _is_blocked(query: BenchmarkQuery) -> bool:
     return checker.is_valid(q0) and checker.is_valid(q1) and not checker.is_valid_edge(q0, q1)
 
 
-def _checked(cell: Cell, model: CollisionModel, pair: Names, payload: PayloadClass) -> BenchmarkQuery:
+def _checked(cell: Cell, model: CollisionModel, pair: NamePair, payload: PayloadClass) -> BenchmarkQuery:
     for name in pair:
         if name not in cell.configurations:
             raise UnknownNameError("configuration", name, list(cell.configurations), str(cell.path))

@@ -99,7 +99,7 @@ class PickProblem:
 
     @property
     def label(self) -> str:
-        """Name of the pick in plans and messages: "pick ITEM from PLACE", and where to, unless to the tote."""
+        """Name of the pick, in plans and messages: "pick ITEM from PLACE", and where to if not the tote."""
         told = f"pick {self.target.id} from {self.place.name}"
         return told if self.destination.name == TOTE else f"{told} into {self.destination.name}"
 

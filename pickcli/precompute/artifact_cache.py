@@ -20,7 +20,7 @@ from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.repair import repair
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.store import how_made, read_database, read_roadmap, surveyed
+from pickcli.roadmap.store import read_database, read_provenance, read_roadmap, surveyed
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 
 
@@ -192,7 +192,7 @@ def _is_usable(read: Callable[[Path, Cell], Any], path: Path, cell: Cell) -> boo
     """Whether a file can be read and was made for these named configurations."""
     try:
         read(path, cell)
-        return bool(how_made(path).get("configurations") == configurations_digest(cell))
+        return bool(read_provenance(path).get("configurations") == configurations_digest(cell))
     except (ArtifactError, InputError):
         return False
 

@@ -50,7 +50,7 @@ def make_roadmap(
     job = RoadmapEdgeJob(cell, settings or RoadmapSettings())
     build = Build(job, replace(run_options or RunOptions(), output=path))
     roadmap, report = build_roadmap(job, build)
-    made = _made(job, report.summary())
+    made = _provenance(job, report.summary())
     write_roadmap(path, roadmap, cell.fingerprint, made, report.gaps, overwrite)
     build.finish()
     return report
@@ -84,7 +84,7 @@ def make_trajectories(
     job = CoarseMotionJob(cell, settings or TrajectorySettings())
     build = Build(job, replace(run_options or RunOptions(), output=path))
     database, report = build_trajectories(job, build)
-    made = _made(job, report.summary())
+    made = _provenance(job, report.summary())
     write_database(path, database, cell.fingerprint, made, report.missing, overwrite)
     build.finish()
     return report
@@ -100,7 +100,7 @@ def versions() -> dict[str, str]:
     return {"apc": __version__, **{name: importlib.metadata.version(name) for name in libraries}}
 
 
-def _made(job: CoarseMotionJob | RoadmapEdgeJob, summary: dict[str, Any]) -> dict[str, Any]:
+def _provenance(job: CoarseMotionJob | RoadmapEdgeJob, summary: dict[str, Any]) -> dict[str, Any]:
     """How a file was made: no times, no places, so that equal builds are equal bytes."""
     return {
         "by": versions(),

@@ -10,7 +10,7 @@ from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.place import Place
 from pickcli.cell.station import Pod
 
-Names = tuple[str, str]
+NamePair = tuple[str, str]
 
 # What every order does: from home and from each bin or camera pose to the tote and its drop poses, from home
 # to the bins, and from a bin to the pose from which the camera looks into it.
@@ -18,7 +18,7 @@ _KINDS = (("home", "tote"), ("bin", "tote"), ("camera", "tote"), ("home", "drop"
           ("camera", "drop"), ("home", "bin"))  # fmt: skip
 
 
-def important_pairs(cell: Cell) -> list[Names]:
+def important_pairs(cell: Cell) -> list[NamePair]:
     """List the pairs for which a blocked edge must not be the end.
 
     By the kinds of the two ends (see ``_KINDS``), each bin with its own camera pose, and each bin with those
@@ -40,7 +40,7 @@ def important_pairs(cell: Cell) -> list[Names]:
     return sorted({(min(pair), max(pair)) for pair in pairs})
 
 
-def neighbouring_bins(pod: Pod) -> Iterator[Names]:
+def neighbouring_bins(pod: Pod) -> Iterator[NamePair]:
     """List bins side by side in a row, and bins of consecutive rows of which one lies above the other.
 
     Args:

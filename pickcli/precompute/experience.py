@@ -164,7 +164,7 @@ class ExperienceFiles:
                 return RecordedExperience()
             motions = [*(old or ()), made][-MOST_MOTIONS:]
             database = TrajectoryDatabase.of(self.cell.robot.joint_names, motions)
-            write_database(self.trajectories, database, self.cell.fingerprint, self._made)
+            write_database(self.trajectories, database, self.cell.fingerprint, self._provenance)
         return RecordedExperience(motions=1)
 
     def missed(
@@ -193,10 +193,10 @@ class ExperienceFiles:
 
     def _write_edges(self, polylines: Sequence[Array]) -> None:
         roadmap = with_polylines(Roadmap.empty(self.cell.robot.joint_names), polylines)
-        write_roadmap(self.roadmap, roadmap, self.cell.fingerprint, self._made)
+        write_roadmap(self.roadmap, roadmap, self.cell.fingerprint, self._provenance)
 
     @property
-    def _made(self) -> dict[str, Any]:
+    def _provenance(self) -> dict[str, Any]:
         return {
             "by": versions(),
             "settings": LEARNED,

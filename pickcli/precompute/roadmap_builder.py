@@ -22,6 +22,7 @@ from pickcli.precompute.critical_pairs import important_pairs
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.precompute.route_redundancy import (
+    NodePair,
     RouteRedundancy,
     detour,
     edge_to_try,
@@ -31,8 +32,6 @@ from pickcli.precompute.route_redundancy import (
 from pickcli.roadmap.edge_disjoint import EdgeDisjoint, edge_disjoint
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_tables import RoadmapGaps
-
-Pair = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,7 @@ def _states(tool: Tool) -> str:
     return f"tool anywhere from {states[0]} to {states[-1]}" if len(states) > 1 else ""
 
 
-def nearest_pairs(configurations: Array, k: int) -> list[Pair]:
+def nearest_pairs(configurations: Array, k: int) -> list[NodePair]:
     """Pair each node with its k nearest (Euclidean, ties by index).
 
     Args:
@@ -124,8 +123,8 @@ class _Builder:
     build: Build
     roadmap: Roadmap = field(init=False)
     refused: list[tuple[tuple[str], Reason]] = field(default_factory=list)
-    failed: dict[Pair, Reason] = field(default_factory=dict)
-    bridges: list[Pair] = field(default_factory=list)
+    failed: dict[NodePair, Reason] = field(default_factory=dict)
+    bridges: list[NodePair] = field(default_factory=list)
     routes: RouteRedundancy = field(default_factory=RouteRedundancy)
 
     def __post_init__(self) -> None:
@@ -149,7 +148,7 @@ class _Builder:
 
     def add_second_routes(self) -> None:
         """Edges until every important pair has two routes that share none, or no more can be had."""
-        detours, alone, added = [], [], list[Pair]()
+        detours, alone, added = [], [], list[NodePair]()
         for names in important_pairs(self.job.cell):
             refused = next((reason for (name,), reason in self.refused if name in names), None)
             if refused is not None:
@@ -185,7 +184,7 @@ class _Builder:
             reason = checker.explain(named.q).within(_states(self.job.cell.robot.tool))
             self.refused.append(((named.name,), reason))
 
-    def _two_routes(self, names: tuple[str, str], added: list[Pair]) -> EdgeDisjoint:
+    def _two_routes(self, names: tuple[str, str], added: list[NodePair]) -> EdgeDisjoint:
         """The routes of a pair, once edges were tried; those found are also noted in ``added``."""
         start, goal = (self.roadmap.names.index(name) for name in names)
         while True:
@@ -201,7 +200,7 @@ class _Builder:
         ends = [[part.names.index(name) for name in pair] for pair in pairs]
         return sum(len(edge_disjoint(part, start, goal).routes) == 2 for start, goal in ends)
 
-    def _join(self, pairs: Sequence[Pair]) -> list[Pair]:
+    def _join(self, pairs: Sequence[NodePair]) -> list[NodePair]:
         """Add the edges of these pairs, each planned in the order of the names; those that were found."""
         ordered = [min(pair, pair[::-1], key=self._names) for pair in pairs]
         records = self.build.records([self._names(pair) for pair in ordered])
@@ -214,10 +213,10 @@ class _Builder:
                 self.failed[pair] = record.reason
         return found
 
-    def _pairs_apart(self) -> list[Pair]:
+    def _pairs_apart(self) -> list[NodePair]:
         """Pairs of nodes of different parts that have not failed yet, nearest first."""
         label, q = self.roadmap.components(), self.roadmap.configurations
-        pairs: Sequence[Pair] = [
+        pairs: Sequence[NodePair] = [
             (i, j) for i in range(len(q)) for j in range(i + 1, len(q)) if label[i] != label[j]
         ]
         return sorted(
@@ -225,5 +224,5 @@ class _Builder:
             key=lambda pair: (float(np.linalg.norm(q[pair[0]] - q[pair[1]])), pair),
         )
 
-    def _names(self, pair: Pair) -> tuple[str, str]:
+    def _names(self, pair: NodePair) -> tuple[str, str]:
         return self.roadmap.names[pair[0]], self.roadmap.names[pair[1]]

@@ -13,11 +13,11 @@ import numpy as np
 
 from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.errors import Reason
+from pickcli.precompute.critical_pairs import NamePair
 from pickcli.roadmap.edge_disjoint import EdgeDisjoint, crossing
 from pickcli.roadmap.graph import Roadmap
 
-Pair = tuple[int, int]
-Names = tuple[str, str]
+NodePair = tuple[int, int]  # numbers of two nodes
 
 # Failures across one cut after which no more is tried: what has failed so often is walled in, and each costs
 # a whole run of the planner.
@@ -35,9 +35,9 @@ class RouteRedundancy:
         n_for_any_pod: How many have a second route even by those edges alone that hold for any displaced pod.
     """
 
-    detours: tuple[tuple[Names, float], ...] = ()
-    alone: tuple[tuple[Names, Reason], ...] = ()
-    added: tuple[Names, ...] = ()
+    detours: tuple[tuple[NamePair, float], ...] = ()
+    alone: tuple[tuple[NamePair, Reason], ...] = ()
+    added: tuple[NamePair, ...] = ()
     n_for_any_pod: int = 0
 
     def summary(self) -> dict[str, Any]:
@@ -59,7 +59,7 @@ class RouteRedundancy:
         }
 
 
-def edge_to_try(roadmap: Roadmap, side: frozenset[int], failed: Collection[Pair]) -> Pair | None:
+def edge_to_try(roadmap: Roadmap, side: frozenset[int], failed: Collection[NodePair]) -> NodePair | None:
     """Choose the nearest two nodes on two sides of a cut that could still be joined across it.
 
     Args:
@@ -77,7 +77,7 @@ def edge_to_try(roadmap: Roadmap, side: frozenset[int], failed: Collection[Pair]
     return min(pairs, key=lambda p: (float(np.linalg.norm(q[p[0]] - q[p[1]])), p), default=None)
 
 
-def missing_redundancy(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[Pair, Reason]) -> Reason:
+def missing_redundancy(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[NodePair, Reason]) -> Reason:
     """Tell why two nodes have fewer than two routes: the edge that all need, and what was tried beside it.
 
     Args:
@@ -129,7 +129,7 @@ def detour(found: EdgeDisjoint) -> float:
     return second / first
 
 
-def _across(side: frozenset[int], pairs: Iterable[Pair]) -> list[Pair]:
+def _across(side: frozenset[int], pairs: Iterable[NodePair]) -> list[NodePair]:
     return [pair for pair in pairs if (pair[0] in side) != (pair[1] in side)]
 
 

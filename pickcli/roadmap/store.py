@@ -243,7 +243,7 @@ def describe(path: Path) -> dict[str, Any]:
         }
 
 
-def how_made(path: Path) -> dict[str, Any]:
+def read_provenance(path: Path) -> dict[str, Any]:
     """Read what a file says of how it was made.
 
     Args:

@@ -8,15 +8,13 @@ from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pickcli.cell.pod_tolerance import NOMINAL_POD, PodValidity
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
-
-IntArray = NDArray[np.int64]
+from pickcli.roadmap.graph import IntArray
 
 
 class PayloadClass(StrEnum):

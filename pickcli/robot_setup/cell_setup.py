@@ -95,7 +95,7 @@ def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserv
         raise InputError(f"{folder}: the folder {folder.parent} does not exist; make it first")
     with _staging(folder, request) as staging:
         with _unheard():
-            made = _made(staging, folder, request, on_progress)
+            made = _make(staging, folder, request, on_progress)
         staging.rename(folder)
     for line in made.cell.warnings:
         _log.warning("%s", line.replace(str(staging), str(folder)))
@@ -128,7 +128,7 @@ def _staging(folder: Path, request: SetupOptions) -> Iterator[Path]:
         shutil.rmtree(staging, ignore_errors=True)
 
 
-def _made(staging: Path, folder: Path, request: SetupOptions, on_progress: ProgressObserver) -> CellSetup:
+def _make(staging: Path, folder: Path, request: SetupOptions, on_progress: ProgressObserver) -> CellSetup:
     """Everything in its folder."""
     on_progress(Progress(0, STEPS, "reading the robot"))
     source = read_robot(request, staging)

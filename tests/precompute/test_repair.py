@@ -19,7 +19,7 @@ from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
 from pickcli.precompute import artifact_files
 from pickcli.precompute.repair import Repair, repair
-from pickcli.roadmap.store import how_made, read_database, surveyed, write_database
+from pickcli.roadmap.store import read_database, read_provenance, surveyed, write_database
 from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
 from support.small_cell import alone, small_cell
 from support.stored_kind import KINDS
@@ -122,7 +122,7 @@ def test_of_a_file_with_other_joints_nothing_is_kept(
     path.write_bytes(good["motions"])
     motions = [_without_last_joint(motion) for motion in read_database(path, points=True)]
     other = TrajectoryDatabase.of(cell.robot.joint_names[:-1], motions)
-    write_database(path, other, cell.fingerprint, how_made(path))
+    write_database(path, other, cell.fingerprint, read_provenance(path))
     assert repair(path, surveyed(path), cell).n_kept == 0
     assert path.read_bytes() == good["motions"]
 
