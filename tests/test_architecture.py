@@ -132,6 +132,22 @@ def test_a_question_for_the_kind_of_a_tool_is_found() -> None:
     assert asks_of_the_kind(ast.parse(f"{told}y = gripper.pad\nz = isinstance(x, str)")) == [1, 2, 3]
 
 
+def forms_contacts(tree: ast.AST) -> bool:
+    """Whether a module makes ``AllowedContacts``, by its constructor or by a class method."""
+    calls = (ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call))
+    return any(call.split(".")[0] == "AllowedContacts" for call in calls)
+
+
+def test_sets_of_allowed_contacts_are_formed_in_one_module() -> None:
+    """Beside their class itself: two modules that form them could allow different things for one motion."""
+    forming = {
+        str(path.relative_to(ROOT / "pickcli"))
+        for path in sorted((ROOT / "pickcli").rglob("*.py"))
+        if forms_contacts(ast.parse(path.read_text()))
+    }
+    assert forming == {"collision/allowed_contacts.py", "collision/stage_contacts.py"}
+
+
 def imported_by(path: Path, names: set[str]) -> set[str]:
     """Modules that a module imports anywhere, within functions too, but for types alone."""
     tree = ast.parse(path.read_text())

@@ -78,6 +78,23 @@ def while_coming_free(
     return AllowedContacts(free.item, free.tool, opening=opening)
 
 
+def while_in_segment(
+    touching: Iterable[str], absent: frozenset[str], left_out: frozenset[tuple[str, str]]
+) -> AllowedContacts:
+    """Contacts in a segment of a plan, by the names that the plan states.
+
+    Args:
+        touching: Names of what tool and held item may touch, at any depth.
+        absent: Ids of items that are not there.
+        left_out: Pairs of a part of the robot and a solid that are not tested.
+
+    Returns:
+        The contacts.
+    """
+    stated = AllowedContacts.at_any_depth(touching, absent)
+    return AllowedContacts(stated.item, stated.tool, absent, opening=left_out)
+
+
 @dataclass(frozen=True, eq=False)
 class PickContacts:
     """The contacts of one pick, stage by stage.

@@ -9,12 +9,12 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
-from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.kernel_robot import KernelRobot
 from pickcli.collision.kernel_validator import Contact
 from pickcli.collision.robot_model import CollisionModel
+from pickcli.collision.stage_contacts import while_in_segment
 from pickcli.files.packed_array import packed
 from pickcli.geometry import Array, from_quaternion, pose
 from pickcli.motion.segment import Segment
@@ -179,8 +179,7 @@ def _checker(
     known = {placed.id for placed in scene.items} | {body.name for body, _ in scene.standing}
     held = next((each for each in carried if each.item == segment.held), None)
     absent = frozenset({held.item} if held is not None else ())
-    touched = AllowedContacts.at_any_depth((n for n in segment.touching if n in known), absent & known)
-    contacts = replace(touched, opening=steady)
+    contacts = while_in_segment((n for n in segment.touching if n in known), absent & known, steady)
     attached = None
     if held is not None:
         T = pose(held.pose[:3], R=from_quaternion(held.pose[3:]))
