@@ -66,7 +66,9 @@ def test_an_event_after_the_end_stands_in_the_last_row() -> None:
 
 def test_segments_and_what_is_held_are_told() -> None:
     request = handmade_pick()
-    for row in rows_of(at_rate(request, 100.0))[:-1]:
+    rows = rows_of(at_rate(request, 100.0))[:-1]
+    assert {bool(row["held"]) for row in rows} == {False, True}
+    for row in rows:
         t = float(row["time_s"])
         segment = next(s for s in request.plan.segments if s.t_start - 1e-9 <= t < s.t_end)
         assert (row["segment"], row["held"]) == (segment.kind.value, segment.held or "")

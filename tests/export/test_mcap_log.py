@@ -98,6 +98,7 @@ def test_its_own_reader_finds_every_checksum_right(log: Log) -> None:
 
 def test_rosbags_knows_what_is_latched(log: Log) -> None:
     with Reader(log.path) as reader:
+        assert {connection.topic for connection in reader.connections} == set(TOPICS)
         for connection in reader.connections:
             profiles = connection.ext.offered_qos_profiles  # type: ignore[union-attr]
             durable = [profile.durability.value for profile in profiles]

@@ -95,6 +95,7 @@ def test_a_motion_depends_on_its_names_and_seed_alone() -> None:
 
 def test_a_record_gives_back_its_motion_to_the_bit(built: Built) -> None:
     database, report = built
+    assert len(database) and report.missing
     for motion in database:
         content = record_of(motion).to_bytes()
         again = made_of(motion.key, JobResult.of_bytes(content), database.joint_names)

@@ -32,6 +32,7 @@ def test_the_default_cell_reaches_its_places(found: CellCheck, cell: Cell) -> No
 
 
 def test_the_tool_poses_are_inside_of_the_place(found: CellCheck, cell: Cell) -> None:
+    assert len(found.reaches) and all(len(each.tips) for each in found.reaches)
     for each in found.reaches:
         place = cell.places[each.place]
         T_place_world = np.linalg.inv(cell.T_world_place(place))
