@@ -72,7 +72,7 @@ def _summary(output: Path, fingerprint: str, roadmap: Roadmap, built: RoadmapRep
         **built.summary(),
         "refused": [f"{name}: {reason}" for (name,), reason in gaps.refused],
         "missing": [f"{a} to {b}: {reason}" for (a, b), reason in gaps.missing],
-        "without_second_route": [f"{a} to {b}: {reason}" for (a, b), reason in gaps.alone],
+        "without_second_route": [f"{a} to {b}: {reason}" for (a, b), reason in gaps.without_second_route],
     }
 
 
@@ -99,4 +99,5 @@ def _route_lines(routes: RouteRedundancy) -> list[str]:
         head += f"at most {longer['worst']:.2f} times ({longer['worst_pair']})"
     head += f"; {told['n_for_any_displaced_pod']} have one wherever the pod stands"
     added = [f"added for a second route: {a} to {b}" for a, b in routes.added]
-    return [head, *added, *(f"no second route: {a} to {b}: {reason}" for (a, b), reason in routes.alone)]
+    missing = [f"no second route: {a} to {b}: {reason}" for (a, b), reason in routes.without_second_route]
+    return [head, *added, *missing]

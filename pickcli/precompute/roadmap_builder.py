@@ -147,7 +147,7 @@ class _Builder:
             self.bridges += self._join(apart[:1])
 
     def add_second_routes(self) -> None:
-        """Edges until every important pair has two routes that share none, or no more can be had."""
+        """Add edges until every important pair has two routes that share none, or no edge is left to try."""
         detours, alone, added = [], [], list[NodePair]()
         for names in important_pairs(self.job.cell):
             refused = next((reason for (name,), reason in self.refused if name in names), None)
@@ -164,11 +164,11 @@ class _Builder:
         self.routes = RouteRedundancy(tuple(detours), tuple(alone), joined, n_for_any)
 
     def report(self) -> RoadmapReport:
-        """What the build could not do, and what it did beyond the k nearest."""
+        """Report what the build could not do, and what it added beyond the k nearest."""
         missing = tuple((self._names(pair), reason) for pair, reason in self.failed.items())
         return RoadmapReport(
             self.job.settings,
-            RoadmapGaps(tuple(self.refused), missing, self.routes.alone),
+            RoadmapGaps(tuple(self.refused), missing, self.routes.without_second_route),
             tuple(self._names(pair) for pair in self.bridges),
             len(set(self.roadmap.components().tolist())),
             self.routes,

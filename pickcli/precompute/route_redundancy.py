@@ -26,17 +26,17 @@ MOST_TRIES = 24
 
 @dataclass(frozen=True)
 class RouteRedundancy:
-    """What became of the important pairs.
+    """Which important pairs have a second route, and which have none.
 
     Attributes:
-        detours: Of those with a second route, its length over that of the first.
-        alone: The others, and why.
-        added: Edges that were added for them.
-        n_for_any_pod: How many have a second route even by those edges alone that hold for any displaced pod.
+        detours: Pairs with a second route, and its length over that of the first.
+        without_second_route: Pairs without one, and why.
+        added: Edges that were added to make second routes.
+        n_for_any_pod: Pairs that have one even by only those edges that hold for any displaced pod.
     """
 
     detours: tuple[tuple[NamePair, float], ...] = ()
-    alone: tuple[tuple[NamePair, Reason], ...] = ()
+    without_second_route: tuple[tuple[NamePair, Reason], ...] = ()
     added: tuple[NamePair, ...] = ()
     n_for_any_pod: int = 0
 
@@ -49,7 +49,7 @@ class RouteRedundancy:
         (a, b), worst = max(self.detours, key=lambda entry: entry[1], default=(("", ""), 0.0))
         median = float(np.median([ratio for _, ratio in self.detours])) if self.detours else None
         return {
-            "n_important": len(self.detours) + len(self.alone),
+            "n_important": len(self.detours) + len(self.without_second_route),
             "n_with_second_route": len(self.detours),
             "n_for_any_displaced_pod": self.n_for_any_pod,
             "second_over_first_length": None

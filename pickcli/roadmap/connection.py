@@ -28,7 +28,7 @@ class QueryOptions:
         n_planned_goals: Goals for which the planner searches a link, if no goal has a straight one.
         n_shortcuts: Shortcuts tried on a path that was found.
         enough: Times the straight line's duration: nothing quicker is searched for.
-        n_rivals: Ways of the planner that compete with the roadmap's, each with a seed of its own.
+        n_competing_plans: Ways of the planner that compete with the roadmap's, each with a seed of its own.
     """
 
     planner: PlannerName = PlannerName.RRT_CONNECT
@@ -38,7 +38,7 @@ class QueryOptions:
     n_planned_goals: int = 2
     n_shortcuts: int = 80
     enough: float = 1.05
-    n_rivals: int = 4
+    n_competing_plans: int = 4
 
 
 DEFAULT_OPTIONS = QueryOptions()

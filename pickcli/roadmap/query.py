@@ -118,7 +118,7 @@ def _quickest(problem: PlanningProblem, label: str) -> CoarseRoute:
     """The roadmap's answer or one of the planner's, whichever takes least time."""
     enough = problem.options.enough * _duration(problem, np.stack([problem.q_start, problem.goals[0]]))
     best, least = None, np.inf
-    for route in _rivals(problem):
+    for route in _competing_routes(problem):
         duration = _duration(problem, route.path.waypoints)
         if duration < least:
             best, least = route, duration
@@ -136,12 +136,12 @@ def _why_none(problem: PlanningProblem) -> Failures:
     return Failures.of(Reason("no path", "", detail), *met)
 
 
-def _rivals(problem: PlanningProblem) -> Iterator[CoarseRoute]:
+def _competing_routes(problem: PlanningProblem) -> Iterator[CoarseRoute]:
     """The way through the roadmap, then the planner's ways until it fails."""
     through = search_roadmap(problem)
     if through is not None:
         yield _stored(problem, through)
-    for k in range(problem.options.n_rivals):
+    for k in range(problem.options.n_competing_plans):
         waypoints = problem.plan(problem.q_start, problem.goals, f"direct {k}")
         if waypoints is None:
             return

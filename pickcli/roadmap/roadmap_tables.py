@@ -47,12 +47,12 @@ class RoadmapGaps:
     Attributes:
         refused: Named configurations (one name each) that are not free, and why.
         missing: Pairs of names without an edge, and why.
-        alone: Important pairs without a second route that shares no edge with the first, and why.
+        without_second_route: Important pairs without a second route, of other edges than the first, and why.
     """
 
     refused: tuple[tuple[Names, Reason], ...] = ()
     missing: tuple[tuple[Names, Reason], ...] = ()
-    alone: tuple[tuple[Names, Reason], ...] = ()
+    without_second_route: tuple[tuple[Names, Reason], ...] = ()
 
 
 def roadmap_content(
@@ -80,7 +80,7 @@ def roadmap_content(
         },
         "refused": reason_columns(("name",), gaps.refused),
         "missing": reason_columns(("start", "goal"), gaps.missing),
-        "alone": reason_columns(("start", "goal"), gaps.alone),
+        "alone": reason_columns(("start", "goal"), gaps.without_second_route),
     }
     pieces = {
         "configurations": list(roadmap.configurations[:, None]),

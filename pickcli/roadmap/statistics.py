@@ -87,7 +87,7 @@ def roadmap_statistics(roadmap: Roadmap, gaps: RoadmapGaps) -> dict[str, Any]:
         ],
         "refused": [_named(names, reason) for names, reason in gaps.refused],
         "missing": [_named(names, reason) for names, reason in gaps.missing],
-        "without_second_route": [_named(names, reason) for names, reason in gaps.alone],
+        "without_second_route": [_named(names, reason) for names, reason in gaps.without_second_route],
     }
 
 

@@ -193,13 +193,13 @@ class Suction:
         ratio = float(self._tool.cup.limits.ratio(self.load.wrench, self.vacuum.cup / FULL_VACUUM))
         if not self.vacuum.is_valve_open:
             if ratio > 1.0 or self.vacuum.cup < RELEASE_VACUUM:
-                self._detach(t, is_wanted=True)
+                self._detach(t, is_intended=True)
             return
         self.ratio, self.max_ratio = ratio, max(self.max_ratio, ratio)
         time_step = self._engine.time_step
         self._time_over = self._time_over + time_step if ratio > 1.0 else 0.0
         if self._time_over > BREAK_TIME - time_step / 2:
-            self._detach(t, is_wanted=False)
+            self._detach(t, is_intended=False)
             self.vacuum.burst()
 
     def _seal(self, probe: Probe, T_world_tip: Array) -> float:
@@ -256,10 +256,10 @@ class Suction:
         self.held, self._T_item_tip, self._share = name, inverse(T_tip_item), share
         self.load, self.ratio, self.max_ratio, self._time_over = NO_LOAD, 0.0, 0.0, 0.0
 
-    def _detach(self, t: float, is_wanted: bool) -> None:
+    def _detach(self, t: float, is_intended: bool) -> None:
         assert self.held is not None
         self._engine.keep_awake(self.held, on=False)
-        self.releases.append(Release(self.held, t, is_wanted, self._engine.pose(self.held), self.load))
+        self.releases.append(Release(self.held, t, is_intended, self._engine.pose(self.held), self.load))
         self.held, self._bushing, self._share = None, None, 0.0
 
     def _hang(self, bushing: Bushing, T_world_tip: Array) -> None:

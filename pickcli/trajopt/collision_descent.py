@@ -110,7 +110,7 @@ def descend_collisions(
                 return None
             since, then = i, float(depths.sum())
         start, end = (0.0, duration) if rng.random() < _WHOLE else random_interval(motion, rng)
-        segments = _bent(proof, limits, motion, start, end, rng)
+        segments = _perturbed_segments(proof, limits, motion, start, end, rng)
         if segments is None:
             continue
         concerned = (times >= start) & (times < end)
@@ -125,7 +125,7 @@ def descend_collisions(
     return None
 
 
-def _bent(
+def _perturbed_segments(
     proof: TrajectoryValidator,
     limits: ParabolicLimits,
     motion: ParabolicTrajectory,

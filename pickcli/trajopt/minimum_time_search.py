@@ -124,7 +124,7 @@ class MinimumTimeSearch:
             if not found or not is_wanted(_LADDER[0] * self.least):
                 return
             best = min(found, key=lambda motion: motion.total(self.limits))
-            found.append(self._quickened(best, derived_seed(seed, "again", again)))
+            found.append(self._shortcut_in_time(best, derived_seed(seed, "again", again)))
             yield found[-1]
 
     def _searched(
@@ -133,7 +133,9 @@ class MinimumTimeSearch:
         """What bending finds in the least time, what the planner finds, what bending finds in more time."""
         yield from self._pressed(seed, 1.0)
         if is_line_free:
-            yield self._quickened(ParabolicTrajectory((straight_segment(*self.ends, self.limits),)), seed)
+            yield self._shortcut_in_time(
+                ParabolicTrajectory((straight_segment(*self.ends, self.limits),)), seed
+            )
         if is_wanted(_LADDER[-1] * self.least):
             yield from self._planned(seed)
         for factor in _LADDER:
@@ -167,7 +169,7 @@ class MinimumTimeSearch:
                 seed=own, iterations=self.settings.n_press,
             )  # fmt: skip
             if motion is not None:
-                yield self._quickened(motion, own)
+                yield self._shortcut_in_time(motion, own)
                 return
 
     @property
@@ -189,7 +191,7 @@ class MinimumTimeSearch:
                 short = shorten(
                     self.checker, self.proof.space, path, seed=own, iterations=self.settings.n_shortcuts
                 )
-                yield self._quickened(ParabolicTrajectory(self._stopping(short.waypoints)), own)
+                yield self._shortcut_in_time(ParabolicTrajectory(self._stopping(short.waypoints)), own)
 
     def _stopping(self, waypoints: Array) -> tuple[ParabolicSegment, ...]:
         """Straight segments with a rest between them, so that no jerk limit minds."""
@@ -198,7 +200,7 @@ class MinimumTimeSearch:
             segments += [straight_segment(a, b, self.limits), resting_segment(b, self.limits.pause)]
         return tuple(segments[:-1])
 
-    def _quickened(self, motion: ParabolicTrajectory, seed: int) -> ParabolicTrajectory:
+    def _shortcut_in_time(self, motion: ParabolicTrajectory, seed: int) -> ParabolicTrajectory:
         return shortcut_time(
             self.proof, self.limits, motion, self.least,
             seed=derived_seed(seed, "quicken"), iterations=self.settings.n_quicken,

@@ -49,7 +49,7 @@ def shortcut_time(
         if total <= target + limits.pause + TICK / 2:
             break
         start, end = random_interval(motion, rng)
-        segments = _instead(proof, limits, motion, start, end, float(share), rng)
+        segments = _shortcut(proof, limits, motion, start, end, float(share), rng)
         if segments is None:
             continue
         changed = motion.replaced(start, end, segments)
@@ -59,7 +59,7 @@ def shortcut_time(
     return motion
 
 
-def _instead(
+def _shortcut(
     proof: TrajectoryValidator,
     limits: ParabolicLimits,
     motion: ParabolicTrajectory,

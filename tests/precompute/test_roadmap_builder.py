@@ -71,7 +71,7 @@ def test_pairs_that_fail_are_told() -> None:
     roadmap, report = build_roadmap(RoadmapEdgeJob(cell, hopeless))
     told = dict(report.gaps.missing)
     assert "RRTConnect gave up after 0 iterations" in told["cam_D", "drop_00_down"].detail
-    alone = dict(report.gaps.alone)
+    alone = dict(report.gaps.without_second_route)
     assert alone["cam_D", "drop_00_down"].what == "no route"
     assert roadmap.n_edges + len(told) == 3
 

@@ -32,7 +32,7 @@ def test_every_important_pair_has_two_routes_by_networkx_or_a_reason() -> None:
     roadmap, report = build_roadmap(RoadmapEdgeJob(cell, THIN))
     graph = nx.Graph((roadmap.names[a], roadmap.names[b]) for a, b in roadmap.edges.tolist())
     double = {names for names, _ in report.routes.detours}
-    alone = {names for names, _ in report.routes.alone}
+    alone = {names for names, _ in report.routes.without_second_route}
     assert double | alone == set(important_pairs(cell)) and not double & alone
     for names in double:
         assert nx.edge_connectivity(graph, *names) >= 2
@@ -61,7 +61,7 @@ def test_edges_are_added_for_them_and_told() -> None:
 
 def test_a_pair_with_one_edge_in_all_is_told_with_the_edge_that_it_needs() -> None:
     _, report = build_roadmap(RoadmapEdgeJob(small_cell("home", "bin_A"), THIN))
-    ((names, reason),) = report.routes.alone
+    ((names, reason),) = report.routes.without_second_route
     assert names == ("bin_A", "home")
     assert "all need the edge bin_A to home" in reason.what and "no other pair is left" in reason.detail
 
@@ -71,14 +71,14 @@ def test_an_end_that_is_not_free_is_the_reason() -> None:
     as_bin = replace(cell.configurations["tote_10h"], kind="bin")
     cell = replace(cell, configurations=cell.configurations | {"tote_10h": as_bin})
     _, report = build_roadmap(RoadmapEdgeJob(cell, THIN))
-    reasons = dict(report.routes.alone)
+    reasons = dict(report.routes.without_second_route)
     assert reasons["home", "tote_10h"].what == "collision"
 
 
 def test_what_was_found_is_in_the_file(tmp_path: Path) -> None:
     path = tmp_path / "roadmap.h5"
     report = make_roadmap(small_cell("home", "bin_A"), path, THIN)
-    assert read_gaps(path).alone == report.routes.alone
+    assert read_gaps(path).without_second_route == report.routes.without_second_route
     (told,) = roadmap_statistics(read_roadmap(path), read_gaps(path))["without_second_route"]
     assert told.startswith("bin_A to home: one route only")
 

@@ -71,7 +71,7 @@ def test_ends_without_a_straight_link_are_linked_by_the_planner(planner: Planner
         (np.array([0.6, -0.7]), np.array([0.65, -0.3])),
     ]
     world = BoxWorld(wall().boxes + pocket)
-    options = QueryOptions(planner=planner, n_rivals=0, max_iterations=2000)
+    options = QueryOptions(planner=planner, n_competing_plans=0, max_iterations=2000)
     route = query(PlanningProblem(_roadmap(), world, space(), START, GOAL[None], seed=4, options=options))
     assert route.source is RouteSource.ROADMAP
     _check(route, world, START, GOAL)
@@ -89,7 +89,7 @@ def test_a_detour_over_the_roadmap_loses_to_a_rival() -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_quickest_of_the_roadmap_and_all_rivals_wins(seed: int) -> None:
-    options = QueryOptions(enough=0.0, n_rivals=4)
+    options = QueryOptions(enough=0.0, n_competing_plans=4)
     route = query(PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed=seed, options=options))
     assert _seconds(route.path) == min(_each_alone(seed, options))
 
@@ -97,7 +97,7 @@ def test_the_quickest_of_the_roadmap_and_all_rivals_wins(seed: int) -> None:
 @pytest.mark.parametrize(("enough", "answer"), [(np.inf, 0), (1.1, 2), (1.0, 3)])
 def test_the_search_ends_with_what_is_quick_enough(enough: float, answer: int) -> None:
     """The roadmap's answer, one rival that is not the quickest, all of them."""
-    options = QueryOptions(enough=enough, n_rivals=6)
+    options = QueryOptions(enough=enough, n_competing_plans=6)
     alone = _each_alone(4, options)
     assert min(alone) == alone[3] < alone[2] <= 1.1 * _seconds(LINE) < min(alone[:2])
     route = query(PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed=4, options=options))
@@ -153,7 +153,7 @@ def _check(route: CoarseRoute, world: BoxWorld, start: np.ndarray, goal: np.ndar
 
 def _roadmap_only() -> QueryOptions:
     """The roadmap's answer whatever it costs."""
-    return QueryOptions(n_rivals=0)
+    return QueryOptions(n_competing_plans=0)
 
 
 def _seconds(path: JointPath) -> float:
@@ -166,7 +166,7 @@ def _each_alone(seed: int, options: QueryOptions) -> list[float]:
         PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed=seed, options=_roadmap_only())
     )
     problem = PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed, options)
-    ways = [problem.plan(START, GOAL[None], f"direct {k}") for k in range(options.n_rivals)]
+    ways = [problem.plan(START, GOAL[None], f"direct {k}") for k in range(options.n_competing_plans)]
     found = [JointPath(space().joint_names, way) for way in ways if way is not None]
     own = derived_seed(seed, "shorten")
     short = [shorten(SCREEN, space(), path, seed=own, iterations=options.n_shortcuts) for path in found]
