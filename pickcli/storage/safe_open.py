@@ -149,7 +149,9 @@ def check_readable(path: Path) -> None:
         refuse_special_file(path, "build it first, or name another")
         with open(path, "rb") as file:
             if os.fstat(file.fileno()).st_size > MAX_FILE:
-                raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
+                raise InputError(
+                    f"{path}: larger than {MAX_FILE >> 20} MB, which no file of this program is; name another"
+                )
             head = file.read(HEAD)
             end = _last_bytes(file)
             text = head + file.read(MAX_TEXT_READ) if _is_text(head) else None
