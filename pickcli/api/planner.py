@@ -288,7 +288,7 @@ class Planner:
             seed: Seed of all that is random about the simulated world.
 
         Returns:
-            What happened.
+            The record of the execution.
 
         Raises:
             RejectedError: The verifier does not accept the plan; nothing moves.

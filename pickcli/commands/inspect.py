@@ -136,7 +136,7 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
         if kind is STORE and cell_name is not None:
             _refuse_other_cell(path, summary["cell_fingerprint"], cell_name, arms)
         return summary
-    found = "is no file of ours" if kind is None else f"is {kind.name}"
+    found = "is not a file that apc knows" if kind is None else f"is {kind.name}"
     raise InputError(
         f"{path}: {found}, but a roadmap, trajectory database, plan, scene or cell is wanted here"
     )

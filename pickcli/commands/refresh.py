@@ -31,10 +31,10 @@ def command(
     """Make a roadmap or trajectory database right for a cell that changed.
 
     What the change does not touch is kept; what it touches is proven again, and only what fails is planned
-    again. Where something went away, so is what could not be had, or not for any pod. Which pairs have a
-    motion or an edge is what a new build would say. Until FILE is written whole, it stays as it was; an
-    interrupted refresh continues when the same command is given again. Where the robot, its limits or its
-    tool changed, all is done again.
+    again. Where solids were removed, pairs that failed before, or that hold only for the pod in its place,
+    are planned again too. The same pairs get a motion or an edge as in a new build. FILE stays as it was
+    until the new one is written whole; an interrupted refresh continues when the same command is given
+    again. Where the robot, its limits or its tool changed, everything is done again.
 
     \b
     Example:

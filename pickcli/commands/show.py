@@ -95,7 +95,7 @@ def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: 
     if kind is TRIAL:
         folder = path if path.is_dir() else path.parent
         return _trial(folder, cell_name, arms) if (folder / RECORD).is_file() else _trials(folder)
-    found = "is no file of ours" if kind is None else f"is {kind.name}"
+    found = "is not a file that apc knows" if kind is None else f"is {kind.name}"
     raise InputError(
         f"{path}: {found}, but a roadmap, trajectory database, plan, scene, trial or cell is wanted here"
     )

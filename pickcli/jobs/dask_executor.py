@@ -70,9 +70,9 @@ class DaskExecutor:
 
 
 def _submitted(client: Any, job: Job, keys: Sequence[Key]) -> list[Any]:
-    """A future per task. Its key is a word and the task's own.
+    """Submit one future per task; builds with equal inputs share results.
 
-    That word holds what results follow from: two builds of the same share them.
+    The key of a future in Dask holds the inputs of the job and the key of the task.
     """
     # The job is the result of a task, too: where all workers that hold it die, it is made again.
     shared = client.submit(pickle.loads, pickle.dumps(job), key=("apc-job", job.inputs))

@@ -73,10 +73,10 @@ class CoarseMotion:
     mark: PodValidity = NOMINAL_POD
 
     def reversed(self) -> CoarseMotion:
-        """Turn the motion round: free where the way there is, and within limits as these are symmetric.
+        """Reverse the motion: as free as the motion itself, and within limits, which are symmetric.
 
         Returns:
-            The way back.
+            The motion from its goal to its start.
         """
         timed = self.trajectory
         back = None if timed is None else _reversed(timed)

@@ -97,7 +97,7 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     check_standing(source, scene)
     check_overlaps(source, scene)
     check_held(source, scene)
-    source.check()  # what is told to be elsewhere need not be told to float there
+    source.check()  # an item that must move anyway is not also reported to float
     check_floating(source, scene)
     source.check()
     warnings = FileWarnings.of(source)

@@ -59,7 +59,7 @@ def execute(
         on_step: Called after every time step, e.g. to film.
 
     Returns:
-        What happened.
+        The record of the execution.
 
     Raises:
         StaleError: If the plan is for another cell.
@@ -113,7 +113,7 @@ class _Run(PlanRun[World]):
         return FALL_TIME if has_lost else super().end_time
 
     def before_set_point(self, t_plan: float) -> None:
-        """Allow the contacts of all segments between where the robot is and where it is told to be."""
+        """Allow the contacts of all segments between the measured and the commanded time."""
         behind = min(self.tracker.progress, t_plan) - BEHIND
         first, last = bisect_left(self._ends, behind), bisect_right(self._starts, t_plan)
         if (first, last) != self._allowed_in:

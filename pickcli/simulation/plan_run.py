@@ -50,7 +50,7 @@ def drive(
         on_progress: Called every 100 set points with the seconds of the plan and its segment.
 
     Returns:
-        What happened.
+        The record of the execution.
 
     Raises:
         StaleError: If the plan is for another cell.

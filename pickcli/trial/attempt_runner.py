@@ -277,7 +277,7 @@ class AttemptRunner:
             plan: The plan with its certificate.
 
         Returns:
-            What happened.
+            The record of the execution.
         """
         return self._timed(self.interfaces.arena.execute(plan))
 
@@ -288,7 +288,7 @@ class AttemptRunner:
             open_to: State to which fingers open; None for as wide as they go.
 
         Returns:
-            What happened.
+            The record of the execution.
         """
         return self._timed(self.interfaces.arena.release(open_to))
 

@@ -161,7 +161,7 @@ class SimulatedArena:
             plan: The plan with its certificate.
 
         Returns:
-            What happened.
+            The record of the execution.
         """
         world = self._world
         noted = self._recorder.begin(plan, world)
@@ -181,7 +181,7 @@ class SimulatedArena:
             open_to: State to which fingers open; None for as wide as they go.
 
         Returns:
-            What happened.
+            The record of the execution.
         """
         world = self._world
         began, n_releases = world.t, len(world.grip.releases)

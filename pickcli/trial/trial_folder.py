@@ -68,7 +68,7 @@ def write_folder(
 
     Args:
         folder: Where to write; it is made if need be.
-        result: What happened.
+        result: The trial that was played.
         record: The record of the trial, as JSON values.
         pictures: (height, width, 3) RGB, by name.
         motion: Everything that moved, as JSON values; None where that was not recorded.

@@ -133,7 +133,7 @@ class Arena(Protocol):
             plan: The plan with its certificate.
 
         Returns:
-            What happened.
+            The record of the execution.
         """
 
     def release(self, open_to: ToolState | None = None) -> ExecutionResult:
@@ -143,7 +143,7 @@ class Arena(Protocol):
             open_to: State to which fingers open; None for as wide as they go.
 
         Returns:
-            What happened.
+            The record of the execution.
         """
 
 

@@ -50,7 +50,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
     """Tell the whole trial as JSON data, the figures that people ask for first.
 
     Args:
-        result: What happened.
+        result: The trial that was played.
         order_file: Name of the order, for the reader.
         wall_s: Duration of the trial by the wall clock, s.
 

@@ -41,7 +41,7 @@ def rows(result: TrialResult) -> tuple[Row, ...]:
     """Make one row per target.
 
     Args:
-        result: What happened.
+        result: The trial that was played.
 
     Returns:
         The rows, in the order of the work order.
@@ -64,7 +64,7 @@ def summary(result: TrialResult) -> tuple[str, ...]:
     """Write the sentences under the table.
 
     Args:
-        result: What happened.
+        result: The trial that was played.
 
     Returns:
         The sentences.
