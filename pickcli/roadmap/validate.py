@@ -13,8 +13,8 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import LIMIT_TOLERANCE, JointSpace
-from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.trajectory_database import IntArray, TrajectoryDatabase
+from pickcli.roadmap.graph import IntArray, Roadmap
+from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 
 
 def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:
