@@ -35,7 +35,9 @@ from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
 MISSING = ((MotionKey("a", "z", PayloadClass.EMPTY), Reason("no path", "a to z", "gave up")),)
 WHY = MISSING[0][1]
-GAPS = RoadmapGaps(refused=((("z",), WHY),), missing=((("a", "z"), WHY),), alone=((("b", "z"), WHY),))
+GAPS = RoadmapGaps(
+    refused=((("z",), WHY),), missing=((("a", "z"), WHY),), without_second_route=((("b", "z"), WHY),)
+)
 
 
 @pytest.fixture
