@@ -1,7 +1,7 @@
 """Fresh orders, each played once by ``apc run-trial`` with a seed of its own, and what came of them.
 
-    python -m bench.fresh [--orders 20] [--seed 0] [--year 2016] [--cell apc2016_delft] [--reality FILE]
-                          [--processes 2]
+    python -m bench.fresh [--orders 20] [--seed 0] [--task pick] [--year 2016] [--cell apc2016_delft]
+                          [--reality FILE] [--processes 2]
 
 Orders are those of ``apc make-order`` with the seeds from --seed on. Every finished trial is kept under
 runs/fresh, so that the same command goes on where it was interrupted; other code, data or levels of reality
@@ -51,6 +51,7 @@ from pickcli.trial.output_file import write_output
 
 FOLDER = Path("runs/fresh")
 CELL = "apc2016_delft"
+DELIVERED = ("in tote", "delivered")  # outcomes of a pick, of a stow
 ENDED = (0, 6)  # exit codes of a trial that was played, clean or not
 JUDGES = ("deliverable", "fresh", "played")  # the files that say what the figures are
 DO_NOT_FIT = "do not fit at rest"  # what run-trial tells of a bin that its items cannot be stowed in
@@ -65,6 +66,7 @@ class Job:
     folder: Path
     reality: Path | None
     cell: str = CELL
+    task: OrderKind = OrderKind.PICK
 
     @property
     def is_played(self) -> bool:
@@ -84,16 +86,17 @@ class Job:
 
 
 def jobs(
-    seeds: Sequence[int], year: int, reality: Path | None, folder: Path = FOLDER, cell: str = CELL
-) -> list[Job]:
-    """One trial per seed, kept apart from those of other code, data, cells and levels."""
+    seeds: Sequence[int], year: int, reality: Path | None, folder: Path = FOLDER, cell: str = CELL,
+    task: OrderKind = OrderKind.PICK,
+) -> list[Job]:  # fmt: skip
+    """One trial per seed, kept apart from those of other tasks, code, data, cells and levels."""
     parts = [sources_digest().encode(), *(p.read_bytes() for p in sorted(data_path().rglob("*.yaml")))]
     if reality is not None:
         parts.append(reality.read_bytes())
     made_with = hashlib.sha256(b"\x1f".join(parts))
     home = folder / made_with.hexdigest()[:12]
-    prefix = "" if cell == CELL else f"{cell}-"
-    return [Job(seed, year, home / f"{prefix}{year}-{seed}", reality, cell) for seed in seeds]
+    prefix = ("" if cell == CELL else f"{cell}-") + ("" if task is OrderKind.PICK else f"{task}-")
+    return [Job(seed, year, home / f"{prefix}{year}-{seed}", reality, cell, task) for seed in seeds]
 
 
 def play(job: Job) -> str:
@@ -107,7 +110,7 @@ def play(job: Job) -> str:
 def _run(job: Job) -> str:
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     order = job.folder.with_suffix(".json")
-    write_output(order, make_order(OrderKind.PICK, job.year, job.seed))
+    write_output(order, make_order(job.task, job.year, job.seed))
     options = ["--cell", job.cell, "--seed", str(job.seed), "-o", str(job.folder), "--overwrite"]
     if job.reality is not None:
         options += ["--reality", str(job.reality)]
@@ -164,7 +167,7 @@ def judged(folder: Path, warm: Sequence[PlanningContext]) -> dict[str, Any]:
 
 def delivered_by(record: Mapping[str, Any]) -> dict[str, int]:
     """How many targets each arm delivered; nothing in a cell with one arm."""
-    done = (a["arm"] for a in record["attempts"] if a["outcome"] == "in tote" and "arm" in a)
+    done = (a["arm"] for a in record["attempts"] if a["outcome"] in DELIVERED and "arm" in a)
     return dict(sorted(Counter(done).items()))
 
 
@@ -172,7 +175,7 @@ def undelivered(played: Played, scene: Scene, warm: Sequence[PlanningContext]) -
     """Every target that was not delivered, with its reason and why it is not deliverable, "" if it is."""
     found = []
     for line in played.record["items"]:
-        if line["outcome"] == "in tote":
+        if line["outcome"] in DELIVERED:
             continue
         copies = [p for p in scene.in_location(line["bin"]) if p.item.name == line["item"]]
         told = {key: line[key] for key in ("bin", "item", "outcome", "reason")}
@@ -211,6 +214,8 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "items_in_tote_mean": float(np.mean(delivered)),
         "items_in_tote_least": min(delivered),
         "delivered_by": dict(sorted(sum((Counter(t["delivered_by"]) for t in trials), Counter()).items())),
+        "score_mean": float(np.mean([trial["score"] for trial in trials])),
+        "score_least": min(trial["score"] for trial in trials),
         "score_share": sum(t["score"] for t in trials) / sum(t["max_score"] for t in trials),
         "with_contact": sum(bool(trial["contacts"]) for trial in trials),
         "with_limit_violation": sum(trial["limit_violations"] > 0 for trial in trials),
@@ -298,7 +303,8 @@ def show(figures: dict[str, Any], console: Console) -> None:
     for what, wanted, value, is_kept in rows(figures):
         table.add_row(what, wanted, f"{value:.3g}", "" if is_kept else "missed")
     console.print(table)
-    for key in ("not_stowed", "items_in_tote_mean", "items_in_tote_least", "delivered_by", "score_share",
+    for key in ("not_stowed", "items_in_tote_mean", "items_in_tote_least", "delivered_by", "score_mean",
+                "score_least", "score_share",
                 "missed_cannot_be_held", "missed_no_plan_when_cleared", "missed_deliverable",
                 "missed_cannot_be_cleared", "missed_no_order", "missed_no_order_as_known",
                 "delivered_share_of_clearable", "delivered_share_by_plans", "delivered_share_as_known",
@@ -313,9 +319,10 @@ def measure(
     reality: Path | None = None,
     processes: int = 2,
     cell: str = CELL,
+    task: OrderKind = OrderKind.PICK,
 ) -> dict[str, Any]:
     """Play what is not played yet; the summary, with every trial's figures."""
-    trials = play_all(jobs(seeds, year, reality, cell=cell), processes)
+    trials = play_all(jobs(seeds, year, reality, cell=cell, task=task), processes)
     return {**summary(trials), "not_stowed": len(seeds) - len(trials), "each": trials}
 
 
@@ -324,6 +331,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--orders", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0, help="of the first order")
+    parser.add_argument("--task", choices=("pick", "stow"), default="pick")
     parser.add_argument("--year", type=int, choices=(2015, 2016), default=2016)
     parser.add_argument("--cell", default=CELL, help="a name under data/cells; all of its arms play")
     parser.add_argument("--reality", type=Path, metavar="FILE")
@@ -331,7 +339,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=Path("runs/fresh.json"), metavar="FILE")
     given = parser.parse_args()
     seeds = range(given.seed, given.seed + given.orders)
-    figures = measure(seeds, given.year, given.reality, given.processes, given.cell)
+    figures = measure(seeds, given.year, given.reality, given.processes, given.cell, OrderKind(given.task))
     show(figures, Console(width=110))
     given.json.parent.mkdir(parents=True, exist_ok=True)
     given.json.write_text(json.dumps(figures, indent=2) + "\n")

@@ -229,7 +229,7 @@ def _checked_order(path: Path, options: CheckOptions) -> dict[str, Any]:
     from pickcli.trial.order_file import read_order
 
     order = read_order(path, open_cell(options.cell_name or DEFAULT_CELL, options.arms))
-    n = len(order.work_order)
+    n = len(order.targets)
     return {"text": f"an order of {n} targets", "targets": n}
 
 

@@ -60,9 +60,9 @@ def command(
 ) -> None:
     """Place items in bins and other places, at rest.
 
-    ORDER is a file, or the name of one under data/tasks. Items have their real sizes and masses. What lies in
-    the tote at the start of a stow order is not placed. With --in, or with that alone, items are stowed on
-    shelves, heaped in boxes, and laid side by side on tables.
+    ORDER is a file, or the name of one under data/tasks. Items have their real sizes and masses. They are
+    stowed in bins, heaped in boxes (in the tote, of a stow order), and laid side by side on tables. With
+    --in, or with that alone, they lie where it says.
 
     \b
     Example:
@@ -79,7 +79,7 @@ def command(
     order_source: Path | None = None
     if order_path is not None:
         order, order_source = read_order(order_path, cell), order_file(order_path, cell)
-        contents, year = _together(order.bin_contents, contents), order.year
+        contents, year = _together(order.contents, contents), order.year
     elif not contents:
         raise click.UsageError(
             "nothing to place: name an order, e.g. jsk_pick_sample, or items with --in PLACE=ITEM"
@@ -108,7 +108,7 @@ def command(
         bins = {name: names.get(name, []) for name in (*cell.pod.bins, *names)}
         emit_json({"path": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})
     else:
-        what = "places" if stated else "bins"
+        what = "bins" if set(names) <= set(cell.pod.bins) else "places"
         click.echo(f"{len(scene.items)} items at rest in {len(names)} {what}, seed {seed}: {output}")
 
 

@@ -118,6 +118,21 @@ def reality_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
+def stow_rule_option(function: F) -> F:
+    """Give a command the option --stow-rule points|size.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--stow-rule", type=click.Choice(["points", "size"], case_sensitive=False), default="points",
+        show_default=True, help="Smallest items to the bins that give most, or KTH's: big ones to big bins.",
+    )(function)  # fmt: skip
+
+
 def json_option(function: F) -> F:
     """Give a command the option --json.
 

@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import (
-    ArmRequest,
-    arm_option,
-    preferences_of,
-    seen_by_others,
-    standing_option,
-)
+from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command
-from pickcli.commands.configuration_option import parse_configuration
-from pickcli.commands.experience_session import experience_session, learn_option
-from pickcli.commands.logs import stage
+from pickcli.commands.experience_session import learn_option
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.pick_request import PickRequest, plan_with_first_able
 from pickcli.commands.planner import (
     CONFIGURATION,
     CONFIGURATION_HELP,
     artifact_options,
     deliver,
-    load_planner,
     verify_option,
 )
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
@@ -34,7 +24,6 @@ from pickcli.commands.scene_options import open_scene, refuse_held, scene_option
 if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
     from pickcli.planning.arm_choice import ArmSuitability
-    from pickcli.planning.pick_problem import PickQuery
     from pickcli.scene.scene import Scene
 
 
@@ -97,80 +86,12 @@ def command(
     into = _destination(scene, into, out_of)
     _refuse_impossible(scene, out_of, item, into, "--bin" if pick is None else "--pick")
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
-    asked = _PickRequest(query, start, seed, roadmap, trajectories, learn)
-    chosen = _chosen(scene, arms, asked)
-    ranked = chosen.ranked
+    asked = PickRequest(query, start, seed, roadmap, trajectories, learn)
 
-    def write(plan: Plan, scene: Scene) -> None:
+    def write(plan: Plan, scene: Scene, ranked: tuple[ArmSuitability, ...]) -> None:
         deliver(plan, scene, output, not no_verify, as_json, overwrite, ranked)
 
-    _plan_with_first_able(chosen, asked, write)
-
-
-@dataclass(frozen=True)
-class _PickRequest:
-    """What is asked for, whichever arm does it."""
-
-    query: PickQuery
-    start: str
-    seed: int
-    roadmap: Path | None
-    trajectories: Path | None
-    learn: bool
-
-
-@dataclass(frozen=True)
-class _Choice:
-    """Scenes by the arm that sees them, in the order in which they are tried, and why in that order."""
-
-    scenes: dict[str, Scene]
-    ranked: tuple[ArmSuitability, ...] = ()
-
-
-def _chosen(scene: Scene, arms: ArmRequest, asked: _PickRequest) -> _Choice:
-    """The arm that is named or the cell's only one, else all that could be, the best first."""
-    from pickcli.planning.arm_choice import rank_arms
-
-    scenes = {each.cell.arm: each for each in (scene, *seen_by_others(scene, arms))}
-    if len(scenes) == 1:
-        return _Choice(scenes)
-    with stage("choice of the arm"):
-        ranked = rank_arms(list(scenes.values()), preferences_of(scene.cell), asked.query, asked.seed)
-    return _Choice({arm.arm: scenes[arm.arm] for arm in ranked if arm.is_able} or scenes, ranked)
-
-
-def _plan_with_first_able(
-    chosen: _Choice, asked: _PickRequest, write: Callable[[Plan, Scene], None]
-) -> None:  # fmt: skip
-    """Plan with the first arm that finds a plan. Raises NoPlanError with the reasons of all of them."""
-    from pickcli.errors import NoPlanError
-
-    failed: dict[str, NoPlanError] = {}
-    for arm, scene in chosen.scenes.items():
-        try:
-            _plan_with(scene, asked, write)
-            return
-        except NoPlanError as error:
-            failed[arm] = error
-    first = next(iter(failed.values()))
-    if not chosen.ranked:
-        raise first
-    raise NoPlanError.of_arms(first.query, [(str(each), failed.get(each.arm)) for each in chosen.ranked])
-
-
-def _plan_with(scene: Scene, asked: _PickRequest, write: Callable[[Plan, Scene], None]) -> None:
-    from pickcli.api.arm_states import refuse_standing
-    from pickcli.planning.pick import plan_pick
-    from pickcli.planning.start_state import Start
-
-    q, tool_state = parse_configuration(scene.cell, asked.start)
-    with stage("reading of roadmap and trajectories"):
-        planner = load_planner(scene.cell, asked.roadmap, asked.trajectories)
-    begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
-    refuse_standing(scene, begin)
-    with experience_session(planner, asked.roadmap, asked.trajectories, asked.learn) as session:
-        plan = plan_pick(session.planner, scene, asked.query, begin, asked.seed, session.recorder)
-        write(plan, scene)
+    plan_with_first_able(scene, arms, asked, write)
 
 
 def _taken(pick: str | None, place: str | None, item: str | None, scene: Scene) -> tuple[str, str]:

@@ -28,6 +28,7 @@ from pickcli.commands.options import (
     refuse_reading,
     refuse_same,
     seed_option,
+    stow_rule_option,
 )
 from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
@@ -107,6 +108,7 @@ def standing(
                    "after.png in a folder that exists; its other files stay.")  # fmt: skip
 @click.option("--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
               help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
+@stow_rule_option
 @pod_shift_option("random, unless --reality says otherwise")
 @reality_option
 @cell_option
@@ -118,17 +120,17 @@ def standing(
 @seed_option
 @json_option
 def command(
-    order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise,
+    order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise, stow_rule: str,
     pod_shift: Displacement | str | None, reality_path: Path | None, cell_name: str, items_path: Path | None,
     arm: str | None, roadmap: Path | None, trajectories: Path | None, jobs: int | None, learn: bool,
     seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order by the rules and keep score.
 
-    ORDER is the file of a pick order, or the name of one under data/tasks. It is played in simulation, by the
-    rules of its year. A file may also name moves from place to place (docs/formats/order.md). Exit code 6
-    when the arm could not be brought out of where it stopped, something collided or a limit was broken; an
-    item that was missed is a result.
+    ORDER is the file of a pick or stow order, or the name of one under data/tasks. It is played in
+    simulation, by the rules of its year. A file may also name moves from place to place
+    (docs/formats/order.md). Exit code 6 when the arm could not be brought out of where it stopped, something
+    collided or a limit was broken; an item that was missed is a result.
 
     \b
     Example:
@@ -141,6 +143,7 @@ def command(
     from pickcli.trial.loop import require_playable, run_trial
     from pickcli.trial.motion_record import motion_values
     from pickcli.trial.order_file import order_file, read_order
+    from pickcli.trial.stow_assignment import StowRule
     from pickcli.trial.trial_folder import write_folder
     from pickcli.trial.trial_record import trial_record
 
@@ -158,10 +161,10 @@ def command(
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
     from pickcli.trial.simulated_cell import SimulatedArena, interfaces_of
 
-    refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
+    refuse_too_much(order.contents, cell, order.year, str(order_path))
     planners = [load_planner(each, roadmap, trajectories, build_missing=True, jobs=jobs) for each in cells]
     with stage("stowing"), progress("placing the items") as report, of_file(order_path):
-        scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
+        scene = make_scene(order.contents, cell, seed, order.year, report, T_world_pod)
     recorder = MotionRecorder() if len(cells) == 1 else None  # of one robot, which several arms are not
     arena = SimulatedArena(scene, reality, seed, workcell.parked.get(cell.arm), recorder)
     click.get_current_context().call_on_close(arena.close)
@@ -172,14 +175,14 @@ def command(
             stack.enter_context(experience_session(planner, roadmap, trajectories, learn))
             for planner in planners
         ]
-        settings = TrialSettings(seed, pose_noise, reality)
+        settings = TrialSettings(seed, pose_noise, reality, stow_rule=StowRule(stow_rule))
         interfaces = interfaces_of((_planner_of(workcell, session) for session in sessions), arena)
 
         def keep_edges() -> None:
             for session in sessions:
                 session.keep_edges()
 
-        with stage("trial"), progress("picking") as report:
+        with stage("trial"), progress("playing") as report:
             result = run_trial(order, interfaces, settings, report, after_attempt=keep_edges)
         record = trial_record(result, order_path.name, time.perf_counter() - began)
         pictures["after"] = arena.picture()

@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.cell.place import Place
 from pickcli.collision.free_flyer import FreeItem
 from pickcli.collision.stage_contacts import PickContacts
-from pickcli.errors import UnknownNameError
+from pickcli.errors import Failures, UnknownNameError
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_settings import Neighbours
@@ -125,6 +125,11 @@ class PickProblem:
             return frozenset()
         here = self.scene.in_location(self.place.name)
         return frozenset(placed.id for placed in here if placed.id != self.target.id)
+
+    @cached_property
+    def picks_back(self) -> dict[bytes, tuple[PickProblem, ...] | Failures]:
+        """By how the target stands there: picks from where it could be set down, as far as was asked."""
+        return {}
 
     @cached_property
     def contacts(self) -> PickContacts:

@@ -58,7 +58,8 @@ def _judged(runner: AttemptRunner, attempt: Attempt, execution: ExecutionResult)
         reason = f"{execution.stopped or 'it was moved'}; the time was over before a look"
         return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
     attempt = replace(attempt, seen_in=seen.get(attempt.item, ""))
-    if attempt.seen_in == attempt.into:
+    has_stayed = attempt.out_of == attempt.into and not execution.has_item
+    if attempt.seen_in == attempt.into and not has_stayed:
         there = Outcome.IN_TOTE if attempt.into == TOTE else Outcome.DELIVERED
         return replace(attempt, outcome=Outcome.MOVED if attempt.is_aside else there)
     where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"

@@ -22,6 +22,7 @@ from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
+from pickcli.trial.stow_assignment import StowRule
 from pickcli.trial.target_selection import TrialClock
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult, TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome
@@ -36,12 +37,14 @@ class TrialSettings:
         noise: Bounds of the error of the item poses that are perceived.
         reality: Levels at which the simulated world differs from its model.
         time_limit: s; None for that of the order's year.
+        stow_rule: How bins are chosen for what is stowed.
     """
 
     seed: int = 0
     noise: PoseNoise = DEFAULT_NOISE
     reality: Reality = DEFAULT
     time_limit: float | None = None
+    stow_rule: StowRule = StowRule.POINTS
 
 
 class AttemptRunner:

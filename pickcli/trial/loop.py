@@ -21,8 +21,9 @@ from pickcli.trial.clearing import Clearing
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.final_state import final_state
-from pickcli.trial.order_file import Order, OrderKind
+from pickcli.trial.order_file import ANY_BIN, Order, OrderKind
 from pickcli.trial.score import Drop, Score, item_bonuses, score
+from pickcli.trial.stow_assignment import assign_bins
 from pickcli.trial.target_selection import (
     Experience,
     Move,
@@ -47,7 +48,7 @@ def run_trial(
     """Play an order to its end. What goes wrong is part of the result.
 
     Args:
-        order: A pick order, or moves.
+        order: A pick or stow order, or moves.
         interfaces: Who plans, verifies and carries out.
         settings: How the trial is played; None for the default.
         on_progress: Told of the targets done, and of what happens now.
@@ -81,13 +82,14 @@ def require_playable(order: Order, where: str = "the order") -> Order:
         The order.
 
     Raises:
-        InputError: It is neither a pick order nor one of moves, or its tote is not empty.
+        InputError: It is the state after a task, or a pick order whose tote is not empty.
     """
-    if order.kind not in (OrderKind.PICK, OrderKind.MOVE):
+    if order.kind is OrderKind.OUTPUT:
         raise InputError(
-            f"{where}: this is a {order.kind} file; a trial plays pick orders (with a work_order), and moves"
+            f"{where}: this is an {order.kind} file, with nothing to do; a trial plays pick orders (with a "
+            "work_order), stow orders (with tote_contents), and moves"
         )
-    if order.tote_contents:
+    if order.tote_contents and order.kind is not OrderKind.STOW:
         names = ", ".join(order.tote_contents[:3]) + (", ..." if len(order.tote_contents) > 3 else "")
         raise InputError(
             f"{where}: tote_contents names {len(order.tote_contents)} items ({names}); a pick begins with an "
@@ -101,6 +103,7 @@ class _Trial:
 
     homes: the bin, or other place, in which each item was seen at the start, by id
     delivered: ids of the items that were brought where they are wanted
+    bins: of a stow, by name of the item the bins that are asked to take it, in this order
     in_vain: grasps that failed, by the id of their item
     refused: by the index of its target, in which scene there was no plan for which item, and what it blamed
     """
@@ -123,6 +126,11 @@ class _Trial:
         self.before = interfaces.arena.now()
         cell = self.before.cell
         self.bonus = item_bonuses(cell, order)
+        self.bins: dict[str, tuple[str, ...]] = {}
+        if order.kind is OrderKind.STOW:
+            self.bins = {
+                each.item: each.bins for each in assign_bins(order, cell, self.bonus, settings.stow_rule)
+            }
         self.tools = [each.robot.tool for each in (interfaces.cells or {"": cell}).values()]
         self.targets = target_states(order, cell, self.bonus, self.tools)
         self.open = {state.index: state for state in self.targets}
@@ -149,7 +157,7 @@ class _Trial:
     def so_far(self) -> str:
         """What is lost with a trial that is interrupted, and how to have it again."""
         n_in = sum(attempt.outcome.is_delivered for _, attempt in self.attempts)
-        where = "delivered" if self.order.kind is OrderKind.MOVE else "in the tote"
+        where = "in the tote" if self.order.kind is OrderKind.PICK else "delivered"
         played = f"{n_in} of {len(self.targets)} targets were {where} after {len(self.attempts)} attempts"
         return (
             f"{played}; no trial goes on where it was: the same command plays the same one from its beginning"
@@ -182,8 +190,30 @@ class _Trial:
 
     def _moved(self, attempt: Attempt, scene: Scene) -> Attempt:
         """An attempt played to its end, whatever that is."""
+        if attempt.into == ANY_BIN:
+            return self._stowed(attempt, scene)
         planned = self._planned(attempt, scene)
         return planned if planned.plan is None else carry_out(self.runner, planned, scene)
+
+    def _stowed(self, attempt: Attempt, scene: Scene) -> Attempt:
+        """An attempt to bring an item into the first of its bins that takes it.
+
+        After the first bin that does not, it is asked whether the item comes out of where it lies at all.
+        """
+        first: Attempt | None = None
+        for name in self.bins[attempt.target.item]:
+            if not self.runner.has_time_to_plan:
+                break
+            tried = self._moved(replace(attempt, into=name), scene)
+            if tried.execution is not None or tried.outcome is Outcome.NO_TIME:
+                is_there = self.order.is_met(attempt.target, tried.seen_in)
+                return replace(tried, outcome=Outcome.DELIVERED) if is_there else tried
+            if first is None:
+                first = tried
+                out = self._planned(replace(attempt, into=TOTE), scene)
+                if out.plan is None:
+                    return replace(out, into=name)
+        return first or replace(attempt, outcome=Outcome.NO_PLAN, reason="no bin is large enough for it")
 
     def _planned(self, attempt: Attempt, scene: Scene) -> Attempt:
         """Plan with a grasp of a kind that has not failed yet, else with another place of a kind that has."""
@@ -257,14 +287,16 @@ class _Trial:
     def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt:
         """An attempt to bring an item into another bin, or into the tote, where none takes it.
 
-        What cannot be brought into the tote does not come out of its bin: no other place would help.
+        What cannot be brought into the tote does not come out of its bin: no other place would help. What is
+        stowed was asked for by itself: no bin takes it yet, and it goes elsewhere in the tote.
         """
         attempt = replace(attempt, t_start=self.runner.clock.now)
         out = self._planned(replace(attempt, into=TOTE), scene)
         if out.plan is None:
             return out
         targets = [state.target for state in self.open.values()]
-        for into in destinations(scene, attempt.out_of, targets):
+        bins = () if attempt.out_of == TOTE else destinations(scene, attempt.out_of, targets)
+        for into in bins:
             if not self.runner.has_time_to_plan:
                 break
             moved = self._moved(replace(attempt, into=into), scene)
@@ -273,7 +305,7 @@ class _Trial:
         return carry_out(self.runner, out, scene)
 
     def _choose_copy(self, scene: Scene, state: TargetState) -> PlacedItem | None:
-        """Of several copies of the target's bin the one nearest to a mouth; on a retry the next one.
+        """Of several copies of the target's place the one nearest to a mouth; on a retry the next one.
 
         A copy counts for the bin in which it was at the start, wherever it has got to.
         """
@@ -287,7 +319,7 @@ class _Trial:
             for placed in scene.items
             if placed.item.name == state.target.item
             and self.homes.get(placed.id) == state.target.bin
-            and placed.location != state.target.into
+            and not self.order.is_met(state.target, placed.location)
             and placed.id not in self.delivered
         )
 

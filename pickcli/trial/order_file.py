@@ -29,6 +29,7 @@ BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
 MAX_CONTENTS = 100  # items in one bin or in the tote
 MAX_TARGETS = 500
 NEWEST = 2016  # the year of the figures of items that no official order names
+ANY_BIN = "any bin"  # where each item of a stow is wanted
 
 
 class OrderKind(StrEnum):
@@ -47,7 +48,7 @@ class Target:
     Attributes:
         bin: Name of the bin, or other place.
         item: Name of the item.
-        into: Name of the place where it is wanted.
+        into: Name of the place where it is wanted; ``ANY_BIN`` where one bin is as good as another.
     """
 
     bin: str
@@ -73,6 +74,30 @@ class Order:
     bin_contents: dict[str, tuple[str, ...]]
     tote_contents: tuple[str, ...]
     work_order: tuple[Target, ...]
+
+    @property
+    def contents(self) -> dict[str, tuple[str, ...]]:
+        """Names of all items by place, the tote among them if something lies in it."""
+        return self.bin_contents | ({TOTE: self.tote_contents} if self.tote_contents else {})
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """What is to be moved: the work order, or of a stow all that lies in the tote, in its order."""
+        if self.kind is not OrderKind.STOW:
+            return self.work_order
+        return tuple(Target(TOTE, name, ANY_BIN) for name in self.tote_contents)
+
+    def is_met(self, target: Target, place: str) -> bool:
+        """Tell whether a target that lies in a place is where it is wanted.
+
+        Args:
+            target: One of the order's targets.
+            place: Name of the place.
+
+        Returns:
+            Whether it is.
+        """
+        return place in self.bin_contents if target.into == ANY_BIN else place == target.into
 
 
 def read_order(path: Path, cell: Cell) -> Order:

@@ -280,11 +280,15 @@ def _picked(
 def _stowed(
     order: Order, items: tuple[FinalItem, ...], delivered: Mapping[str, str], bonus: Mapping[str, int]
 ) -> Iterator[ScoreLine]:
-    for item in items:
+    # Of several copies those count first that are in a bin: the order names no single one.
+    left = sorted((i for i in items if i.start == TOTE), key=lambda i: i.id not in delivered)
+    for name in order.tote_contents:
+        item = next(i for i in left if i.name == name)
+        left.remove(item)
         if item.id in delivered:
             points = target_points(order, item.end, item.name, bonus)
             yield ScoreLine(points, item.id, f"stowed into {_worth(order, item.end, item.name, bonus)}")
-        elif item.start == TOTE:
+        else:
             yield ScoreLine(0, item.id, "is in no bin")
 
 

@@ -16,7 +16,7 @@ from enum import StrEnum
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import Tool
 from pickcli.grasping.method_choice import may_hold
-from pickcli.trial.order_file import Order, OrderKind, Target
+from pickcli.trial.order_file import ANY_BIN, Order, OrderKind, Target
 from pickcli.trial.score import target_points
 
 PICK_SECONDS = 12.0  # of an item of which no plan is known yet: the figure to reach, leaving to released
@@ -51,7 +51,7 @@ class TargetState:
     Attributes:
         index: Place in the work order, which breaks ties.
         target: What is to be picked, and from where.
-        points: What the item gives in the tote.
+        points: What the item gives where it is wanted, at most.
         seconds: Estimated duration of the next attempt.
         can_hold: Whether a tool can hold it at all; what it cannot hold is asked for once, at the end.
         attempts: Attempts so far, whatever became of them.
@@ -239,14 +239,15 @@ def may_move_others(order: Order) -> bool:
 
     Returns:
         Whether they may: in 2015 the rules took 12 points for each, and moves name all that is to be moved.
+        In a stow they go elsewhere in the tote.
     """
-    return order.kind is OrderKind.PICK and order.year != 2015
+    return order.kind is OrderKind.STOW or (order.kind is OrderKind.PICK and order.year != 2015)
 
 
 def target_states(
     order: Order, cell: Cell, bonus: Mapping[str, int], tools: Sequence[Tool]
 ) -> tuple[TargetState, ...]:
-    """Make one target per line of a pick order.
+    """Make one target per line of an order; of a stow, one per item in the tote.
 
     Args:
         order: The order.
@@ -258,13 +259,18 @@ def target_states(
         The targets, in the order of the lines.
     """
     states = []
-    for index, target in enumerate(order.work_order):
+    for index, target in enumerate(order.targets):
         item = cell.item(target.item, order.year)
-        points = target_points(order, target.bin, target.item, bonus)
+        points = max(target_points(order, name, target.item, bonus) for name in _counting(order, target))
         # Only the second half of a pick carries the item; slow items stretch that half.
         seconds = PICK_SECONDS / 2 * (1.0 + 1.0 / item.speed_scale)
         states.append(TargetState(index, target, points, seconds, can_hold=may_hold(tools, item)))
     return tuple(states)
+
+
+def _counting(order: Order, target: Target) -> Iterable[str]:
+    """Bins whose fill decides what a target is worth: where it is, and of a stow all where it may get."""
+    return order.bin_contents if target.into == ANY_BIN else (target.bin,)
 
 
 @dataclass(frozen=True)

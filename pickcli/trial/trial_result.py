@@ -11,7 +11,7 @@ from pickcli.motion.plan import Plan
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance
-from pickcli.trial.order_file import Order, Target
+from pickcli.trial.order_file import ANY_BIN, Order, Target
 from pickcli.trial.score import FinalState, Score
 from pickcli.trial.trial_interfaces import ExecutionResult
 
@@ -24,7 +24,7 @@ class Outcome(StrEnum):
     """How an attempt ended."""
 
     IN_TOTE = "in tote"
-    DELIVERED = "delivered"  # of an order that names where each item is wanted
+    DELIVERED = "delivered"  # of a stow into a bin, of moves to where each item is wanted
     MOVED = "moved aside"  # into another bin, or the tote, so that a target can be picked
     NO_PLAN = "no plan"
     REJECTED = "rejected"  # by the verifier: nothing was executed
@@ -125,6 +125,12 @@ class TargetResult:
     points: int
     attempts: tuple[Attempt, ...]
 
+    @property
+    def into(self) -> str:
+        """Name of the place where it was brought, or wanted: of a stow the bin that was tried last."""
+        tried = next((a.into for a in reversed(self.attempts) if not a.is_aside and a.into), "")
+        return tried if self.target.into == ANY_BIN and tried else self.target.into
+
 
 @dataclass(frozen=True)
 class ArmSummary:
@@ -132,7 +138,7 @@ class ArmSummary:
 
     Attributes:
         executed: Attempts at targets that it moved for.
-        delivered: Those of them that truly brought the target into the tote.
+        delivered: Those of them that truly brought the target where it is wanted.
     """
 
     executed: int
@@ -191,7 +197,7 @@ class TrialResult:
         moved = [a for a in self.attempts if a.execution is not None and not a.is_aside]
         own = {name: [a for a in moved if a.plan is not None and a.plan.arm == name] for name in names}
         return {
-            name: ArmSummary(len(mine), sum(a.truly_in == a.target.into for a in mine))
+            name: ArmSummary(len(mine), sum(self.order.is_met(a.target, a.truly_in) for a in mine))
             for name, mine in own.items()
         }
 

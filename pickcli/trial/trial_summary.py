@@ -55,7 +55,7 @@ def _row(target: TargetResult) -> Row:
     # A retry that worked still has a story worth telling.
     told = next((f"after: {a.reason}" for a in target.attempts if a.reason), "")
     return Row(
-        target.target.bin, target.target.item, target.target.into, str(target.outcome), target.points,
+        target.target.bin, target.target.item, target.into, str(target.outcome), target.points,
         sum(planning) if planning else None, motion, target.reason or told,
     )  # fmt: skip
 
@@ -96,6 +96,8 @@ def _counted(result: TrialResult) -> str:
     if result.order.kind is OrderKind.MOVE:
         return f"{n_there} of {n_targets} items delivered"
     points = f"score {result.score.total} of {result.score.maximum} by the rules of {result.order.year}"
+    if result.order.kind is OrderKind.STOW:
+        return f"{points}; {n_there} of {n_targets} items in bins"
     return f"{points}; {n_there} of {n_targets} targets in the tote"
 
 

@@ -63,9 +63,9 @@ def test_orders_that_make_no_sense(
     assert not out.exists()
 
 
-def test_a_stow_order_cannot_be_played(out: Path) -> None:
-    path = TASKS / "jsk_stow_sample.json"
-    refused(apc("run-trial", path, "-o", out), 3, path, "stow", "pick orders")
+def test_only_a_stow_order_is_explained() -> None:
+    path = TASKS / "jsk_pick_sample.json"
+    refused(apc("explain-stow", path), 3, path, "this is a pick file; name a stow order")
 
 
 # Files -------------------------------------------------------------------------------------------------

@@ -163,7 +163,52 @@ def test_a_full_bin_and_a_thin_thing_say_why(planner: PlanningContext, scene_wit
     reach = thin.item.shape.reach(R)
     assert reach[:2].min() < LEAST_SLENDERNESS * reach[2]
     falls = floor_placements(planner, full.moved(thin), thin, R, cell_bin)
-    assert isinstance(falls, Failures) and [reason.what for reason in falls] == ["would fall over"]
+    assert isinstance(falls, Failures)
+    assert "would fall over" in [reason.what for reason in falls]
+
+
+CARDS = "staples_index_cards"
+
+
+def facing(scene: Scene, name: str) -> Array:
+    """How an item stands (3, 3) with its largest side to the front, the longest edge upwards."""
+    thin, middle, long = np.argsort(scene.find(name).item.shape.extents)
+    R = np.zeros((3, 3))
+    R[0, thin] = R[1, middle] = R[2, long] = 1.0
+    R[0] *= np.linalg.det(R)
+    return R
+
+
+@pytest.mark.parametrize("bin_name", ["bin_B", "bin_F", "bin_H", "bin_J"])
+def test_what_is_thin_leans_back_on_the_wall_and_stays_there(
+    planner: PlanningContext, scene_with: SceneWith, bin_name: str
+) -> None:
+    """Physics is the judge: what is let go there leans where it is, and does not slide down."""
+    scene = scene_with((CARDS, "bin_A", 0.2, 0.0))
+    placed, place = scene.items[0], scene.cell.pod.bins[bin_name]
+    spots = floor_placements(planner, scene, placed, facing(scene, CARDS), place)
+    assert not isinstance(spots, Failures) and spots
+    for spot in spots[:2]:
+        rested = settle(scene, (spot,))
+        assert not isinstance(rested, Reason)
+        assert np.linalg.norm(rested[0].T_world_item[:3, 3] - spot.T_world_item[:3, 3]) < 0.012
+        up = (inverse(spot.T_world_item) @ rested[0].T_world_item)[:3, :3]
+        assert np.trace(up) > 1.0 + 2.0 * np.cos(np.radians(8.0))
+
+
+def test_what_is_thin_leans_on_an_item_that_is_behind_it(
+    planner: PlanningContext, scene_with: SceneWith
+) -> None:
+    scene = scene_with((CARDS, "bin_A", 0.2, 0.0), ("kleenex_tissue_box", INTO, 0.35, 0.0))
+    placed, place = scene.items[0], scene.cell.pod.bins[INTO]
+    spots = floor_placements(planner, scene, placed, facing(scene, CARDS), place, n_most=50)
+    assert not isinstance(spots, Failures)
+    box = scene.items[1]
+    before = [s for s in spots if (inverse(scene.T_world_place(place)) @ s.T_world_item)[0, 3] < 0.3]
+    assert before and box.location == INTO
+    rested = settle(scene, (box, before[0]))
+    assert not isinstance(rested, Reason)
+    assert np.linalg.norm(rested[1].T_world_item[:3, 3] - before[0].T_world_item[:3, 3]) < 0.012
 
 
 @pytest.mark.parametrize("name", ["rawlings_baseball", "dasani_water_bottle"])

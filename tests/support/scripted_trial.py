@@ -30,9 +30,9 @@ DURATION = 10.0  # s of every fake motion
 
 
 def scene_of(order: Order, cell: Cell) -> Scene:
-    """All items of an order at the middle of their bins."""
+    """All items of an order at the middle of their places."""
     items, seen = [], dict[str, int]()
-    for bin_name, names in order.bin_contents.items():
+    for bin_name, names in order.contents.items():
         for name in names:
             seen[name] = seen.get(name, 0) + 1
             item_id = name if seen[name] == 1 else f"{name}#{seen[name]}"
@@ -54,6 +54,7 @@ def middle_of(cell: Cell, place: str) -> Array:
 class ScriptedTrial:
     """Plans and executes by script. What is not scripted works.
 
+    full: bins that take nothing
     no_plan: items for which no plan exists; rejects: queries that the verifier refuses (by substring)
     clings: items that stay in the cup when their motion stops
     lying_sensor: it denies whatever is in the cup; clogged: it affirms, whatever is
@@ -67,6 +68,7 @@ class ScriptedTrial:
 
     scene: Scene
     no_plan: frozenset[str] = frozenset()
+    full: frozenset[str] = frozenset()
     rejects: frozenset[str] = frozenset()
     clings: frozenset[str] = frozenset()
     blocked: dict[str, str] = field(default_factory=dict)
@@ -81,6 +83,7 @@ class ScriptedTrial:
     strays: frozenset[str] = frozenset()
     held: str | None = None
     releases_into: str | None = None
+    asked: list[tuple[str, str]] = field(default_factory=list)  # of each plan: item and where to
     # Of each plan asked for: item, seed, excluded grasps.
     planned: list[tuple[str, int, tuple[Grasp | GraspKind, ...]]] = field(default_factory=list)
     perceived: list[Scene] = field(default_factory=list)
@@ -134,10 +137,13 @@ class ScriptedTrial:
         self.perceived.append(scene)
         item, into = query.item, query.into
         self.planned.append((item, seed, query.exclude))
+        self.asked.append((item, into))
         if item in self.no_plan:
             raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
         if self.blocked.get(item) in {placed.id for placed in scene.in_location(query.out_of)}:
             raise NoPlanError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
+        if into in self.full:
+            raise NoPlanError(f"pick {item}", [Reason("no free place on the floor", into)])
         grasp = Grasp(item, "frontal", "-x", STRAIGHT, np.eye(4), float(len(query.exclude)), *[0.0] * 5)
         query_text = f"pick {item}" + ("" if into == TOTE else f" into {into}")
         return self._motion(query_text, seed, grasp, scene.cell.arm)

@@ -289,10 +289,10 @@ def test_a_fallen_item_is_missing_and_costs_points(cell: Cell) -> None:
     assert result.score.total == result.score.maximum - 16 - 10 - 5
 
 
-def test_stow_orders_are_refused(cell: Cell) -> None:
-    stow = Order(OrderKind.STOW, 2016, ORDER.bin_contents, ("jane_eyre_dvd",), ())
-    with pytest.raises(InputError, match="pick orders"):
-        play(ScriptedTrial(scene_of(ORDER, cell)), stow)
+def test_the_state_after_a_task_is_refused(cell: Cell) -> None:
+    output = Order(OrderKind.OUTPUT, 2016, ORDER.bin_contents, (), ())
+    with pytest.raises(InputError, match="output file, with nothing to do"):
+        play(ScriptedTrial(scene_of(ORDER, cell)), output)
 
 
 def test_same_seed_same_bytes_but_for_statistics(cell: Cell) -> None:

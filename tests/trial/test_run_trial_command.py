@@ -50,9 +50,11 @@ def test_noise_is_read_in_millimetres_and_degrees() -> None:
     assert noise.angle == pytest.approx(math.radians(0.5))
 
 
-def test_stow_orders_are_refused_before_any_work(tmp_path: Path) -> None:
-    message = refused(run(TASKS / "jsk_stow_sample.json", "-o", tmp_path / "out"))
-    assert "jsk_stow_sample.json" in message and "stow" in message
+def test_the_state_after_a_task_is_refused_before_any_work(tmp_path: Path) -> None:
+    state = json.loads((TASKS / "jsk_stow_sample.json").read_text()) | {"tote_contents": []}
+    (tmp_path / "after.json").write_text(json.dumps(state))
+    message = refused(run(tmp_path / "after.json", "-o", tmp_path / "out"))
+    assert "after.json" in message and "nothing to do" in message
     assert not (tmp_path / "out").exists()
 
 

@@ -322,13 +322,36 @@ def test_stowing_is_told_item_by_item() -> None:
     first = next(i for i, item in enumerate(state.items) if item.start == TOTE)
     state = moved(order, moved(order, state, first, "bin_B"), first + 1, "bin_A")
     found = score(order, state, BONUS).lines
-    assert [line.subject for line in found] == sorted(i.id for i in state.items if i.start == TOTE)
+    assert [line.subject for line in found] == [i.id for i in state.items if i.start == TOTE]
     lines = {line.reason: line.points for line in found}
     assert lines == {
         "stowed into bin_B, which started with 0, item bonus 3": 13,
         "stowed into bin_A, which started with 1": 10,
         "is in no bin": 0,
     }
+
+
+def test_of_two_copies_in_the_tote_the_one_that_is_stowed_counts_first() -> None:
+    order = Order(OrderKind.STOW, 2016, dict.fromkeys(BINS, ("crayola_24_ct",)), ("jane_eyre_dvd",) * 2, ())
+    state = start_state(order)
+    last = max(i for i, item in enumerate(state.items) if item.start == TOTE)
+    found = score(order, moved(order, state, last, "bin_A"), BONUS)
+    assert [line.points for line in found.lines] == [13, 0]
+    assert found.lines[0].subject == state.items[last].id
+
+
+def test_what_is_stowed_and_stands_out_or_lies_elsewhere_than_claimed_costs_points() -> None:
+    order = Order(OrderKind.STOW, 2016, dict.fromkeys(BINS, ("crayola_24_ct",)), ("dove_beauty_bar",) * 3, ())
+    state = start_state(order)
+    first = next(i for i, item in enumerate(state.items) if item.start == TOTE)
+    state = moved(order, moved(order, state, first, "bin_A"), first + 1, OUTSIDE)
+    items = list(state.items)
+    items[first] = replace(items[first], protrusion=0.006)
+    claimed = truthful_claim(order, items)
+    said = {**claimed.bin_contents, "bin_B": (*claimed.bin_contents["bin_B"], "dove_beauty_bar")}
+    state = replace(state, items=tuple(items), claim=replace(claimed, bin_contents=said))
+    lines = [line.points for line in score(order, state, BONUS).lines]
+    assert sorted(lines) == [-10, -10, -5, 0, 0, 10]  # outside, wrongly claimed, protruding; in no bin twice
 
 
 def test_the_bonus_of_an_item_is_that_of_its_year() -> None:

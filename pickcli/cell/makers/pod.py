@@ -16,6 +16,8 @@ from pickcli.cell.shapes import Body, Shape, ShapeKind, box
 from pickcli.cell.station import POD, Pod
 from pickcli.geometry import pose
 
+BELOW = "body_below"  # the body under the lowest board
+
 
 def build_pod(figures: PodModel) -> Pod:
     """Boxes (pod frame) and bins of the shelf.
@@ -131,7 +133,7 @@ def _frame_bodies(figures: PodModel) -> list[Body]:
     return [
         *sides,
         box("back", (back, -half, 0.0), (figures.depth, half, figures.height)),
-        box("body_below", (0.0, -wall, 0.0), (back, wall, ground)),
+        box(BELOW, (0.0, -wall, 0.0), (back, wall, ground)),
         *_board(figures, ceiling, ("ceiling_slope", "ceiling_flat")),
         _front(figures, "ceiling_lip", figures.hanging_lip_depth, top_row.hanging_lip, ceiling),
         box("body_above", (0.0, -wall, ceiling), (back, wall, figures.height)),
@@ -170,4 +172,6 @@ def _bin(
         floor_flat_from=flat_from(figures),
     )
     access = Access.from_front(mouth[1] - mouth[0], row.hanging_lip - z)
-    return Place(name, POD, pose((0.0, y, z)), access, room, floor_names(row))
+    # Under the lowest board, which is thin, the pod's body is as near to what lies on it.
+    support = (*floor_names(row), *((BELOW,) if row is figures.rows[-1] else ()))
+    return Place(name, POD, pose((0.0, y, z)), access, room, support)

@@ -1,12 +1,14 @@
 """Where an item can be set down: free floor, level, behind a mouth at the back and beside a wall.
 
 The item keeps the way it stands to the way in, so that whatever can hold it where it is can set it down
-there. It must keep its balance there, and what can roll must lie on level ground.
+there. It must keep its balance there, and what can roll must lie on level ground. What is too thin to stand
+by itself leans back on what is behind it, be that the wall or another item, as books in a shelf.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import islice
 
 import numpy as np
@@ -34,6 +36,9 @@ BEHIND_LIP = 0.03  # m that stay free where a lip, 20 mm deep, stands before the
 HOVER = 0.001  # m over the floor, on top of how much lower the item may be than its pose says
 WANTED = 2  # motions among which the best whole one is chosen
 NEXT_COST = 0.1  # s that the next best place is worth
+LEAN = np.radians(4.0)  # by which what leans back does so beyond standing on its edge with its middle over it
+BESIDE = 0.008  # m to the walls on either side of what leans, on top of how uncertain its pose is
+N_HALVINGS = 5  # of a step in which it meets what it leans on
 QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
 N_EXPLAINED = 16  # about, of the spots where none is free
 LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is thinner falls over
@@ -52,21 +57,20 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
     Returns:
         The motions, the best placement first; or every reason why there is none.
     """
-    context, target, destination = problem.context, problem.target, problem.destination
-    placements: list[PlacedItem] = []
+    target, destination = problem.target, problem.destination
+    backs: list[PickProblem] = []
     failures = Failures()
     for R_place_item in _orientations(problem, chosen):
-        there = floor_placements(context, problem.scene, target, R_place_item, destination)
+        there = _picks_from(problem, R_place_item)
         if isinstance(there, Failures):
             failures += there
         else:
-            placements += there
+            backs += there
     rng = derived_rng(problem.seed, "set down", target.id, destination.name)
     found: list[PlaceMotion] = []
-    for k, placed in enumerate(placements):
-        back = problem.back_from(placed)
-        if back.contacts.near_off_floor:
-            failures += _too_close(back, f"place {k} in {destination.name}")
+    for k, back in enumerate(backs):
+        if too_close := back.contacts.near_off_floor - _leant_on(back):
+            failures += _too_close(back, too_close, f"place {k} in {destination.name}")
             continue
         picked = _picked_back(back, chosen.grasp, rng)
         if isinstance(picked, Failures):
@@ -76,6 +80,16 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
         if len(found) >= WANTED:
             break
     return tuple(found) or failures
+
+
+def _picks_from(problem: PickProblem, R_place_item: Array) -> tuple[PickProblem, ...] | Failures:
+    """The picks from where the item could be set down standing so (3, 3), found once for all grasps."""
+    known, key = problem.picks_back, np.round(_levelled(R_place_item), 6).tobytes()
+    if key not in known:
+        context, scene, target = problem.context, problem.scene, problem.target
+        placed = floor_placements(context, scene, target, R_place_item, problem.destination)
+        known[key] = placed if isinstance(placed, Failures) else tuple(map(problem.back_from, placed))
+    return known[key]
 
 
 def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> GraspMotion | Failures:
@@ -114,10 +128,20 @@ def _hanging(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
     return [rotation_axis_angle(down, turn) @ upright for turn in QUARTER_TURNS]
 
 
-def _too_close(back: PickProblem, where: str) -> Failures:
-    """What else than the floor the item would touch where it is set down."""
-    items, names = frozenset(placed.id for placed in back.scene.items), sorted(back.contacts.near_off_floor)
-    return Failures(tuple(Reason("too close", where, name, name if name in items else "") for name in names))
+def _leant_on(back: PickProblem) -> frozenset[str]:
+    """Names of what the item is beside and keeps its balance by: it may touch that where it is set down."""
+    balance, item = back.contacts.supports.balance, back.target.id
+    if not back.contacts.near_off_floor or not balance.stays(item):
+        return frozenset()
+    return frozenset(name for name in back.contacts.near_off_floor if not balance.stays(item, {name}))
+
+
+def _too_close(back: PickProblem, names: frozenset[str], where: str) -> Failures:
+    """What else than the floor, and what it leans on, the item would touch where it is set down."""
+    items = frozenset(placed.id for placed in back.scene.items)
+    return Failures(
+        tuple(Reason("too close", where, name, name if name in items else "") for name in sorted(names))
+    )
 
 
 def _set_down(back: PickProblem, picked: GraspMotion, cost: float) -> PlaceMotion:
@@ -154,8 +178,7 @@ def floor_placements(
     R = _levelled(R_place_item)
     reach = placed.item.shape.reach(R)
     if 2 * float(reach[:2].min()) < LEAST_SLENDERNESS * 2 * float(reach[2]):
-        size = " x ".join(f"{2e3 * e:.0f}" for e in reach)
-        return Failures.of(Reason("would fall over", place.name, f"{placed.id} stands {size} mm"))
+        return _leaning(context, scene, placed, R, place, n_most)
     T_world_place = scene.T_world_place(place)
     uncertainty = scene.noise.bound(placed.item)
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], uncertainty)
@@ -167,6 +190,61 @@ def floor_placements(
     staying = tuple(islice((spot for spot in fitting if _stays(scene, spot)), n_most))
     rolling = Reason("would fall over or roll", place.name, f"{placed.id} on all free places")
     return staying or Failures.of(rolling)
+
+
+def _leaning(
+    context: PlanningContext, scene: Scene, placed: PlacedItem, R: Array, place: Place, n_most: int
+) -> tuple[PlacedItem, ...] | Failures:
+    """Where an item that would fall over can lean back, on the wall or on what stands before it.
+
+    From every free spot that is the last one before something, the item goes on backwards until it would
+    touch that. R: (3, 3) how it stands, levelled
+    """
+    reach = placed.item.shape.reach(R)
+    size = " x ".join(f"{2e3 * e:.0f}" for e in reach)
+    falls = Reason("would fall over", place.name, f"{placed.id} stands {size} mm")
+    if place.access.is_from_above or reach[1] < reach[0]:
+        return Failures.of(falls)
+    T_world_place, gap = scene.T_world_place(place), scene.noise.bound(placed.item) + HOVER
+    free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], gap - HOVER)
+
+    def flying(*leant_on: str) -> FreeItemChecker:
+        touched = while_resting_on((*place.support, *leant_on), placed.id)
+        return FreeItemChecker(context.model, scene, free, touched)
+
+    apart, touching = flying(), cache(flying)
+    spots = _leaning_spots(place, reach, gap)
+    are_free = np.array([[apart.is_valid(d) for d in column] for column in spots]).reshape(spots.shape[:2])
+    found: list[Array] = []
+    for column, row in zip(spots, are_free, strict=True):
+        for k in np.flatnonzero(row[1:] & ~row[:-1]) + 1:  # the first of a column is behind the back wall
+            behind = apart.clearance(column[k - 1]).b
+            near, far = column[k], column[k - 1]
+            for _ in range(N_HALVINGS):
+                middle = (near + far) / 2
+                near, far = (middle, far) if touching(behind).is_valid(middle) else (near, middle)
+            found.append(near)
+    found.sort(key=lambda d: (-round(float(d[0]), 3), abs(float(d[1]))))
+    stood = (_placed(placed, place.name, T_world_place, R, d) for d in found)
+    staying = tuple(islice((spot for spot in stood if _stays(scene, spot)), n_most))
+    lean = Reason("nothing to lean on", place.name, f"{placed.id}, {len(found)} free places before something")
+    return staying or Failures.of(falls, lean)
+
+
+def _leaning_spots(place: Place, half: Array, gap: float) -> Array:
+    """(J, K, 6) displacements of what leans back: columns, each from behind the back wall to the mouth.
+
+    half: (3,) of the box around the item, level. gap: m between its lower edge and the floor
+    """
+    (front, back), (low, high) = place.room.x_range, place.room.y_range
+    pitch = float(np.arctan2(half[0], half[2])) + LEAN
+    to_upper, to_lower = half[0] * np.cos(pitch) + np.array([1.0, -1.0]) * half[2] * np.sin(pitch)
+    along_x = np.arange(back - to_upper + STEP, front + BEHIND_LIP + to_upper, -STEP)
+    along_y = _grid(low + half[1] + gap + BESIDE, high - half[1] - gap - BESIDE)
+    y, x = np.meshgrid(along_y, along_x, indexing="ij")
+    z = place.room.floor_at(x + to_lower) + gap + half[2] * np.cos(pitch) + half[0] * np.sin(pitch)
+    none = np.zeros_like(x)
+    return np.stack([x, y, z, none, none + pitch, none], axis=-1)
 
 
 def _occupied(place: Place, spots: Array, flying: FreeItemChecker) -> Failures:

@@ -1,0 +1,65 @@
+"""``apc explain-stow``: which bin each item of a stow order is meant for, and why, before anything moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pickcli.commands.command import Command, emit_json
+from pickcli.commands.options import cell_option, items_option, json_option, order_argument, stow_rule_option
+from pickcli.commands.table import stdout_console
+
+
+@click.command("explain-stow", cls=Command)
+@order_argument
+@stow_rule_option
+@cell_option
+@items_option
+@json_option
+def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path | None, as_json: bool) -> None:
+    """Tell which bin each item of a stow order is meant for, and why.
+
+    ORDER is a file, or the name of one under data/tasks. The assignment follows from the order alone, by the
+    sizes of items and bins. In a trial, an item for which there is no plan into its bin goes to the next one
+    that takes it.
+
+    \b
+    Example:
+      apc explain-stow delft_stow_1
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.errors import InputError
+    from pickcli.trial.order_file import OrderKind, read_order
+    from pickcli.trial.score import item_bonuses
+    from pickcli.trial.stow_assignment import StowRule, assign_bins
+
+    cell = load_workcell(cell_name, items_path).preferred
+    order = read_order(order_path, cell)
+    if order.kind is not OrderKind.STOW:
+        raise InputError(f"{order_path}: this is a {order.kind} file; name a stow order, with tote_contents")
+    choices = assign_bins(order, cell, item_bonuses(cell, order), StowRule(stow_rule))
+    total = sum(choice.points for choice in choices)
+    if as_json:
+        told = [
+            {"item": c.item, "bins": list(c.bins), "points": c.points, "reason": c.reason} for c in choices
+        ]
+        emit_json({"rule": stow_rule, "points": total, "items": told})
+        return
+    console = stdout_console()
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    for title in ("item", "into"):
+        table.add_column(title, overflow="fold")
+    table.add_column("points", justify="right")
+    table.add_column("because", overflow="fold")
+    for choice in choices:
+        table.add_row(
+            choice.item, choice.bins[0] if choice.bins else "-", str(choice.points), Text(choice.reason)
+        )
+    with console.capture() as captured:
+        console.print(table)
+        console.print(f"{total} points if every item gets there", highlight=False)
+    click.echo("\n".join(line.rstrip() for line in captured.get().splitlines()))

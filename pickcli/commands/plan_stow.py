@@ -1,0 +1,117 @@
+"""``apc plan-stow``: one item out of the tote into a bin, planned, verified and written as a plan file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.command import Command
+from pickcli.commands.experience_session import learn_option
+from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.pick_request import PickRequest, plan_with_first_able
+from pickcli.commands.planner import (
+    CONFIGURATION,
+    CONFIGURATION_HELP,
+    artifact_options,
+    deliver,
+    verify_option,
+)
+from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
+from pickcli.errors import InputError, NoPlanError, UnknownNameError
+
+if TYPE_CHECKING:
+    from pickcli.motion.plan import Plan
+    from pickcli.planning.arm_choice import ArmSuitability
+    from pickcli.scene.scene import PlacedItem, Scene
+
+
+@click.command("plan-stow", cls=Command)
+@scene_options
+@click.option("--item", metavar="ITEM", required=True,
+              help="What is stowed: an item in the tote, or an instance id (name#2).")  # fmt: skip
+@click.option("--into", metavar="BIN",
+              help="Where to.  [default: the bin that gives most points of those that take it]")  # fmt: skip
+@click.option(
+    "--from", "start", metavar=CONFIGURATION, default="home", show_default=True, help=CONFIGURATION_HELP
+)
+@arm_option("the preferred one of those that hold and reach the item")
+@standing_option
+@verify_option
+@artifact_options
+@learn_option
+@seed_option
+@json_option
+@output_option("plan")
+def command(
+    scene_path: Path, cell_name: str | None, items_path: Path | None, item: str, into: str | None, start: str,
+    arm: str | None, standing: tuple[str, ...], no_verify: bool, roadmap: Path | None,
+    trajectories: Path | None, learn: bool, seed: int, as_json: bool, output: Path, overwrite: bool,
+) -> None:  # fmt: skip
+    """Plan to stow one item: out of the tote, and set down in a bin.
+
+    Without --into the bins are tried in the order that apc explain-stow would give, taking the scene for the
+    start of the task. The plan is verified, and carries its certificate. Exit code 4 when the verifier
+    rejects it, 5 when there is no plan; nothing is written then.
+
+    \b
+    Example:
+      apc plan-stow --scene scene.json --item dove_beauty_bar --into bin_H -o plan.json
+    """
+    from pickcli.planning.pick_problem import PickQuery
+    from pickcli.scene.scene import TOTE
+
+    refuse_output(output, overwrite, scene_path, cell_name, items_path, roadmap, trajectories)
+    arms = ArmRequest(arm, standing, (start,), items=items_path)
+    scene = open_scene(scene_path, cell_name, arms)
+    scene.cell.require_pod_and_tote()
+    refuse_held(scene, scene_path)
+    placed = _in_tote(scene, item)
+    bins = _bins_for(scene, placed) if into is None else (_bin(scene, placed, into),)
+    asked = PickRequest(PickQuery(TOTE, placed.id, bins[0]), start, seed, roadmap, trajectories, learn)
+
+    def write(plan: Plan, scene: Scene, ranked: tuple[ArmSuitability, ...]) -> None:
+        deliver(plan, scene, output, not no_verify, as_json, overwrite, ranked)
+
+    failed: list[tuple[str, NoPlanError]] = []
+    for name in bins:
+        try:
+            plan_with_first_able(scene, arms, replace(asked, query=replace(asked.query, into=name)), write)
+            return
+        except NoPlanError as error:
+            failed.append((name, error))
+    if len(failed) == 1:
+        raise failed[0][1]
+    raise NoPlanError.of_arms(f"stow {placed.id}", failed)
+
+
+def _in_tote(scene: Scene, item: str) -> PlacedItem:
+    """The item in the tote. Raises UnknownNameError, with where it is, if it is not there."""
+    from pickcli.scene.scene import TOTE
+
+    return scene.find(item, TOTE)
+
+
+def _bin(scene: Scene, placed: PlacedItem, name: str) -> str:
+    """The name of a bin that is large enough. Raises UnknownNameError or InputError for any other."""
+    bins = scene.cell.pod.bins
+    if name not in bins:
+        raise UnknownNameError("bin", name, list(bins), "--into")
+    if sizes := scene.cell.places[name].room.too_small_for(placed.item.shape.extents):
+        raise InputError(f"--into: {placed.id} fits in no way into {name}: it has {sizes}; name another bin")
+    return name
+
+
+def _bins_for(scene: Scene, placed: PlacedItem) -> tuple[str, ...]:
+    """The bins that are tried, the best first. Raises InputError if the item is larger than any."""
+    from pickcli.trial.score import item_bonuses
+    from pickcli.trial.stow_assignment import assign_bins, order_as_it_lies
+
+    order = order_as_it_lies(scene, placed.item)
+    (choice,) = assign_bins(order, scene.cell, item_bonuses(scene.cell, order))
+    if not choice.bins:
+        raise InputError(f"{placed.id}: {choice.reason}")
+    return choice.bins

@@ -1,0 +1,128 @@
+"""Which bin each item of a stow is meant for, and why: by the points there and the room that is left.
+
+A bin gives the more the more it held at the start, whatever it holds now, and all items count alike but for a
+bonus that they give anywhere. So the most points come from as many items as possible in the bins that started
+fullest: the smallest first. That is a guess from sizes alone; whether an item can be set down in a bin says
+its plan, and what its bin does not take goes to the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.item import Item
+from pickcli.scene.scene import Scene
+from pickcli.trial.order_file import NEWEST, Order, OrderKind
+from pickcli.trial.score import target_points
+
+FULL = 0.5  # share of a bin's volume, by the boxes around its items, over which its floor rarely has room
+
+
+class StowRule(StrEnum):
+    """How bins are chosen."""
+
+    POINTS = "points"  # the smallest items first, into the bins that give most
+    SIZE = "size"  # KTH: big items into big bins
+
+
+@dataclass(frozen=True)
+class StowChoice:
+    """One item of a stow and the bins for it.
+
+    Attributes:
+        item: Name of the item.
+        bins: Names of all bins that are large enough, in the order in which they are tried.
+        points: What the item gives in the first of them; 0 where there is none.
+        reason: Why that one.
+    """
+
+    item: str
+    bins: tuple[str, ...]
+    points: int
+    reason: str
+
+
+def assign_bins(
+    order: Order, cell: Cell, bonus: Mapping[str, int], rule: StowRule = StowRule.POINTS
+) -> tuple[StowChoice, ...]:
+    """Choose a bin for every item in the tote.
+
+    Args:
+        order: A stow order.
+        cell: Whose bins and items these are.
+        bonus: Points by name of the item, as from ``item_bonuses``.
+        rule: How bins are chosen.
+
+    Returns:
+        One choice per item, in the order in which they were made: the smallest first, KTH's the largest.
+    """
+    filled = {
+        name: sum(_box(cell.item(each, order.year)) for each in names) / cell.places[name].room.volume
+        for name, names in order.bin_contents.items()
+    }
+    items = sorted((cell.item(name, order.year) for name in order.tote_contents), key=_box)
+    choices = []
+    for item in items if rule is StowRule.POINTS else reversed(items):
+        taking = {name: filled[name] + _box(item) / cell.places[name].room.volume for name in filled}
+        bins = tuple(_ranked(order, cell, item, taking, rule))
+        points = target_points(order, bins[0], item.name, bonus) if bins else 0
+        choices.append(StowChoice(item.name, bins, points, _why(order, item, bins, taking, rule)))
+        if bins:
+            filled[bins[0]] = taking[bins[0]]
+    return tuple(choices)
+
+
+def order_as_it_lies(scene: Scene, item: Item) -> Order:
+    """Tell the stow order of one item for which a scene is the start.
+
+    Args:
+        scene: The scene.
+        item: The item.
+
+    Returns:
+        The order, with nothing else in the tote.
+    """
+    contents = {name: tuple(p.item.name for p in scene.in_location(name)) for name in scene.cell.pod.bins}
+    return Order(OrderKind.STOW, NEWEST, contents, (item.name,), ())
+
+
+def _box(item: Item) -> float:
+    """Volume of the box around an item, m^3."""
+    return float(item.shape.extents.prod())
+
+
+def _ranked(
+    order: Order, cell: Cell, item: Item, taking: Mapping[str, float], rule: StowRule
+) -> Iterator[str]:
+    """The bins that are large enough for an item, the best first. taking: how full each would be with it."""
+    rooms = {name: cell.places[name].room for name in taking}
+    fitting = (name for name in taking if not rooms[name].too_small_for(item.shape.extents))
+
+    def cost(name: str) -> tuple[bool, float, float, str]:
+        points = float(target_points(order, name, item.name, {}))
+        first = points if rule is StowRule.POINTS else round(1e3 * rooms[name].volume)
+        return taking[name] > FULL, -first, taking[name], name
+
+    yield from sorted(fitting, key=cost)
+
+
+def _why(order: Order, item: Item, bins: tuple[str, ...], taking: Mapping[str, float], rule: StowRule) -> str:
+    """Why an item is meant for the first of its bins, in words."""
+    if not bins:
+        return "no bin is large enough for it"
+    first = bins[0]
+    what = f"{first} started with {len(order.bin_contents[first])}"
+    if rule is StowRule.SIZE:
+        what = f"{1e3 * _box(item):.1f} litres go to a bin of its size; {what}"
+    told = f"{what}, {100 * taking[first]:.0f} % full with it"
+    fuller = [
+        name
+        for name in bins
+        if target_points(order, name, item.name, {}) > target_points(order, first, item.name, {})
+    ]
+    if rule is StowRule.POINTS and fuller:
+        told += f"; {', '.join(fuller)} would be over {100 * FULL:.0f} %"
+    return told

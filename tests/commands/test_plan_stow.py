@@ -1,0 +1,88 @@
+"""``apc plan-stow``: into each row of bins, verified; and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pickcli.motion.plan_file import read_plan
+from support.command_line import apc, refused
+
+BAR, BRUSH = "dove_beauty_bar", "dr_browns_bottle_brush"
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A bar and a card box in the tote, a bar in bin_A."""
+    path = tmp_path_factory.mktemp("stow") / "scene.json"
+    contents = (
+        "--in",
+        f"tote={BAR},staples_index_cards",
+        "--in",
+        f"bin_A={BAR}",
+        "--in",
+        "bin_B=crayola_24_ct",
+    )
+    assert apc("make-scene", *contents, "--seed", "2", "-o", path).code == 0
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("into", ["bin_C", "bin_E", "bin_G", "bin_L"])
+def test_one_bin_of_each_row_takes_it_and_the_verifier_agrees(scene: Path, into: str, tmp_path: Path) -> None:
+    out = tmp_path / "plan.json"
+    answer = apc("plan-stow", "--scene", scene, "--item", f"{BAR}#2", "--into", into, "-o", out)
+    assert answer.code == 0, answer.err
+    plan = read_plan(out)
+    assert plan.certificate is not None and plan.query == f"pick {BAR}#2 from tote into {into}"
+    again = tmp_path / "again.json"
+    apc("plan-stow", "--scene", scene, "--item", f"{BAR}#2", "--into", into, "-o", again)
+    first, second = (json.loads(path.read_text()) for path in (out, again))
+    assert {k: v for k, v in first.items() if k != "statistics"} == {
+        k: v for k, v in second.items() if k != "statistics"
+    }
+
+
+@pytest.mark.parametrize(
+    ("item", "more", "told"),
+    [
+        ("dove_beauty_bra", (), f"did you mean '{BAR}#2'"),
+        ("crayola_24_ct", (), "is not in tote but in bin_B"),
+        (f"{BAR}#2", ("--into", "bin_c"), "--into: unknown bin 'bin_c'; did you mean 'bin_C'?"),
+        (f"{BAR}#2", ("--into", "tote"), "--into: unknown bin 'tote'"),
+    ],
+)
+def test_unknown_names_are_refused(
+    scene: Path, item: str, more: tuple[str, ...], told: str, tmp_path: Path
+) -> None:
+    out = tmp_path / "plan.json"
+    refused(apc("plan-stow", "--scene", scene, "--item", item, *more, "-o", out), 3, told)
+    assert not out.exists()
+
+
+def test_a_bin_that_is_full_takes_nothing_and_says_why(tmp_path: Path) -> None:
+    full, out = tmp_path / "full.json", tmp_path / "plan.json"
+    contents = (
+        "--in",
+        f"tote={BAR}",
+        "--in",
+        "bin_E=kleenex_tissue_box,kleenex_tissue_box,kleenex_tissue_box",
+    )
+    assert apc("make-scene", *contents, "--seed", "1", "-o", full).code == 0
+    answer = apc("plan-stow", "--scene", full, "--item", BAR, "--into", "bin_E", "-o", out)
+    if answer.code != 5:
+        pytest.fail(f"exit code {answer.code}: {answer.err}")
+    assert "bin_E" in answer.err and not out.exists()
+
+
+def test_a_stow_is_explained_before_anything_moves() -> None:
+    answer = apc("explain-stow", "delft_stow_1", "--json")
+    told = json.loads(answer.out)
+    assert answer.code == 0 and len(told["items"]) == 12
+    assert all(item["bins"] and item["reason"] for item in told["items"])
+    assert told["points"] == sum(item["points"] for item in told["items"])
+    assert apc("explain-stow", "delft_stow_1", "--json").out == answer.out
+    by_size = json.loads(apc("explain-stow", "delft_stow_1", "--stow-rule", "size", "--json").out)
+    assert by_size["points"] < told["points"]

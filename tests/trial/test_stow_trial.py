@@ -1,0 +1,128 @@
+"""A stow played by script: where each item goes, what is asked for it, and what the rules give."""
+
+from __future__ import annotations
+
+import json
+
+from pickcli.cell.cell import Cell
+from pickcli.scene.scene import TOTE
+from pickcli.simulation.places import OUTSIDE
+from pickcli.trial.attempt_runner import TrialSettings
+from pickcli.trial.loop import run_trial
+from pickcli.trial.order_file import BINS, Order, OrderKind
+from pickcli.trial.output_file import claim
+from pickcli.trial.target_selection import MOST_REFUSALS
+from pickcli.trial.trial_interfaces import ExecutionResult
+from pickcli.trial.trial_record import trial_record
+from pickcli.trial.trial_result import Outcome, TrialResult
+from pickcli.trial.trial_summary import rows, summary
+from support.scripted_trial import ScriptedTrial, scene_of
+
+CARDS, BAR, DVD = "staples_index_cards", "dove_beauty_bar", "jane_eyre_dvd"
+CONTENTS = dict.fromkeys(BINS, (BAR,)) | {"bin_C": (BAR,) * 5, "bin_K": (BAR,) * 3}
+ORDER = Order(OrderKind.STOW, 2016, CONTENTS, (DVD, CARDS, CARDS), ())
+LOST = ExecutionResult(4.0, stopped="vacuum lost in transfer", has_item=False)
+
+
+def play(fake: ScriptedTrial, **settings: object) -> TrialResult:
+    return run_trial(ORDER, fake.interfaces(), TrialSettings(**settings))  # type: ignore[arg-type]
+
+
+def test_everything_goes_into_the_bin_that_started_fullest(cell: Cell) -> None:
+    result = play(ScriptedTrial(scene_of(ORDER, cell)))
+    assert result.score.total == result.score.maximum == 60 and result.is_clean
+    assert [t.outcome for t in result.targets] == [Outcome.DELIVERED] * 3
+    assert [t.target.item for t in result.targets] == list(ORDER.tote_contents)
+    assert result.final.claim == claim(ORDER, result.after.items)
+    assert {row.into for row in rows(result)} == {"bin_C"}
+    assert "score 60 of 60 by the rules of 2016; 3 of 3 items in bins" in summary(result)
+
+
+def test_what_a_bin_does_not_take_goes_into_the_next(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(ORDER, cell), full=frozenset({"bin_C"}))
+    result = play(fake)
+    assert result.score.total == 45
+    assert fake.asked[:3] == [(DVD, "bin_C"), (DVD, TOTE), (DVD, "bin_K")]
+
+
+def test_what_does_not_come_out_of_the_tote_is_not_asked_of_every_bin(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({DVD}))
+    result = play(fake)
+    assert {into for item, into in fake.asked if item == DVD} == {"bin_C", TOTE}
+    assert result.targets[0].outcome is Outcome.NO_PLAN and result.score.total == 40
+    assert [a.item for a in result.attempts].count(DVD) <= 4 * MOST_REFUSALS
+
+
+def test_a_plan_that_the_verifier_refuses_leads_to_the_next_bin(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(ORDER, cell), rejects=frozenset({f"{DVD} into bin_C"}))
+    result = play(fake)
+    assert result.targets[0].into == "bin_K" and result.targets[0].points == 15
+
+
+def test_what_is_lost_is_stowed_again_and_what_lies_outside_is_not(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={DVD: [LOST]})
+    assert play(fake).score.total == 60
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={DVD: [LOST]})
+    execute = fake.execute
+
+    def drop(plan):  # type: ignore[no-untyped-def]
+        done = execute(plan)
+        if done is LOST:
+            fake.put(DVD, OUTSIDE)
+        return done
+
+    fake.execute = drop  # type: ignore[method-assign]
+    result = play(fake)
+    assert result.targets[0].outcome is Outcome.MISSING and result.score.total == 40 - 10
+
+
+def test_what_falls_into_another_bin_than_meant_is_stowed(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={DVD: [LOST]})
+    execute = fake.execute
+
+    def slip(plan):  # type: ignore[no-untyped-def]
+        done = execute(plan)
+        if done is LOST:
+            fake.put(DVD, "bin_K")
+        return done
+
+    fake.execute = slip  # type: ignore[method-assign]
+    result = play(fake)
+    assert result.targets[0].outcome is Outcome.DELIVERED and result.n_misjudged == 0
+    assert result.score.total == 15 + 40
+
+
+def test_what_lies_on_an_item_and_no_bin_takes_is_put_elsewhere_in_the_tote(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(ORDER, cell), blocked={DVD: CARDS}, full=frozenset(BINS))
+    execute = fake.execute
+
+    def uncover(plan):  # type: ignore[no-untyped-def]
+        if plan.query == f"pick {CARDS}":
+            fake.blocked.clear()
+            fake.full = frozenset()
+        return execute(plan)
+
+    fake.execute = uncover  # type: ignore[method-assign]
+    result = play(fake)
+    aside = next(a for a in result.attempts if a.is_aside)
+    assert (aside.item, aside.out_of, aside.into, aside.outcome) == (CARDS, TOTE, TOTE, Outcome.MOVED)
+    assert result.score.total == 60
+
+
+def test_what_stays_in_the_cup_of_no_vacuum_was_not_put_elsewhere(cell: Cell) -> None:
+    fake = ScriptedTrial(
+        scene_of(ORDER, cell), blocked={DVD: CARDS}, full=frozenset(BINS), executions={CARDS: [LOST] * 50}
+    )
+    result = play(fake)
+    asides = [a for a in result.attempts if a.is_aside and a.item == CARDS]
+    assert asides and all(a.outcome is not Outcome.MOVED for a in asides)
+
+
+def test_same_seed_same_bytes_but_for_statistics(cell: Cell) -> None:
+    def told(seed: int) -> str:
+        fake = ScriptedTrial(scene_of(ORDER, cell), full=frozenset({"bin_C"}), executions={DVD: [LOST]})
+        record = trial_record(play(fake, seed=seed), "order.json", 1.0)
+        del record["statistics"]
+        return json.dumps(record)
+
+    assert told(3) == told(3) != told(4)
