@@ -347,7 +347,7 @@ def test_what_is_stowed_and_stands_out_or_lies_elsewhere_than_claimed_costs_poin
     state = moved(order, moved(order, state, first, "bin_A"), first + 1, OUTSIDE)
     items = list(state.items)
     items[first] = replace(items[first], protrusion=0.006)
-    claimed = truthful_claim(order, items)
+    claimed = truthful_claim(order, tuple(items))
     said = {**claimed.bin_contents, "bin_B": (*claimed.bin_contents["bin_B"], "dove_beauty_bar")}
     state = replace(state, items=tuple(items), claim=replace(claimed, bin_contents=said))
     lines = [line.points for line in score(order, state, BONUS).lines]
