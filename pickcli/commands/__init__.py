@@ -5,12 +5,12 @@ Read in this order:
 - What every subcommand is: `main`, the group of all, and `command`; then any of these, e.g. `plan_pick`.
 - A new cell: `init`, `suggest_mount`, `suggest_configurations`.
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
-- Online: `make_order`, `make_scene`, `plan_move`, `verify`, `execute`, `check_driver`, `export`
-  and `run_trial`.
+- Online: `make_order`, `make_scene`, `plan_stow`, `plan_move`, `verify`, `execute`, `check_driver`,
+  `export` and `run_trial`; `explain_stow` before a stow.
 - What is in a file, and whether it is right: `inspect`, `show` and `check`.
 - Options that commands share: `options` with `option_types`; `arm_options` with the
   `configuration_option`, `scene_options`, `build_options`, `pod_shift`; `logs` has --verbose and --debug.
-- Work that commands share: `planner` and `experience_session` for queries, `building` for builds,
+- Work that commands share: `planner`, `pick_request` and `experience_session` for queries, `building` for builds,
   `progress_bar`.
 - What is told on stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for
   `apc inspect`, `checked_texts` for `apc check`, `execution_report` and `trial_table` for what was played.

@@ -2,7 +2,8 @@
 
 Read in this order:
 
-- What is asked: `order_file`; `make_order` draws a fresh order.
+- What is asked: `order_file`; `make_order` draws a fresh order. `stow_assignment` says which bin each item of
+  a stow is meant for.
 - The trial: `loop` takes the target that `target_selection` finds most promising; `attempt_runner` plans and
   verifies, `attempt_execution` carries out and says what became of it. What is in the way is moved aside: the
   search is a `clearing`, by what the plans of `blocking_items` blame.

@@ -28,6 +28,7 @@ RANDOM = {
     "make-order",
     "make-scene",
     "plan-pick",
+    "plan-stow",
     "plan-move",
     "execute",
     "run-trial",
