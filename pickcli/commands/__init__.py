@@ -10,8 +10,8 @@ Read in this order:
 - What is in a file, and whether it is right: `inspect`, `show` and `check`.
 - Options that commands share: `options` with `option_types`; `arm_options` with the
   `configuration_option`, `scene_options`, `build_options`, `pod_shift`; `logs` has --verbose and --debug.
-- Work that commands share: `planner`, `pick_request` and `experience_session` for queries, `building` for builds,
-  `progress_bar`.
+- Work that commands share: `planner`, `pick_request` and `experience_session` for queries, `building` for
+  builds, `progress_bar`.
 - What is told on stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for
   `apc inspect`, `checked_texts` for `apc check`, `execution_report` and `trial_table` for what was played.
 """
