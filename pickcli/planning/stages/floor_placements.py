@@ -40,6 +40,7 @@ LEAN = np.radians(4.0)  # by which what leans back does so beyond standing on it
 BESIDE = 0.008  # m to the walls on either side of what leans, on top of how uncertain its pose is
 N_HALVINGS = 5  # of a step in which it meets what it leans on
 QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
+APART = 0.06  # m between the spots that are tried first
 N_EXPLAINED = 16  # about, of the spots where none is free
 LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is thinner falls over
 
@@ -187,7 +188,7 @@ def floor_placements(
     fitting = [_placed(placed, place.name, T_world_place, R, d) for d in spots if flying.is_valid(d)]
     if not fitting:
         return _occupied(place, spots, flying)
-    staying = tuple(islice((spot for spot in fitting if _stays(scene, spot)), n_most))
+    staying = tuple(islice((spot for spot in _spread(fitting) if _stays(scene, spot)), n_most))
     rolling = Reason("would fall over or roll", place.name, f"{placed.id} on all free places")
     return staying or Failures.of(rolling)
 
@@ -225,7 +226,7 @@ def _leaning(
                 near, far = (middle, far) if touching(behind).is_valid(middle) else (near, middle)
             found.append(near)
     found.sort(key=lambda d: (-round(float(d[0]), 3), abs(float(d[1]))))
-    stood = (_placed(placed, place.name, T_world_place, R, d) for d in found)
+    stood = _spread([_placed(placed, place.name, T_world_place, R, d) for d in found])
     staying = tuple(islice((spot for spot in stood if _stays(scene, spot)), n_most))
     lean = Reason("nothing to lean on", place.name, f"{placed.id}, {len(found)} free places before something")
     return staying or Failures.of(falls, lean)
@@ -245,6 +246,16 @@ def _leaning_spots(place: Place, half: Array, gap: float) -> Array:
     z = place.room.floor_at(x + to_lower) + gap + half[2] * np.cos(pitch) + half[0] * np.sin(pitch)
     none = np.zeros_like(x)
     return np.stack([x, y, z, none, none + pitch, none], axis=-1)
+
+
+def _spread(spots: list[PlacedItem]) -> list[PlacedItem]:
+    """The same spots, first those apart from all before them: behind an item one is as good as another."""
+    at = np.array([spot.T_world_item[:3, 3] for spot in spots]).reshape(-1, 3)
+    first: list[int] = []
+    for k, p in enumerate(at):
+        if (np.linalg.norm(at[first] - p, axis=1) >= APART).all():
+            first.append(k)
+    return [spots[k] for k in (*first, *sorted(set(range(len(spots))) - set(first)))]
 
 
 def _occupied(place: Place, spots: Array, flying: FreeItemChecker) -> Failures:
