@@ -187,7 +187,7 @@ def check_standing(source: Source, scene: Scene) -> None:
         if depth > 0.0:
             what = f"{placed.id} stands {1000 * depth:.1f} mm deep in {name}"
             deep.append((("items", i, "position"), what))
-        if len(deep) > MANY or source.is_full:
+        if len(deep) > MANY:
             break
     _add_alike(source, deep, ONE_POSE, f"correct its pose, or all: {CONVENTION}")
 
@@ -251,7 +251,7 @@ def check_overlaps(source: Source, scene: Scene) -> None:
         if depth > 0.0:
             ids = f"{scene.items[i].id} and {scene.items[j].id}"
             overlaps.append((("items", j), f"{ids} overlap by {1000 * depth:.1f} mm"))
-        if len(overlaps) > MANY or source.is_full:
+        if len(overlaps) > MANY:
             break
     one = "correct one of the poses"
     _add_alike(source, overlaps, one, f"{one}, or all: {CONVENTION}")

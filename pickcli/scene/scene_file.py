@@ -230,7 +230,7 @@ def _pose(source: Source, key: tuple[str | int, ...], model: ScenePoseModel) -> 
         source.add(
             (*key, "quaternion"), f"expected a length of 1, got {length:.4g}; write x, y, z, w normalised"
         )
-        return np.eye(4)
+        return pose()
     x, y, z = model.position
     return pose((x, y, z), R=from_quaternion(model.quaternion))
 

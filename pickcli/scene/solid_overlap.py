@@ -116,7 +116,7 @@ def _are_apart(a: PosedSolid, b: PosedSolid) -> bool:
         if np.linalg.norm(x) <= _ROUNDING:
             return False
         s = a.support(-x) - b.support(x)
-        if float(x @ s) > _ROUNDING * float(np.linalg.norm(x)):
+        if float(x @ s) > 0.0:
             return True  # all of A - B lies beyond the plane through s: 0 is outside
         step = s - x
         x = x - float(x @ step) / float(step @ step) * step  # between x and s, for x @ s is about 0 or below

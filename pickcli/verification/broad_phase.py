@@ -132,10 +132,11 @@ def state_intervals(states: States, first: int, last: int, reach: Array) -> Stat
     Returns:
         The intervals.
     """
-    way = states.travel[first : last + 1] @ reach
-    n = max(1, int(np.ceil((way[-1] - way[0]) / INTERVAL)))
-    edges = np.unique(np.searchsorted(way, np.linspace(way[0], way[-1], n + 1)[1:-1]))
-    edges = np.unique(np.concatenate([[0], edges, [last - first]])) + first
+    way = (states.travel[first : last + 1] - states.travel[first]) @ reach
+    n = max(1, int(np.ceil(way[-1] / INTERVAL)))
+    ends = np.searchsorted(way, np.linspace(0.0, way[-1], n + 1))
+    ends[-1] = last - first  # where it comes to rest before, too
+    edges = first + np.unique(ends)
     return StateIntervals(edges[:-1], (edges[:-1] + edges[1:]) // 2, edges[1:])
 
 

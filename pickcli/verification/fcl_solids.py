@@ -135,7 +135,7 @@ def cover(shape: Shape) -> CoveringSpheres:
         return CoveringSpheres(np.zeros((1, 3)), shape.size[0])
     if shape.kind is ShapeKind.CYLINDER and axis == 2:
         across = 2 * shape.size[0]
-    n = int(np.clip(np.ceil(extents[axis] / max(across, 0.02)), 1, MAX_BALLS))
+    n = min(MAX_BALLS, int(np.ceil(extents[axis] / across)))
     piece = extents[axis] / n
     centers = np.zeros((n, 3))
     centers[:, axis] = (np.arange(n) + 0.5) * piece - extents[axis] / 2

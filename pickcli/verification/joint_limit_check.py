@@ -14,6 +14,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import Scene
 from pickcli.verification.quintic import control_points, largest
+from pickcli.verification.state_sampling import merged
 
 TOLERANCE = 1e-6  # of a ratio, and rad or m of a position: rounding, not room
 AT_REST = 1e-9  # rad/s or m/s, and rad/s^2 or m/s^2
@@ -103,15 +104,12 @@ def _carrying(plan: Plan, scene: Scene) -> Iterator[Reason]:
         if segment.held is None:
             continue
         scale = min(scene.item(segment.held).speed_scale, plan.speed_scale) * scene.cell.speed_scale
-        piece = _cut(plan.trajectory, segment.t_start, segment.t_end)
         if scale < 1.0:
-            ratios = _ratios(piece, 1, limits.velocity)
+            ratios = _ratios(_cut(plan.trajectory, segment.t_start, segment.t_end), 1, limits.velocity)
             yield from _over(plan, "carrying speed", ratios, f"segment {k} ({segment.kind})", scale)
 
 
 def _cut(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory:
     """The part of a trajectory between two times, the same curve."""
-    inside = trajectory.times[(trajectory.times > t_start + 1e-9) & (trajectory.times < t_end - 1e-9)]
-    times = np.concatenate([[t_start], inside, [t_end]])
-    p, v, a = (trajectory.sample(times, derivative) for derivative in range(3))
-    return Trajectory(trajectory.joint_names, times - t_start, p, v, a)
+    times = merged(np.clip(trajectory.times, t_start, t_end))
+    return Trajectory(trajectory.joint_names, times, *trajectory.states(times))

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pickcli.cell.item import Item
 from pickcli.errors import Reason
@@ -136,7 +137,7 @@ def wrenches(tips: Array, T_tip_item: Array, item: Item, step: float) -> Array:
     acceleration = (centre[2:] - 2.0 * centre[1:-1] + centre[:-2]) / step**2
     force = item.heaviest * _turned_back(R[1:-1], acceleration + GRAVITY)
     # Turn rates half-way between the poses, each seen in the middle one.
-    steps = _rotation_vectors(np.swapaxes(R[:-1], 1, 2) @ R[1:]) / step
+    steps = Rotation.from_matrix(np.swapaxes(R[:-1], 1, 2) @ R[1:]).as_rotvec() / step
     before, after = steps[:-1], steps[1:]
     rate, change = (before + after) / 2.0, (after - before) / step
     axes = T_tip_item[:3, :3]
@@ -148,15 +149,6 @@ def wrenches(tips: Array, T_tip_item: Array, item: Item, step: float) -> Array:
 def _turned_back(R: Array, v: Array) -> Array:
     """World vectors (N, 3) in the frames R (N, 3, 3)."""
     return np.asarray(np.einsum("nji,nj->ni", R, v))
-
-
-def _rotation_vectors(R: Array) -> Array:
-    """Axis times angle (N, 3) of small rotations (N, 3, 3), under a quarter turn."""
-    twice_sine = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
-    sine = np.minimum(1.0, np.linalg.norm(twice_sine, axis=1) / 2.0)
-    return np.asarray(
-        twice_sine / 2.0 * np.where(sine > 0.0, np.arcsin(sine) / np.maximum(sine, 1e-300), 1.0)[:, None]
-    )
 
 
 def _told(wrench: Array) -> str:

@@ -25,6 +25,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, stated_position, tip_poses
 from pickcli.verification.load_check import held_wrenches
+from pickcli.verification.ray_casting import cast_rays
 
 N_POINTS = 15  # along each side of a pad
 RUBBER = 0.0005  # m that a pad gives way
@@ -91,6 +92,9 @@ def check_pinch(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ..
     pads = pads_on(item.shape, grasp.T_item_tip, gripper)
     if pads is None:
         return (Reason("nothing between the pads", "grasp", f"{grasp.item} is not where they close"),)
+    if pads.share < LEAST_PATCH:
+        touching = f"{100 * pads.share:.0f} % of them touch, at least {100 * LEAST_PATCH:.0f}"
+        return (Reason("pads beside the item", grasp.item, touching),)
     reasons = [*_antipodal(grasp, pads, gripper), *_widths(plan, scene, pads)]
     for k, segment in enumerate(plan.segments):
         if segment.kind is SegmentKind.CONTACT:
@@ -115,12 +119,11 @@ def pads_on(shape: Shape, T_item_tip: Array, gripper: ParallelGripper) -> Pads |
     x, z = (grid.ravel() for grid in np.meshgrid(at * gripper.pad[0], at * gripper.pad[1]))
     R, along = T_item_tip[:3, :3], T_item_tip[:3, 1]
     starts = T_item_tip[:3, 3] + np.outer(x, R[:, 0]) + np.outer(z, R[:, 2])
-    near, far = _through(shape, starts, along)
-    is_hit = near <= far
-    if not is_hit.any():
+    near, far = cast_rays(shape, starts, along)
+    if np.isnan(near).all():
         return None
-    out, back = far[is_hit].max(), near[is_hit].min()
-    touches = is_hit & (far >= out - RUBBER) & (near <= back + RUBBER)
+    out, back = np.nanmax(far), np.nanmin(near)
+    touches = (far >= out - RUBBER) & (near <= back + RUBBER)
     if not touches.any():
         return None
     normals = [_normals(shape, starts[touches] + np.outer(s[touches], along)) for s in (far, near)]
@@ -128,44 +131,6 @@ def pads_on(shape: Shape, T_item_tip: Array, gripper: ParallelGripper) -> Pads |
     steepest = float(np.arccos(np.clip(cosines.min(), -1.0, 1.0)))
     points = np.column_stack([x, z])[touches]
     return Pads(float(out - back), points, steepest, float(touches.mean()))
-
-
-def _through(shape: Shape, starts: Array, along: Array) -> tuple[Array, Array]:
-    """(N,), (N,) m along a direction at which lines from points (N, 3) enter and leave a shape.
-
-    The former is greater than the latter where a line misses it.
-    """
-    if shape.kind is ShapeKind.BOX:
-        return _slabs(starts, along, shape.extents / 2)
-    radius = shape.size[0]
-    if shape.kind is ShapeKind.SPHERE:
-        return _roots(float(along @ along), starts @ along, (starts**2).sum(axis=1) - radius**2)
-    flat = (1.0, 1.0, 0.0)
-    off, way = starts * flat, along * flat
-    near, far = _roots(float(way @ way), off @ way, (off**2).sum(axis=1) - radius**2)
-    low, high = _slabs(starts[:, 2:], along[2:], np.array([shape.size[1] / 2]))
-    return np.maximum(near, low), np.minimum(far, high)
-
-
-def _slabs(starts: Array, along: Array, half: Array) -> tuple[Array, Array]:
-    """Where lines are between pairs of planes, the half extents (k,) off the origin."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        one, other = (-half - starts) / along, (half - starts) / along
-    inside = np.abs(starts) <= half
-    is_across = np.abs(along) < 1e-12
-    low = np.where(is_across, np.where(inside, -np.inf, np.inf), np.minimum(one, other))
-    high = np.where(is_across, np.where(inside, np.inf, -np.inf), np.maximum(one, other))
-    return np.asarray(low.max(axis=1)), np.asarray(high.min(axis=1))
-
-
-def _roots(a: float, b: Array, c: Array) -> tuple[Array, Array]:
-    """Where a s^2 + 2 b s + c is below 0."""
-    if a < 1e-12:
-        is_in = c <= 0.0
-        return np.where(is_in, -np.inf, np.inf), np.where(is_in, np.inf, -np.inf)
-    inner = b**2 - a * c
-    root = np.sqrt(np.maximum(inner, 0.0))
-    return np.where(inner < 0.0, np.inf, (-b - root) / a), np.where(inner < 0.0, -np.inf, (-b + root) / a)
 
 
 def _normals(shape: Shape, points: Array) -> Array:
@@ -183,10 +148,7 @@ def _normals(shape: Shape, points: Array) -> Array:
 
 
 def _antipodal(grasp: Grasp, pads: Pads, gripper: ParallelGripper) -> Iterator[Reason]:
-    """Enough of both pads touches, and the line between them lies in both friction cones."""
-    if pads.share < LEAST_PATCH:
-        touching = f"{100 * pads.share:.0f} % of them touch, at least {100 * LEAST_PATCH:.0f}"
-        yield Reason("pads beside the item", grasp.item, touching)
+    """The line between the pads lies in both friction cones."""
     cone = float(np.arctan(gripper.limits.friction))
     if pads.steepest > cone:
         angles = (

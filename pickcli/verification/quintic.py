@@ -66,16 +66,12 @@ def largest(points: Array) -> Array:
     points = np.swapaxes(points, 1, 2).reshape(-1, points.shape[1])
     attained: Array = np.full(n, -np.inf)
     found = attained
-    for _ in range(60):
+    while 0 < len(points) <= MOST_PIECES:
         np.maximum.at(attained, of, np.maximum(points[:, 0], points[:, -1]))
         slack = RELATIVE * np.maximum(1e-6, np.abs(attained))
         found = attained + slack
         may_hold = points.max(axis=1) > found[of]
         points, of = points[may_hold], of[may_hold]
-        if len(points) == 0:
-            return np.asarray(found)
-        if len(points) > MOST_PIECES:
-            break
         points, of = np.concatenate(_halves(points)), np.concatenate([of, of])
     np.maximum.at(found, of, points.max(axis=1))
     return np.asarray(found)
@@ -122,7 +118,7 @@ def motion(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
     """
     knots = trajectory.times
     times = np.clip(times, 0.0, knots[-1])
-    i = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(knots) - 2)
+    i = np.minimum(np.searchsorted(knots, times, side="right") - 1, len(knots) - 2)
     h = np.diff(knots)[i, None]
     u = (times[:, None] - knots[i, None]) / h
     c0, c1, c2, c3, c4, c5 = (c[i] for c in _powers(trajectory))

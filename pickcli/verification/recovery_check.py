@@ -130,7 +130,7 @@ def _strayed(Q: Array, stopped: Trajectory) -> tuple[int, str] | None:
             most = f"at most {OFF_PATH} are allowed"
             return i, f"a joint is {off:.4f} rad or m off the motion that stopped, {most}"
         before = may_be_at[np.minimum(np.searchsorted(may_be_at, near), len(may_be_at) - 1)]
-        is_next = (before >= near) & ((i == 0) | (gone[before] - gone[near] <= steps[i] + LEFT_OUT))
+        is_next = (before >= near) & (gone[before] - gone[near] <= steps[i] + LEFT_OUT)
         if not is_next.any():
             return i, "it does not go on backwards along the motion that stopped"
         may_be_at = near[is_next]

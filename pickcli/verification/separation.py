@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -20,8 +21,8 @@ from pickcli.geometry import Array, perpendiculars
 MAX_STEPS = 200
 TIGHT = 1e-5  # m, between bound and distance, where the search may end
 _NO_WAY = 1e-9  # length of what is no direction any more
-_SPREADS = (0.3, 0.2, 0.1, 0.1, 0.05, 0.03, 0.02, 0.01)  # rad, around the best direction so far
-_NO_WEIGHT = 1e-12  # share of a corner that is not needed
+_SPREADS = np.geomspace(0.3, 0.01, 8)  # rad, around the best direction so far
+_AROUND = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
 
 
 def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
@@ -41,8 +42,7 @@ def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
     if length == 0.0:
         return -math.inf
     across = way / length
-    middle = float(across @ (T_b[:3, 3] - T_a[:3, 3]))
-    return middle - half_width(a, T_a, across) - half_width(b, T_b, -across)
+    return float((support(b, T_b, -across) - support(a, T_a, across)) @ across)
 
 
 def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array] = ()) -> tuple[float, Array]:
@@ -77,8 +77,7 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array] = 
     best, least = across[int(np.argmin(found))], float(found.min())
     is_round = not {a.kind, b.kind} <= {ShapeKind.BOX, ShapeKind.HULL}
     for spread in _SPREADS if is_round else ():  # round solids may part in a direction that is neither's
-        u, v = perpendiculars(best)
-        around = best + spread * np.array([u, -u, v, -v, u + v, u - v, v - u, -u - v])
+        around = best + spread * (_AROUND @ np.array(perpendiculars(best)))
         around /= np.linalg.norm(around, axis=1)[:, None]
         found = depths(around)
         if found.min() < least:
@@ -103,7 +102,7 @@ def face_normals(shape: Shape) -> Array:
 
 
 def half_widths(shape: Shape, directions: Array) -> Array:
-    """How far a shape reaches in several directions (see ``half_width``).
+    """From a shape's centre to the planes across several directions that touch it there.
 
     Args:
         shape: The shape.
@@ -114,13 +113,7 @@ def half_widths(shape: Shape, directions: Array) -> Array:
     """
     if shape.kind is ShapeKind.HULL:
         return np.asarray((directions @ corners(shape).T).max(axis=1))
-    x, y, z = np.abs(directions).T
-    size = shape.size
-    if shape.kind is ShapeKind.BOX:
-        return np.asarray((x * size[0] + y * size[1] + z * size[2]) / 2)
-    if shape.kind is ShapeKind.SPHERE:
-        return np.full(len(x), size[0])
-    return np.asarray(size[0] * np.hypot(x, y) + z * size[1] / 2)
+    return _half_widths_by(half_width_terms(shape), directions)
 
 
 def half_width_terms(shape: Shape) -> Array:
@@ -167,37 +160,15 @@ def widest_gaps(terms_a: Array, T_a: Array, terms_b: Array, T_b: Array) -> Array
     is_way = lengths > _NO_WAY
     across = ways / np.where(is_way, lengths, 1.0)[:, :, None]
     middles = np.abs(across @ between[:, :, None])[:, :, 0]
-    widths = _half_widths_of_many(terms_a, across @ R_a) + _half_widths_of_many(terms_b, across @ R_b)
+    widths = _half_widths_by(terms_a, across @ R_a) + _half_widths_by(terms_b, across @ R_b)
     return np.asarray(np.where(is_way, middles - widths, -np.inf).max(axis=1))
 
 
-def _half_widths_of_many(terms: Array, directions: Array) -> Array:
-    """(M, K) of shapes with terms (M, 5) for unit directions (M, K, 3) in the shapes' own frames."""
-    flat = np.abs(directions) @ terms[:, :3, None]
-    around = np.hypot(directions[:, :, 0], directions[:, :, 1])
-    return np.asarray(flat[:, :, 0] + around * terms[:, 3, None] + terms[:, 4, None])
-
-
-def half_width(shape: Shape, T: Array, direction: Array) -> float:
-    """From a shape's centre to the plane across a direction that touches it there.
-
-    Args:
-        shape: The shape.
-        T: (4, 4) its pose.
-        direction: (3,) unit direction in the world.
-
-    Returns:
-        m.
-    """
-    if shape.kind is ShapeKind.HULL:
-        return float((corners(shape) @ (direction @ T[:3, :3])).max())
-    x, y, z = (float(c) for c in direction @ T[:3, :3])
-    size = shape.size
-    if shape.kind is ShapeKind.BOX:
-        return (abs(x) * size[0] + abs(y) * size[1] + abs(z) * size[2]) / 2
-    if shape.kind is ShapeKind.SPHERE:
-        return size[0]
-    return size[0] * math.hypot(x, y) + abs(z) * size[1] / 2
+def _half_widths_by(terms: Array, directions: Array) -> Array:
+    """(..., K) m by the terms (..., 5) of shapes, across unit directions (..., K, 3) in their own frames."""
+    flat = np.abs(directions) @ terms[..., :3, None]
+    around = np.hypot(directions[..., 0], directions[..., 1])
+    return np.asarray(flat[..., 0] + around * terms[..., 3, None] + terms[..., 4, None])
 
 
 def support(shape: Shape, T: Array, direction: Array) -> Array:
@@ -206,7 +177,7 @@ def support(shape: Shape, T: Array, direction: Array) -> Array:
     Args:
         shape: The shape.
         T: (4, 4) its pose.
-        direction: (3,) in the world.
+        direction: (3,) in the world, of any length but 0.
 
     Returns:
         (3,) m in the world.
@@ -218,10 +189,12 @@ def support(shape: Shape, T: Array, direction: Array) -> Array:
     elif shape.kind is ShapeKind.HULL:
         point = corners(shape)[np.argmax(corners(shape) @ local)]
     elif shape.kind is ShapeKind.SPHERE:
-        point = local * (size[0] / max(math.sqrt(local @ local), _NO_WAY))
+        point = local * (size[0] / math.sqrt(local @ local))
     else:
-        radial = size[0] / max(math.hypot(local[0], local[1]), _NO_WAY)
-        point = np.array([local[0] * radial, local[1] * radial, math.copysign(size[1] / 2, local[2])])
+        around = math.atan2(local[1], local[0])
+        point = np.array(
+            [size[0] * math.cos(around), size[0] * math.sin(around), math.copysign(size[1] / 2, local[2])]
+        )
     return np.asarray(T[:3, :3] @ point + T[:3, 3])
 
 
@@ -259,10 +232,11 @@ def separation(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
     x = T_b[:3, 3] - T_a[:3, 3]
     corners, weights = x[None], np.ones(1)
     for _ in range(MAX_STEPS):
-        best = max(best, gap(a, T_a, b, T_b, x))
-        if math.sqrt(x @ x) <= best + TIGHT:
+        length = math.sqrt(x @ x)
+        if length <= best + TIGHT:
             break
         corner = support(b, T_b, -x) - support(a, T_a, x)
+        best = max(best, float(corner @ x) / length)
         corners, weights = _nearest_to_zero(np.vstack([corners, corner]), np.append(weights, 0.0))
         x = weights @ corners
     return best
@@ -277,12 +251,10 @@ def _nearest_to_zero(corners: Array, weights: Array) -> tuple[Array, Array]:
         aim = _of_plane(corners)
         if (aim > 0.0).all():
             return corners, aim
-        falling = aim <= 0.0
-        share = float((weights[falling] / np.maximum(weights - aim, _NO_WAY)[falling]).min())
-        weights = weights + min(1.0, share) * (aim - weights)
-        kept = weights > _NO_WEIGHT
-        kept[falling.nonzero()[0][np.argmin(weights[falling])]] = False
-        corners, weights = corners[kept], weights[kept] / weights[kept].sum()
+        shares = np.where(aim > 0.0, np.inf, weights / np.maximum(weights - aim, _NO_WAY))
+        first = int(np.argmin(shares))  # of the weights to vanish on the way to the aim
+        weights = np.delete(weights + shares[first] * (aim - weights), first)
+        corners = np.delete(corners, first, axis=0)
 
 
 def _of_plane(corners: Array) -> Array:

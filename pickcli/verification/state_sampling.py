@@ -71,7 +71,7 @@ def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Arra
     Returns:
         The states.
     """
-    times = _merged(np.concatenate([trajectory.times, also]))
+    times = merged(np.concatenate([trajectory.times, also]))
     while True:
         way = variation(*motion(trajectory, times), times)
         steps = way @ reach
@@ -91,8 +91,15 @@ def _states_at(times: Array, robot: Robot, trajectory: Trajectory, max_step: flo
     return States(times, p, link_poses(robot, p), travel, max_step, robot, trajectory)
 
 
-def _merged(times: Array) -> Array:
-    """Sorted, without repetitions closer than a nanosecond (keeps the first of each)."""
+def merged(times: Array) -> Array:
+    """Sorted, without repetitions closer than a nanosecond, the first of which is kept.
+
+    Args:
+        times: (N,) s.
+
+    Returns:
+        (M,) s.
+    """
     times = np.sort(times)
     keep = np.concatenate([[True], np.diff(times) > 1e-9])
     return np.asarray(times[keep])

@@ -70,7 +70,8 @@ def _straight(tips: Array, where: str) -> Iterator[Reason]:
     along = tips[-1, :3, 3] - tips[0, :3, 3]
     squared = float(along @ along)
     off = tips[:, :3, 3] - tips[0, :3, 3]
-    s = np.clip(off @ along / squared, 0.0, 1.0) if squared > 1e-12 else np.zeros(len(tips))
+    turning = np.linspace(0.0, 1.0, len(tips))  # evenly, where the line has no length
+    s = np.clip(off @ along / squared, 0.0, 1.0) if squared > 1e-12 else turning
     distance = float(np.linalg.norm(off - s[:, None] * along, axis=1).max())
     if distance > OFF_LINE:
         yield Reason("not straight", where, f"{distance * 1e3:.2f} mm off the line")
@@ -81,8 +82,6 @@ def _straight(tips: Array, where: str) -> Iterator[Reason]:
 
 def _largest_angle(tips: Array, s: Array) -> float:
     """Largest angle in rad between a pose and the one that the line has at the same place."""
-    if s.max() <= 0.0:
-        s = np.linspace(0.0, 1.0, len(tips))
     turn = rotation_vector(tips[0, :3, :3].T @ tips[-1, :3, :3])
     line = tips[0, :3, :3] @ Rotation.from_rotvec(np.outer(s, turn)).as_matrix()
     worst = int(np.argmin(np.einsum("nij,nij->n", line, tips[:, :3, :3])))  # traces: least where farthest off

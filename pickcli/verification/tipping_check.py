@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.shapes import Shape
 from pickcli.errors import Reason
 from pickcli.geometry import GRAVITY, Array, inverse
 from pickcli.motion.plan import Plan
@@ -31,6 +31,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.ray_casting import cast_rays
 from pickcli.verification.straightness_check import fastest_tip
 
 N_LINES = 41  # along each side of the item's footprint
@@ -39,11 +40,9 @@ HALVINGS = 6  # of the gap between two lines, to find the edge between them
 N_ANGLES = 400  # up to that at which an item falls over, at which it is looked at
 REBOUND = 2.0  # of a cup's speed, that bellows without damping throw at what they meet
 MOST_FRICTION = 1.0  # of an item on what carries it: where it takes more to tip it, it slides
-PARALLEL = 1e-12  # slope of a vertical line to a face that is as upright
 TURNS = np.radians(np.arange(360.0))
 AROUND = np.column_stack([np.cos(TURNS), np.sin(TURNS)])
 Mask = NDArray[np.bool_]
-FLAT_AXES = {ShapeKind.BOX: (0, 1, 2), ShapeKind.CYLINDER: (2,), ShapeKind.SPHERE: ()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,7 +267,7 @@ def _edges(lines: Array, is_borne: Mask, bears: Callable[[Array], Mask]) -> Iter
         for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
             ends = borne[a] & ~borne[b]
             inner, outer = grid[a][ends], grid[b][ends]
-            for _ in range(HALVINGS if len(inner) else 0):
+            for _ in range(HALVINGS):
                 middle = (inner + outer) / 2.0
                 is_inner = bears(middle)[:, None]
                 inner, outer = np.where(is_inner, middle, inner), np.where(is_inner, outer, middle)
@@ -297,20 +296,8 @@ def _heights(shape: Shape, T: Array, columns: Array) -> tuple[Array, Array]:
     Returns:
         (N,) m each; NaN where a line misses the solid.
     """
-    start = (np.column_stack([columns, np.zeros(len(columns))]) - T[:3, 3]) @ T[:3, :3]
-    up = T[2, :3] + np.where(T[2, :3] == 0.0, PARALLEL, 0.0)
-    low, high = np.full(len(columns), -np.inf), np.full(len(columns), np.inf)
-    for axis in FLAT_AXES[shape.kind]:
-        ends = (np.array([[-0.5], [0.5]]) * shape.extents[axis] - start[:, axis]) / up[axis]
-        low, high = np.maximum(low, ends.min(axis=0)), np.minimum(high, ends.max(axis=0))
-    if round_axes := [axis for axis in range(3) if axis not in FLAT_AXES[shape.kind]]:
-        a, b = float(up[round_axes] @ up[round_axes]), start[:, round_axes] @ up[round_axes]
-        room = b * b - a * ((start[:, round_axes] ** 2).sum(axis=1) - shape.size[0] ** 2)
-        wide = np.sqrt(np.maximum(room, 0.0))
-        low = np.where(room >= 0.0, np.maximum(low, (-b - wide) / a), np.inf)
-        high = np.minimum(high, (-b + wide) / a)
-    is_met = low <= high
-    return np.where(is_met, low, np.nan), np.where(is_met, high, np.nan)
+    starts = (np.column_stack([columns, np.zeros(len(columns))]) - T[:3, 3]) @ T[:3, :3]
+    return cast_rays(shape, starts, T[2, :3])
 
 
 def _outside(points: Array, p: Array) -> float:

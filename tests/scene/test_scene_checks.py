@@ -15,6 +15,7 @@ from pickcli.cell.pod_tolerance import Displacement
 from pickcli.errors import InputError
 from pickcli.files.yaml_reader import Source
 from pickcli.geometry import Array, inverse, pose
+from pickcli.scene.cloud import Cloud
 from pickcli.scene.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_checks import check_floating, check_places
 from pickcli.scene.scene_file import read_scene, write_scene
@@ -265,6 +266,31 @@ def test_what_lies_on_another_item_does_not_float(cell: Cell, tmp_path: Path) ->
     assert _read(both, tmp_path / "s.json").items
     with pytest.raises(InputError, match="above floats"):
         _read(both.without(below.id), tmp_path / "s.json")
+
+
+@pytest.mark.parametrize(("beyond", "is_floating"), [(-1e-4, False), (1e-4, True)])
+def test_an_item_may_be_over_another_by_what_the_poses_of_both_are_off(
+    cell: Cell, tmp_path: Path, beyond: float, is_floating: bool
+) -> None:
+    """Of a long item and a short one, whose turns move their ends unlike."""
+    below = make_scene(cell).items[0]
+    ball, noise = cell.item("rawlings_baseball"), PoseNoise(0.001, 0.05)
+    room = 0.01 + noise.bound(below.item) + noise.bound(ball)
+    over = below.item.shape.extents[2] / 2 + ball.shape.size[0] + room + beyond
+    above = PlacedItem("above", ball, below.location, pose((0, 0, over)) @ below.T_world_item)
+    for items in ((below, above), (above, below)):
+        source = Source(Path("scene.json"))
+        check_floating(source, replace(make_scene(cell), items=items, noise=noise))
+        assert ["above floats" in problem.text for problem in source.problems] == [True] * is_floating
+
+
+def test_where_a_cloud_shows_what_else_stands_there_nothing_is_told_to_float(cell: Cell) -> None:
+    scene = make_scene(cell)
+    seen = Cloud(Path("cloud.npy"), np.eye(4), np.zeros((1, 3)), 0.002, 0.001)
+    for cloud, told in ((None, 1), (seen, 0)):
+        source = Source(Path("scene.json"))
+        check_floating(source, replace(_lowered(scene, scene.items[0], dz=0.05), cloud=cloud))
+        assert len(source.problems) == told
 
 
 def test_what_the_cup_holds_may_be_listed_where_it_was_seen(cell: Cell, tmp_path: Path) -> None:

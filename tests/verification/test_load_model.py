@@ -19,7 +19,6 @@ from pickcli.verification.load_check import (
     SAME_LEAST,
     SAME_SHARE,
     STEP,
-    _rotation_vectors,
     _stated,
     _taken_up,
     check_load,
@@ -61,15 +60,6 @@ def test_the_wrench_is_the_sum_over_the_points_of_the_item(t: float) -> None:
     expected = np.concatenate([forces.sum(axis=0) @ T[:3, :3], torque @ T[:3, :3]])
     found = wrenches(np.array([swinging(t + k * h) for k in (-1, 0, 1)]), HANGING, BRICK, h)
     np.testing.assert_allclose(found, [expected], rtol=1e-4, atol=1e-5)
-
-
-def test_a_rotation_is_its_axis_times_its_angle() -> None:
-    rng = np.random.default_rng(0)
-    axes = rng.normal(size=(20, 3))
-    axes /= np.linalg.norm(axes, axis=1)[:, None]
-    angles = np.append(rng.uniform(1e-7, 1.5, 18), [0.0, np.pi / 2])
-    R = np.array([rotation_axis_angle(axis, angle) for axis, angle in zip(axes, angles, strict=True)])
-    np.testing.assert_allclose(_rotation_vectors(R), axes * angles[:, None], atol=1e-8)
 
 
 NAMES = ("pull", "shear", "moment", "twist")

@@ -215,6 +215,19 @@ def test_of_several_parts_the_one_that_reaches_farthest_says_when_they_may_be_ne
     assert 1.7 <= apart <= 2.0, "a millimetre nearer than it was, and the rail stops 0.3 mm farther on"
 
 
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize(("way", "closes"), [(0.0009, False), (0.0012, True)])
+def test_of_several_parts_the_nearest_may_not_come_nearer(order: int, way: float, closes: bool) -> None:
+    """One of two poses of a cup that moves is far from the ball."""
+    scene, ball = ball_beside_the_cup(0.0005)
+    plan = rail(way)
+    states, cup = states_of(plan), next(p for p in parts(scene, plan.segments[0], None) if p.is_cup)
+    both = [cup, replace(cup, T_link_shape=pose((0.0, 0.0, 0.5)) @ cup.T_link_shape)][::order]
+    nearest = {(cup.name, "ball"): -np.inf}
+    found = _followed(states, both, ball, range(len(states.times)), CLEAR, nearest)
+    assert (found is not None) is closes
+
+
 def test_a_ball_is_as_near_as_it_says_and_its_pose_may_be_off() -> None:
     for apart in (-0.002, 0.0005, 0.004):
         scene, ball = ball_beside_the_cup(apart)

@@ -14,7 +14,7 @@ from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.verification.held_pose import pose_in_tool
-from pickcli.verification.static_solids import place_at, plan_fixtures, release_pose
+from pickcli.verification.static_solids import _beside, place_at, plan_fixtures, release_pose
 from pickcli.verification.support_check import check_support
 from support.cell_copies import CellCopy
 from support.handmade_plans import CRAYOLA, cell, crayola_scene, make_scene, place, tip
@@ -72,6 +72,14 @@ def test_of_places_that_are_open_above_the_one_below_counts_or_the_nearest(cell_
     assert at(scene, "crate_right", towards) == "crate_right"
     assert at(scene, "crate_right", (0.9 * float(gap[0]), 0.0, 0.3)) == "crate_left"
     assert at(scene, "crate_right", (-5.0, 0.0, 0.3)) == "crate_right"
+
+
+def test_over_an_open_place_is_what_is_over_its_floor(cell_copy: CellCopy) -> None:
+    """The floor lies 0.2 m below the origin of the frame."""
+    place = with_places(cell_copy, CRATES).load().places["crate_left"]
+    low = replace(place, room=replace(place.room, floor_front=-0.2, floor_back=-0.2))
+    for z, over in ((0.3, 0.5), (-0.1, 0.1), (-0.2, np.inf), (-0.3, np.inf)):
+        assert _beside(low, np.array([0.0, 0.0, z])) == pytest.approx((0.0, over))
 
 
 # What is held, and where it is let go

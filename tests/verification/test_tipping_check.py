@@ -180,13 +180,14 @@ def aside(item: PlacedItem, height: float, depth: float, speed: float = 0.0) -> 
     return Press(pose(at, R=R), depth, STIFF, speed)
 
 
-def most_push(height: float) -> float:
+def most_push(height: float, tilted: float = 0.0) -> float:
     """How far (m) a cup may push the box: until it stands still just where its centre is over the edge.
 
     There the bellows push no more, so the press point has come as far as they were pressed in.
+    tilted: rad by which the box may lean that way already
     """
     b, z = DEEP / 2, TALL / 2
-    angle = np.arctan2(b, z)
+    angle = np.arctan2(b, z) - tilted
     return float(2 * b * (1.0 - np.cos(angle)) + height * np.sin(angle))
 
 
@@ -207,6 +208,16 @@ def test_poses_that_may_be_off_bring_the_item_nearer_and_tilt_it() -> None:
         assert falls_over(scene, item, aside(item, height, 1.02 * most - noise.position))
         assert falls_over(scene, item, aside(item, height, most - 0.2 * off))
         assert not falls_over(scene, item, aside(item, height, most - 1.4 * off))
+
+
+def test_a_pose_that_is_off_in_angle_brings_what_is_pressed_over_its_middle_nearer() -> None:
+    """By the angle times the height over the middle, on top of how far it leans."""
+    height, angle = 0.09, 0.005
+    scene, item = standing(PoseNoise(0.0, angle))
+    nearer = angle * (height - TALL / 2)
+    most = most_push(height, tilted=angle) - nearer
+    assert not falls_over(scene, item, aside(item, height, most - 0.3 * nearer))
+    assert falls_over(scene, item, aside(item, height, most + 0.3 * nearer))
 
 
 def test_soft_bellows_do_not_even_tip_a_heavy_item() -> None:
