@@ -6,7 +6,7 @@ Read in this order:
 - What is where: `state_sampling`, `forward_kinematics` with `finger_kinematics`, `held_pose`,
   `moving_parts`, `static_solids` and `cloud_points`.
 - How far apart: `fcl_solids` and `separation` for two solids, `pair_distance` over a motion; `solid_arrays`
-  and `broad_phase` for thousands of pairs at once.
+  and `broad_phase` for thousands of pairs at once; `ray_casting` along a line.
 - The motion: `structure_check`, `clearance_check` but for `exemptions`, `joint_limit_check` by the bounds in
   `quintic`, `straightness_check`, `tool_speed`, and `event_check` with `finger_events` or
   `vacuum_events`.
