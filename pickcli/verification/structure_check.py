@@ -137,15 +137,9 @@ def _tool_states(plan: Plan, scene: Scene) -> Iterator[Reason]:
 def _beginning(plan: Plan, scene: Scene) -> Iterator[Reason]:
     """What the plan begins with in the cup is what the scene says that the cup holds."""
     first, held = plan.segments[0].held, None if scene.held is None else scene.held.id
-    if first is not None and held is None:
-        yield Reason(
-            "not in the cup",
-            "start",
-            f"the plan begins holding {first}; the scene has no `held` that says so",
-        )
-    elif first != held:
-        said = "an empty cup" if first is None else f"{first} in it"
-        yield Reason("not in the cup", "start", f"the cup holds {held}, the plan begins with {said}")
+    if first != held:
+        said = f"the plan begins holding {first or 'nothing'}; by `held` of the scene the cup holds"
+        yield Reason("not in the cup", "start", f"{said} {held or 'nothing'}")
 
 
 def _holding(plan: Plan) -> Iterator[Reason]:

@@ -11,6 +11,7 @@ import pytest
 
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tool import MOVING
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, pose
 from pickcli.motion.plan import Grasp, Plan
@@ -22,7 +23,7 @@ from pickcli.verification.grasp_check import _as_grasped, _seal, check_kind
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.joint_limit_check import check_limits
 from pickcli.verification.release_check import check_release
-from pickcli.verification.structure_check import check_structure
+from pickcli.verification.structure_check import _tool_states, check_structure
 from support.handmade_plans import CRAYOLA, bound, cell, make_scene, pick, place
 from support.plan_mutations import scaled
 from support.tool_states import STRAIGHT
@@ -113,6 +114,15 @@ def test_what_is_carried_at_full_speed_breaks_one_limit_and_not_two() -> None:
     }
     slow = replace(fast, speed_scale=0.999)
     assert "carrying speed limit" in whats(check_limits(slow, there).reasons)
+
+
+def test_only_a_tool_with_joints_moves_between_its_states() -> None:
+    plan = plan_of(resting(0.0, 3.0), (0.0, 3.0))
+    moving = replace(plan, segments=(replace(plan.segments[0], tool_state=MOVING),))
+    tool = SCENE.cell.robot.tool
+    for joint, told in ((tool.joint, []), (None, ["unknown tool state"])):
+        robot = replace(SCENE.cell.robot, tool=replace(tool, joint=joint))
+        assert whats(_tool_states(moving, replace(SCENE, cell=replace(SCENE.cell, robot=robot)))) == told
 
 
 # Who holds what

@@ -68,7 +68,9 @@ def test_no_plan_forgets_what_the_cup_holds() -> None:
     builder = Builder(Q)
     builder.wait(SegmentKind.TRANSIT, 0.5)
     empty = bound(Plan("move", "", "", 0, tuple(builder.segments), builder.trajectory(), ()), scene)
-    assert "the cup holds crayola_24_ct, the plan begins with an empty cup" in told(empty, scene)
+    assert "the plan begins holding nothing; by `held` of the scene the cup holds crayola" in told(
+        empty, scene
+    )
 
 
 def test_it_hangs_as_the_grasp_says() -> None:

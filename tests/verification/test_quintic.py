@@ -60,6 +60,17 @@ def test_a_known_peak_between_the_points() -> None:
         assert largest(control_points(trajectory, derivative))[0] == pytest.approx(peak, rel=1e-8)
 
 
+@pytest.mark.parametrize("far", [1e-4, 1.0, 1e3])
+def test_a_bound_is_never_below_a_peak_and_at_most_a_billionth_above(far: float) -> None:
+    """Of a billionth of a millionth at least. There and back to rest, the peaks between the points."""
+    zero, T = np.zeros((3, 1)), 0.7
+    trajectory = Trajectory(("a",), np.array([0.0, T, 2 * T]), np.array([[0.0], [far], [0.0]]), zero, zero)
+    for derivative, peak in ((0, far), (1, 15 / 8 * far / T), (2, 10 / np.sqrt(3) * far / T**2)):
+        bound = largest(control_points(trajectory, derivative))[0]
+        slack = 1e-9 * max(1e-6, peak)
+        assert peak + 0.9 * slack <= bound <= peak + 1.2 * slack
+
+
 def exact_jerk(trajectory: Trajectory, i: int, j: int) -> tuple[Fraction, Fraction]:
     """At the start and the end of piece i, of joint j, in whole numbers."""
     t0, t1 = (Fraction(float(t)) for t in trajectory.times[i : i + 2])
