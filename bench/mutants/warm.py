@@ -87,7 +87,8 @@ def _run_with(
     """
     for function, code in mutated:
         function.__code__ = code
-    for (item, seconds), following in zip(items, [*(item for item, _ in items[1:]), None], strict=True):
+    # Of no items, which is what a line has that only an import runs, there is no last one either.
+    for (item, seconds), following in zip(items, [*(item for item, _ in items[1:]), None], strict=False):
         signal.setitimer(signal.ITIMER_PROF, seconds)
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
         if session.testsfailed:

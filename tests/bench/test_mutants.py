@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import ast
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
 
 from bench.mutants.__main__ import PACKAGES, sample
 from bench.mutants.mutate import mutants
 from bench.mutants.reach import Reach
-from bench.mutants.warm import codes
+from bench.mutants.trial import in_child
+from bench.mutants.warm import _run_with, codes
 
 LOADS = next(p for p in PACKAGES if p.name == "load rules")
 
@@ -48,6 +52,11 @@ def test_of_the_tests_that_run_a_line_the_quick_ones_come_first_and_all_run_what
     assert reach.of("m", 5, 5) == reach.of("m", 4, 4), "a continued line"
     assert reach.of("m", 5, 6) == reach.of("m", 6, 9) == (["slow"], [])
     assert reach.of("m", 2, 3) == ([], ["quick", "slow", "other"])
+
+
+def test_where_no_test_runs_a_line_none_fails_because_of_it() -> None:
+    session = cast(pytest.Session, SimpleNamespace(testsfailed=0))
+    assert in_child(lambda: _run_with([], session, []), 5.0)[0]
 
 
 PROPERTY = """class A:
