@@ -111,7 +111,7 @@ PACKAGES = (
          "tests/verification/test_pile_statics.py", "tests/verification/test_own_kinematics.py",
          "tests/verification/test_moving_parts.py", "tests/verification/test_ray_casting.py",
          "tests/verification/test_pinch_check.py", "tests/verification/test_finger_events.py",
-         "tests/verification/test_cloud_points.py"),
+         "tests/verification/test_cloud_points.py", "tests/verification/test_documented_figures.py"),
     ),
     Package(
         "contact rules",
