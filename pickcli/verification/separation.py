@@ -21,7 +21,7 @@ from pickcli.geometry import Array, perpendiculars
 MAX_STEPS = 200
 TIGHT = 1e-5  # m, between bound and distance, where the search may end
 _NO_WAY = 1e-9  # length of what is no direction any more
-_SPREADS = np.geomspace(0.3, 0.01, 8)  # rad, around the best direction so far
+_SPREADS = (0.3, 0.2, 0.1, 0.1, 0.05, 0.03, 0.02, 0.01)  # rad, around the best direction so far
 _AROUND = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
 
 
