@@ -228,7 +228,7 @@ class Reason:
 
 @dataclass(frozen=True)
 class Failures:
-    """Why none of several candidates led to a motion: what tries several returns a result or this.
+    """Reasons why none of several candidates led to a motion, in the order in which they were met.
 
     Reasons that cost time to find may be left to be found when somebody asks for them: where something else
     leads to a motion, nobody does.

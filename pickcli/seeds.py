@@ -1,4 +1,4 @@
-"""Seeds that depend on names, not on order: one seed makes all others, whatever ran before.
+"""Seeds derived from one seed and names: they do not depend on what ran before.
 
 So a build gives the same bytes in any order and on any number of workers, and a query does not depend on
 those before it.

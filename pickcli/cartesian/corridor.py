@@ -304,7 +304,7 @@ def _corridor(lift: Array, front: float, first: float) -> Corridor:
 
 
 def _rolling(corridor: Corridor, half_width: float, to_middle: float) -> list[Corridor]:
-    """The corridor, and where it rolls also those that roll as little in the first stretch as sinks no side.
+    """The corridor; where it rolls, also variants that roll less at first, so that no side of the item sinks.
 
     What hardly fits into its bin goes to the middle of it first, and aside only once it has rolled.
 

@@ -96,7 +96,7 @@ class ExperienceSession:
     def of(
         cls, planner: PlanningContext, roadmap: Path | None, trajectories: Path | None
     ) -> ExperienceSession:
-        """Begin to learn into the files beside these.
+        """Begin to learn, into files beside the roadmap and the trajectory database.
 
         Args:
             planner: The planner as loaded.

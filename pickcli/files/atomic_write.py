@@ -1,4 +1,4 @@
-"""Files that are either the old one or the new one, whole, whatever happens while they are written."""
+"""Atomic writes: a file is the old one or the new one, whole, even if the writer is killed."""
 
 from __future__ import annotations
 

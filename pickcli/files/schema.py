@@ -65,7 +65,7 @@ def validate(source: Source, model: type[Model]) -> Model:
 
 
 def causes(error: ValidationError) -> list[Any]:
-    """Pydantic's errors without those that follow from others.
+    """Pydantic's errors, without those that only follow from others.
 
     A list whose entries are wrong is also too short for pydantic, which counts the right ones. Where many
     keys of one object are missing, that is one mistake.

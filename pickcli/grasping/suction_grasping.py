@@ -70,7 +70,7 @@ class SuctionGrasping(GraspMethod):
         return sample_suctions(target, self.tool, rng, search, most)
 
     def bears(self, item: Item, face: str, T_item_tip: Array) -> HoldLimits:
-        """What the cup bears at the vacuum that the face keeps, wherever on it.
+        """What the cup bears at the vacuum that a face keeps, at any point of it.
 
         Args:
             item: The item.

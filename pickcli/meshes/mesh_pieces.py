@@ -11,7 +11,7 @@ from pickcli.files.derived_cache import content_key, derived
 from pickcli.geometry import Array
 from pickcli.meshes.mesh_file import parse_triangles, read_mesh_bytes
 
-_VERSION = "1"  # of how pieces are found: raise it with every change of that
+_VERSION = "1"  # of the algorithm that finds pieces: raise it when that changes
 
 
 def mesh_pieces(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:

@@ -55,7 +55,7 @@ class Grasp:
 
 @dataclass(frozen=True)
 class GraspKind:
-    """All grasps from one side of one face, wherever on it: what failed once is not tried just beside."""
+    """All grasps from one side of one face, at any point of it: what failed is not tried just beside."""
 
     kind: str
     face: str

@@ -225,7 +225,7 @@ class PageLine:
 
 
 def posed(T: Array) -> Pose:
-    """A pose as a page has it.
+    """Turn a pose into the numbers that a page holds.
 
     Args:
         T: (4, 4).

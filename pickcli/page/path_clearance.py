@@ -175,7 +175,7 @@ def _checker(
     carried: Sequence[Carried],
     steady: frozenset[tuple[str, str]],
 ) -> SceneChecker:
-    """The robot as it is in a segment. What may be touched counts as not there for who may touch it."""
+    """The checker of the robot in a segment of a plan, with the contacts that the plan allows."""
     known = {placed.id for placed in scene.items} | {body.name for body, _ in scene.standing}
     held = next((each for each in carried if each.item == segment.held), None)
     absent = frozenset({held.item} if held is not None else ())

@@ -1,4 +1,4 @@
-"""Edges that are added until important pairs have a second route that shares no edge with the first.
+"""Second routes: edges are added until important pairs have one that shares no edge with the first.
 
 A single RRT* is a tree: one blocked edge parts it. What joins the k nearest is better, but promises nothing.
 """

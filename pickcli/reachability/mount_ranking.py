@@ -193,9 +193,9 @@ class MountRanking:
         return self._stood_in(self.cell.robot.T_world_base)
 
     def _stood_in(self, T_world_base: Array) -> frozenset[str]:
-        """Names of the bodies in which what stands still with the base would stand.
+        """Names of the bodies that the standing part of the robot would overlap.
 
-        What it stands in now, its pedestal or the beam of its rail, it may stand in anywhere.
+        What it overlaps now, its pedestal or the beam of its rail, it may overlap anywhere.
         """
         cell = mounted(self.cell, T_world_base)
         base = base_solids(CollisionModel(cell))

@@ -40,7 +40,7 @@ def with_polylines(roadmap: Roadmap, polylines: Sequence[Array]) -> Roadmap:
 
 
 def without_doubles(stored: Sequence[Array], polylines: Sequence[Array]) -> list[Array]:
-    """Leave out polylines whose ends another polyline joins already, in either direction.
+    """Leave out polylines whose ends another polyline already joins, in either direction.
 
     Args:
         stored: Polylines that are there, each (K, n).

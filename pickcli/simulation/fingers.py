@@ -127,7 +127,7 @@ class Fingers:
             self._hang(self._bushing, T_world_tip)
 
     def after_step(self, t: float) -> None:
-        """Take hold of what both pads press, and let go of what they press no more.
+        """Take hold of what both pads press, and let go of what they no longer press.
 
         Args:
             t: Simulated time, s.

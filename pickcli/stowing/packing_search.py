@@ -15,9 +15,9 @@ from pickcli.cell.place import Place
 from pickcli.stowing.bin_packings import BinPackings
 
 N_PACKINGS = 16
-N_ROUNDS = 4  # of putting everything in at most, until it fits once
+N_ROUNDS = 4  # attempts, at most, to put everything in
 N_TRIES = 8  # moves with which an item is put in
-MOST_TRIES = 60  # the same while it fits nowhere
+MOST_TRIES = 60  # moves with which an item is put in that fits nowhere yet
 VOLUME_SPREAD = 0.3  # how far the order differs from large to small, in the logarithm of the volume
 N_MOVES = 30  # per item at most, after everything is in
 SELECTION = 25  # moves between selections
@@ -66,7 +66,7 @@ def _all_in(
     rng: np.random.Generator,
     tell: Callable[[], None],
 ) -> BinPackings:
-    """Begun again until everything is in, but not for ever."""
+    """Packings that are begun again, a limited number of times, until everything is in."""
     for _ in range(N_ROUNDS):
         packings = BinPackings.empty(cell_bin, items, N_PACKINGS, may_raise)
         order = _large_first(items, rng)
@@ -100,6 +100,6 @@ def _put_in(
 
 
 def _select(packings: BinPackings) -> None:
-    """The worst quarter is given up for copies of the best."""
+    """Replace the worst quarter by copies of the best."""
     order, n = np.argsort(packings.cost, kind="stable"), len(packings.cost) // 4
     packings.copy(of=order[:n], to=order[-n:])

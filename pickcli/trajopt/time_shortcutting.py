@@ -68,7 +68,7 @@ def _shortcut(
     share: float,
     rng: np.random.Generator,
 ) -> tuple[ParabolicSegment, ...] | None:
-    """Legs that take no more time than the stretch, not yet proven; None if there are none."""
+    """Segments that take no more time than the stretch, not yet proven; None if none were found."""
     first, last, at_most = motion.state(start), motion.state(end), end - start
     if rng.random() >= _BEND:
         segment = steer_min_time(first, last, limits, at_most)

@@ -34,7 +34,7 @@ class ForceLimits:
     major: float
 
     def grade(self, force: float) -> Damage | None:
-        """Tell how bad a force is.
+        """Grade the damage that a force does.
 
         Args:
             force: N at one point of contact.

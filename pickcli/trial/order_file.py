@@ -168,7 +168,7 @@ def order_file(name_or_path: Path, cell: Cell | None = None) -> Path:
 
 
 def _own_orders(cell: Cell | None) -> list[Path]:
-    """Files of moves in the folder of a cell: those that are called so."""
+    """Orders of moves in the folder of a cell, recognised by their file names."""
     return [] if cell is None else sorted(cell.path.glob("moves_*.json"))
 
 

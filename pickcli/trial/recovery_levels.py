@@ -1,4 +1,4 @@
-"""After a stop: bring what may be held to where it may lie, then bring the arm out, whatever it takes.
+"""After a stop: bring what may be held to where it may lie, then bring the arm out, level by level.
 
 Nothing here gives up but time: where no level of recovery leads anywhere, the robot waits, looks again and
 tries them all with another seed, except for those that were stopped from there before. See docs/recovery.md.

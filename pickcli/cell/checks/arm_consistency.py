@@ -129,7 +129,7 @@ def source_of_arm(source: Source, arm: str) -> ArmSource:
 
 
 def model_of_arm(model: CellModel, name: str, robot: Urdf) -> CellModel:
-    """A cell as the file of a cell with one arm alone would have it.
+    """The model of a cell file that states only one of the arms.
 
     Args:
         model: The cell as it stands in the file.

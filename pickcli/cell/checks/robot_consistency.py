@@ -128,7 +128,7 @@ def _check_limits(source: Source, model: CellModel, robot: Urdf) -> None:
 
 
 def _check_magnitudes(source: Source, model: CellModel, joints: Mapping[str, Joint]) -> None:
-    """Limits that no joint has were written in another unit."""
+    """Refuse limits that no joint reaches: they were written in another unit."""
     for name, limit in model.joint_limits.items():
         is_linear = name in joints and joints[name].type is JointType.PRISMATIC
         most, unit = (LINEAR, "m, not mm") if is_linear else (ANGULAR, "rad, not degrees")

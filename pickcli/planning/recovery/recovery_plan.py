@@ -95,7 +95,7 @@ def plan_recovery(
 
 
 def _out(rules: RecoveryRules, label: str, seed: int, recorder: ExperienceRecorder) -> Plan | Failures:
-    """Out of the pod by lines, and home; slowly only out, for from there the stricter levels go on."""
+    """Out of the pod by lines, and home; on the level SLOWLY only out, for stricter levels to continue."""
     context, failures = rules.context, Failures()
     n_ways_home = 0
     for out in _ways_out_of_the_pod(rules):
