@@ -249,7 +249,7 @@ def _leaning_spots(place: Place, half: Array, gap: float) -> Array:
 
 
 def _spread(spots: list[PlacedItem]) -> list[PlacedItem]:
-    """The same spots, first those apart from all before them: behind an item one is as good as another."""
+    """Spots in a new order, those apart from all before them first: one next to a spot fails as that does."""
     at = np.array([spot.T_world_item[:3, 3] for spot in spots]).reshape(-1, 3)
     first: list[int] = []
     for k, p in enumerate(at):
