@@ -19,12 +19,20 @@ from pickcli.geometry import GRAVITY, Array
 from pickcli.scene.contact_graph import ContactGraph
 from pickcli.scene.patches import feature, patch
 from pickcli.scene.scene import PlacedItem
-from pickcli.scene.solid_contact import SolidContact, bears, can_balance, friction_cones
+from pickcli.scene.solid_contact import (
+    SolidContact,
+    bears,
+    can_balance,
+    friction_cones,
+    missing_to_balance,
+)
 
 LEAST_TILT = np.radians(1.0)  # of the world, on top of the angle that poses may be off
 CHOCKED = np.radians(10.0)  # for what can roll: what keeps it must be more than a bend of the floor
 LEVEL = np.radians(1.0)  # slope of the ground up to which nothing begins to roll
 SETTLED = np.radians(1.5)  # rad by which a face that lies on another may be askew, on top of that
+EXPLAINED = 2e-3  # weights that may be missing to a balance by poses that are hardly off; more is kept else
+WORSE = 1e-3  # weights by which that must grow to count
 N_TILTS = 8  # directions in which the world is tilted
 _UP = np.array([0.0, 0.0, 1.0])
 _NO_PUSH = np.zeros((6, 1))  # of what touches nothing
@@ -119,7 +127,8 @@ class Balance:
     def is_tipping(self, item_id: str, without: str) -> bool:
         """Whether what lies on an item keeps it in balance, and no longer does without one of these.
 
-        It does for sure. Where poses may be off it may do so too, by a press anywhere that it touches it.
+        It does where all weights balance, and those that are left do not. Where poses may be off it
+        may do so too, by a press anywhere that it touches it.
 
         Args:
             item_id: Id of the item.
@@ -128,16 +137,15 @@ class Balance:
         Returns:
             True if it loses its counterweight.
         """
-        lifted = {without, *self.graph.chain(self.graph.lying_on, without)}
-        cones = self._holding(item_id, frozenset())
-        size = float(self.graph.items[item_id].item.shape.extents.max()) / 2
-        before, after = self._load(item_id), self._load(item_id, lifted)
-        if can_balance(cones, before, size) and not can_balance(cones, after, size):
+        lifted = frozenset({without, *self.graph.chain(self.graph.lying_on, without)})
+        missing = self._missing(item_id, frozenset())
+        if missing <= EXPLAINED and self._missing(item_id, lifted) > missing + WORSE:
             return True
         if self.graph.scene.noise.position == 0.0:
             return False
         own = np.concatenate([_UP, np.zeros(3)])
-        with_it, left = (self._touched(item_id, gone) for gone in (frozenset(), frozenset(lifted)))
+        size = float(self.graph.items[item_id].item.shape.extents.max()) / 2
+        with_it, left = (self._touched(item_id, gone) for gone in (frozenset(), lifted))
         return can_balance(with_it, own, size) and not can_balance(left, own, size)
 
     def _weights(self, placed: PlacedItem) -> Array:
@@ -223,17 +231,35 @@ class Balance:
         for place in places:
             yield np.concatenate([_UP, np.cross(place - centre, share * _UP)])
 
-    def _load(self, name: str, lifted: Set[str] = frozenset()) -> Array:
-        """Wrench (6,) that holds an item up with all on it, each pile in the middle of where it may press.
+    def _missing(self, name: str, lifted: Set[str]) -> float:
+        """Weights that are missing to the balance of an item with all that lies on it.
+
+        What touches nothing else presses with its whole weight in its middle; what does, with any part of it
+        anywhere.
 
         lifted: ids of what no longer lies on it
         """
-        mine, total, moment = self.graph.items[name], self.graph.items[name].item.mass, np.zeros(3)
-        on_it = [c for c in self.graph.touching[name] if c.b in self.graph.items and c.flipped.carries]
-        for mass, places in [self._pile(contact, lifted) for contact in on_it if contact.b not in lifted]:
-            if len(places) > 0:  # else it may as well be off aside
-                total, moment = total + mass, moment + mass * (places.mean(axis=0) - mine.T_world_item[:3, 3])
-        return np.concatenate([_UP, np.cross(moment / total, _UP)])
+        mine = self.graph.items[name]
+        centre, borne = mine.T_world_item[:3, 3], np.concatenate([_UP, np.zeros(3)])
+        presses, limits = [_NO_PUSH[:, :0]], list[tuple[int, float]]()
+        for contact in self.graph.touching[name]:
+            if contact.b not in self.graph.items or contact.b in lifted or not contact.flipped.carries:
+                continue
+            mass, places = self._pile(contact, lifted)
+            if self._is_held_elsewhere(contact.b, {name, *lifted}):
+                arms = self._found_patch(contact.flipped, inset=0.0) - centre
+                presses.append(friction_cones(arms, -contact.normal))
+                limits.append((presses[-1].shape[1], mass / mine.item.mass))
+            else:
+                weight = mass / mine.item.mass * _UP
+                borne = borne + np.concatenate([weight, np.cross(places[0] - centre, weight)])
+        cones = np.concatenate([*presses, self._holding(name, frozenset())], axis=1)
+        return missing_to_balance(cones, borne, float(mine.item.shape.extents.max()) / 2, limits)
+
+    def _is_held_elsewhere(self, name: str, others: Set[str]) -> bool:
+        """Whether an item, or what lies on it, touches more than these others."""
+        pile = {name, *self.graph.chain(self.graph.lying_on, name)} - others
+        return any(c.b not in pile and c.b not in others for one in pile for c in self.graph.touching[one])
 
     def _pile(self, contact: SolidContact, lifted: Set[str] = frozenset()) -> tuple[float, Array]:
         """Mass (kg) of what lies on an item at one contact, and (N, 3) where in the world it may press.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,6 +86,39 @@ def friction_cones(arms: Array, normal: Array) -> Array:
     forces = normal + FRICTION * np.array([u, -u, v, -v])
     all_forces = np.tile(forces, (len(arms), 1))
     return np.concatenate([all_forces.T, np.cross(np.repeat(arms, 4, axis=0), all_forces).T])
+
+
+def missing_to_balance(
+    cones: Array, wrench: Array, size: float, limits: Sequence[tuple[int, float]]
+) -> float:
+    """How much of a wrench contact forces cannot make up, by a linear program.
+
+    Args:
+        cones: (6, K) wrenches of unit forces.
+        wrench: (6,) in weights of the item, and weights times m.
+        size: m, half the extent of the item.
+        limits: Of what presses by its weight alone: how many of the cones, from the first on, are its, and
+            how many weights of the item they may come to in all. The others push as hard as they have to.
+
+    Returns:
+        Weights, the least that there may be; moments count as forces at the item's size.
+    """
+    from scipy.optimize import linprog
+
+    scale, n_cones = np.repeat([1.0, 1.0 / size], 3), cones.shape[1]
+    ends = np.cumsum([n for n, _ in limits], dtype=int)
+    is_of = np.zeros((len(limits), n_cones + 12))
+    for row, (n, _), end in zip(is_of, limits, ends, strict=True):
+        row[end - n : end] = 1.0
+    found = linprog(
+        np.concatenate([np.zeros(n_cones), np.ones(12)]),
+        A_ub=is_of if limits else None,
+        b_ub=[most for _, most in limits] if limits else None,
+        A_eq=np.hstack([cones * scale[:, None], np.eye(6), -np.eye(6)]),
+        b_eq=wrench * scale,
+        method="highs-ds",
+    )
+    return float(found.fun)
 
 
 def can_balance(cones: Array, wrench: Array, size: float) -> bool:

@@ -381,17 +381,30 @@ def test_a_counterweight_holds_by_its_lever(cell: Cell, inside: float, tips: boo
     assert supports.falling("weight") == (("plank",) if tips else ())
 
 
+@pytest.mark.parametrize("noise", [EXACT, NOISY])
 @pytest.mark.parametrize(("overhang", "tips"), [(-0.012, False), (0.012, True)])
 def test_what_lies_beside_its_support_as_it_is_seen_may_be_held_by_what_is_on_it(
-    cell: Cell, overhang: float, tips: bool
+    cell: Cell, overhang: float, tips: bool, noise: PoseNoise
 ) -> None:
     """A book across the outer end of a plank and a tower: its middle is beside the pier too."""
     pier = at(cell, "pier", shaped(cell, (0.1, 0.1, 0.1)), 0.3, 0.0, 0.05)
     plank = at(cell, "plank", shaped(cell, (0.2, 0.1, 0.02)), 0.25 - overhang, 0.0, 0.11)
     tower = at(cell, "tower", shaped(cell, (0.06, 0.04, 0.12)), 0.24, -0.1, 0.06)
     book = at(cell, "book", shaped(cell, (0.16, 0.15, 0.004)), 0.24, -0.05, 0.122)
-    supports = of(cell, pier, plank, tower, book, noise=NOISY)
+    supports = of(cell, pier, plank, tower, book, noise=noise)
     assert supports.falling("book") == (("plank",) if tips else ())
+
+
+def test_on_what_is_narrow_either_weight_of_a_see_saw_keeps_the_other(cell: Cell) -> None:
+    """A board across a roll; one of the two is held by a tower too, and presses with what it takes."""
+    roll = at(cell, "roll", shaped(cell, (0.07, 0.28), ShapeKind.CYLINDER), 0.3, 0.0, 0.07, (0, np.pi / 2, 0))
+    board = at(cell, "board", shaped(cell, (0.1, 0.2, 0.02)), 0.3, 0.0, 0.15)
+    block = at(cell, "block", shaped(cell, (0.04, 0.04, 0.04), mass=0.1), 0.3, -0.06, 0.18)
+    tower = at(cell, "tower", shaped(cell, (0.06, 0.04, 0.16)), 0.3, 0.13, 0.08)
+    bridge = at(cell, "bridge", shaped(cell, (0.05, 0.12, 0.02)), 0.3, 0.1, 0.17)
+    supports = of(cell, roll, board, block, tower, bridge)
+    assert {"board", "block"} <= set(supports.falling("bridge"))
+    assert "board" not in of(cell, roll, board, tower, block).falling("tower")
 
 
 def test_what_may_stand_beside_what_is_narrow_stands_on_it(cell: Cell) -> None:
