@@ -111,7 +111,7 @@ class Played:
     @property
     def n_rejected(self) -> int:
         """Plans that were handed to the verifier and not accepted."""
-        return sum(attempt["outcome"] == "rejected" for attempt in self.record["attempts"])
+        return sum(len(attempt["rejected"]) for attempt in self.record["attempts"])
 
     @property
     def delivery_times(self) -> list[float]:

@@ -11,7 +11,7 @@ from pickcli.commands.arm_options import ArmRequest, preferences_of, seen_by_oth
 from pickcli.commands.configuration_option import parse_configuration
 from pickcli.commands.experience_session import experience_session
 from pickcli.commands.logs import stage
-from pickcli.commands.planner import load_planner
+from pickcli.commands.planner import certifying, load_planner
 
 if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
@@ -33,6 +33,7 @@ class PickRequest:
         roadmap: File of the roadmap, None for that of the cache.
         trajectories: File of the database, None for that of the cache.
         learn: Whether what was found is kept.
+        is_verified: Whether the verifier is asked, and what it rejects gives way to the next candidate.
     """
 
     query: PickQuery
@@ -41,6 +42,7 @@ class PickRequest:
     roadmap: Path | None
     trajectories: Path | None
     learn: bool
+    is_verified: bool
 
 
 def plan_with_first_able(scene: Scene, arms: ArmRequest, asked: PickRequest, write: Write) -> None:
@@ -50,7 +52,8 @@ def plan_with_first_able(scene: Scene, arms: ArmRequest, asked: PickRequest, wri
         scene: The scene as the preferred arm sees it.
         arms: What was said of the arms.
         asked: The pick.
-        write: Gets the plan, the scene as its arm sees it, and the arms as they were ranked.
+        write: Gets the plan, certified if that is asked for, the scene as its arm sees it, and the arms as
+            they were ranked.
 
     Raises:
         NoPlanError: No arm has a plan; with the reasons of all of them.
@@ -87,5 +90,6 @@ def _plan_with(scene: Scene, asked: PickRequest, write: Write, ranked: tuple[Arm
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     refuse_standing(scene, begin)
     with experience_session(planner, asked.roadmap, asked.trajectories, asked.learn) as session:
-        plan = plan_pick(session.planner, scene, asked.query, begin, asked.seed, session.recorder)
+        certify = certifying(scene) if asked.is_verified else None
+        plan = plan_pick(session.planner, scene, asked.query, begin, asked.seed, session.recorder, certify)
         write(plan, scene, ranked)

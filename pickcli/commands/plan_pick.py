@@ -66,8 +66,8 @@ def command(
     """Plan one pick, from leaving for the item to the item in the tote, or in another place.
 
     Over boxes that are open above the item is let go just over what lies there; on shelves and tables it is
-    set down. The plan is verified, and carries its certificate. Exit code 4 when the verifier rejects it, 5
-    when there is no plan; nothing is written then.
+    set down. The plan is verified, and carries its certificate; one that the verifier rejects gives way to
+    the next candidate. Exit code 5 when there is no plan, with every reason; nothing is written then.
 
     \b
     Example:
@@ -86,10 +86,10 @@ def command(
     into = _destination(scene, into, out_of)
     _refuse_impossible(scene, out_of, item, into, "--bin" if pick is None else "--pick")
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
-    asked = PickRequest(query, start, seed, roadmap, trajectories, learn)
+    asked = PickRequest(query, start, seed, roadmap, trajectories, learn, not no_verify)
 
     def write(plan: Plan, scene: Scene, ranked: tuple[ArmSuitability, ...]) -> None:
-        deliver(plan, scene, output, not no_verify, as_json, overwrite, ranked)
+        deliver(plan, scene, output, False, as_json, overwrite, ranked)
 
     plan_with_first_able(scene, arms, asked, write)
 

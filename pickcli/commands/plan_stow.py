@@ -54,8 +54,9 @@ def command(
     """Plan to stow one item: out of the tote, and set down in a bin.
 
     Without --into the bins are tried in the order that apc explain-stow would give, taking the scene for the
-    start of the task. The plan is verified, and carries its certificate. Exit code 4 when the verifier
-    rejects it, 5 when there is no plan; nothing is written then.
+    start of the task. The plan is verified, and carries its certificate; one that the verifier
+    rejects gives way to the next candidate. Exit code 5 when there is no plan, with every reason; nothing is
+    written then.
 
     \b
     Example:
@@ -71,10 +72,11 @@ def command(
     refuse_held(scene, scene_path)
     placed = _in_tote(scene, item)
     bins = _bins_for(scene, placed) if into is None else (_bin(scene, placed, into),)
-    asked = PickRequest(PickQuery(TOTE, placed.id, bins[0]), start, seed, roadmap, trajectories, learn)
+    query = PickQuery(TOTE, placed.id, bins[0])
+    asked = PickRequest(query, start, seed, roadmap, trajectories, learn, not no_verify)
 
     def write(plan: Plan, scene: Scene, ranked: tuple[ArmSuitability, ...]) -> None:
-        deliver(plan, scene, output, not no_verify, as_json, overwrite, ranked)
+        deliver(plan, scene, output, False, as_json, overwrite, ranked)
 
     failed: list[tuple[str, NoPlanError]] = []
     for name in bins:

@@ -16,13 +16,14 @@ from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.report import plan_summary, plan_text
-from pickcli.errors import InputError, RejectedError
+from pickcli.errors import Failures, InputError, RejectedError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.tool import ToolState
     from pickcli.motion.plan import Plan
     from pickcli.planning.arm_choice import ArmSuitability
+    from pickcli.planning.pick_problem import Certify
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.scene.scene import Scene
 
@@ -168,6 +169,25 @@ def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -
         raise RejectedError(what, error.reasons, advice) from None
     plan.statistics.update(verification_ms=1e3 * (time.perf_counter() - began))
     return plan
+
+
+def certifying(scene: Scene) -> Certify:
+    """What has the plans of a query verified, one after the other, until one is accepted.
+
+    Args:
+        scene: What they are to be carried out in.
+
+    Returns:
+        A function that gives a plan its certificate, or says why it gets none.
+    """
+
+    def certify(plan: Plan) -> Plan | Failures:
+        try:
+            return certified(plan, scene, "")
+        except RejectedError as error:
+            return Failures(error.reasons).within("rejected by the verifier")
+
+    return certify
 
 
 def trusted(plan: Plan, path: Path, believed: Scene, advice: str) -> Plan:

@@ -8,7 +8,7 @@ from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.stitching import stitch_pick
-from pickcli.planning.pick_problem import PickProblem, PickQuery
+from pickcli.planning.pick_problem import Certify, PickProblem, PickQuery
 from pickcli.planning.planning_context import RESERVE, PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
@@ -16,6 +16,8 @@ from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
+
+MOST_REJECTED = 4  # plans of one query that may be rejected before it is given up
 
 
 def plan_pick(
@@ -25,8 +27,11 @@ def plan_pick(
     start: Start,
     seed: int = 0,
     recorder: ExperienceRecorder | None = None,
+    certify: Certify | None = None,
 ) -> Plan:
-    """Plan one pick, uncertified (``verification.verify`` adds the certificate).
+    """Plan one pick.
+
+    Whoever is to certify the plan may be handed in: then what is rejected gives way to the next candidate.
 
     Args:
         context: The cell, its models and its precomputed files.
@@ -35,13 +40,16 @@ def plan_pick(
         start: Configuration and tool state in which the robot is at rest.
         seed: Seed of all random choices.
         recorder: Gets what coarse queries found that was not stored; None drops it.
+        certify: Gives the plan its certificate, or says why not; None for none (``verification.verify``
+            gives it).
 
     Returns:
         The plan, with its time of computation in ms under ``statistics``.
 
     Raises:
         UnknownNameError: If a bin or item of the query is not there.
-        NoPlanError: If the start is not free, or no candidate leads to a whole motion; with every reason.
+        NoPlanError: If the start is not free, or no candidate leads to a whole motion that is certified; with
+            every reason.
     """
     began = time.perf_counter()
     recorder = recorder or ExperienceRecorder()
@@ -50,7 +58,7 @@ def plan_pick(
     if not standing.is_valid(start.q):
         raise NoPlanError(problem.label, [standing.explain(start.q).at("start")])
     grasps, failures = feasible_grasps(problem, query.exclude)
-    grasped = time.perf_counter()
+    grasped, n_rejected = time.perf_counter(), 0
     for reached in transits_to_grasps(problem, grasps, start):
         if isinstance(reached, Failures):
             failures += reached
@@ -72,5 +80,10 @@ def plan_pick(
             timing_ms=1e3 * (time.perf_counter() - carried),
             planning_ms=1e3 * (time.perf_counter() - began),
         )
-        return plan
+        certified = plan if certify is None else certify(plan)
+        if not isinstance(certified, Failures):
+            return certified
+        failures, n_rejected = failures + certified, n_rejected + 1
+        if n_rejected == MOST_REJECTED:
+            break
     raise NoPlanError(problem.label, failures)

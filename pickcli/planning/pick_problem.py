@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,12 +13,14 @@ from pickcli.collision.free_flyer import FreeItem
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.errors import Failures, UnknownNameError
 from pickcli.geometry import Array, inverse
-from pickcli.motion.plan import Grasp, GraspKind
+from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.extraction import Extraction
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.seeds import derived_seed
+
+Certify = Callable[[Plan], Plan | Failures]  # gives a plan its certificate, or says why it gets none
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,9 @@ Read in this order:
 
 - What is asked: `order_file`; `make_order` draws a fresh order. `stow_assignment` says which bin each item of
   a stow is meant for.
-- The trial: `loop` takes the target that `target_selection` finds most promising; `attempt_runner` plans and
-  verifies, `attempt_execution` carries out and says what became of it. What is in the way is moved aside: the
+- The trial: `loop` takes the target that `target_selection` finds most promising; `attempt_runner` plans,
+  with a `certifier` that has the verifier judge every candidate, `attempt_execution` carries out and says
+  what became of it. What is in the way is moved aside: the
   search is a `clearing`, by what the plans of `blocking_items` blame.
 - When things go wrong: `recovery_levels` after a stop; `arm_turns` when another arm is in the way.
 - What a trial plays in: `trial_interfaces`, and behind them the `simulated_cell`; `pod_shift` says

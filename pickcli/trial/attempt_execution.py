@@ -1,10 +1,10 @@
-"""A planned attempt is verified, executed, and looked at: what became of it. See docs/recovery.md."""
+"""A planned attempt is executed, and looked at: what became of it. See docs/recovery.md."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.arm_turns import hand_over
 from pickcli.trial.attempt_runner import AttemptRunner
@@ -14,24 +14,20 @@ from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_result import Attempt, Outcome
 
 
-def carry_out(runner: AttemptRunner, attempt: Attempt, scene: Scene) -> Attempt:
-    """Verify and execute a planned attempt: nothing uncertified is executed.
+def carry_out(runner: AttemptRunner, attempt: Attempt) -> Attempt:
+    """Execute a planned attempt.
 
     Args:
         runner: Runs the attempts; its clock advances.
-        attempt: The attempt with its plan.
-        scene: The scene that it was planned in.
+        attempt: The attempt with its certified plan.
 
     Returns:
-        The attempt with its execution, or as rejected.
+        The attempt with its execution, or as rejected where the arm that acted before cannot be parked.
     """
-    verified = runner.verified(attempt, scene)
-    if verified.outcome is Outcome.REJECTED:
-        return verified
-    assert verified.plan is not None
-    if verified.plan.arm != runner.arm:
-        verified = hand_over(runner, verified)
-    return verified if verified.plan is None else _executed(runner, verified)
+    assert attempt.plan is not None
+    if attempt.plan.arm != runner.arm:
+        attempt = hand_over(runner, attempt)
+    return attempt if attempt.plan is None else _executed(runner, attempt)
 
 
 def _executed(runner: AttemptRunner, attempt: Attempt) -> Attempt:

@@ -21,6 +21,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.trial.certifier import Certifier
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.trial.stow_assignment import StowRule
 from pickcli.trial.target_selection import TrialClock
@@ -158,34 +159,52 @@ class AttemptRunner:
         """Charge one more planning call to the clock."""
         self.clock = self.clock.planned()
 
-    def plan(self, scene: Scene, attempt: Attempt, exclude: Sequence[Grasp | GraspKind] = ()) -> Plan:
-        """Call the planner, charged to the clock: once, or for one able arm after the other.
+    def plan(
+        self,
+        scene: Scene,
+        attempt: Attempt,
+        exclude: Sequence[Grasp | GraspKind] = (),
+        certifier: Certifier | None = None,
+    ) -> Plan:
+        """Call planner and verifier, charged to the clock: once, or for one able arm after the other.
 
         Args:
             scene: The scene as it is seen.
             attempt: What is to be moved, from where and where to, and the arms as they are ranked for it.
             exclude: Grasps and kinds of grasps that are not to be used.
+            certifier: Asks the verifier, and keeps what it refuses; None for one of its own.
 
         Returns:
-            The plan, without a certificate.
+            The plan with its certificate.
 
         Raises:
-            NoPlanError: There is none; with the reasons.
+            NoPlanError: There is none that the verifier accepts; with the reasons.
         """
         query, seed = _query(attempt, exclude), self._seed(attempt)
+        certifier = certifier or self.certifier()
         if not attempt.arms:
             self.charge()
-            return self.interfaces.plan(scene, query, self._start(scene.cell), seed)
+            return self.interfaces.plan(scene, query, self._start(scene.cell), seed, certifier.within(scene))
         failures = Failures(tuple(arm.reason for arm in attempt.arms if not arm.is_able))
         for arm in attempt.arms:
             if arm.is_able and self.has_time_to_plan:
                 self.charge()
                 seen = self._seen_by(arm.arm, scene)
                 try:
-                    return self.interfaces.plan(seen, query, self._start(seen.cell), seed)
+                    return self.interfaces.plan(
+                        seen, query, self._start(seen.cell), seed, certifier.within(seen)
+                    )
                 except NoPlanError as error:
                     failures += error.failures.within(f"arm {arm.arm}")
         raise NoPlanError(f"pick {attempt.item} from {attempt.out_of}", failures)
+
+    def certifier(self) -> Certifier:
+        """What asks the verifier for the certificates of one query's plans.
+
+        Returns:
+            One that has refused nothing yet.
+        """
+        return Certifier(self.interfaces.verify)
 
     def ranked(self, attempt: Attempt, scene: Scene) -> Attempt:
         """Rank the arms for an attempt, if there are several.
@@ -217,7 +236,7 @@ class AttemptRunner:
         return derived_seed("plan", self.settings.seed, *names)
 
     def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
-        """Plan an attempt.
+        """Plan an attempt, and have the plan certified.
 
         Args:
             attempt: What is to be moved, from where and where to.
@@ -225,37 +244,24 @@ class AttemptRunner:
             exclude: Grasps and kinds of grasps that are not to be used.
 
         Returns:
-            The attempt with its plan, or with the reason why there is none.
+            The attempt with its certified plan, or with the reason why there is none.
         """
-        began = time.perf_counter()
+        began, certifier = time.perf_counter(), self.certifier()
         attempt = self.ranked(attempt, scene)
         try:
-            plan = self.plan(scene, attempt, exclude)
+            attempt = replace(attempt, plan=self.plan(scene, attempt, exclude, certifier))
         except NoPlanError as error:
-            statistics = {"planning_ms": _ms_since(began)}
-            return replace(
-                attempt, outcome=Outcome.NO_PLAN, reason=error.summary(), in_the_way=error.in_the_way,
-                reasons=error.reasons, statistics=statistics,
+            outcome = Outcome.REJECTED if certifier.rejected else Outcome.NO_PLAN
+            attempt = replace(
+                attempt, outcome=outcome, reason=error.summary(), in_the_way=error.in_the_way,
+                reasons=error.reasons,
             )  # fmt: skip
-        return replace(attempt, plan=plan, statistics={**plan.statistics, "planning_ms": _ms_since(began)})
-
-    def verified(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """Ask the verifier for a certificate of a planned attempt.
-
-        Args:
-            attempt: The attempt with its plan.
-            scene: The scene that it was planned in.
-
-        Returns:
-            The attempt with its certified plan, or as rejected.
-        """
-        assert attempt.plan is not None
-        began = time.perf_counter()
-        certified = self.certified(attempt.plan, self._seen_by(attempt.plan.arm, scene))
-        statistics = {**attempt.statistics, "verification_ms": _ms_since(began)}
-        if isinstance(certified, str):
-            return replace(attempt, outcome=Outcome.REJECTED, reason=certified, statistics=statistics)
-        return replace(attempt, plan=certified, statistics=statistics)
+        verifying = 1e3 * certifier.seconds
+        statistics = {} if attempt.plan is None else dict(attempt.plan.statistics)
+        statistics["planning_ms"] = _ms_since(began) - verifying
+        statistics |= {"verification_ms": verifying} if verifying else {}
+        rejected = (*attempt.rejected, *certifier.rejected)
+        return replace(attempt, rejected=rejected, statistics=statistics)
 
     def certified(self, plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Plan | str:
         """Ask the verifier for a certificate.

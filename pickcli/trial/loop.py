@@ -174,7 +174,7 @@ class _Trial:
             self.open.pop(state.index, None)
         elif attempt.execution is None:
             self.open[state.index] = state.refused()
-            if attempt.outcome is Outcome.NO_PLAN:
+            if attempt.outcome in (Outcome.NO_PLAN, Outcome.REJECTED):
                 self.refused[state.index] = (self.runner.scene(), attempt.item, attempt.in_the_way)
         else:
             self.open[state.index] = self.open[state.index].failed()
@@ -193,7 +193,7 @@ class _Trial:
         if attempt.into == ANY_BIN:
             return self._stowed(attempt, scene)
         planned = self._planned(attempt, scene)
-        return planned if planned.plan is None else carry_out(self.runner, planned, scene)
+        return planned if planned.plan is None else carry_out(self.runner, planned)
 
     def _stowed(self, attempt: Attempt, scene: Scene) -> Attempt:
         """An attempt to bring an item into the first of its bins that takes it.
@@ -226,6 +226,8 @@ class _Trial:
             found = self.runner.planned(attempt, scene, (*in_vain, *kinds))
             if found.plan is not None or not self.runner.has_time_to_plan:
                 return found
+            attempt = replace(attempt, rejected=found.rejected)
+            in_vain = (*in_vain, *(plan.grasp for plan in found.rejected if plan.grasp is not None))
         return self.runner.planned(attempt, scene, in_vain)
 
     def _note(self, state: TargetState, attempt: Attempt) -> None:
@@ -302,7 +304,7 @@ class _Trial:
             moved = self._moved(replace(attempt, into=into), scene)
             if moved.plan is not None:
                 return moved
-        return carry_out(self.runner, out, scene)
+        return carry_out(self.runner, out)
 
     def _choose_copy(self, scene: Scene, state: TargetState) -> PlacedItem | None:
         """Of several copies of the target's place the one nearest to a mouth; on a retry the next one.

@@ -93,6 +93,7 @@ class _Attempt(_Part):
     outcome: Text
     reason: Text
     reasons: list[_Reason] = []
+    rejected: list[list[_Reason]] = []
     execution: _Execution | None
     recovery: list[_Step]
     parking: _Execution | None = None

@@ -15,7 +15,7 @@ from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.arm_choice import ArmSuitability, rank_arms
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import plan_pick
-from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.recovery.recovery_plan import plan_recovery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.planning.start_state import Start
@@ -249,9 +249,9 @@ def interfaces_of(planners: Iterable[ArmPlanner], arena: SimulatedArena) -> Tria
     """
     by_arm = {planner.context.cell.arm: planner for planner in planners}
 
-    def plan(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
+    def plan(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         own = by_arm[scene.cell.arm]
-        return plan_pick(own.context, scene, query, start, seed, own.recorder)
+        return plan_pick(own.context, scene, query, start, seed, own.recorder, certify)
 
     def recover(
         scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None

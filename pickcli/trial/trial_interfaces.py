@@ -16,7 +16,7 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.arm_choice import ArmSuitability
-from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
@@ -150,7 +150,7 @@ class Arena(Protocol):
 class PlanPick(Protocol):
     """Plans a pick, as ``planning.plan_pick`` does."""
 
-    def __call__(self, scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
+    def __call__(self, scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         """Plan a pick.
 
         Args:
@@ -158,12 +158,13 @@ class PlanPick(Protocol):
             query: What is to be moved, from where and where to.
             start: Configuration and tool state to start from.
             seed: Seed of the plan.
+            certify: Gives a plan its certificate, or says why not: then another one is tried.
 
         Returns:
-            The plan, without a certificate.
+            The plan with its certificate.
 
         Raises:
-            NoPlanError: There is none; with the reasons.
+            NoPlanError: There is none that is certified; with the reasons.
         """
         ...
 

@@ -196,6 +196,7 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
         "outcome": str(attempt.outcome),
         "reason": attempt.reason,
         "reasons": _reasons(attempt.reasons),
+        "rejected": [_reasons(plan.reasons) for plan in attempt.rejected],
         **_turn(attempt),
         "t_start": _rounded(attempt.t_start),
         "plan": None if attempt.plan is None else _plan(attempt.plan),

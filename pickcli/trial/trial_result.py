@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from pickcli.errors import Reason
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Grasp, Plan
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance
@@ -27,7 +27,7 @@ class Outcome(StrEnum):
     DELIVERED = "delivered"  # of a stow into a bin, of moves to where each item is wanted
     MOVED = "moved aside"  # into another bin, or the tote, so that a target can be picked
     NO_PLAN = "no plan"
-    REJECTED = "rejected"  # by the verifier: nothing was executed
+    REJECTED = "rejected"  # by the verifier, every plan that was found: nothing was executed
     NOT_PICKED = "not picked"  # nothing was measured to be held after the retreat
     LOST = "lost"  # it was held, but did not arrive
     MISSING = "missing"  # no such item is left in its bin
@@ -55,6 +55,19 @@ class RecoveryStep:
 
 
 @dataclass(frozen=True, eq=False)
+class RejectedPlan:
+    """A plan that the verifier refused, so that the next candidate took its place.
+
+    Attributes:
+        grasp: How the item was to be held.
+        reasons: Every fault that the verifier found.
+    """
+
+    grasp: Grasp | None
+    reasons: tuple[Reason, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Attempt:
     """One try at one target, or at moving aside what is in its way.
 
@@ -69,7 +82,7 @@ class Attempt:
         out_of: Place where from.
         is_aside: Whether it was to make room for the target.
         arms: Why its arm was chosen: the arms in the order in which they were tried; none in a cell with one.
-        plan: What was executed (or rejected).
+        plan: What was executed, or was to be.
         parking: How the arm that had acted before was brought to where it is parked, None if it was not.
         execution: What happened then, None if nothing was executed.
         recovery: What was tried to bring item and arm out afterwards.
@@ -77,6 +90,7 @@ class Attempt:
         truly_in: Where it really was.
         in_the_way: Ids that the failed plan blames, the most blamed first.
         reasons: Every reason why there is no plan.
+        rejected: Plans that the verifier refused on the way to this one, or to none.
         statistics: Wall-clock figures.
     """
 
@@ -98,6 +112,7 @@ class Attempt:
     truly_in: str = ""
     in_the_way: tuple[str, ...] = ()
     reasons: tuple[Reason, ...] = ()
+    rejected: tuple[RejectedPlan, ...] = ()
     statistics: dict[str, float] = field(default_factory=dict)
 
     @property

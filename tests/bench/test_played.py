@@ -22,7 +22,13 @@ def run(**changes: Any) -> dict[str, Any]:
 
 
 def attempt(item: str = "target", **changes: Any) -> dict[str, Any]:
-    default: dict[str, Any] = {"outcome": "in tote", "plan": None, "execution": None, "recovery": []}
+    default: dict[str, Any] = {
+        "outcome": "in tote",
+        "plan": None,
+        "rejected": [],
+        "execution": None,
+        "recovery": [],
+    }
     return {"item": item, **default, **changes}
 
 
@@ -103,7 +109,7 @@ def test_loads_are_those_of_every_hold_and_its_plan() -> None:
         attempt(plan=planned(0.5), execution=run(max_load=0.6)),
         attempt(plan=planned(0.5), execution=run()),  # nothing was held
         attempt(plan=planned(None), execution=run(max_load=0.6)),  # a plan that states no load
-        attempt(plan=planned(0.5, certificate=None), outcome="rejected"),
+        attempt(outcome="rejected", rejected=[[{"what": "too close"}]]),
     )
     assert shown.loads == [(0.5, 0.6)]
     assert (shown.n_certified, shown.n_rejected) == (3, 1)

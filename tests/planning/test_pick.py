@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.errors import Failures, NoPlanError, UnknownNameError
+from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import pose
+from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning import pick
@@ -46,6 +47,26 @@ def test_a_free_item_is_picked_and_certified(
     verdict = verify(plan, scene)
     assert verdict.reasons == ()
     assert verdict.certificate is not None and verdict.certificate.min_clearance > 0.0
+
+
+def test_what_is_rejected_gives_way_to_the_next_grasp_and_its_reason_is_kept(
+    planner: PlanningContext, scene_with: SceneWith, home: Start
+) -> None:
+    scene, query = scene_with(("crayola_24_ct", "bin_A", 0.25, 0.0)), PickQuery("bin_A", "crayola_24_ct")
+    proposed: list[Plan] = []
+
+    def certify(plan: Plan, n_accepted: int) -> Plan | Failures:
+        proposed.append(plan)
+        return plan if len(proposed) == n_accepted else Failures.of(Reason("too close", f"{len(proposed)}"))
+
+    plan = plan_pick(planner, scene, query, home, 3, certify=lambda plan: certify(plan, 2))
+    assert plan is proposed[1] and proposed[0].grasp != proposed[1].grasp
+    assert motion_hash(proposed[0]) == motion_hash(plan_pick(planner, scene, query, home, 3))
+    proposed.clear()
+    with pytest.raises(NoPlanError) as refused:
+        plan_pick(planner, scene, query, home, 3, certify=lambda plan: certify(plan, 0))
+    told = [reason.where for reason in refused.value.reasons if reason.what == "too close"]
+    assert told == [str(k + 1) for k in range(len(proposed))] and 2 <= len(proposed) <= pick.MOST_REJECTED
 
 
 def test_what_the_searches_found_is_handed_to_the_recorder(

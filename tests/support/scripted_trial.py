@@ -14,7 +14,7 @@ from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.arm_choice import ArmSuitability
-from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
@@ -133,7 +133,7 @@ class ScriptedTrial:
     def now(self) -> Scene:
         return self.scene if self.held is None else self.scene.without(self.held)
 
-    def plan(self, scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
+    def plan(self, scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         self.perceived.append(scene)
         item, into = query.item, query.into
         self.planned.append((item, seed, query.exclude))
@@ -146,7 +146,10 @@ class ScriptedTrial:
             raise NoPlanError(f"pick {item}", [Reason("no free place on the floor", into)])
         grasp = Grasp(item, "frontal", "-x", STRAIGHT, np.eye(4), float(len(query.exclude)), *[0.0] * 5)
         query_text = f"pick {item}" + ("" if into == TOTE else f" into {into}")
-        return self._motion(query_text, seed, grasp, scene.cell.arm)
+        certified = certify(self._motion(query_text, seed, grasp, scene.cell.arm))
+        if isinstance(certified, Plan):
+            return certified
+        raise NoPlanError(f"pick {item}", certified)
 
     def recover(
         self, scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None

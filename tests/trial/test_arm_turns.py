@@ -80,9 +80,9 @@ def test_another_arm_is_planned_with_from_where_it_is_parked(kth: Workcell) -> N
     starts = []
     interfaces = fake.interfaces()
 
-    def plan(scene, query, start, seed):  # type: ignore[no-untyped-def]
+    def plan(scene, query, start, seed, certify):  # type: ignore[no-untyped-def]
         starts.append((scene.cell.arm, start.q.tolist()))
-        return fake.plan(scene, query, start, seed)
+        return fake.plan(scene, query, start, seed, certify)
 
     run_trial(ORDER, replace(interfaces, plan=plan), TrialSettings())
     assert starts[0] == ("left", kth.parked["left"].q.tolist())
@@ -93,12 +93,12 @@ def test_where_the_first_arm_finds_no_plan_the_next_one_is_asked_and_both_are_ch
     interfaces = fake.interfaces()
     asked = []
 
-    def plan(scene, query, start, seed):  # type: ignore[no-untyped-def]
+    def plan(scene, query, start, seed, certify):  # type: ignore[no-untyped-def]
         asked.append(scene.cell.arm)
         if scene.cell.arm == "right":
             fake.no_plan = frozenset((query.item,))
         try:
-            return fake.plan(scene, query, start, seed)
+            return fake.plan(scene, query, start, seed, certify)
         finally:
             fake.no_plan = frozenset()
 

@@ -14,7 +14,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import inverse, pose
 from pickcli.motion.plan import Plan
-from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.trial.blocking_items import MOST_IN_THE_WAY, destinations, from_the_mouth, in_the_way
@@ -119,10 +119,10 @@ def test_what_no_bin_takes_goes_into_the_tote_and_counts_as_moved_aside(scene: S
     fake = ScriptedTrial(scene, blocked={"crayola_24_ct": blocker})
     plan = fake.plan
 
-    def no_room(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
+    def no_room(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         if query.item == blocker and query.into != TOTE:
             raise NoPlanError("pick", [Reason("no free place on the floor", query.into)])
-        return plan(scene, query, start, seed)
+        return plan(scene, query, start, seed, certify)
 
     fake.plan = no_room  # type: ignore[method-assign]
     result = run_trial(ORDER, fake.interfaces())
@@ -136,11 +136,11 @@ def test_what_no_bin_takes_goes_into_the_tote_and_counts_as_moved_aside(scene: S
 class NoRoomThere(ScriptedTrial):
     """No place takes the blocker, for what lies in a bin: an item that has nothing to do with the target."""
 
-    def plan(self, scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
+    def plan(self, scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         if query.into != TOTE or query.item == NAMES[0]:
             self.planned.append((query.item, 0, ()))
             raise NoPlanError(f"pick {query.item}", [Reason("too close", "place", "", "dasani_water_bottle")])
-        return super().plan(scene, query, start, seed)
+        return super().plan(scene, query, start, seed, certify)
 
 
 def test_what_lies_in_the_bin_that_would_take_a_blocker_is_left_there(scene: Scene) -> None:
@@ -225,11 +225,11 @@ def test_what_turns_out_to_be_reachable_is_picked_by_the_same_look() -> None:
     fake = ScriptedTrial(scene_of(order, load_cell("apc2016_delft")))
     plan, refused = fake.plan, list[str]()
 
-    def refuse_once(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
+    def refuse_once(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         if query.item == "crayola_24_ct" and not refused:
             refused.append(query.item)
             raise NoPlanError("pick", [Reason("collision", "lift", "", "jane_eyre_dvd")])
-        return plan(scene, query, start, seed)
+        return plan(scene, query, start, seed, certify)
 
     fake.plan = refuse_once  # type: ignore[method-assign]
     result = run_trial(order, fake.interfaces())

@@ -10,7 +10,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.motion.plan import Grasp, GraspKind, Plan
-from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.start_state import Start
 from pickcli.progress import Progress
 from pickcli.scene.scene import Scene
@@ -26,6 +26,7 @@ from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import record_text, trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
 from pickcli.trial.trial_summary import rows, summary
+from pickcli.verification.verdict import Verdict
 from support.order_builders import pick_order
 from support.scripted_trial import DURATION, ScriptedTrial, scene_of
 
@@ -109,8 +110,8 @@ def test_where_no_other_kind_of_grasp_is_left_another_place_is_taken(cell: Cell)
     fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
     plan = fake.plan
 
-    def plan_one_kind(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
-        found = plan(scene, query, start, seed)
+    def plan_one_kind(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
+        found = plan(scene, query, start, seed, certify)
         if any(isinstance(excluded, GraspKind) for excluded in query.exclude):
             raise NoPlanError("pick", [Reason("no face within reach")])
         return found
@@ -180,9 +181,8 @@ def test_a_target_is_tried_anew_when_something_changed_where_it_lies_now(cell: C
 
     def refusals_after(bin_name: str) -> int:
         trial.open[tape.index] = tape.refused()
-        plan = fake.plan(
-            fake.scene, PickQuery(bin_name, "dasani_water_bottle"), Start(fake.q, fake.tool_state), 0
-        )
+        start = Start(fake.q, fake.tool_state)
+        plan = fake.plan(fake.scene, PickQuery(bin_name, "dasani_water_bottle"), start, 0, lambda plan: plan)
         done = Attempt(bottle.target, "dasani_water_bottle", 1, 0.0, Outcome.NOT_PICKED, out_of=bin_name,
                        plan=plan, execution=ExecutionResult(1.0))  # fmt: skip
         trial._note(bottle, done)
@@ -236,6 +236,32 @@ def test_a_rejected_plan_is_never_executed(cell: Cell) -> None:
     assert outcomes(result)["scotch_duct_tape"] is Outcome.REJECTED
     assert fake.executed and not any("scotch_duct_tape" in plan.query for plan in fake.executed)
     assert all(plan.certificate is not None for plan in fake.executed)
+    told = [attempt for attempt in result.attempts if attempt.item == "scotch_duct_tape"]
+    assert all(attempt.rejected and attempt.reasons and attempt.plan is None for attempt in told)
+    assert {reason.where for attempt in told for reason in attempt.reasons} == {
+        "rejected by the verifier, lift"
+    }
+
+
+def test_what_a_rejection_names_is_moved_aside_first(cell: Cell) -> None:
+    """The tape is refused as long as the film beside it, which would fall, is there: nobody asks again."""
+    fake = ScriptedTrial(scene_of(ORDER, cell))
+    other, verify = "jane_eyre_dvd", fake.verify
+
+    def needed(plan: Plan, scene: Scene, stopped: object = None) -> Verdict:
+        here = {placed.id for placed in scene.in_location("bin_B")}
+        if "scotch_duct_tape" in plan.query and other in here:
+            return Verdict(None, (Reason("takes away what others need", "lift", "it would fall", other),))
+        return verify(plan, scene, stopped)
+
+    fake.verify = needed  # type: ignore[method-assign]
+    result = play(fake)
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.IN_TOTE
+    tape = [a for a in result.attempts if a.target.item == "scotch_duct_tape"]
+    assert [(a.item, a.outcome) for a in tape][:2] == [
+        ("scotch_duct_tape", Outcome.REJECTED), (other, Outcome.MOVED)
+    ]  # fmt: skip
+    assert sum(len(attempt.rejected) for attempt in tape) == 1
 
 
 @pytest.mark.parametrize("n_fits", [0, 1, 2])
