@@ -72,6 +72,34 @@ def test_the_verifier_sees_what_falls_or_would_be_lifted_and_no_more_than_the_pl
     assert fallen >= 20 and found >= 0.9 * fallen, (found, fallen)
 
 
+def refused(believed: Scene) -> set[tuple[str, str]]:
+    """What the planner would take, and the verifier says is lifted or falls then."""
+    taken = [placed.id for placed in believed.items if not supports_of(believed).blocking(placed.id)]
+    effects = {item: removal(believed, item) for item in taken}
+    return {(item, name) for item in taken for name in effects[item].lifted | effects[item].falling}
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_the_verifier_refuses_nothing_that_the_planner_would_take(pattern: str) -> None:
+    scenes = [scene for k in range(3) if (scene := pile(CELL, pattern, k)) is not None]
+    assert scenes
+    for scene in scenes:
+        assert refused(scene) == set()
+        assert refused(perceive(scene, DEFAULT_NOISE, 1, 1)) == set()
+
+
+@pytest.mark.slow
+@given(st.sampled_from(PATTERNS), st.integers(0, 10_000))
+@settings(max_examples=60, deadline=None, derandomize=True)
+def test_the_verifier_refuses_nothing_that_the_planner_would_take_from_any_pile(
+    pattern: str, seed: int
+) -> None:
+    scene = pile(CELL, pattern, seed)
+    if scene is not None:
+        assert refused(scene) == set()
+        assert refused(perceive(scene, DEFAULT_NOISE, seed, 1)) == set()
+
+
 def test_the_judge_sees_what_falls() -> None:
     """A generator whose piles never fall would judge nothing."""
     scenes = [

@@ -27,8 +27,9 @@ FLAT = (
     "dove_beauty_bar",
 )
 BOXES = ("crayola_24_ct", "kleenex_tissue_box", "expo_dry_erase_board_eraser", "cloud_b_plush_bear", *FLAT)
+LIGHT = ("kyjen_squeakin_eggs_plush_puppies", "cloud_b_plush_bear", "staples_index_cards", "dove_beauty_bar")
 ROUND = ("rawlings_baseball", "dasani_water_bottle", "up_glucose_bottle", "folgers_classic_roast_coffee")
-PATTERNS = ("on", "bridge", "leaning", "rolling", "heap", "counterweight")
+PATTERNS = ("on", "bridge", "leaning", "rolling", "heap", "counterweight", "see-saw")
 GREY = (0.5, 0.5, 0.5, 1.0)
 REST = 0.03  # s in which what was settled elsewhere settles here
 NEAR = 0.2  # m
@@ -164,6 +165,20 @@ def _counterweight(cell: Cell, rng: np.random.Generator) -> Iterable[tuple[str, 
     yield weight, _at(cell, weight, 0.3 + rng.uniform(-0.02, 0.02), 0.0, z, (0.0, 0.0, np.pi / 2))
 
 
+def _seesaw(cell: Cell, rng: np.random.Generator) -> Iterable[tuple[str, Array]]:
+    """A flat thing across something round that lies, and one to three things on it."""
+    roll = str(rng.choice(("kleenex_paper_towels", "dasani_water_bottle", "folgers_classic_roast_coffee")))
+    flat = str(rng.choice(("cherokee_easy_tee_shirt", "i_am_a_bunny_book", "scotch_bubble_mailer")))
+    yield roll, _at(cell, roll, 0.25, 0.0, 0.001, (0.0, np.pi / 2, 0.0))
+    z = 2 * float(cell.item(roll).shape.size[0]) + 0.002
+    yield flat, _at(cell, flat, 0.25, rng.uniform(-0.03, 0.03), z, (0.0, 0.0, rng.uniform(-0.2, 0.2)))
+    z += _height(cell, flat) + 0.002
+    for name in rng.choice(LIGHT, rng.integers(1, 4), replace=False).tolist():
+        x, y = 0.25 + rng.uniform(-0.06, 0.06), rng.uniform(-0.07, 0.07)
+        yield name, _at(cell, name, x, y, z, (0.0, 0.0, rng.uniform(-1.6, 1.6)))
+        z += _height(cell, name) + 0.002
+
+
 _DRAWN = {
     "on": _on,
     "bridge": _bridge,
@@ -171,4 +186,5 @@ _DRAWN = {
     "rolling": _rolling,
     "heap": _heap,
     "counterweight": _counterweight,
+    "see-saw": _seesaw,
 }
