@@ -46,7 +46,8 @@ def test_it_starts_at_home_with_everything_in_its_place(arena: SimulatedArena) -
 def test_a_plan_from_elsewhere_is_a_stop_and_moves_nothing(arena: SimulatedArena) -> None:
     cell = arena.now().cell
     fake = ScriptedTrial(arena.now())
-    plan = fake.plan(arena.now(), PickQuery("bin_A", "crayola_24_ct"), Start(arena.q, arena.tool_state), 0)
+    query, start = PickQuery("bin_A", "crayola_24_ct"), Start(arena.q, arena.tool_state)
+    plan = fake.plan(arena.now(), query, start, 0, lambda plan: plan)
     before = arena.q.copy()
     done = arena.execute(replace(plan, cell_fingerprint=cell.fingerprint))
     assert "refusing to start" in done.stopped
