@@ -116,13 +116,16 @@ def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
     tip = target.T_world_item @ grasp.T_item_tip
     press = tool.cup.stiffness * overtravel(grasp, tool, contacts.scene.noise) * tip[:3, 2]
     around = [tip[:3, 3] + (x, y, 0.0) for x in (-WITHIN, WITHIN) for y in (-WITHIN, WITHIN)]
+    footing, centre = supports.balance.footing(target.id, is_sure=False), target.T_world_item[:3, 3]
+    stands, weight = not _is_beside(footing, centre), target.item.lightest * GRAVITY
+    met = [_met(footing, press, point) for point in around] if stands else []
+    if any(_is_beside(footing, (weight * centre - press[2] * at) / (weight - press[2])) for at in met):
+        return True  # though what stands beside it might keep it, by friction
     if all(supports.balance.stays_under(target.id, press, point) for point in around):
         return False
     if supports.balance.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3]):
         return True
-    footing, centre = supports.balance.footing(target.id, is_sure=False), target.T_world_item[:3, 3]
-    stands = not _is_beside(footing, centre)
-    return stands and any(_is_beside(footing, _met(footing, press, point)) for point in around)
+    return any(_is_beside(footing, at) for at in met)
 
 
 def _met(footing: Array, press: Array, point: Array) -> Array:
