@@ -45,6 +45,7 @@ def command(
     from pickcli.motion.plan_file import read_plan
     from pickcli.simulation.driver import DriverRequest
     from pickcli.simulation.driver_check import check_driver
+    from pickcli.simulation.guarded_driver import connected
 
     connect, plan = driver_factory(driver_name), read_plan(plan_path)
     scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
@@ -52,7 +53,7 @@ def command(
     plan = trusted(plan, plan_path, scene, "plan it again")
     q, tool_state = stand(plan, scene, None)
     with stage("check of the driver"):
-        report = check_driver(connect(DriverRequest(scene, q, tool_state)), plan)
+        report = check_driver(connected(driver_name, connect, DriverRequest(scene, q, tool_state)), plan)
     if as_json:
         emit_json(_summary(driver_name, report))
     else:

@@ -90,6 +90,7 @@ def command(
     from pickcli.errors import TrialAbortedError
     from pickcli.motion.plan_file import read_plan
     from pickcli.simulation.driver import DriverRequest
+    from pickcli.simulation.guarded_driver import GuardedDriver, connected
     from pickcli.simulation.reality import read_reality
 
     if driver_name != SIMULATED and (reality_path is not None or video is not None):
@@ -113,7 +114,8 @@ def command(
         plan = trusted(plan, plan_path, believed, "plan it again, or watch it fail with --unverified")
     q, tool_state = stand(plan, scene, start)
     plans = [plan]
-    with closing(connect(DriverRequest(scene, q, tool_state, reality, seed))) as driver:
+    driver = connected(driver_name, connect, DriverRequest(scene, q, tool_state, reality, seed))
+    with closing(driver if driver_name == SIMULATED else GuardedDriver(driver_name, driver)) as driver:
         if bridge and _is_away(plan, driver.q, scene.cell.robot.limits):
             planner = load_planner(scene.cell, roadmap, trajectories)
             plans.insert(0, _bridge(planner, believed, plan, driver.q, tool_state, seed))

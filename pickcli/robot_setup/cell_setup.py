@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -89,14 +90,17 @@ def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserv
     Raises:
         InputError: With every mistake in the files, or with the list of what could be meant.
     """
-    if folder.exists():
+    if os.path.lexists(folder):  # a link that leads nowhere, too
         raise InputError(f"{folder}: exists already; name another folder, or remove this one first")
     if not folder.parent.is_dir():
         raise InputError(f"{folder}: the folder {folder.parent} does not exist; make it first")
-    with _staging(folder, request) as staging:
-        with _unheard():
-            made = _make(staging, folder, request, on_progress)
-        staging.rename(folder)
+    try:
+        with _staging(folder, request) as staging:
+            with _unheard():
+                made = _make(staging, folder, request, on_progress)
+            staging.rename(folder)
+    except OSError as error:  # a full disk, or a folder that another command made meanwhile
+        raise InputError(f"{folder}: cannot be made: {error.strerror}; nothing was left") from None
     for line in made.cell.warnings:
         _log.warning("%s", line.replace(str(staging), str(folder)))
     return replace(made, cell=replace(made.cell, path=folder))

@@ -17,7 +17,7 @@ Read in this order:
   `plan_record` is the record. In the simulated world: `execute`, with `execution` as the record;
   a `motion_recorder` notes all that moves.
 - Other drivers: `recorder`, and `installed_drivers` by their names; `driver_check` tells whether one keeps to
-  the protocol.
+  the protocol, and what a `guarded_driver` does amiss ends a run by one message.
 - What is watched meanwhile: `supervision` with a `hold_watch`, and `contact_guard`; beyond their `thresholds`
   they end in a `protective_stop`.
 - Several arms in one world: `arm_turn`.

@@ -16,11 +16,11 @@ from pickcli.geometry import Array
 from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan
 from pickcli.simulation.driver import Driver
+from pickcli.simulation.guarded_driver import period_fault
 from pickcli.simulation.plan_record import PlanRecord
 from pickcli.simulation.plan_run import drive
 from pickcli.simulation.start_check import START_TOLERANCE, check_start
 
-LONGEST_PERIOD = 0.1  # s between set points: a robot that is told its way more rarely does not follow it
 STANDING_TIME = 0.2  # s for which it is told to stand
 LEAST_STEPS = 20
 PERIOD_TOLERANCE = 0.1  # of the period, on average
@@ -152,17 +152,12 @@ def _fault(find_fault: Callable[[_Session], str], session: _Session) -> str:
     """What a check finds; whatever the driver raises is a fault, too."""
     try:
         return find_fault(session)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         return f"{type(error).__name__}: {error}"
 
 
 def _period(session: _Session) -> str:
-    period = session.driver.time_step
-    return (
-        ""
-        if 0.0 < period <= LONGEST_PERIOD
-        else f"time_step is {period}, over 0 to {LONGEST_PERIOD:g} s expected"
-    )
+    return period_fault(session.driver.time_step)
 
 
 def _configuration(session: _Session) -> str:

@@ -32,7 +32,58 @@ def unreachable(request):
     raise InputError("192.0.2.1: no answer; switch the controller on")
 
 away, empty, number = Away.connect, Empty.connect, 3
+
+class Faulty(Recorder):
+    "Does after 40 steps what one of the drivers below does."
+    def step(self):
+        super().step()
+        if self._n_steps > 40:
+            self.fail()
+    def fail(self): pass
+
+class Pulled(Faulty):
+    def fail(self): raise ConnectionResetError(104, "Connection reset by peer")
+
+class Quits(Faulty):
+    def fail(self): raise SystemExit(0)
+
+class Blind(Faulty):
+    def fail(self): self._q = self._q * float("nan")
+
+class Shrinks(Faulty):
+    def fail(self): self._q = self._q[1:]
+
+class Stands(Faulty):
+    def fail(self): self._n_steps = 40
+
+class Breaks(Pulled):
+    def close(self): raise RuntimeError("close")
+
+class Jams(Recorder):
+    def close(self): raise RuntimeError("close")
+
+def unknown(request): raise KeyError("controller")
+def endless(request): return Recorder(request.scene.cell, request.q, request.tool_state, 0.0)
+def hasty(request): return Recorder(request.scene.cell, request.q, request.tool_state, 1e-9)
+def lazy(request): return Recorder(request.scene.cell, request.q, request.tool_state, 1e9)
+
+pulled, quits, blind, shrinks = Pulled.connect, Quits.connect, Blind.connect, Shrinks.connect
+stands, breaks, jams = Stands.connect, Breaks.connect, Jams.connect
 """
+
+FAULTS = {
+    "pulled": "ConnectionResetError: [Errno 104] Connection reset by peer",
+    "quits": "SystemExit: 0",
+    "blind": "q is not finite",
+    "shrinks": "q is no array of 8 floats",
+    "stands": "t was ",
+    "breaks": "ConnectionResetError: [Errno 104] Connection reset by peer",
+    "jams": "RuntimeError: close",
+    "unknown": "KeyError: 'controller'",
+    "endless": "time_step is 0.0, 0.0001 to 0.1 s expected",
+    "hasty": "time_step is 1e-09, 0.0001 to 0.1 s expected",
+    "lazy": "time_step is 1000000000.0, 0.0001 to 0.1 s expected",
+}
 
 
 @pytest.fixture
@@ -40,7 +91,7 @@ def added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An installed package that adds drivers."""
     folder, module = tmp_path / "site", "added_drivers_of_a_test"
     folder.mkdir()
-    names = ("away", "empty", "unreachable", "number", "missing")
+    names = ("away", "empty", "unreachable", "number", "missing", *FAULTS)
     write_package(folder, module, MODULE, {GROUP: {name: f"{module}:{name}" for name in names}})
     monkeypatch.syspath_prepend(folder)
 
@@ -85,7 +136,8 @@ def test_drivers_of_the_package_keep_to_the_protocol(name: str, made: Made) -> N
 
 @pytest.mark.usefixtures("added")
 def test_drivers_of_other_packages_are_listed_and_used(made: Made) -> None:
-    assert driver_names() == ["pybullet", "recorder", "away", "empty", "missing", "number", "unreachable"]
+    names = ("away", "empty", "missing", "number", "unreachable", *FAULTS)
+    assert driver_names() == ["pybullet", "recorder", *sorted(names)]
     argv = ("execute", made.move, "--scene", made.scene, "--driver")
     refused(apc(*argv, "away"), 3, "refusing to start: rail is 0.2000 m", "add --bridge, which does that")
     bridged = apc(*argv, "away", "--bridge", "--json")
@@ -109,3 +161,18 @@ def test_only_verified_plans_move_a_driver(made: Made, tmp_path: Path) -> None:
     plan = made.changed("move", tmp_path, lambda data: data.update(speed_scale=0.5))
     refused(apc("check-driver", "recorder", plan, "--scene", made.scene), 4, "edited after it was certified")
     refused(apc("check-driver", "recorder", made.plan, "--cell", "apc2016_delft"), 4, "made for the scene")
+
+
+@pytest.mark.usefixtures("added")
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_driver_that_fails_ends_the_run_by_one_message(made: Made, name: str) -> None:
+    answer = apc("execute", made.move, "--scene", made.scene, "--driver", name)
+    assert answer.code == 3 and answer.err.count("error:") == 1, answer.err
+    assert f"driver {name}: {FAULTS[name]}" in answer.err and f"apc check-driver {name}" in answer.err
+
+
+@pytest.mark.usefixtures("added")
+@pytest.mark.parametrize("name", ["quits", "hasty", "unknown", "stands"])
+def test_no_driver_passes_the_check_by_ending_it(made: Made, name: str) -> None:
+    answer = apc("check-driver", name, made.move, "--scene", made.scene)
+    assert answer.code == 3 and f"driver {name}: " in answer.err, answer.err

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.page.cell_parts import robot_part
+from pickcli.robot_setup import cell_setup
 from support.command_line import apc, refused
 from support.new_robots import write_branching, write_two_arms
 
@@ -284,3 +288,40 @@ def test_a_xacro_is_expanded(urdf: Path, tmp_path: Path, monkeypatch: pytest.Mon
     refused(apc("init", tmp_path / "other", *words), 3, xacro, "package 'nowhere' was not found")
     monkeypatch.setitem(__import__("sys").modules, "xacro", None)
     refused(apc("init", tmp_path / "other", *words), 3, xacro, "pip install 'apc-pick[xacro]'")
+
+
+def test_a_link_that_leads_nowhere_is_left_alone(urdf: Path, tmp_path: Path) -> None:
+    link = tmp_path / "arm"
+    link.symlink_to(tmp_path / "nothing")
+    refused(apc("init", link, "--urdf", urdf), 3, f"{link}: exists already")
+    assert link.is_symlink() and not link.exists()
+
+
+def test_a_disk_that_is_full_leaves_nothing(
+    urdf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: Any) -> Any:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    before = sorted(tmp_path.iterdir())
+    monkeypatch.setattr(cell_setup, "_make", full)
+    answer = apc("init", tmp_path / "arm", "--urdf", urdf)
+    refused(answer, 3, f"{tmp_path / 'arm'}: cannot be made: No space left on device; nothing was left")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_folder_that_another_command_made_meanwhile_is_kept(
+    urdf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, folder = cell_setup._make, tmp_path / "arm"
+
+    def meanwhile(*given: Any) -> Any:
+        folder.mkdir()
+        (folder / "theirs").write_text("theirs")
+        return made(*given)
+
+    monkeypatch.setattr(cell_setup, "_make", meanwhile)
+    words = ("init", folder, "--urdf", urdf, "--max-acceleration", "5", "--max-jerk", "50")
+    refused(apc(*words), 3, f"{folder}: cannot be made: Directory not empty")
+    assert [path.name for path in folder.iterdir()] == ["theirs"]
+    assert [path for path in tmp_path.iterdir() if path.name.startswith(".")] == []
