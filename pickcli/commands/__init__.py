@@ -6,10 +6,11 @@ Read in this order:
 - A new cell: `init`, `suggest_mount`, `suggest_configurations`.
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
 - Online: `make_order`, `make_scene`, `plan_stow`, `plan_move`, `verify`, `execute`, `check_driver`,
-  `export` and `run_trial`; `explain_stow` before a stow.
+  `export` and `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for many.
 - What is in a file, and whether it is right: `inspect`, `show` and `check`.
 - Options that commands share: `options` with `option_types`; `arm_options` with the
-  `configuration_option`, `scene_options`, `build_options`, `pod_shift`; `logs` has --verbose and --debug.
+  `configuration_option`, `scene_options`, `build_options`, `trial_options`, `pod_shift`; `logs` has --verbose
+  and --debug.
 - Work that commands share: `planner`, `pick_request` and `experience_session` for queries, `building` for
   builds, `progress_bar`.
 - What is told on stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for

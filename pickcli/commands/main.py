@@ -42,6 +42,8 @@ COMMANDS: dict[str, str] = {
     "export": "Write a verified plan for a robot or for other tools.",
     "run-trial": "Play a whole order by the rules and keep score.",
     "explain-stow": "Tell which bin each item of a stow order is meant for, and why.",
+    "run-trials": "Play orders with many seeds, and tell how scores are distributed.",
+    "compare-trials": "Tell which of two folders of trials is better, and whether that is more than chance.",
     "check": "Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.",
     "refresh": "Make a roadmap or trajectory database right for a cell that changed.",
     "cache": "Show what is in the cache of built files, or delete it.",

@@ -21,7 +21,7 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
-from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
+from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.commands.progress_bar import progress
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ NEWEST = 2016  # year of the figures of items that no order names
 )  # fmt: skip
 @output_option("scene")
 @click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the places.")
-@pod_shift_option(NONE)
+@pod_shift_option("none")
 @cell_option
 @items_option
 @seed_option
@@ -72,6 +72,7 @@ def command(
     from pickcli.cell.cell_file import load_workcell
     from pickcli.scene.scene_file import scene_hash, write_scene
     from pickcli.trial.order_file import order_file, read_order
+    from pickcli.trial.pod_shift import NONE, pod_pose
 
     cell = load_workcell(cell_name, items_path).preferred  # a scene is of all arms
     cell.require_places()

@@ -9,12 +9,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
-    from pickcli.geometry import Array
 
 F = TypeVar("F", bound=Callable[..., Any])
-RANDOM, NONE = "random", "none"
 
 
 def pod_shift_option(default: str) -> Callable[[F], F]:
@@ -50,6 +47,7 @@ def parse_pod_shift(
         BadParameter: It is none of these.
     """
     from pickcli.cell.pod_tolerance import Displacement
+    from pickcli.trial.pod_shift import NONE, RANDOM
 
     if value is None:
         return None
@@ -63,25 +61,3 @@ def parse_pod_shift(
         what = f"{value!r}: expected three numbers in mm, mm and degrees, e.g. 20,-10,1.5, or random, or none"
         raise click.BadParameter(what, ctx, param)
     return Displacement(x / 1000.0, y / 1000.0, radians(yaw))
-
-
-def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
-    """Tell where the pod stands.
-
-    Args:
-        shift: A displacement, "random" or "none".
-        cell: The cell.
-        seed: Seed of a random shift.
-
-    Returns:
-        Pose (4, 4) of the pod in the world.
-
-    Raises:
-        InputError: The shift is beyond the cell's bounds.
-    """
-    from pickcli.cell.pod_tolerance import UNMOVED
-    from pickcli.trial.pod_shift import random_shift, shifted_pod
-
-    if isinstance(shift, str):
-        shift = random_shift(cell, seed) if shift == RANDOM else UNMOVED
-    return shifted_pod(cell, shift)

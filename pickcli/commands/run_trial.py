@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +12,7 @@ import click
 from pickcli.commands.arm_options import arm_option
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.experience_session import ExperienceSession, experience_session, learn_option
+from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
@@ -31,70 +28,16 @@ from pickcli.commands.options import (
     stow_rule_option,
 )
 from pickcli.commands.planner import artifact_options, load_planner
-from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
+from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import stdout_console
-from pickcli.errors import InputError, TrialAbortedError
+from pickcli.commands.trial_options import cells_that_play, planner_of, pose_noise_option
+from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
-    from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
-    from pickcli.cell.workcell import Workcell
-    from pickcli.geometry import Array
     from pickcli.scene.scene import PoseNoise
-    from pickcli.simulation.reality import Reality
-    from pickcli.trial.simulated_cell import ArmPlanner
     from pickcli.trial.trial_result import TrialResult
-
-MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
-
-
-def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value: str) -> PoseNoise:
-    """Read the value of --pose-noise.
-
-    Args:
-        ctx: Context of click.
-        param: The option.
-        value: Millimetres and degrees with a comma, as written on the command line.
-
-    Returns:
-        Bounds of the error of item poses in m and rad.
-
-    Raises:
-        BadParameter: It is not two numbers, or they are out of range.
-    """
-    from pickcli.scene.scene import PoseNoise
-
-    try:
-        millimetres, degrees = (float(part) for part in value.split(","))
-    except ValueError:
-        what = f"{value!r}: expected two numbers, millimetres and degrees, e.g. 2,1"
-        raise click.BadParameter(what, ctx, param) from None
-    if not (0.0 <= millimetres <= MAX_NOISE[0] and 0.0 <= degrees <= MAX_NOISE[1]):
-        what = f"{value!r}: expected 0..{MAX_NOISE[0]:g} mm and 0..{MAX_NOISE[1]:g} degrees"
-        raise click.BadParameter(what, ctx, param)
-    return PoseNoise(millimetres / 1000.0, math.radians(degrees))
-
-
-def standing(
-    asked: Displacement | str | None, reality: Reality, cell: Cell, seed: int
-) -> tuple[Array, Reality]:
-    """Tell where the pod stands, and whether that is at random.
-
-    Args:
-        asked: By --pod-shift, None where nothing was said.
-        reality: Levels, whose own shift counts then.
-        cell: Whose bounds hold.
-        seed: Of a random shift.
-
-    Returns:
-        Pose (4, 4) of the pod in the world, and the levels with what holds of the shift.
-
-    Raises:
-        InputError: The shift is beyond the cell's bounds.
-    """
-    shift = asked or (RANDOM if reality.pod_shift else NONE)
-    return pod_pose(shift, cell, seed), replace(reality, pod_shift=shift == RANDOM)
 
 
 @click.command("run-trial", cls=Command)
@@ -106,8 +49,7 @@ def standing(
 @click.option("--overwrite", is_flag=True,
               help="Replace scene.json, after.json, trial.json, motion.json.gz, output.json, before.png and "
                    "after.png in a folder that exists; its other files stay.")  # fmt: skip
-@click.option("--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
-              help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
+@pose_noise_option
 @stow_rule_option
 @pod_shift_option("random, unless --reality says otherwise")
 @reality_option
@@ -137,89 +79,56 @@ def command(
       apc run-trial jsk_pick_sample --seed 3 -o runs/mine
     """
     from pickcli.cell.cell_file import load_workcell
-    from pickcli.simulation.motion_recorder import MotionRecorder
     from pickcli.simulation.reality import read_reality
-    from pickcli.trial.attempt_runner import TrialSettings
-    from pickcli.trial.loop import require_playable, run_trial
-    from pickcli.trial.motion_record import motion_values
+    from pickcli.trial.loop import require_playable
     from pickcli.trial.order_file import order_file, read_order
+    from pickcli.trial.pod_shift import standing
     from pickcli.trial.stow_assignment import StowRule
     from pickcli.trial.trial_folder import write_folder
-    from pickcli.trial.trial_record import trial_record
 
     workcell, reality = load_workcell(cell_name, items_path), read_reality(reality_path)
-    cells = _cells_that_play(workcell, arm, roadmap, trajectories)
+    cells = cells_that_play(workcell, arm, roadmap, trajectories)
     cell = cells[0]
     for each in cells:
         each.require_places()
     order = require_playable(read_order(order_path, cell), str(order_path))
-    T_world_pod, reality = standing(pod_shift, reality, cell, seed)
+    standing(pod_shift, reality, cell, seed)  # a shift beyond the cell's bounds is refused before any work
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     inputs = (order_file(order_path, cell), reality_path, cell_name, items_path, roadmap, trajectories)
     _refuse_outputs(folder, overwrite, inputs)
 
-    from pickcli.stowing.make_scene import make_scene, refuse_too_much
-    from pickcli.trial.simulated_cell import SimulatedArena, interfaces_of
+    from pickcli.stowing.make_scene import refuse_too_much
+    from pickcli.trial.played_trial import TrialConditions, TrialRequest, play_trial, stowed_scene
 
     refuse_too_much(order.contents, cell, order.year, str(order_path))
-    planners = [load_planner(each, roadmap, trajectories, build_missing=True, jobs=jobs) for each in cells]
+    contexts = [load_planner(each, roadmap, trajectories, build_missing=True, jobs=jobs) for each in cells]
+    conditions = TrialConditions(pose_noise, reality, pod_shift, StowRule(stow_rule))
+    request = TrialRequest(order, order_path.name, conditions, seed)
     with stage("stowing"), progress("placing the items") as report, of_file(order_path):
-        scene = make_scene(order.contents, cell, seed, order.year, report, T_world_pod)
-    recorder = MotionRecorder() if len(cells) == 1 else None  # of one robot, which several arms are not
-    arena = SimulatedArena(scene, reality, seed, workcell.parked.get(cell.arm), recorder)
-    click.get_current_context().call_on_close(arena.close)
-    pictures = {"before": arena.picture()}
-    began = time.perf_counter()
+        scene = stowed_scene(request, cell, report)
     with ExitStack() as stack:
         sessions = [
-            stack.enter_context(experience_session(planner, roadmap, trajectories, learn))
-            for planner in planners
+            stack.enter_context(experience_session(context, roadmap, trajectories, learn))
+            for context in contexts
         ]
-        settings = TrialSettings(seed, pose_noise, reality, stow_rule=StowRule(stow_rule))
-        interfaces = interfaces_of((_planner_of(workcell, session) for session in sessions), arena)
+        planners = [planner_of(workcell, session.planner, session.recorder) for session in sessions]
 
         def keep_edges() -> None:
             for session in sessions:
                 session.keep_edges()
 
         with stage("trial"), progress("playing") as report:
-            result = run_trial(order, interfaces, settings, report, after_attempt=keep_edges)
-        record = trial_record(result, order_path.name, time.perf_counter() - began)
-        pictures["after"] = arena.picture()
+            played = play_trial(request, scene, planners, report, keep_edges)
+        result = played.result
         if as_json:  # before it is written, for which there may be no room
-            emit_json(record)
+            emit_json(played.record)
         else:
             _show(result)
-        motion = None if recorder is None else motion_values(recorder, cell)
-        paths = write_folder(folder, result, record, pictures, motion, overwrite)
+        paths = write_folder(folder, result, played.record, played.pictures, played.motion, overwrite)
         if not as_json:
             click.echo("\n".join(f"wrote {path}" for path in paths))
     if not result.is_clean:
         raise TrialAbortedError(_what_went_wrong(result))
-
-
-def _cells_that_play(
-    workcell: Workcell, arm: str | None, roadmap: Path | None, trajectories: Path | None
-) -> list[Cell]:
-    """The cell as each arm sees it that plays: the one that is named, else all, the preferred one first."""
-    if arm is not None or not workcell.parked:
-        return [workcell.cell(arm)]
-    for option, path in (("--roadmap", roadmap), ("--trajectories", trajectories)):
-        if path is not None:
-            raise InputError(
-                f"{option}: a file is of one arm, and cell {workcell.name} plays with "
-                f"{' and '.join(workcell.arms)}; name one with --arm, or leave it to the cache"
-            )
-    return list(workcell.arms.values())
-
-
-def _planner_of(workcell: Workcell, session: ExperienceSession) -> ArmPlanner:
-    from pickcli.trial.simulated_cell import ArmPlanner
-
-    arm = session.planner.cell.arm
-    return ArmPlanner(
-        session.planner, session.recorder, workcell.parked.get(arm), workcell.preferences.get(arm, 0)
-    )
 
 
 def _refuse_outputs(folder: Path, overwrite: bool, inputs: Sequence[Path | str | None]) -> None:

@@ -155,9 +155,9 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
 
 def _trials(folder: Path) -> PageDocument:
     from pickcli.page.trials_page import trials_page
-    from pickcli.trial.trial_record import read_record
+    from pickcli.trial.trials_folder import read_trials
 
-    return trials_page({path.parent.name: read_record(path) for path in sorted(folder.glob(f"*/{RECORD}"))})
+    return trials_page(read_trials(folder))
 
 
 def _cell(path: Path, arms: ArmRequest) -> PageDocument:

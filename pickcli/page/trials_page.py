@@ -1,20 +1,20 @@
-"""The page of a folder of trials: scores, what became of every target, why items were missed."""
+"""The page of a folder of trials: scores, how often which item was delivered, why items were missed."""
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from pickcli.page.page_document import Bar, Chart, PageDocument, PageTable
 from pickcli.page.page_scene import Fact, Tone
+from pickcli.trial.sign_flips import FEWEST
+from pickcli.trial.success_rate import SuccessRate
+from pickcli.trial.trial_statistics import TrialStatistics, score_share
 
 MOST_CAUSES = 12
+TENTH = 0.1  # of the most points: the width of a bar of scores
 _GOOD, _FAIR, _BAD = "#009e73", "#e69f00", "#b2182b"
-_FIGURE = re.compile(r"[-+]?\d+(?:\.\d+)?")
 
 
 def trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument:
@@ -26,41 +26,64 @@ def trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument:
     Returns:
         The page.
     """
-    shares = np.array([r["score"] / max(1, r["max_score"]) for r in records.values()])
-    items = [(item, name) for name, r in records.items() for item in r["items"]]
-    delivered = sum(item["points"] > 0 for item, _ in items)
+    told = TrialStatistics(records)
+    rate, items = told.delivered, told.targets
     return PageDocument(
         kind="trials",
         title=f"{len(records)} trials",
         subtitle=f"{len(items)} targets",
         facts=(
-            Fact("score", f"{shares.mean():.0%} of the most in the mean, {shares.min():.0%} in the worst"),
-            Fact("delivered", f"{delivered} of {len(items)} targets, {delivered / max(1, len(items)):.0%}"),
-            *(_total(records, key, label) for key, label in (
+            Fact("score", _mean(told)),
+            Fact("delivered", f"{rate.successes} of {rate.tries} targets, {_share(rate)}"),
+            *(_total(told, key, label) for key, label in (
                 ("collisions", "collisions"), ("limit_violations", "limit violations"),
                 ("drops", "items lost"), ("disturbed", "items moved"),
             )),
-            Fact("aborted", str(sum(bool(r["aborted"]) for r in records.values()))),
+            Fact("aborted", str(told.total("aborted"))),
         ),
-        charts=(_by_place([item for item, _ in items]), _by_item([item for item, _ in items])),
-        tables=(_scores(records), _causes([item for item, _ in items])),
+        charts=(_distribution(told.shares), _by_place(items), _by_item(items)),
+        tables=(
+            _scores(records),
+            _rates("Success by place", told.by("bin")), _rates("Success by item", told.by("item")),
+            _causes(told.causes),
+        ),
     )  # fmt: skip
 
 
-def _total(records: Mapping[str, Mapping[str, Any]], key: str, label: str) -> Fact:
-    total = sum(record[key] for record in records.values())
+def _mean(told: TrialStatistics) -> str:
+    """The mean score with its interval, and the worst."""
+    test, worst = told.mean_share, min(told.shares)
+    between = f" (95 %: {test.low:.0%} to {test.high:.0%})" if test.n >= FEWEST else ""
+    return f"{test.mean:.0%} of the most in the mean{between}, {worst:.0%} in the worst"
+
+
+def _share(rate: SuccessRate) -> str:
+    low, high = rate.interval
+    return f"{rate.share:.0%} (95 %: {low:.0%} to {high:.0%})"
+
+
+def _total(told: TrialStatistics, key: str, label: str) -> Fact:
+    total = told.total(key)
     return Fact(label, str(total), Tone.BAD if total else Tone.PLAIN)
+
+
+def _distribution(shares: Sequence[float]) -> Chart:
+    """How many trials have which share of the points, in tenths; below 0 counts as 0."""
+    counts = Counter(min(9, max(0, int(share / TENTH + 1e-9))) for share in shares)
+    bars = tuple(Bar(f"{10 * k} to {10 * k + 10} %", (counts[k],)) for k in range(min(counts), 10))
+    return Chart("Trials by their share of the points", (("trials", _GOOD),), bars)
 
 
 def _scores(records: Mapping[str, Mapping[str, Any]]) -> PageTable:
     rows, tones = [], []
     for name, record in records.items():
         rows.append((
-            name, f"{record['score']}", f"{record['max_score']}", f"{record['items_in_tote']}",
-            f"{len(record['items'])}", f"{record['collisions']}", f"{record['clock_s']:.0f} s",
+            name, f"{record['score']}", f"{record['max_score']}", f"{score_share(record):.0%}",
+            f"{record['items_in_tote']}", f"{len(record['items'])}", f"{record['collisions']}",
+            f"{record['clock_s']:.0f} s",
         ))  # fmt: skip
         tones.append(Tone.BAD if record["aborted"] or record["collisions"] else Tone.PLAIN)
-    columns = ("trial", "score", "of", "delivered", "of", "collisions", "clock")
+    columns = ("trial", "score", "of", "share", "delivered", "of", "collisions", "clock")
     return PageTable("Trials", columns, tuple(rows), tuple(tones))
 
 
@@ -82,12 +105,15 @@ def _outcomes(title: str, items: Sequence[Mapping[str, Any]], key: str) -> Chart
     return Chart(title, kinds, tuple(Bar(name, tuple(count)) for name, count in counts.items()))
 
 
-def _causes(items: Sequence[Mapping[str, Any]]) -> PageTable:
-    """Why targets were missed, the most frequent first; figures in the reasons make no difference."""
-    causes = Counter(
-        f"{item['outcome']}: {_FIGURE.sub('…', item['reason']) or 'no reason told'}"[:160]
-        for item in items
-        if item["points"] <= 0
+def _rates(title: str, rates: Mapping[str, SuccessRate]) -> PageTable:
+    """Shares with their intervals, the worst first."""
+    ranked = sorted(rates.items(), key=lambda named: (named[1].share, named[0]))
+    rows = tuple(
+        (name.replace("_", " "), str(rate.successes), str(rate.tries), _share(rate)) for name, rate in ranked
     )
-    rows = tuple((str(n), cause) for cause, n in causes.most_common(MOST_CAUSES))
+    return PageTable(title, ("name", "delivered", "of", "share"), rows)
+
+
+def _causes(causes: Sequence[tuple[int, str]]) -> PageTable:
+    rows = tuple((str(n), cause) for n, cause in causes[:MOST_CAUSES])
     return PageTable("Why targets were missed", ("targets", "why"), rows or (("0", "none was missed"),))

@@ -15,4 +15,7 @@ Read in this order:
   `trial_result`; `trial_folder` keeps it with its `trial_record`, the `motion_record` and the official
   `output_file`, and `trial_summary` has the rows of its table. `record_schema` and `motion_schema` say what
   record and motion have to hold when they are read again.
+- One or many: a `played_trial` is all that a folder keeps, a `trial_job` plays one for each order and seed;
+  `trials_folder` keeps them with their `trial_statistics`, a `success_rate` each for items and places. A
+  `trial_comparison` tells two such runs apart, by `sign_flips`.
 """

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import degrees
 
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import Displacement, displaced
+from pickcli.cell.pod_tolerance import UNMOVED, Displacement, displaced
 from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.seeds import derived_rng
+from pickcli.simulation.reality import Reality
+
+RANDOM, NONE = "random", "none"  # words for a shift
 
 
 def random_displacement(bounds: Displacement, rng: np.random.Generator) -> Displacement:
@@ -61,6 +65,46 @@ def shifted_pod(cell: Cell, shift: Displacement) -> Array:
             f"{_told(bounds)} either way"
         )
     return T_world_pod
+
+
+def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
+    """Tell where the pod stands.
+
+    Args:
+        shift: A displacement, "random" or "none".
+        cell: The cell.
+        seed: Seed of a random shift.
+
+    Returns:
+        Pose (4, 4) of the pod in the world.
+
+    Raises:
+        InputError: The shift is beyond the cell's bounds.
+    """
+    if isinstance(shift, str):
+        shift = random_shift(cell, seed) if shift == RANDOM else UNMOVED
+    return shifted_pod(cell, shift)
+
+
+def standing(
+    asked: Displacement | str | None, reality: Reality, cell: Cell, seed: int
+) -> tuple[Array, Reality]:
+    """Tell where the pod stands in a trial, and whether that is at random.
+
+    Args:
+        asked: A displacement, "random" or "none"; None where nothing was said.
+        reality: Levels, whose own shift counts then.
+        cell: Whose bounds hold.
+        seed: Of a random shift.
+
+    Returns:
+        Pose (4, 4) of the pod in the world, and the levels with what holds of the shift.
+
+    Raises:
+        InputError: The shift is beyond the cell's bounds.
+    """
+    shift = asked or (RANDOM if reality.pod_shift else NONE)
+    return pod_pose(shift, cell, seed), replace(reality, pod_shift=shift == RANDOM)
 
 
 def _told(d: Displacement) -> str:

@@ -22,6 +22,7 @@ from pickcli.files.file_kind import (
     SRDF,
     STORE,
     TRIAL,
+    TRIALS,
     URDF,
     FileKind,
 )
@@ -56,6 +57,11 @@ READ: dict[str, dict[str, FileKind | None]] = {
         "order_path": ORDER, "reality_path": REALITY, "cell_name": CELL, "items_path": ITEMS,
         "roadmap": STORE, "trajectories": STORE,
     },
+    "run-trials": {
+        "order_paths": ORDER, "reality_path": REALITY, "cell_name": CELL, "items_path": ITEMS,
+        "roadmap": STORE, "trajectories": STORE,
+    },
+    "compare-trials": {"first": TRIALS, "second": TRIALS},
     "export": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "check-driver": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "check": {"path": STORE, "cell_name": CELL},
@@ -91,7 +97,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     found[SRDF].write_text('<robot name="arm">\n  <disable_collisions link1="a" link2="b"/>\n</robot>\n')
     return found | {
         PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
-        ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf,
+        ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf, TRIALS: folder,
     }  # fmt: skip
 
 

@@ -84,14 +84,19 @@ def test_it_is_the_same_again_and_small(shown: PageDocument, motion: RecordedMot
 
 def test_several_trials_are_compared() -> None:
     document = trials_page({"a": record(), "b": record(no_plan=frozenset({"dove_beauty_bar"}))})
-    scores, causes = document.tables
+    scores, by_place_table, by_item_table, causes = document.tables
     assert [row[0] for row in scores.rows] == ["a", "b"]
-    assert [row[3:5] for row in scores.rows] == [("2", "2"), ("1", "2")]
+    assert [row[4:6] for row in scores.rows] == [("2", "2"), ("1", "2")]
+    assert by_place_table.rows == (("bin B", "3", "4", "75% (95 %: 30% to 95%)"),)
+    assert [row[0] for row in by_item_table.rows] == ["dove beauty bar", "crayola 24 ct"], "the worst first"
     assert [(row[0], row[1].partition(":")[0]) for row in causes.rows] == [("1", "no plan")]
-    by_place, by_item = document.charts
+    shares, by_place, by_item = document.charts
+    assert sum(bar.counts[0] for bar in shares.bars) == 2 and shares.bars[-1].counts == (1,)
     assert [(bar.name, bar.counts) for bar in by_place.bars] == [("bin B", (3, 0, 1))]
     assert {bar.name: bar.counts for bar in by_item.bars}["dove beauty bar"] == (1, 0, 1)
-    assert ("delivered", "3 of 4 targets, 75%") in {(fact.label, fact.value) for fact in document.facts}
+    assert ("delivered", "3 of 4 targets, 75% (95 %: 30% to 95%)") in {
+        (fact.label, fact.value) for fact in document.facts
+    }
 
 
 @pytest.mark.slow

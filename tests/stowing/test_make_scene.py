@@ -12,7 +12,6 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.commands.pod_shift import RANDOM, pod_pose
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import inverse
 from pickcli.progress import Progress
@@ -28,6 +27,7 @@ from pickcli.simulation.world import TIME_STEP
 from pickcli.stowing.make_scene import MOST, make_scene, refuse_too_much
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order_file import OrderKind, read_order
+from pickcli.trial.pod_shift import RANDOM, pod_pose
 
 CELL = load_cell("apc2016_delft")
 SMALL = {

@@ -12,10 +12,12 @@ from click.testing import CliRunner, Result
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import Displacement
-from pickcli.commands.pod_shift import NONE, RANDOM, parse_pod_shift
-from pickcli.commands.run_trial import command, parse_noise, standing
+from pickcli.commands.pod_shift import parse_pod_shift
+from pickcli.commands.run_trial import command
+from pickcli.commands.trial_options import parse_noise
 from pickcli.errors import ApcError
 from pickcli.simulation.reality import DEFAULT
+from pickcli.trial.pod_shift import NONE, RANDOM, standing
 
 TASKS = Path(__file__).parents[2] / "data" / "tasks"
 

@@ -1,0 +1,279 @@
+"""``apc run-trials``: Monte Carlo over orders and seeds."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pickcli.commands.arm_options import arm_option
+from pickcli.commands.build_options import jobs_option, scheduler_option
+from pickcli.commands.building import building
+from pickcli.commands.command import Command, emit_json
+from pickcli.commands.option_types import PATH
+from pickcli.commands.options import (
+    cell_option,
+    items_option,
+    json_option,
+    reality_option,
+    refuse_reading,
+    stow_rule_option,
+)
+from pickcli.commands.planner import artifact_options, load_planner
+from pickcli.commands.pod_shift import pod_shift_option
+from pickcli.commands.trial_options import cells_that_play, planner_of, pose_noise_option
+from pickcli.errors import InputError
+
+if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
+    from pickcli.cell.pod_tolerance import Displacement
+    from pickcli.scene.scene import PoseNoise
+    from pickcli.trial.order_file import Order
+    from pickcli.trial.played_trial import TrialConditions
+    from pickcli.trial.stow_assignment import StowRule
+    from pickcli.trial.trial_job import TrialJob
+    from pickcli.trial.trials_folder import TrialsReport
+
+MOST_SEEDS = 10_000
+LARGEST_SEED = 2**31 - 1
+MOST_CAUSES = 5  # that are printed; the page has more
+
+
+def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value: str) -> tuple[int, ...]:
+    """Read the value of --seeds.
+
+    Args:
+        ctx: Context of click.
+        param: The option.
+        value: Numbers and ranges A:B (without B) with commas, as written on the command line.
+
+    Returns:
+        The seeds.
+
+    Raises:
+        BadParameter: It is neither, out of range, or names a seed twice.
+    """
+    seeds: list[int] = []
+    for part in value.split(","):
+        ends = part.split(":")
+        if len(ends) > 2 or not all(end.isascii() and end.isdecimal() and len(end) <= 10 for end in ends):
+            what = f"{value!r}: expected seeds, e.g. 0:20 (20 is not played any more) or 3,5,8"
+            raise click.BadParameter(what, ctx, param)
+        first, end = int(ends[0]), int(ends[-1]) + (len(ends) == 1)
+        if not first < end <= LARGEST_SEED + 1 or len(seeds) + end - first > MOST_SEEDS:
+            what = f"{part!r}: expected 1 to {MOST_SEEDS} seeds, 0 to {LARGEST_SEED}, the lower one first"
+            raise click.BadParameter(what, ctx, param)
+        seeds += range(first, end)
+    if len(set(seeds)) < len(seeds):
+        raise click.BadParameter(f"{value!r}: names a seed twice", ctx, param)
+    return tuple(seeds)
+
+
+@click.command("run-trials", cls=Command)
+@click.argument("order_paths", metavar="ORDER...", nargs=-1, required=True, type=PATH)
+@click.option(
+    "--seeds", metavar="A:B", callback=parse_seeds, default="0:20", show_default=True,
+    help="Seeds that each order is played with: from A to before B, or numbers with commas.",
+)  # fmt: skip
+@click.option("-o", "--output", type=PATH, metavar="DIR", required=True, help="Folder to write.")
+@click.option(
+    "--overwrite", is_flag=True,
+    help="Replace trials.json, trials.html and the files of trials in a folder that exists.",
+)  # fmt: skip
+@pose_noise_option
+@stow_rule_option
+@pod_shift_option("random, unless --reality says otherwise")
+@reality_option
+@cell_option
+@items_option
+@arm_option("all of the cell's, one at a time")
+@artifact_options
+@jobs_option
+@scheduler_option
+@json_option
+def command(
+    order_paths: tuple[Path, ...], seeds: tuple[int, ...], output: Path, overwrite: bool,
+    pose_noise: PoseNoise, stow_rule: str, pod_shift: Displacement | str | None, reality_path: Path | None, cell_name: str,
+    items_path: Path | None, arm: str | None, roadmap: Path | None, trajectories: Path | None,
+    jobs: int | None, scheduler: str | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Play orders with many seeds, and tell how scores are distributed.
+
+    Each ORDER (a file, or the name of one under data/tasks) is played with each seed as run-trial plays it,
+    and leaves the same files in OUTPUT/ORDER-SEED. What trials have in common is written to trials.json and
+    trials.html: scores, success by item and place with 95 % intervals, causes of failure, times. An
+    interrupted run goes on when the same command is given again.
+
+    \b
+    Example:
+      apc run-trials jsk_pick_sample delft_pick_2 --seeds 0:20 --jobs 2 -o runs/many
+    """
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.simulation.reality import read_reality
+    from pickcli.trial.order_file import order_file
+    from pickcli.trial.pod_shift import standing
+    from pickcli.trial.trials_folder import refuse_trials_folder
+
+    workcell, reality = load_workcell(cell_name, items_path), read_reality(reality_path)
+    cells = cells_that_play(workcell, arm, roadmap, trajectories)
+    for each in cells:
+        each.require_places()
+    orders = _orders(order_paths, cells[0])
+    standing(pod_shift, reality, cells[0], seeds[0])
+    files = [order_file(path, cells[0]) for path in order_paths]
+    refuse_trials_folder(output, overwrite)
+    inputs = (*files, reality_path, cell_name, items_path, roadmap, trajectories)
+    for name in ("trials.json", "trials.html"):
+        refuse_reading(output / name, *inputs)
+
+    from pickcli.jobs.job import sources_digest
+    from pickcli.trial.played_trial import TrialConditions
+    from pickcli.trial.stow_assignment import StowRule
+    from pickcli.trial.trial_job import TrialJob
+
+    contexts = [load_planner(each, roadmap, trajectories, build_missing=True, jobs=jobs) for each in cells]
+    stored = [path for each in cells for path in _stored_files(each, roadmap, trajectories)]
+    conditions = TrialConditions(pose_noise, reality, pod_shift, StowRule(stow_rule))
+    job = TrialJob(
+        orders, {path.stem: path.name for path in order_paths},
+        tuple(planner_of(workcell, context) for context in contexts), conditions,
+        _digest([*files, *stored, *_cell_files(cell_name, items_path)]), sources_digest(),
+    )  # fmt: skip
+    report = _play(job, seeds, output, overwrite, (jobs, scheduler, as_json))
+    if as_json:
+        emit_json({"path": str(output), **report.summary})
+    else:
+        click.echo("\n".join(_lines(report, output)))
+
+
+def _orders(paths: Sequence[Path], cell: Cell) -> dict[str, Order]:
+    """The orders by name. Raises InputError for two of one name, and for what cannot be played."""
+    from pickcli.stowing.make_scene import refuse_too_much
+    from pickcli.trial.loop import require_playable
+    from pickcli.trial.order_file import read_order
+
+    orders: dict[str, Order] = {}
+    for path in paths:
+        if path.stem in orders:
+            raise InputError(f"{path}: a second order of the name {path.stem}; rename it, or name it once")
+        orders[path.stem] = require_playable(read_order(path, cell), str(path))
+        refuse_too_much(orders[path.stem].contents, cell, orders[path.stem].year, str(path))
+    return orders
+
+
+def _stored_files(cell: Cell, roadmap: Path | None, trajectories: Path | None) -> list[Path]:
+    from pickcli.precompute.artifact_cache import default_paths
+
+    default = default_paths(cell)
+    return [roadmap or default.roadmap, trajectories or default.trajectories]
+
+
+def _cell_files(cell_name: str, items_path: Path | None) -> list[Path]:
+    """Files that describe the cell and its items."""
+    from pickcli.cell.data_path import data_path
+
+    named = data_path() / "cells" / cell_name
+    folder = named if named.is_dir() else Path(cell_name)
+    folder = folder if folder.is_dir() else folder.parent
+    own = (
+        [] if items_path is None else [items_path] if items_path.is_file() else [*items_path.rglob("*.yaml")]
+    )
+    return [*folder.rglob("*.yaml"), *folder.rglob("*.urdf"), *(data_path() / "items").rglob("*.yaml"), *own]
+
+
+def _digest(paths: Iterable[Path]) -> str:
+    """SHA-256 over the contents of files, in whatever folder they lie."""
+    contents = sorted(hashlib.sha256(path.read_bytes()).hexdigest() for path in paths if path.is_file())
+    return hashlib.sha256("".join(contents).encode()).hexdigest()
+
+
+def _play(
+    job: TrialJob, seeds: Sequence[int], output: Path, overwrite: bool,
+    who: tuple[int | None, str | None, bool],
+) -> TrialsReport:  # fmt: skip
+    """Play, and write the folder. An interrupted run keeps its trials in a journal there."""
+    from pickcli.jobs.job_run import Build
+    from pickcli.page.html_page import page_bytes
+    from pickcli.page.trials_page import trials_page
+    from pickcli.trial.trials_folder import SUMMARY, play_trials, write_trials
+
+    jobs, scheduler, as_json = who
+    output.mkdir(parents=True, exist_ok=True)
+    summary = output / SUMMARY
+    with building("playing", summary, jobs, as_json, scheduler) as run_options:
+        build = Build(job, replace(run_options, output=summary))
+        report = play_trials(build, job, seeds, _made_from(job, seeds))
+        page = page_bytes(trials_page(report.records))
+        write_trials(output, report, page, overwrite)
+        build.finish()
+    return report
+
+
+def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
+    """How the trials were made, for trials.json."""
+    import math
+
+    cell, noise = job.planners[0].context.cell, job.conditions.noise
+    return {
+        "orders": list(job.order_files.values()),
+        "seeds": list(seeds),
+        "cell": cell.name,
+        "cell_fingerprint": cell.scene_fingerprint,
+        "pose_noise": {"position_mm": 1e3 * noise.position, "angle_deg": math.degrees(noise.angle)},
+        "pod_shift": _shift(job.conditions),
+        "stow_rule": str(job.conditions.stow_rule),
+        "reality": job.conditions.reality.as_dict(),
+        "inputs": job.inputs,
+    }
+
+
+def _shift(conditions: TrialConditions) -> Any:
+    from dataclasses import asdict
+
+    from pickcli.trial.pod_shift import NONE, RANDOM
+
+    shift = conditions.pod_shift or (RANDOM if conditions.reality.pod_shift else NONE)
+    return shift if isinstance(shift, str) else asdict(shift)
+
+
+def _lines(report: TrialsReport, output: Path) -> list[str]:
+    """The figures that people ask for first."""
+    from pickcli.trial.success_rate import SuccessRate
+    from pickcli.trial.trials_folder import PAGE, SUMMARY
+
+    told = report.summary
+    share, rate, clock = told["score_share"], told["delivered"], told["statistics"]
+    between = share["mean_interval"]
+    within = "" if between is None else f" (95 %: {between[0]:.1%} to {between[1]:.1%})"
+    done = SuccessRate(rate["successes"], rate["tries"])
+    low, high = done.interval
+    lines = [
+        f"{share['n']} trials: {share['mean']:.1%} of the points in the mean{within}, "
+        f"{share['median']:.1%} in the median, {share['min']:.1%} in the worst",
+        f"delivered: {done.successes} of {done.tries} targets, {done.share:.1%} "
+        f"(95 %: {low:.1%} to {high:.1%})",
+        ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in told["totals"].items()),
+        *_times(told["motion_s"], clock),
+        *(f"missed {each['targets']} times: {each['cause']}" for each in told["causes"][:MOST_CAUSES]),
+        *(f"not played: {name}: {why}" for name, why in report.not_stowed.items()),
+    ]
+    return [*lines, f"wrote {output / SUMMARY}", f"wrote {output / PAGE}"]
+
+
+def _times(motion: dict[str, Any], clock: dict[str, Any]) -> list[str]:
+    """Times of motion and of planning, where there are any."""
+    lines = []
+    if motion["n"]:
+        lines.append(f"motion for a delivered target: {motion['mean']:.1f} s simulated in the mean")
+    if clock["planning_ms"]["n"]:
+        planning, item = clock["planning_ms"], clock["planning_per_item_ms"]
+        each = f"; {item['median']:.0f} ms for a delivered target with all in vain" if item["n"] else ""
+        lines.append(
+            f"planning: {planning['median']:.0f} ms a plan in the median, {planning['p99']:.0f} ms at the "
+            f"99th percentile{each}"
+        )
+    return lines

@@ -1,0 +1,134 @@
+"""One trial in simulation, from its order and seed to all that its folder keeps."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import Displacement
+from pickcli.progress import ProgressObserver, nobody
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.simulation.motion_recorder import MotionRecorder
+from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.stowing.make_scene import make_scene
+from pickcli.trial.attempt_runner import TrialSettings
+from pickcli.trial.loop import run_trial
+from pickcli.trial.motion_record import motion_values
+from pickcli.trial.order_file import Order
+from pickcli.trial.pod_shift import standing
+from pickcli.trial.pose_noise import DEFAULT_NOISE
+from pickcli.trial.simulated_cell import ArmPlanner, SimulatedArena, interfaces_of
+from pickcli.trial.stow_assignment import StowRule
+from pickcli.trial.trial_record import trial_record
+from pickcli.trial.trial_result import TrialResult
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class TrialConditions:
+    """What a trial is played under, whatever its order and seed.
+
+    Attributes:
+        noise: Bounds of the error of the item poses that are perceived.
+        reality: Levels at which the simulated world differs from its model.
+        pod_shift: Where the pod stands: a displacement, "random" or "none"; None for what ``reality`` says.
+        stow_rule: By which bins are chosen in a stow.
+    """
+
+    noise: PoseNoise = DEFAULT_NOISE
+    reality: Reality = DEFAULT
+    pod_shift: Displacement | str | None = None
+    stow_rule: StowRule = StowRule.POINTS
+
+
+@dataclass(frozen=True)
+class TrialRequest:
+    """A trial that is to be played.
+
+    Attributes:
+        order: The order.
+        order_name: Name of its file, for the record.
+        conditions: What it is played under.
+        seed: Every random choice follows from it.
+    """
+
+    order: Order
+    order_name: str
+    conditions: TrialConditions
+    seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class PlayedTrial:
+    """A trial, and all that its folder keeps of it.
+
+    Attributes:
+        result: What happened.
+        record: The same as JSON values.
+        pictures: (height, width, 3) RGB, before and after.
+        motion: Everything that moved, as JSON values; None where several arms played.
+    """
+
+    result: TrialResult
+    record: dict[str, Any]
+    pictures: Mapping[str, NDArray[np.uint8]]
+    motion: Mapping[str, Any] | None
+
+
+def stowed_scene(request: TrialRequest, cell: Cell, on_progress: ProgressObserver = nobody) -> Scene:
+    """Place the items of an order where a trial begins with them.
+
+    Args:
+        request: The trial.
+        cell: The cell as the arm sees it that moves first.
+        on_progress: Told of the places done.
+
+    Returns:
+        The true scene.
+
+    Raises:
+        InputError: The items of a place cannot be stowed in it, or the pod would stand beyond its bounds.
+    """
+    order, conditions = request.order, request.conditions
+    T_world_pod, _ = standing(conditions.pod_shift, conditions.reality, cell, request.seed)
+    return make_scene(order.contents, cell, request.seed, order.year, on_progress, T_world_pod)
+
+
+def play_trial(
+    request: TrialRequest,
+    scene: Scene,
+    planners: Sequence[ArmPlanner],
+    on_progress: ProgressObserver = nobody,
+    after_attempt: Callable[[], None] = lambda: None,
+) -> PlayedTrial:
+    """Play an order in simulation to its end.
+
+    Args:
+        request: The trial.
+        scene: Where everything truly is, of ``stowed_scene``.
+        planners: Of every arm that plays, that of the arm first that moves first.
+        on_progress: Told of the targets done.
+        after_attempt: Called after every attempt.
+
+    Returns:
+        What happened.
+    """
+    first, conditions, seed = planners[0], request.conditions, request.seed
+    _, reality = standing(conditions.pod_shift, conditions.reality, first.context.cell, seed)
+    recorder = MotionRecorder() if len(planners) == 1 else None  # of one robot, which several arms are not
+    with closing(SimulatedArena(scene, reality, seed, first.parked, recorder)) as arena:
+        before, began = arena.picture(), time.perf_counter()
+        settings = TrialSettings(seed, conditions.noise, reality, stow_rule=conditions.stow_rule)
+        interfaces = interfaces_of(planners, arena)
+        result = run_trial(request.order, interfaces, settings, on_progress, after_attempt)
+        record = trial_record(result, request.order_name, time.perf_counter() - began)
+        pictures = {"before": before, "after": arena.picture()}
+    motion = None if recorder is None else motion_values(recorder, first.context.cell)
+    return PlayedTrial(result, record, pictures, motion)

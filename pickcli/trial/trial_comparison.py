@@ -1,0 +1,173 @@
+"""Two Monte Carlo runs compared, paired by order and seed: which is better, and is that more than chance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pickcli.errors import InputError
+from pickcli.trial.sign_flips import FEWEST, SignFlipTest
+from pickcli.trial.trial_statistics import Record, score_share
+
+FIGURES: dict[str, Callable[[Record], float]] = {  # of one trial, by name
+    "score_share": score_share,
+    "delivered": lambda record: float(record["items_in_tote"]),
+    "clock_s": lambda record: float(record["clock_s"]),
+    "collisions": lambda record: float(record["collisions"]),
+    "drops": lambda record: float(record["drops"]),
+}
+DECISIVE = "score_share"
+
+
+@dataclass(frozen=True)
+class FigureComparison:
+    """One figure of two runs.
+
+    Attributes:
+        name: One of ``FIGURES``.
+        mean_a: Mean over the pairs in the first run.
+        mean_b: Mean in the second.
+        test: Of the differences, second less first.
+    """
+
+    name: str
+    mean_a: float
+    mean_b: float
+    test: SignFlipTest
+
+
+@dataclass(frozen=True)
+class TrialComparison:
+    """Two runs, compared over the trials that both have.
+
+    Attributes:
+        names: What the two runs are called.
+        figures: The figures, the decisive one first.
+        n_unpaired: Trials that only the one or only the other has.
+    """
+
+    names: tuple[str, str]
+    figures: tuple[FigureComparison, ...]
+    n_unpaired: tuple[int, int]
+
+    @classmethod
+    def of(
+        cls, names: tuple[str, str], first: Mapping[str, Record], second: Mapping[str, Record]
+    ) -> TrialComparison:
+        """Compare two runs.
+
+        Args:
+            names: What they are called.
+            first: What each ``trial.json`` of the first says, by any name.
+            second: The same of the second.
+
+        Returns:
+            The comparison.
+
+        Raises:
+            InputError: No order was played with the same seed in both, an order is not the same, or one run
+                has a trial twice.
+        """
+        a, b = (_by_key(name, records) for name, records in zip(names, (first, second), strict=True))
+        pairs = sorted(a.keys() & b.keys())
+        if not pairs:
+            raise InputError(
+                f"{names[0]}, {names[1]}: no order was played with the same seed in both; play them with the "
+                "same --seeds"
+            )
+        for order, seed in pairs:
+            if _targets(a[order, seed]) != _targets(b[order, seed]):
+                raise InputError(
+                    f"{names[0]}, {names[1]}: {order} names other targets in the one than in the other, so "
+                    "the scores cannot be compared; play the same order"
+                )
+        found = [_compared(name, [a[key] for key in pairs], [b[key] for key in pairs]) for name in FIGURES]
+        return cls(names, tuple(found), (len(a) - len(pairs), len(b) - len(pairs)))
+
+    @property
+    def decisive(self) -> FigureComparison:
+        """The share of the points."""
+        return next(each for each in self.figures if each.name == DECISIVE)
+
+    @property
+    def better(self) -> str:
+        """Which run is better by more than chance, "" if none is."""
+        test = self.decisive.test
+        return self.names[test.mean > 0] if test.is_significant else ""
+
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        test, (a, b) = self.decisive.test, self.names
+        pairs = f"{test.n} pair{'s' if test.n > 1 else ''}"
+        if test.n < FEWEST:
+            return (
+                f"{pairs} of trials are too few to tell a difference, here {100 * test.mean:+.1f} points in "
+                f"100 for {b}, from chance: play {FEWEST} at least"
+            )
+        ends = sorted((100 * test.low, 100 * test.high), key=abs) if test.is_significant else (
+            100 * test.low, 100 * test.high
+        )  # fmt: skip
+        figures = f"p = {test.p_value:.2g}, {pairs}"
+        if not self.better:
+            return (
+                f"no difference beyond chance: {b} scores {100 * test.mean:+.1f} points in 100 more than {a} "
+                f"(95 %: {ends[0]:+.1f} to {ends[1]:+.1f}; {figures})"
+            )
+        other = a if self.better == b else b
+        low, high = (abs(end) for end in ends)
+        return (
+            f"{self.better} is better than {other} by {abs(100 * test.mean):.1f} points in 100 "
+            f"(95 %: {low:.1f} to {high:.1f}), more than chance has it ({figures})"
+        )
+
+    def values(self) -> dict[str, Any]:
+        """The comparison as JSON values.
+
+        Returns:
+            Values by name; an interval without ends is null.
+        """
+        return {
+            "a": self.names[0],
+            "b": self.names[1],
+            "better": self.better or None,
+            "sentence": self.sentence,
+            "pairs": self.decisive.test.n,
+            "only_in_a": self.n_unpaired[0],
+            "only_in_b": self.n_unpaired[1],
+            "figures": {each.name: _values(each) for each in self.figures},
+        }
+
+
+def _by_key(name: str, records: Mapping[str, Record]) -> dict[tuple[str, int], Record]:
+    """The trials by order and seed."""
+    found: dict[tuple[str, int], Record] = {}
+    for where, record in records.items():
+        key = str(record["made_from"]["order"]), int(record["made_from"]["seed"])
+        if key in found:
+            raise InputError(f"{name}: {where} plays {key[0]} with seed {key[1]} a second time; remove one")
+        found[key] = record
+    return found
+
+
+def _targets(record: Record) -> tuple[int, list[tuple[str, str]]]:
+    return record["max_score"], [(target["bin"], target["item"]) for target in record["items"]]
+
+
+def _compared(name: str, first: list[Record], second: list[Record]) -> FigureComparison:
+    a, b = (np.array([FIGURES[name](record) for record in records]) for records in (first, second))
+    return FigureComparison(name, float(a.mean()), float(b.mean()), SignFlipTest.of(b - a))
+
+
+def _values(each: FigureComparison) -> dict[str, Any]:
+    test = each.test
+    return {
+        "mean_a": round(each.mean_a, 6),
+        "mean_b": round(each.mean_b, 6),
+        "difference": round(test.mean, 6),
+        "interval": [round(test.low, 6), round(test.high, 6)] if test.n >= FEWEST else None,
+        "p_value": round(test.p_value, 6),
+    }

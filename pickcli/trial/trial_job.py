@@ -1,0 +1,119 @@
+"""Trials as tasks: one for each order and seed, done here, on processes or on a cluster."""
+
+from __future__ import annotations
+
+import base64
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pickcli.cell.fingerprint import digest
+from pickcli.errors import InputError, Reason
+from pickcli.jobs.job import Key, sources_digest
+from pickcli.jobs.job_result import JobResult
+from pickcli.trial.order_file import Order
+from pickcli.trial.played_trial import TrialConditions, TrialRequest, play_trial, stowed_scene
+from pickcli.trial.simulated_cell import ArmPlanner
+from pickcli.trial.trial_folder import write_folder
+
+NOT_STOWED = "cannot be stowed"
+
+
+@dataclass(frozen=True, eq=False)
+class TrialJob:
+    """Trials of one cell under the same conditions; the key of a task is the name of its order and its seed.
+
+    A record holds the files of the trial's folder. But for the wall-clock figures in its ``trial.json`` it
+    follows from the key and the job: nothing that a trial plans is kept for the next one.
+
+    Attributes:
+        orders: By name.
+        order_files: Names of the files of the orders, by name.
+        planners: Of every arm that plays, that of the arm first that moves first.
+        conditions: What trials are played under.
+        read: Digest of the files that cell, items, orders and stored motions were read from.
+        sources: Digest of the program.
+    """
+
+    orders: Mapping[str, Order]
+    order_files: Mapping[str, str]
+    planners: tuple[ArmPlanner, ...]
+    conditions: TrialConditions
+    read: str
+    sources: str
+
+    @property
+    def inputs(self) -> str:
+        """SHA-256 over all that trials depend on besides the key."""
+        cells = [planner.context.cell.fingerprint for planner in self.planners]
+        return digest(["trial", cells, repr(self.conditions), self.read, self.sources])
+
+    def keys(self, seeds: Sequence[int]) -> list[Key]:
+        """All tasks.
+
+        Args:
+            seeds: Seeds that each order is played with.
+
+        Returns:
+            Keys, order by order.
+        """
+        return [(name, str(seed)) for name in self.orders for seed in seeds]
+
+    def effort(self, key: Key) -> float:
+        """Estimate the cost of a task.
+
+        Args:
+            key: The task.
+
+        Returns:
+            The number of targets.
+        """
+        return float(max(1, len(self.orders[key[0]].targets)))
+
+    def make(self, key: Key) -> JobResult:
+        """Play one trial.
+
+        Args:
+            key: The task.
+
+        Returns:
+            A record with the trial's files (base64, by name), or with the reason why its items cannot be
+            stowed.
+
+        Raises:
+            InputError: This process runs another program than the one that asks.
+        """
+        if self.sources != sources_digest():
+            raise InputError("a worker runs another version of the program; install the same one there")
+        name, seed = key
+        request = TrialRequest(self.orders[name], self.order_files[name], self.conditions, int(seed))
+        try:
+            scene = stowed_scene(request, self.planners[0].context.cell)
+        except InputError as error:
+            return JobResult(reason=Reason(NOT_STOWED, name, str(error)))
+        played = play_trial(request, scene, self.planners)
+        with tempfile.TemporaryDirectory() as folder:
+            paths = write_folder(Path(folder), played.result, played.record, played.pictures, played.motion)
+            files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
+        return JobResult({"files": files})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Without what was made for the work: that belongs to this process.
+        planners = tuple(replace(planner, context=replace(planner.context)) for planner in self.planners)
+        return TrialJob, (
+            self.orders, self.order_files, planners, self.conditions, self.read, self.sources,
+        )  # fmt: skip
+
+
+def files_of(record: JobResult) -> dict[str, bytes]:
+    """The files of a trial's folder.
+
+    Args:
+        record: Of a trial that was played.
+
+    Returns:
+        Contents by name.
+    """
+    return {name: base64.b64decode(content) for name, content in record.values["files"].items()}
