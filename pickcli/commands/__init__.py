@@ -11,6 +11,7 @@ Read in this order:
 - Options that commands share: `options` with `option_types`; `arm_options` with the
   `configuration_option`, `scene_options`, `build_options`, `trial_options`, `pod_shift`; `logs` has --verbose
   and --debug.
+- Queries: `stated_pick` refuses what cannot be, `motion_queries` reads --pick and --move.
 - Work that commands share: `planner`, `pick_request` and `experience_session` for queries, `building` for
   builds, `progress_bar`.
 - What is told on stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for

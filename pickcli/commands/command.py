@@ -14,6 +14,7 @@ import click
 from pickcli.errors import ApcError, NoPlanError, RejectedError
 
 _RESULT = f"{__name__}.result"  # where a result waits in a click context until its command ends
+_ORDER = f"{__name__}.order"  # where a click context has the parameters as they were given
 
 
 def _is_told_once(option: click.Option) -> bool:
@@ -48,6 +49,7 @@ class Command(click.Command):
         is_json = "--json" in args  # which click takes the words from
         try:
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
+            ctx.meta[_ORDER] = [parameter.name for parameter in order]
             for parameter, times in Counter(order).items():
                 if isinstance(parameter, click.Option) and _is_told_once(parameter) and times > 1:
                     raise click.UsageError(f"{_given(parameter, times, args)}; keep one", ctx)
@@ -89,6 +91,20 @@ def _given(option: click.Option, times: int, words: Sequence[str]) -> str:
     if len(names) > 1:
         return f"{' and '.join(names)} mean the same"
     return f"{option.opts[-1]} is given {times} times"
+
+
+def in_order_given(**values: Sequence[str]) -> list[tuple[str, str]]:
+    """Tell in which order the values of several options that may be repeated were given.
+
+    Args:
+        **values: Values of each by the name of its parameter.
+
+    Returns:
+        Names and values, as they stand on the command line.
+    """
+    left = {name: iter(given) for name, given in values.items()}
+    order = click.get_current_context().meta[_ORDER]
+    return [(name, next(left[name])) for name in order if name in left]
 
 
 def emit_json(value: dict[str, Any]) -> None:

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import click
 
 from pickcli.commands.arm_options import ArmRequest, standing_option
-from pickcli.commands.command import Command, emit_json
+from pickcli.commands.command import Command, emit_json, in_order_given
 from pickcli.commands.configuration_option import stand
 from pickcli.commands.logs import stage
+from pickcli.commands.motion_queries import (
+    answers_summary,
+    answers_text,
+    configurations_in,
+    queries_of,
+    query_options,
+    start_of_queries,
+)
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
     json_option,
@@ -33,6 +42,7 @@ from pickcli.commands.scene_options import open_scene, refuse_held, scene_or_cel
 from pickcli.simulation.installed_drivers import SIMULATED, driver_factory, driver_names
 
 if TYPE_CHECKING:
+    from pickcli.api.query_sequence import MotionQuery, QuerySequence
     from pickcli.cell.cell import Cell
     from pickcli.cell.robot import Limits
     from pickcli.cell.tool import ToolState
@@ -43,17 +53,20 @@ if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
     from pickcli.simulation.camera import GifRecorder
     from pickcli.simulation.driver import Driver
+    from pickcli.simulation.execution import Execution
     from pickcli.simulation.plan_record import PlanRecord
+    from pickcli.simulation.reality import Reality
     from pickcli.simulation.world import World
 
 
 @click.command("execute", cls=Command)
-@click.argument("plan_path", metavar="PLAN.json", type=PATH)
+@click.argument("plan_path", metavar="[PLAN.json]", type=PATH, required=False)
+@query_options
 @scene_or_cell_options
 @click.option("--planned-in", type=PATH, metavar="FILE",
               help="Scene that the plan was made in, where --scene says how things truly are.")  # fmt: skip
 @click.option("--start", metavar=CONFIGURATION,
-              help="Where the robot stands.  [default: at the plan's first point]")  # fmt: skip
+              help="Where the robot stands.  [default: where plan or move begins, else home]")  # fmt: skip
 @standing_option
 @click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
 @click.option("--unverified", is_flag=True,
@@ -67,16 +80,22 @@ if TYPE_CHECKING:
 @seed_option
 @json_option
 def command(
-    plan_path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
-    planned_in: Path | None, start: str | None, standing: tuple[str, ...], bridge: bool, unverified: bool,
-    driver_name: str, reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
-    trajectories: Path | None, seed: int, as_json: bool,
+    plan_path: Path | None, picks: tuple[str, ...], moves: tuple[str, ...], scene_path: Path | None,
+    cell_name: str | None, items_path: Path | None, planned_in: Path | None, start: str | None,
+    standing: tuple[str, ...], bridge: bool, unverified: bool, driver_name: str, reality_path: Path | None,
+    video: Path | None, overwrite: bool, roadmap: Path | None, trajectories: Path | None, seed: int,
+    as_json: bool,
 ) -> None:  # fmt: skip
-    """Run a plan in pybullet, or by another driver.
+    """Run a plan in pybullet, or by another driver; or answer queries there.
 
     The plan is verified first, whatever certificate it carries. It does not start when the robot stands more
     than 0.01 rad or m from the plan's first point; --bridge plans the way there, verifies it and carries it
     out before.
+
+    In the stead of PLAN.json --pick and --move ask for motions, several in the order given: each is planned
+    from the stored files, from where the arm stands and the scene as it then is, verified, and carried out
+    in one simulated world. A move goes to its first configuration before, if the arm stands elsewhere.
+
     Exit code 6 when something collided, a limit was broken or an event was missed. An item that was not
     picked or was lost is a result: exit code 0.
 
@@ -85,6 +104,7 @@ def command(
       apc execute plan.json --scene scene.json --video pick.gif
       apc execute plan.json --scene scene.json --start tote --bridge
       apc execute plan.json --scene scene.json --driver recorder
+      apc execute --scene scene.json --pick bin_C:dove_beauty_bar --move home:bin_C
     """
     from pickcli.commands.execution_report import execution_summary, execution_text, trouble
     from pickcli.errors import TrialAbortedError
@@ -101,6 +121,18 @@ def command(
             plan_path, scene_path, planned_in, reality_path, cell_name, items_path, roadmap, trajectories,
         )  # fmt: skip
     connect, reality = driver_factory(driver_name), read_reality(reality_path)
+    given = in_order_given(picks=picks, moves=moves)
+    if plan_path is None or given:
+        _refuse_mixed(plan_path, given, {
+            "--planned-in": planned_in is not None, "--bridge": bridge, "--unverified": unverified,
+            "--driver": driver_name != SIMULATED,
+        })  # fmt: skip
+        arms = ArmRequest(None, standing, configurations_in(given), items=items_path)
+        scene = scene_or_empty(scene_path, cell_name, arms)
+        refuse_held(scene, scene_path)
+        request = _QueryRequest(given, start, reality, video, overwrite, seed, as_json)
+        _answer(request, scene, lambda: load_planner(scene.cell, roadmap, trajectories))
+        return
     plan = read_plan(plan_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
     scene = scene_or_empty(scene_path, cell_name, arms)
@@ -132,6 +164,82 @@ def command(
             click.echo(f"  wrote {video}", err=as_json)
     if why := trouble(runs):
         raise TrialAbortedError(why)
+
+
+@dataclass(frozen=True)
+class _QueryRequest:
+    """Queries, and how they are to be answered."""
+
+    given: list[tuple[str, str]]
+    start: str | None
+    reality: Reality
+    video: Path | None
+    overwrite: bool
+    seed: int
+    as_json: bool
+
+
+def _refuse_mixed(plan_path: Path | None, given: list[tuple[str, str]], of_plan: dict[str, bool]) -> None:
+    """Raise UsageError unless queries alone are asked for. of_plan: options that are of a plan file alone."""
+    if not given:
+        raise click.UsageError(
+            "nothing to carry out: name PLAN.json, or ask for motions with --pick PLACE:ITEM and --move "
+            "FROM:TO"
+        )
+    if plan_path is not None:
+        raise click.UsageError(
+            f"{plan_path} is a plan, and --{given[0][0][:-1]} a query: carry out the one or the other"
+        )
+    if mixed := [option for option, is_given in of_plan.items() if is_given]:
+        raise click.UsageError(
+            f"{' and '.join(mixed)}: of a plan file alone; queries are planned, verified and carried out in "
+            "the simulated world as it stands"
+        )
+
+
+def _answer(request: _QueryRequest, scene: Scene, load: Callable[[], PlanningContext]) -> None:
+    """Answer queries in one world and tell what came of them, also if one cannot be answered."""
+    import numpy as np
+
+    from pickcli.api.arm_states import refuse_standing
+    from pickcli.api.query_sequence import QuerySequence
+    from pickcli.commands.execution_report import trouble
+    from pickcli.errors import TrialAbortedError
+    from pickcli.simulation.camera import GifRecorder, view_of_motion
+    from pickcli.simulation.world import World
+
+    queries = queries_of(request.given, scene)
+    begin = start_of_queries(request.given, scene, request.start)
+    refuse_standing(scene, begin)
+    with stage("reading of roadmap and trajectories"):
+        context = load()
+    film = None
+    if request.video is not None:
+        Q = np.array([named.q for named in scene.cell.configurations.values()])
+        film = GifRecorder.named(request.video, view_of_motion(scene.cell, Q))
+    world = World(scene, begin.q, begin.tool_state, reality=request.reality, seed=request.seed)
+    sequence = QuerySequence(context, world, request.seed)
+    with closing(world):
+        try:
+            with stage("simulation"), progress("executing") as report:
+                carry_out = _simulated(world, film)
+                sequence.play(queries, lambda plan: carry_out(plan, report))
+        finally:
+            _tell_answers(request, queries, sequence)
+        if film is not None and request.video is not None:
+            film.write(request.video, request.overwrite)
+            click.echo(f"  wrote {request.video}", err=request.as_json)
+    if why := trouble([run for answer in sequence.answers for run in answer.runs]):
+        raise TrialAbortedError(why)
+
+
+def _tell_answers(request: _QueryRequest, queries: list[MotionQuery], sequence: QuerySequence) -> None:
+    """Print what came of queries; nothing where nothing was carried out."""
+    answers, world = sequence.answers, sequence.world
+    if request.as_json:
+        emit_json({"driver": SIMULATED, **answers_summary(queries, answers, world)})
+    elif any(answer.runs for answer in answers):
+        click.echo(answers_text(queries, answers, world))
 
 
 def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
@@ -206,7 +314,7 @@ def _driven(driver: Driver) -> Callable[[Plan, ProgressObserver], PlanRecord]:
     return lambda plan, report: drive(plan, driver, on_progress=report)
 
 
-def _simulated(world: World, film: GifRecorder | None) -> Callable[[Plan, ProgressObserver], PlanRecord]:
+def _simulated(world: World, film: GifRecorder | None) -> Callable[[Plan, ProgressObserver], Execution]:
     """What executes a plan in the simulated world, with all that it knows."""
     from pickcli.simulation.execute import execute
 

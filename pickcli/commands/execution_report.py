@@ -50,11 +50,25 @@ def execution_summary(
         "item": item,
         "item_is_in": where,
         "in_tote": None if where is None else where == "tote",
+        **runs_counts(runs),
+        "bridge": None if bridge is None else run_record(bridge),
+        "execution": None if main is None else run_record(main),
+    }
+
+
+def runs_counts(runs: Sequence[PlanRecord]) -> dict[str, Any]:
+    """Count over several executions.
+
+    Args:
+        runs: What was executed.
+
+    Returns:
+        JSON values by name.
+    """
+    return {
         "simulated_s": sum(run.duration for run in runs),
         "collisions": sum(len(_collisions(run)) for run in runs),
         "limit_violations": sum(len(run.limit_violations) for run in runs),
-        "bridge": None if bridge is None else _record(bridge),
-        "execution": None if main is None else _record(main),
     }
 
 
@@ -69,22 +83,45 @@ def execution_text(plans: Sequence[Plan], runs: Sequence[PlanRecord], world: Wor
     Returns:
         The text.
     """
-    lines, holder = [], "" if world is None else _holder(world)
-    for plan, run in zip(plans, runs, strict=False):
-        simulated = "" if world is None else " simulated"
-        told = f"{plan.query}: {run.stopped or 'done'}, {run.duration:.2f} s{simulated}"
-        lines += [told, *_lines(run, holder)]
+    lines = [line for plan, run in zip(plans, runs, strict=False) for line in run_lines(plan, run, world)]
     item, where = _whereabouts(plans[-1], world)
     if len(runs) < len(plans):
         lines.append(f"{plans[-1].query}: not started")
     if item is not None and world is not None:
-        place = {
-            "tote": "in the tote",
-            holder: f"still in the {holder}",
-            "outside": "in no place",
-        }
-        lines.append(f"  {item} is {place.get(where or '', f'in {where}')}")
+        lines.append(whereabouts_line(item, where or "", world))
     return "\n".join(lines)
+
+
+def run_lines(plan: Plan, run: PlanRecord, world: World | None) -> list[str]:
+    """Tell of one execution.
+
+    Args:
+        plan: The plan.
+        run: Its execution.
+        world: The simulated world; None where another driver did it.
+
+    Returns:
+        The lines.
+    """
+    simulated = "" if world is None else " simulated"
+    told = f"{plan.query}: {run.stopped or 'done'}, {run.duration:.2f} s{simulated}"
+    return [told, *_lines(run, "" if world is None else _holder(world))]
+
+
+def whereabouts_line(item: str, where: str, world: World) -> str:
+    """Tell where an item is.
+
+    Args:
+        item: Its id.
+        where: Name of a place, what holds it, or "outside".
+        world: The simulated world.
+
+    Returns:
+        The line.
+    """
+    holder = _holder(world)
+    place = {"tote": "in the tote", holder: f"still in the {holder}", "outside": "in no place"}
+    return f"  {item} is {place.get(where, f'in {where}')}"
 
 
 def _told_apart(
@@ -111,7 +148,15 @@ def _holder(world: World) -> str:
     return world.robot.tool.grip.holder
 
 
-def _record(run: PlanRecord) -> dict[str, Any]:
+def run_record(run: PlanRecord) -> dict[str, Any]:
+    """Record one execution.
+
+    Args:
+        run: The execution.
+
+    Returns:
+        JSON values by name.
+    """
     return {
         "stopped": run.stopped,
         "stop_cause": None if run.stop_cause is None else str(run.stop_cause),

@@ -37,7 +37,7 @@ COMMANDS: dict[str, str] = {
     "plan-stow": "Plan to stow one item: out of the tote, and set down in a bin.",
     "plan-move": "Plan a move between two configurations.",
     "verify": "Let the independent verifier check a plan.",
-    "execute": "Run a plan in pybullet, or by another driver.",
+    "execute": "Run a plan in pybullet, or by another driver; or answer queries there.",
     "check-driver": "Let a driver carry out a plan, and check that it keeps to the protocol.",
     "export": "Write a verified plan for a robot or for other tools.",
     "run-trial": "Play a whole order by the rules and keep score.",

@@ -20,6 +20,7 @@ from pickcli.commands.planner import (
     verify_option,
 )
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
+from pickcli.commands.stated_pick import destination, example, refuse_impossible
 
 if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
@@ -83,8 +84,8 @@ def command(
     scene.cell.require_places()
     refuse_held(scene, scene_path)
     out_of, item = _taken(pick, bin_name, item, scene)
-    into = _destination(scene, into, out_of)
-    _refuse_impossible(scene, out_of, item, into, "--bin" if pick is None else "--pick")
+    into = destination(scene, into, out_of)
+    refuse_impossible(scene, (out_of, item, into), ("--bin" if pick is None else "--pick", "--to"))
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
     asked = PickRequest(query, start, seed, roadmap, trajectories, learn, not no_verify)
 
@@ -102,52 +103,5 @@ def _taken(pick: str | None, place: str | None, item: str | None, scene: Scene) 
         raise click.UsageError("say once what is taken: --pick PLACE:ITEM, or --bin PLACE and --item ITEM")
     place, _, item = pick.partition(":")
     if not place or not item:
-        raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}{_example(scene)}")
+        raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}{example(scene)}")
     return place, item
-
-
-def _example(scene: Scene) -> str:
-    """A request that the scene has an item for, as the end of a sentence; "" if it has none."""
-    return next((f"; e.g. {placed.location}:{placed.item.name}" for placed in scene.items), "")
-
-
-def _destination(scene: Scene, place: str | None, out_of: str) -> str:
-    """The place that an item is brought to: as stated, else the tote. Raises InputError without either."""
-    from pickcli.errors import InputError
-    from pickcli.scene.scene import TOTE
-
-    if place is None and TOTE not in scene.cell.places:
-        names = ", ".join(_other_places(scene, out_of))
-        told = f"name one of its places with --to: {names}" if names else _NO_OTHER
-        raise InputError(f"where to? the cell has no tote; {told}")
-    return place or TOTE
-
-
-_NO_OTHER = "it has one place alone: add another one under places in its cell.yaml (docs/formats/cell.md)"
-
-
-def _other_places(scene: Scene, out_of: str) -> list[str]:
-    """Names of the places but that which is picked from."""
-    return [name for name in scene.cell.places if name != out_of]
-
-
-def _refuse_impossible(scene: Scene, out_of: str, item: str, into: str, option: str) -> None:
-    """Raise InputError, before any work, for what the scene alone says cannot be.
-
-    Names that are unknown (of the place to pick from, as an option states it), the place that the item is in
-    as the place to bring it to, or one too small for it.
-    """
-    from pickcli.errors import InputError, UnknownNameError
-    from pickcli.scene.scene import TOTE
-
-    places = scene.cell.places
-    for name, stated in ((out_of, option), (into, "--to")):
-        if name not in places:
-            raise UnknownNameError("place", name, list(places), stated)
-    placed = scene.find(item, out_of)
-    if into == out_of:
-        names = ", ".join(_other_places(scene, out_of))
-        told = f"name another place: {names}" if names else _NO_OTHER
-        raise InputError(f"--to: the item is taken from {into}; {told}")
-    if into != TOTE and (sizes := places[into].room.too_small_for(placed.item.shape.extents)):
-        raise InputError(f"--to: {placed.id} fits in no way into {into}: it has {sizes}; name another place")

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from pickcli.scene.scene import PoseNoise
     from pickcli.trial.order_file import Order
     from pickcli.trial.played_trial import TrialConditions
-    from pickcli.trial.stow_assignment import StowRule
     from pickcli.trial.trial_job import TrialJob
     from pickcli.trial.trials_folder import TrialsReport
 

@@ -13,7 +13,7 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.commands.plan_pick import _refuse_impossible
+from pickcli.commands.stated_pick import refuse_impossible
 from pickcli.errors import InputError
 from pickcli.scene.scene_file import read_scene
 from support.command_line import ITEM, Made, apc, misused, pick, refused
@@ -84,8 +84,8 @@ def test_a_bin_that_is_too_small_is_refused_at_once(made: Made, out: Path) -> No
     placed = scene.find(ITEM)
     large = replace(placed, item=replace(placed.item, shape=Shape(ShapeKind.BOX, (0.3, 0.3, 0.3))))
     with pytest.raises(InputError, match=r"fits in no way into bin_A: it has 300 x 300 x 300 mm, the place"):
-        _refuse_impossible(replace(scene, items=(large,)), "bin_C", ITEM, "bin_A", "--pick")
-    _refuse_impossible(replace(scene, items=(large,)), "bin_C", ITEM, "tote", "--pick")
+        refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "bin_A"), ("--pick", "--to"))
+    refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "tote"), ("--pick", "--to"))
 
 
 def test_a_goal_in_collision_has_no_plan(made: Made, out: Path) -> None:

@@ -1,0 +1,239 @@
+"""Queries answered one after the other in one simulated world: planned, verified and carried out in turn.
+
+Each is planned from where the arm stands after the one before, and from the scene as it then is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+from pickcli.geometry import Array
+from pickcli.kinematics.continuous_joints import turned_towards
+from pickcli.motion.plan import Plan
+from pickcli.planning.move import plan_move
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
+from pickcli.scene.scene import Scene
+from pickcli.seeds import derived_seed
+from pickcli.verification.verify import certify
+
+if TYPE_CHECKING:
+    from pickcli.simulation.execution import Execution
+    from pickcli.simulation.world import World
+
+THERE = 0.01  # rad or m, per joint, within which the arm stands where it was to go
+
+
+class QueryStep(Protocol):
+    """A motion that is planned and carried out as a whole."""
+
+    def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
+        """Plan it.
+
+        Args:
+            context: The cell, its models and its precomputed files.
+            scene: The scene as it is now.
+            start: Where the arm stands.
+            seed: Seed of all random choices.
+
+        Returns:
+            The plan, uncertified; None where there is nothing to do.
+
+        Raises:
+            NoPlanError: No motion was found; with the reasons.
+            InputError: The scene is not as the step needs it.
+        """
+
+    def after(self, scene: Scene) -> Scene:
+        """Tell what the scene will be like.
+
+        Args:
+            scene: The scene before, with every item in the place that earlier steps bring it to.
+
+        Returns:
+            The scene afterwards, its items in their new places; poses count for nothing.
+
+        Raises:
+            InputError: What the step is about is not there.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class MoveStep:
+    """A move of the empty tool.
+
+    Attributes:
+        name: What the goal is called.
+        q: (n,) the goal.
+    """
+
+    name: str
+    q: Array
+
+    def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
+        """Plan it.
+
+        Args:
+            context: The cell, its models and its precomputed files.
+            scene: The scene as it is now.
+            start: Where the arm stands.
+            seed: Seed of all random choices.
+
+        Returns:
+            The plan, uncertified; None where the arm is there already.
+
+        Raises:
+            NoPlanError: No motion was found; with the reasons.
+        """
+        goal = turned_towards(context.cell.robot.limits, self.q, start.q)
+        if abs(goal - start.q).max() <= THERE:
+            return None
+        return plan_move(context, scene, start, self.q, seed, f"move to {self.name}")
+
+    def after(self, scene: Scene) -> Scene:
+        """Leave the scene as it is.
+
+        Args:
+            scene: The scene before.
+
+        Returns:
+            The same scene.
+        """
+        return scene
+
+
+@dataclass(frozen=True)
+class PickStep:
+    """A pick.
+
+    Attributes:
+        query: What is taken, and where to.
+    """
+
+    query: PickQuery
+
+    def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
+        """Plan it.
+
+        Args:
+            context: The cell, its models and its precomputed files.
+            scene: The scene as it is now.
+            start: Where the arm stands.
+            seed: Seed of all random choices.
+
+        Returns:
+            The plan, uncertified; None where the arm is there already.
+
+        Raises:
+            NoPlanError: No motion was found; with the reasons.
+        """
+        return plan_pick(context, scene, self.query, start, seed)
+
+    def after(self, scene: Scene) -> Scene:
+        """Bring the item to the place that it is wanted in.
+
+        Args:
+            scene: The scene before.
+
+        Returns:
+            The scene with the item in that place.
+
+        Raises:
+            UnknownNameError: The item is not in the place that it is to be taken from.
+        """
+        placed = scene.find(self.query.item, self.query.out_of)
+        return scene.moved(replace(placed, location=self.query.into))
+
+
+@dataclass(frozen=True)
+class MotionQuery:
+    """What is asked for, in the words of who asks.
+
+    Attributes:
+        label: The words.
+        steps: What has to be done, in turn.
+    """
+
+    label: str
+    steps: tuple[QueryStep, ...]
+
+
+@dataclass(eq=False)
+class QueryAnswer:
+    """How a query was answered, as far as it was.
+
+    Attributes:
+        query: The query.
+        plans: Verified plans, in the order of time.
+        runs: Their executions.
+        item: Id of the item that it is about; "" where there is none.
+        item_is_in: Where the item was afterwards; "" where there is none.
+    """
+
+    query: MotionQuery
+    plans: list[Plan] = field(default_factory=list)
+    runs: list[Execution] = field(default_factory=list)
+    item: str = ""
+    item_is_in: str = ""
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether all that was carried out went as planned."""
+        return all(run.is_clean for run in self.runs)
+
+
+CarryOut: TypeAlias = Callable[[Plan], "Execution"]
+
+
+@dataclass(eq=False)
+class QuerySequence:
+    """Queries that are answered in one world.
+
+    Attributes:
+        context: What plans.
+        world: Where plans are carried out.
+        seed: Seed of all random choices.
+        answers: What was answered so far; of the last query as far as it came.
+    """
+
+    context: PlanningContext
+    world: World
+    seed: int = 0
+    answers: list[QueryAnswer] = field(default_factory=list)
+
+    def play(self, queries: Sequence[MotionQuery], carry_out: CarryOut) -> None:
+        """Answer queries in turn, until one does not go as planned or leaves something in the tool.
+
+        Args:
+            queries: The queries.
+            carry_out: Executes a verified plan in the world.
+
+        Raises:
+            NoPlanError: A query has no plan; with the reasons. What was done before stands in ``answers``.
+            RejectedError: The verifier refuses a plan.
+            InputError: What a query is about is not where it was to be.
+        """
+        for number, query in enumerate(queries):
+            answer = QueryAnswer(query)
+            self.answers.append(answer)
+            for k, step in enumerate(query.steps):
+                self._do(step, answer, derived_seed(self.seed, "query", str(number), str(k)), carry_out)
+                if not answer.is_clean or self.world.held is not None:
+                    return
+
+    def _do(self, step: QueryStep, answer: QueryAnswer, seed: int, carry_out: CarryOut) -> None:
+        world = self.world
+        scene = world.now()
+        plan = step.plan(self.context, scene, Start(world.q, world.tool_state), seed)
+        if plan is None:
+            return
+        answer.plans.append(certify(plan, scene))
+        answer.runs.append(carry_out(answer.plans[-1]))
+        if plan.grasp is not None:
+            answer.item = plan.grasp.item
+            held = world.held == answer.item
+            answer.item_is_in = world.robot.tool.grip.holder if held else world.placed(answer.item).location

@@ -1,0 +1,190 @@
+"""Queries on the command line of ``apc execute``: --pick and --move, as often as wanted, in the order given.
+
+A further kind is an entry of ``KINDS``: its words become a ``MotionQuery``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from pickcli.commands.configuration_option import parse_configuration
+from pickcli.commands.stated_pick import destination, example, refuse_impossible
+
+if TYPE_CHECKING:
+    from pickcli.api.query_sequence import MotionQuery, QueryAnswer
+    from pickcli.planning.start_state import Start
+    from pickcli.scene.scene import Scene
+    from pickcli.simulation.world import World
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def query_options(function: F) -> F:
+    """Give a command the options --pick and --move, which may be repeated and mixed.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options.
+    """
+    function = click.option(
+        "--move", "moves", metavar="FROM:TO", multiple=True,
+        help="A query in the stead of PLAN.json: move between two configurations (named, or numbers).",
+    )(function)  # fmt: skip
+    return click.option(
+        "--pick", "picks", metavar="PLACE:ITEM[:TO]", multiple=True,
+        help="A query in the stead of PLAN.json: take an item (its name, or an id of the scene) from a "
+        "place, to the tote or to another place.",
+    )(function)  # fmt: skip
+
+
+def queries_of(given: Sequence[tuple[str, str]], scene: Scene) -> list[MotionQuery]:
+    """Read queries.
+
+    Args:
+        given: "picks" or "moves" and the words, in the order given.
+        scene: The scene before the first.
+
+    Returns:
+        The queries.
+
+    Raises:
+        UsageError: One has another form.
+        InputError: A name is unknown, or the scene alone says that it cannot be.
+    """
+    queries: list[MotionQuery] = []
+    for kind, words in given:
+        queries.append(KINDS[kind](words, scene))
+        for step in queries[-1].steps:
+            scene = step.after(scene)
+    return queries
+
+
+def _pick(words: str, scene: Scene) -> MotionQuery:
+    from pickcli.api.query_sequence import MotionQuery, PickStep
+    from pickcli.planning.pick_problem import PickQuery
+
+    parts = words.split(":")
+    if not 2 <= len(parts) <= 3 or not all(parts):
+        raise click.UsageError(f"--pick: expected PLACE:ITEM or PLACE:ITEM:TO, got {words!r}{example(scene)}")
+    scene.cell.require_places()
+    out_of, item = parts[:2]
+    into = destination(scene, parts[2] if len(parts) == 3 else None, out_of, "as in --pick PLACE:ITEM:TO")
+    option = f"--pick {words}"
+    refuse_impossible(scene, (out_of, item, into), (option, option))
+    label = f"pick {item} from {out_of} to {into}"
+    # By its id: an item of the same name that was brought there before is another one.
+    return MotionQuery(label, (PickStep(PickQuery(out_of, scene.find(item, out_of).id, into=into)),))
+
+
+def _move(words: str, scene: Scene) -> MotionQuery:
+    from pickcli.api.query_sequence import MotionQuery, MoveStep
+
+    ends = words.split(":")
+    if len(ends) != 2 or not all(ends):
+        raise click.UsageError(f"--move: expected FROM:TO, got {words!r}; e.g. home:parked")
+    steps = tuple(MoveStep(name, parse_configuration(scene.cell, name)[0]) for name in ends)
+    return MotionQuery(f"move from {ends[0]} to {ends[1]}", steps)
+
+
+KINDS: dict[str, Callable[[str, Scene], MotionQuery]] = {"picks": _pick, "moves": _move}
+
+
+def configurations_in(given: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """The configurations that queries name, which tell the arm where a cell has several.
+
+    Args:
+        given: "picks" or "moves" and the words.
+
+    Returns:
+        Names, or numbers with commas.
+    """
+    return tuple(name for kind, words in given if kind == "moves" for name in words.split(":") if name)
+
+
+def start_of_queries(given: Sequence[tuple[str, str]], scene: Scene, start: str | None) -> Start:
+    """Tell where the robot stands before the first query.
+
+    Args:
+        given: "picks" or "moves" and the words.
+        scene: The scene.
+        start: Configuration from the command line; None for where the first move begins, else home.
+
+    Returns:
+        Configuration and state of the tool.
+
+    Raises:
+        InputError: The configuration is none of the cell.
+    """
+    from pickcli.planning.start_state import Start
+
+    kind, words = given[0]
+    name = start or (words.partition(":")[0] if kind == "moves" else "home")
+    q, tool_state = parse_configuration(scene.cell, name)
+    return Start(q, tool_state or scene.cell.robot.tool.default_state)
+
+
+def answers_summary(
+    queries: Sequence[MotionQuery], answers: Sequence[QueryAnswer], world: World
+) -> dict[str, Any]:
+    """Sum up what was done, as JSON values.
+
+    Args:
+        queries: All that was asked for.
+        answers: What was answered, as far as it was.
+        world: The world afterwards.
+
+    Returns:
+        Values by name.
+    """
+    from pickcli.commands.execution_report import run_record, runs_counts
+
+    runs = [run for answer in answers for run in answer.runs]
+    return {
+        **runs_counts(runs),
+        "held": world.held,
+        "queries": [
+            {
+                "query": answer.query.label,
+                "is_clean": answer.is_clean,
+                "item": answer.item or None,
+                "item_is_in": answer.item_is_in or None,
+                "motions": [
+                    {
+                        "plan": plan.query,
+                        "planning_ms": plan.statistics.get("planning_ms"),
+                        **run_record(run),
+                    }
+                    for plan, run in zip(answer.plans, answer.runs, strict=False)
+                ],
+            }
+            for answer in answers
+        ],
+        "not_started": [query.label for query in queries[len(answers) :]],
+    }
+
+
+def answers_text(queries: Sequence[MotionQuery], answers: Sequence[QueryAnswer], world: World) -> str:
+    """Sum up what was done in a few lines.
+
+    Args:
+        queries: All that was asked for.
+        answers: What was answered, as far as it was.
+        world: The world afterwards.
+
+    Returns:
+        The text.
+    """
+    from pickcli.commands.execution_report import run_lines, whereabouts_line
+
+    lines = []
+    for answer in answers:
+        for plan, run in zip(answer.plans, answer.runs, strict=False):
+            lines += run_lines(plan, run, world)
+        if answer.item:
+            lines.append(whereabouts_line(answer.item, answer.item_is_in, world))
+    return "\n".join([*lines, *(f"{query.label}: not started" for query in queries[len(answers) :])])

@@ -1,0 +1,82 @@
+"""What commands that pick check of a request before any work: its places, its item, and whether that fits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pickcli.errors import InputError, UnknownNameError
+
+if TYPE_CHECKING:
+    from pickcli.scene.scene import Scene
+
+_NO_OTHER = "it has one place alone: add another one under places in its cell.yaml (docs/formats/cell.md)"
+
+
+def example(scene: Scene) -> str:
+    """Show a request that the scene has an item for.
+
+    Args:
+        scene: The scene.
+
+    Returns:
+        The end of a sentence; "" if the scene has no item.
+    """
+    return next((f"; e.g. {placed.location}:{placed.item.name}" for placed in scene.items), "")
+
+
+def destination(scene: Scene, place: str | None, out_of: str, how: str = "with --to") -> str:
+    """Tell the place that an item is brought to.
+
+    Args:
+        scene: The scene.
+        place: The place as stated; None where nothing was said.
+        out_of: The place that it is taken from.
+        how: How a place is stated, for the message.
+
+    Returns:
+        The place as stated, else the tote.
+
+    Raises:
+        InputError: Nothing was said, and the cell has no tote.
+    """
+    from pickcli.scene.scene import TOTE
+
+    if place is None and TOTE not in scene.cell.places:
+        names = ", ".join(_other_places(scene, out_of))
+        told = f"name one of its places {how}: {names}" if names else _NO_OTHER
+        raise InputError(f"where to? the cell has no tote; {told}")
+    return place or TOTE
+
+
+def refuse_impossible(scene: Scene, pick: tuple[str, str, str], stated: tuple[str, str]) -> None:
+    """Refuse, before any work, what the scene alone says cannot be.
+
+    Args:
+        scene: The scene.
+        pick: The place to pick from, the item's name or id, and the place to bring it to.
+        stated: The options that state the first place and the other one, for messages.
+
+    Raises:
+        InputError: A name is unknown, the item is to be brought to where it is, or is too large for there.
+    """
+    from pickcli.scene.scene import TOTE
+
+    out_of, item, into = pick
+    places = scene.cell.places
+    for name, option in zip((out_of, into), stated, strict=True):
+        if name not in places:
+            raise UnknownNameError("place", name, list(places), option)
+    placed = scene.find(item, out_of)
+    if into == out_of:
+        names = ", ".join(_other_places(scene, out_of))
+        told = f"name another place: {names}" if names else _NO_OTHER
+        raise InputError(f"{stated[1]}: the item is taken from {into}; {told}")
+    if into != TOTE and (sizes := places[into].room.too_small_for(placed.item.shape.extents)):
+        raise InputError(
+            f"{stated[1]}: {placed.id} fits in no way into {into}: it has {sizes}; name another place"
+        )
+
+
+def _other_places(scene: Scene, out_of: str) -> list[str]:
+    """Names of the places but that which is picked from."""
+    return [name for name in scene.cell.places if name != out_of]
