@@ -56,7 +56,7 @@ class SignFlipTest:
         p_value = float(np.mean(np.abs(means) >= abs(mean) - slack))
         beside = means - mean * balance  # the flipped mean of what is left when the mean is taken off
         low, high = mean - _reach(beside, -balance), mean + _reach(beside, balance)
-        return cls(len(d), mean, low, high, p_value)
+        return cls(len(d), mean, low - slack, high + slack, p_value)
 
     @property
     def is_significant(self) -> bool:
