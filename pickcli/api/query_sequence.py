@@ -32,7 +32,7 @@ class QueryStep(Protocol):
     """A motion that is planned and carried out as a whole."""
 
     def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
-        """Plan it.
+        """Plan the motion of this step.
 
         Args:
             context: The cell, its models and its precomputed files.
@@ -75,7 +75,7 @@ class MoveStep:
     q: Array
 
     def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
-        """Plan it.
+        """Plan the motion of this step.
 
         Args:
             context: The cell, its models and its precomputed files.
@@ -117,7 +117,7 @@ class PickStep:
     query: PickQuery
 
     def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
-        """Plan it.
+        """Plan the motion of this step.
 
         Args:
             context: The cell, its models and its precomputed files.

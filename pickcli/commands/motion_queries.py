@@ -43,7 +43,7 @@ def query_options(function: F) -> F:
 
 
 def queries_of(given: Sequence[tuple[str, str]], scene: Scene) -> list[MotionQuery]:
-    """Read queries.
+    """Read the queries of a command line.
 
     Args:
         given: "picks" or "moves" and the words, in the order given.

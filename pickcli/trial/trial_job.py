@@ -51,7 +51,7 @@ class TrialJob:
         return digest(["trial", cells, repr(self.conditions), self.read, self.sources])
 
     def keys(self, seeds: Sequence[int]) -> list[Key]:
-        """All tasks.
+        """Tell the tasks that orders and seeds make.
 
         Args:
             seeds: Seeds that each order is played with.
