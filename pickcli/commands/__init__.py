@@ -8,6 +8,7 @@ Read in this order:
 - Online: `make_order`, `make_scene`, `plan_stow`, `plan_move`, `verify`, `execute`, `check_driver`,
   `export` and `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for many.
 - What is in a file, and whether it is right: `inspect`, `show` and `check`.
+- Items: `show_grasps` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the
   `configuration_option`, `scene_options`, `build_options`, `trial_options`, `pod_shift`; `logs` has --verbose
   and --debug.

@@ -48,6 +48,8 @@ COMMANDS: dict[str, str] = {
     "refresh": "Make a roadmap or trajectory database right for a cell that changed.",
     "cache": "Show what is in the cache of built files, or delete it.",
     "show": "Make a page to watch a cell, scene, plan, trial, roadmap or database in 3-D.",
+    "show-grasps": "Make a page of an item with its regions and candidate grasps.",
+    "import-tsr": "Read KTH's task space regions into a file of items.",
     "inspect": "Show what is in a roadmap, database, plan, scene or cell.",
 }
 

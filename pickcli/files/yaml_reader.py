@@ -9,7 +9,7 @@ error that says what to write instead.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from math import inf, isfinite
 from pathlib import Path
@@ -167,13 +167,16 @@ def quoted(name: str) -> str:
     return str(dumped)[1:-2]
 
 
-def read_yaml(path: Path, wanted: FileKind | None = None, is_json: bool = False) -> Source:
+def read_yaml(
+    path: Path, wanted: FileKind | None = None, is_json: bool = False, tags: Collection[str] = ()
+) -> Source:
     """Read values and marks of a YAML file, or of a JSON file, which is YAML too.
 
     Args:
         path: The file; what is named `.json` must be JSON and nothing else.
         wanted: The kind that the file should be of; None for any.
         is_json: Whether it must be JSON whatever its name.
+        tags: Tags that are passed over; they make nothing of a value.
 
     Returns:
         The values with their places.
@@ -181,16 +184,17 @@ def read_yaml(path: Path, wanted: FileKind | None = None, is_json: bool = False)
     Raises:
         InputError: With every mistake found and its place.
     """
-    return parse_yaml(read_text(path, MAX_BYTES, wanted=wanted), path, is_json)
+    return parse_yaml(read_text(path, MAX_BYTES, wanted=wanted), path, is_json, tags)
 
 
-def parse_yaml(text: str, path: Path, is_json: bool = False) -> Source:
+def parse_yaml(text: str, path: Path, is_json: bool = False, tags: Collection[str] = ()) -> Source:
     """Read a YAML or JSON text as ``read_yaml`` reads a file.
 
     Args:
         text: The text.
         path: The file whose content it is or would be; `.json` asks for JSON.
         is_json: Whether it must be JSON whatever its name.
+        tags: Tags that are passed over; they make nothing of a value.
 
     Returns:
         The values with their places.
@@ -203,7 +207,7 @@ def parse_yaml(text: str, path: Path, is_json: bool = False) -> Source:
     if is_json or path.suffix.lower() == ".json":
         refuse_bad_syntax(text, str(path))
         text = _without_tabs_around(text)
-    events = _Events(source, _SURROGATES.sub(_character, text))
+    events = _Events(source, _SURROGATES.sub(_character, text), tags)
     try:
         source.data = events.document()
     except yaml.MarkedYAMLError as error:
@@ -239,8 +243,8 @@ def _character(match: re.Match[str]) -> str:
 class _Events:
     """Builds plain values from the event stream, one call per node, depth bounded."""
 
-    def __init__(self, source: Source, text: str) -> None:
-        self.source = source
+    def __init__(self, source: Source, text: str, tags: Collection[str] = ()) -> None:
+        self.source, self.tags = source, tags
         self.stream: Iterator[Any] = yaml.parse(text, Loader=_LOADER)
 
     def document(self) -> Any:
@@ -259,7 +263,7 @@ class _Events:
         """The value that starts with ``event`` and stands at ``key``."""
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
             self.refuse(event, "anchors and aliases are not allowed; write the value out")
-        if event.tag is not None and event.tag != "!":
+        if event.tag is not None and event.tag != "!" and event.tag not in self.tags:
             self.refuse(event, f"tag {event.tag} is not allowed; leave it out")
         if len(key) > MAX_DEPTH:
             self.refuse(event, f"nested deeper than {MAX_DEPTH} levels")

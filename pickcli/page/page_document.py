@@ -74,7 +74,7 @@ class PageDocument:
     """Everything that one page shows.
 
     Attributes:
-        kind: "cell", "scene", "plan", "roadmap", "trajectory database", "trial" or "trials".
+        kind: "cell", "scene", "plan", "roadmap", "trajectory database", "trial", "trials" or "grasps".
         title: Heading.
         subtitle: Under it.
         facts: Rows of the panel.

@@ -23,6 +23,7 @@ from pickcli.files.file_kind import (
     STORE,
     TRIAL,
     TRIALS,
+    TSRS,
     URDF,
     FileKind,
 )
@@ -67,6 +68,8 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "check": {"path": STORE, "cell_name": CELL},
     "refresh": {"path": STORE, "cell_name": CELL},
     "cache": {},
+    "show-grasps": {"cell_name": CELL, "items_path": ITEMS},
+    "import-tsr": {"path": TSRS, "items_path": ITEMS},
     "inspect": {"path": None, "cell_name": CELL, "items_path": ITEMS},
     "show": {"path": None, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
 }  # fmt: skip
@@ -95,9 +98,12 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     found[TRIAL].write_text('{\n  "score": 10,\n  "max_score": 20\n}\n')
     found[JOINT_LIMITS].write_text("joint_limits:\n  joint_s: {}\n")
     found[SRDF].write_text('<robot name="arm">\n  <disable_collisions link1="a" link2="b"/>\n</robot>\n')
+    tsrs = folder / "regions.tsrs"
+    tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")
     return found | {
         PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
         ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf, TRIALS: folder,
+        TSRS: tsrs,
     }  # fmt: skip
 
 
@@ -105,12 +111,14 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     """A right call of a command but for one file."""
     right: dict[str, object] = {
         "bin_name": "bin_C", "item": ITEM, "start": "home", "goal": "bin_C", "output": out,
-        "folder": out, "format_name": "joint-trajectory",
+        "folder": out, "format_name": "joint-trajectory", "item_name": ITEM,
     }  # fmt: skip
     argv: list[object] = [command]
     if command == "check-driver":
         right["driver_name"] = "recorder"
     needed = {"scene_path", "urdf"}
+    if command == "show-grasps":
+        right["output"] = out.with_suffix(".html")
     if command == "show":
         needed -= {"scene_path"} if name == "path" else set()  # only a plan is shown in a scene
         right["output"] = out.with_suffix(".html")

@@ -32,6 +32,7 @@ RANDOM = {
     "plan-move",
     "execute",
     "run-trial",
+    "show-grasps",
     "suggest-configurations",
     "suggest-mount",
 }

@@ -11,9 +11,9 @@ export class RobotView {
     this.meshes = [];
     this.frames = robot.links.map((link) => this.#link(link));
     this.group.add(this.frames[0]);
-    const moved = new Map(robot.moved.map((name, k) => [name, k]));
+    const moved = new Map((robot.moved ?? []).map((name, k) => [name, k]));
     this.joints = [];
-    for (const joint of robot.joints) {
+    for (const joint of robot.joints ?? []) {
       const frame = place(new THREE.Group(), joint.pose);
       this.frames[joint.parent].add(frame);
       frame.add(this.frames[joint.child]);
@@ -23,7 +23,7 @@ export class RobotView {
     }
     this.tip = place(new THREE.Object3D(), robot.tip);
     this.frames[robot.tip_link].add(this.tip);
-    this.set(robot.start);
+    this.set(robot.start ?? []);
   }
 
   #link(link) {

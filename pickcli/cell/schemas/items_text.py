@@ -1,0 +1,57 @@
+"""Items as the text of a file of items, which ``read_items`` reads to the same items."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pickcli.cell.item import Item
+from pickcli.files.yaml_reader import quoted
+
+_OPTIONAL = ("why_not", "folded")
+
+
+def items_text(items: Sequence[Item], comment: str = "") -> str:
+    """Write items of one year.
+
+    Args:
+        items: The items, at least one, all of the same year.
+        comment: Lines for who reads the file.
+
+    Returns:
+        The text.
+    """
+    head = [f"# {line}".rstrip() for line in comment.splitlines()]
+    lines = [*head, "format: apc items", "version: 1", f"year: {items[0].year}", "items:"]
+    for item in items:
+        lines += [f"  {item.name}:", *(f"    {line}" for line in _lines(item))]
+    return "\n".join(lines) + "\n"
+
+
+def _lines(item: Item) -> Iterator[str]:
+    """The keys of an item, as docs/formats/items.md has them."""
+    yield f"{item.shape.kind.value}: [{', '.join(map(repr, item.shape.size))}]"
+    yield f"mass: {item.mass!r}"
+    if item.mass_error != 0.1:
+        yield f"mass_error: {item.mass_error!r}"
+    yield f"bonus: {item.bonus}"
+    yield "seal: 0.0"
+    if seals := {face: share for face, share in item.seals.items() if share > 0.0}:
+        yield f"seals: {{{', '.join(f'{quoted(face)}: {share!r}' for face, share in seals.items())}}}"
+    if item.areas:
+        yield "areas:"
+        for face, area in item.areas.items():
+            limits = ", ".join(f"{axis}: [{low!r}, {high!r}]" for axis, (low, high) in area.items())
+            yield f"  {quoted(face)}: {{{limits}}}"
+    yield f"seal_source: {_text(item.seal_source)}"
+    yield f"seal_inset: {item.seal_inset!r}"
+    if item.speed_scale != 1.0:
+        yield f"speed_scale: {item.speed_scale!r}"
+    for key in _OPTIONAL:
+        if text := getattr(item, key):
+            yield f"{key}: {_text(text)}"
+    yield f"source: {_text(item.source)}"
+
+
+def _text(text: str) -> str:
+    """A text in quotes, whatever stands in it."""
+    return quoted(text) if not text.replace(" ", "a").replace("_", "a").isalnum() else f'"{text}"'
