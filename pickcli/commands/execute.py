@@ -205,7 +205,8 @@ def _answer(request: _QueryRequest, scene: Scene, load: Callable[[], PlanningCon
     from pickcli.api.query_sequence import QuerySequence
     from pickcli.commands.execution_report import trouble
     from pickcli.errors import TrialAbortedError
-    from pickcli.simulation.camera import GifRecorder, view_of_motion
+    from pickcli.simulation.camera import GifRecorder
+    from pickcli.simulation.camera_view import view_of_motion
     from pickcli.simulation.world import World
 
     queries = queries_of(request.given, scene)

@@ -96,9 +96,9 @@ def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value:
 @json_option
 def command(
     order_paths: tuple[Path, ...], seeds: tuple[int, ...], output: Path, overwrite: bool,
-    pose_noise: PoseNoise, stow_rule: str, pod_shift: Displacement | str | None, reality_path: Path | None, cell_name: str,
-    items_path: Path | None, arm: str | None, roadmap: Path | None, trajectories: Path | None,
-    jobs: int | None, scheduler: str | None, as_json: bool,
+    pose_noise: PoseNoise, stow_rule: str, pod_shift: Displacement | str | None, reality_path: Path | None,
+    cell_name: str, items_path: Path | None, arm: str | None, roadmap: Path | None,
+    trajectories: Path | None, jobs: int | None, scheduler: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Play orders with many seeds, and tell how scores are distributed.
 
