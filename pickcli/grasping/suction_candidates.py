@@ -23,6 +23,8 @@ from pickcli.motion.plan import Grasp, GraspKind
 MAX_FRONTAL_TILT = np.radians(30.0)
 # From above it may lean as far as walls and neighbours let it, which is asked of the tool by itself.
 MAX_LEAN_FROM_ABOVE = np.radians(75.0)
+# A lance across the way in may roll about itself, so that its cup meets faces that lean to either side; it is
+# pitched little, and does not come from below.
 MAX_ACROSS_TILT = np.radians(25.0)
 LANCE_CLEAR = 0.02  # m from the axis of the lance to a lip: its radius, the clearance, the cover's excess
 TRIES_PER_PLACE = 8
@@ -82,7 +84,8 @@ def _nothing_to_hold(target: GraspTarget, tool: Tool) -> Reason:
     if target.place.access.is_from_above:
         lean = f"{sealing} lean by over {np.degrees(MAX_LEAN_FROM_ABOVE):.0f} degrees, or point down"
         return Reason("no face within reach", target.id, lean)
-    return Reason("no face within reach", target.id, f"{sealing} point neither at the mouth nor up nor aside")
+    told = f"{sealing} point neither at the mouth, nor across the way in, or point down"
+    return Reason("no face within reach", target.id, told)
 
 
 def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Generator, n: int) -> Array:
@@ -172,7 +175,7 @@ def _kinds(along: Array, most_tilt: float) -> tuple[Array, dict[str, NDArray[np.
     is_frontal = along[:, 0] >= np.cos(most_tilt)
     down, aside = -along[:, 2], np.abs(along[:, 1])
     off = np.arccos(np.minimum(1.0, np.where(is_frontal, along[:, 0], np.maximum(down, aside))))
-    is_across = ~is_frontal & (off <= MAX_ACROSS_TILT)
+    is_across = ~is_frontal & (np.maximum(np.abs(along[:, 0]), along[:, 2]) <= np.sin(MAX_ACROSS_TILT))
     is_down = down >= aside
     return off, {"frontal": is_frontal, "top-down": is_across & is_down, "side": is_across & ~is_down}
 

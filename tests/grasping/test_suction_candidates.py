@@ -206,3 +206,22 @@ def test_what_lies_on_a_side_says_how_far_its_faces_lean() -> None:
     target = GraspTarget("cards", item, on_edge, place)
     (told,) = sample_suctions(target, CRATES.robot.tool, np.random.default_rng(0)).rejected
     assert str(told) == "cards: no face within reach: +z, -z lean by over 75 degrees, or point down"
+
+
+@pytest.mark.parametrize("lean", [-75, -60, -45, -30, 30, 45, 60, 75])
+def test_a_face_that_leans_to_a_side_is_met_by_a_lance_that_rolls(lean: float) -> None:
+    """Into a bin: the cup faces the leaning face squarely, and the lance still lies along the way in."""
+    T = pose([0.25, 0.0, 0.05], rpy=(np.radians(lean), 0.0, 0.0))
+    grasps = sampled("jane_eyre_dvd", T, USUAL)
+    kind = "top-down" if abs(lean) < 45 else "side"
+    assert grasps and (abs(lean) == 45 or {grasp.kind for grasp in grasps} == {kind})
+    for grasp in grasps:
+        tip = (T @ grasp.T_item_tip)[:3, :3]
+        assert abs(tip[:, 2] @ T[:3, 2]) >= np.cos(TOOL.cup.tilt + 1e-6)
+        assert max(abs(tip[0, 2]), tip[2, 2]) <= np.sin(np.radians(25.0) + TOOL.cup.tilt)
+
+
+@pytest.mark.parametrize(("pitch", "is_met"), [(20.0, True), (40.0, False)])
+def test_a_lance_across_is_pitched_little(pitch: float, is_met: bool) -> None:
+    T = pose([0.25, 0.0, 0.05], rpy=(0.0, np.radians(pitch), 0.0))  # its face leans into the bin
+    assert bool(sampled("jane_eyre_dvd", T, USUAL)) is is_met
