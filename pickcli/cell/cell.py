@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pickcli.cell.device import Device
-from pickcli.cell.item import Item
+from pickcli.cell.item import Item, item_suggestion
 from pickcli.cell.place import Place
 from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body
@@ -251,5 +251,6 @@ class Cell:
         """
         years = [found for known, found in self.items if known == name]
         if not years:
-            raise UnknownNameError("item", name, sorted({n for n, _ in self.items}))
+            known = sorted({n for n, _ in self.items})
+            raise UnknownNameError("item", name, known, hint=item_suggestion(name, known))
         return self.items[name, year if year in years else max(years)]

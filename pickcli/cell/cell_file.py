@@ -192,6 +192,8 @@ def cell_file(name_or_path: str | Path) -> Path:
             if candidate.is_file():
                 return candidate
     hint = "it is a folder without cell.yaml" if path.is_dir() else ""
+    if path.suffix in (".yaml", ".yml") and len(path.parts) > 1:
+        hint = "there is no such file; name the folder of a cell.yaml"
     with suppress(OSError):
         beside = sorted(str(file.parent) for file in path.parent.glob("*/cell.yaml"))
     raise UnknownNameError("cell", str(name_or_path), [*cell_names(), *beside], hint=hint)

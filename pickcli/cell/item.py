@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.errors import suggestion
 from pickcli.geometry import Array
 
+OWN_ITEMS = "items of your own: --items"  # where an item is not known
 LYING = 0.7  # vertical part of a cylinder's axis, below which it rolls
 
 
@@ -100,3 +102,17 @@ class Item:
         """
         is_lying = abs(float(R[2, 2])) < LYING
         return self.shape.kind is ShapeKind.SPHERE or (self.shape.kind is ShapeKind.CYLINDER and is_lying)
+
+
+def item_suggestion(name: str, known: Collection[str]) -> str:
+    """What to write instead of an item's unknown name.
+
+    Args:
+        name: As it was given.
+        known: Names of the items that are known.
+
+    Returns:
+        The names that could be meant; without any the known ones, and how to name a file of items.
+    """
+    found = suggestion(name, known)
+    return found if found.endswith("?") else f"{found} ({OWN_ITEMS})"

@@ -65,6 +65,7 @@ _BY_MARK = (  # where no format is stated
     (re.compile(_KEY % rb"(?:bin_contents|tote_contents|work_order|moves)", re.MULTILINE), ORDER),
     (re.compile(rb"<(?:disable_collisions|group|group_state|end_effector)\b"), SRDF),
     (re.compile(rb"<robot\b"), URDF),
+    (re.compile(rb"^(?:robots?|arms|configurations)\s*:", re.MULTILINE), CELL),
     (re.compile(_KEY % rb"joint_limits", re.MULTILINE), JOINT_LIMITS),
 )
 

@@ -93,6 +93,14 @@ def _advice(text: str, error: json.JSONDecodeError) -> str:
         return f"it begins with {rest[:12].split(chr(10))[0]!r}; is it the right file?"
     if word := re.match(r"[A-Za-z_]\w*", rest):
         return _advice_about(word.group())
+    if rest[0].isdecimal() and re.search(r"\d,$", text[: error.pos]):
+        return "a comma in a number, or a key without quotes; numbers have a decimal point"
+    if number := re.match(r"\+|-?\.(?=\d)", rest):
+        return "a number begins with a digit or -; " + (
+            "leave out the +" if number.group() == "+" else "write 0 before the point"
+        )
+    if error.msg == "Extra data":
+        return f"the text goes on after its end with {rest[:12]!r}; one file holds one value"
     if rest.startswith("'"):
         return "single quotes are not JSON; use double quotes"
     if rest[0] in ",]}" and (before.endswith(",") or "trailing comma" in error.msg):

@@ -8,7 +8,7 @@ from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 from annotated_types import Len
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, Tag, ValidationError
 
 from pickcli.errors import suggestion
 from pickcli.files.yaml_reader import MOST_TOLD, Key, Source
@@ -103,6 +103,7 @@ def note(source: Source, model: type[BaseModel], detail: Any) -> None:
     key: Key = detail["loc"]
     if key[-1:] == (KEY_MARK,) and detail["type"] != "extra_forbidden":
         key = key[:-1]
+    key = _without_marks(model, key)
     # Where a kind chooses from a union, pydantic puts it into the place, where it is no key of the file.
     place = tuple(part for i, part in enumerate(key) if not _is_tagged(_annotation(model, key[:i])))
     is_of_kind = detail["type"] in (UNKNOWN_TAG, NO_TAG)
@@ -141,6 +142,8 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
         return f"expected {_meaning(model, key)}, got nothing; {_addition(model, key, 'fill it in')}"
     meaning = _meaning(model, key)
     advice = _unit(meaning) if _is_far_off(detail) else "correct it"
+    if kind in _NUMBERS and isinstance(given, str):
+        advice = _number_advice(given, meaning)
     got = f"{len(given)}" if kind in _BOUNDS else _short(given)
     return f"expected {_wanted(model, key, detail)}, got {got}; {advice}"
 
@@ -162,16 +165,21 @@ def _addition(model: type[BaseModel], key: Key, otherwise: str = "add it") -> st
 def _wanted(model: type[BaseModel], key: Key, detail: Any) -> str:
     """What a field means and what it may be, each once."""
     kind, meaning = detail["type"], _meaning(model, key)
+    if kind == "literal_error":
+        choices = detail["ctx"]["expected"]
+        is_said = all(word.lower() in meaning for word in re.findall(r"\w+", choices))
+        return meaning if is_said else choices if meaning == NO_MEANING else f"{meaning}: {choices}"
     if kind in _BOUNDS:
         word, bound = _BOUNDS[kind]
         expected = f"{word} {detail['ctx'][bound]} entries"
+    elif kind == PATTERN:
+        expected = _NAMES.get(detail["ctx"]["pattern"]) or f"text that matches '{detail['ctx']['pattern']}'"
     else:
         expected = _TYPES.get(kind) or detail["msg"].removeprefix("Input should ")
-        expected = re.sub(r"^String should match pattern", "text that matches", expected)
         expected = re.sub(r"^String should have", "text of", expected)
         expected = expected.removeprefix("be ").removeprefix("have ")
     is_part = bool(key) and str(key[-1]) not in _fields(model, key[:-1])  # of a list or mapping
-    if meaning == NO_MEANING or (is_part and kind in (*_TYPES, *_BOUNDS)):
+    if meaning == NO_MEANING or (is_part and kind in (*_TYPES, *_BOUNDS, PATTERN)):
         return f"{NO_MEANING} {expected}" if expected.startswith(("less", "greater")) else expected
     is_said = kind in _TYPES and meaning.startswith(expected.split(" {")[0].split(" [")[0])
     return meaning if is_said or meaning.startswith(expected) else f"{meaning}: {expected}"
@@ -180,6 +188,13 @@ def _wanted(model: type[BaseModel], key: Key, detail: Any) -> str:
 # What is said of JSON in the words of Python otherwise.
 _TYPES = {"model_type": "an object {...}", "dict_type": "an object {...}", "list_type": "a list [...]",
           "tuple_type": "a list [...]", "string_type": "text in quotes"}  # fmt: skip
+_NUMBERS = ("float_type", "float_parsing", "int_type", "int_parsing")
+PATTERN = "string_pattern_mismatch"
+_NAMES = {  # by what a text must match
+    r"^[A-Za-z][A-Za-z0-9_]*$": "a name of letters, digits and _, a letter first",
+    r"^[A-Za-z0-9_]*$": "letters, digits and _ alone",
+    r"^[a-z0-9_]+$": "a name of small letters, digits and _",
+}
 _BOUNDS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 NO_MEANING = "a value"
 KEY_MARK = "[key]"  # ends pydantic's place of what is wrong about a key and not about its value
@@ -199,10 +214,34 @@ def _is_far_off(detail: Any) -> bool:
 
 def _unit(meaning: str) -> str:
     """What to do about a figure that is far too large: it was meant in another unit."""
-    found = re.search(r"(?<!/)\b(m/s|m|rad|s|kg)\b(?!/| ?\()", meaning)
-    return "correct it" if found is None else _UNITS[found.group()]
+    found = _UNIT.search(meaning)
+    if found is not None:
+        return _UNITS[found.group()]
+    return "shares are of 1, not per cent" if re.search(r"\b(shares?|factor)\b", meaning) else "correct it"
 
 
+def _number_advice(text: str, meaning: str) -> str:
+    """What to do about a text where a number should stand."""
+    number = re.fullmatch(r"([-+\u2212]?)(\d*[.,]?\d+)(.*)", text.strip(), re.DOTALL)
+    if number is None:
+        return "correct it"
+    sign, digits, rest = number.groups()
+    plain = ("-" if sign in ("-", "\u2212") else "") + digits.replace(",", ".")
+    if rest.strip() == "%":
+        return f"write {float(plain) / 100:g}, as shares are of 1"
+    if rest:
+        unit = _UNIT.search(meaning)
+        return f"write the number alone{'' if unit is None else f', in {unit.group()}'}"
+    if "," in digits:
+        return f"write {plain}, with a point"
+    return (
+        f"write {plain}, with the minus of the keyboard"
+        if sign == "\u2212"
+        else f"write {plain}, without quotes"
+    )
+
+
+_UNIT = re.compile(r"(?<![/'\w])(m/s|m|rad|s|kg)\b(?!/| ?\()")
 _UNITS = {
     "m/s": "speeds are in m/s, not mm/s",
     "m": "lengths are in m, not mm",
@@ -215,7 +254,9 @@ _UNITS = {
 def _short(value: Any) -> str:
     """The beginning of a value as JSON, however large it is."""
     text = ""
-    for part in json.JSONEncoder().iterencode(value[:MAX_SHOWN] if isinstance(value, str) else value):
+    for part in json.JSONEncoder(ensure_ascii=False).iterencode(
+        value[:MAX_SHOWN] if isinstance(value, str) else value
+    ):
         text += part
         if len(text) > MAX_SHOWN:
             return text[: MAX_SHOWN - 3] + "..."
@@ -269,6 +310,22 @@ def _fields_of(annotation: Any) -> dict[str, Any]:
 def _is_tagged(annotation: Any) -> bool:
     """Whether an annotation is a union of models that are told apart by their key ``kind``."""
     return any(getattr(a, "discriminator", None) == TAG for a in get_args(annotation))
+
+
+def _without_marks(model: type[BaseModel], key: Key) -> Key:
+    """The key without what pydantic writes into it where a function chooses from a union."""
+    found: Key = ()
+    is_chosen = False
+    for part in key:
+        is_chosen = not is_chosen and part in _marks(_annotation(model, found))
+        found = found if is_chosen else (*found, part)
+    return found
+
+
+def _marks(annotation: Any) -> set[str]:
+    """The tags of a union of which a function chooses one."""
+    members = get_args(get_args(annotation)[0]) if get_origin(annotation) is Annotated else ()
+    return {mark.tag for member in members for mark in get_args(member)[1:] if isinstance(mark, Tag)}
 
 
 def _of_tag(annotation: Any, tag: int | str) -> Any:

@@ -182,5 +182,9 @@ def read_xml(path: Path, wanted: FileKind = URDF) -> Element:
     try:
         parser.Parse(text.encode("utf-8"), True)
     except expat.ExpatError as error:
-        raise InputError(f"{path}:{error.lineno}:{error.offset + 1}: not XML: {error}") from None
+        what = expat.ErrorString(error.code)
+        hint = "; a tag is not closed, or the file is cut off" * (
+            what in ("no element found", "mismatched tag")
+        )
+        raise InputError(f"{path}:{error.lineno}:{error.offset + 1}: not XML: {what}{hint}") from None
     return top.children[0]

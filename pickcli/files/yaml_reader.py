@@ -213,14 +213,30 @@ def parse_yaml(text: str, path: Path, is_json: bool = False, tags: Collection[st
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        is_tab = "\t" in "".join(_LINE_BREAK.split(text)[line - 1 : line])[:column]
-        cure = "indent with spaces, not tabs" if is_tab else "is a bracket open, or the file cut off?"
-        what = f"not YAML: {error.problem or error.context}; {cure}"
+        what = f"not YAML: {error.problem or error.context}; {_cure(error, text)}"
         raise InputError(f"{path}:{line}:{column}: {what}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{path}: not YAML: {error}") from None
     source.check()
     return source
+
+
+def _cure(error: yaml.MarkedYAMLError, text: str) -> str:
+    """What to do about a text that is not YAML: what is wrong often stands before the place of the error."""
+    mark, begin = error.problem_mark or error.context_mark, error.context_mark
+    lines = _LINE_BREAK.split(text)
+    here = "".join(lines[mark.line : mark.line + 1]) if mark else ""
+    if mark and "\t" in here[: mark.column + 1]:
+        return "indent with spaces, not tabs"
+    if mark and (
+        found := [i for i in range(mark.line + 1) if "\N{NO-BREAK SPACE}" in "".join(lines[i : i + 1])]
+    ):
+        return f"there is a no-break space in line {found[-1] + 1}; write a usual one"
+    if begin is not None and "flow" in (error.context or ""):
+        return f"is a comma missing, or the bracket of line {begin.line + 1}, column {begin.column + 1} open?"
+    if begin is None or mark is None or begin.line >= mark.line:
+        return "is a bracket open, or the file cut off?"
+    return "is the line indented as those beside it, or a bracket open, or the file cut off?"
 
 
 _LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as YAML counts lines

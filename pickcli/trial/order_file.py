@@ -19,10 +19,11 @@ from pydantic import Field
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
+from pickcli.cell.item import item_suggestion
 from pickcli.cell.station import TOTE
 from pickcli.errors import InputError, UnknownNameError, shortened, suggestion
 from pickcli.files.file_kind import ORDER
-from pickcli.files.schema import FileModel, validate
+from pickcli.files.schema import FEW_MISSING, FileModel, validate
 from pickcli.files.yaml_reader import Key, Source, read_yaml
 
 BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
@@ -298,9 +299,13 @@ def _check_bins(source: Source, model: _OrderModel, bins: tuple[str, ...]) -> No
             hint = "" if source.is_full else f"; {suggestion(name, missing or bins)}"
             source.add(("bin_contents", name), f"unknown bin{hint}")
             meant += hint
-    for name in missing:
-        if repr(name) not in meant:  # else the key that is misspelt was told
-            source.add(("bin_contents",), f'the bin {name!r} is missing; add it ("{name}": [] if empty)')
+    untold = [name for name in missing if repr(name) not in meant]  # else the key that is misspelt was told
+    if len(untold) > FEW_MISSING:
+        told = f'the bins {", ".join(untold)} are missing; add them ("{untold[0]}": [] if empty)'
+        source.add(("bin_contents",), told)
+        return
+    for name in untold:
+        source.add(("bin_contents",), f'the bin {name!r} is missing; add it ("{name}": [] if empty)')
 
 
 def _check_items(source: Source, model: _OrderModel, items: Collection[str]) -> None:
@@ -315,7 +320,8 @@ def _check_items(source: Source, model: _OrderModel, items: Collection[str]) -> 
 def _check_name(source: Source, key: Key, kind: str, name: str, known: Collection[str]) -> bool:
     """Whether a name is known. Notes a mistake if not; beyond those that are told without a hint."""
     if name not in known:
-        hint = "" if source.is_full else f"; {suggestion(name, known)}"
+        suggest = item_suggestion if kind == "item" else suggestion
+        hint = "" if source.is_full else f"; {suggest(name, known)}"
         source.add(key, f"unknown {kind} {shortened(name)!r}{hint}")
     return name in known
 

@@ -79,8 +79,8 @@ def test_a_figure_goes_as_far_as_stated_and_no_farther(
     [
         ("", 12.6, 12.61, "joint_t in -12.6 to 12.6 rad, got 12.61"),
         ("", -12.6, -12.61, "joint_t in -12.6 to 12.6 rad, got -12.61"),
-        ("max_position: 4, ", 4, 4.001, "joint_t in -12.6 to 4 rad, got 4.001; angles are in rad"),
-        ("min_position: -4, ", -4, -4.001, "joint_t in -4 to 12.6 rad, got -4.001; angles are in rad"),
+        ("max_position: 4, ", 4, 4.001, "joint_t in -12.6 to 4 rad, got 4.001; correct it"),
+        ("min_position: -4, ", -4, -4.001, "joint_t in -4 to 12.6 rad, got -4.001; correct it"),
         ("min_position: -4, max_position: 4, ", 4, 5, "joint_t in -4 to 4 rad, got 5"),
     ],
 )

@@ -180,7 +180,7 @@ MISTAKES = {
     "configuration outside": (
         HOME,
         HOME.replace("0.1580", "1.5800"),
-        "configurations[0].q[0]: expected rail in 0.05 to 1.15 m, got 1.58; lengths are in m, not mm",
+        "configurations[0].q[0]: expected rail in 0.05 to 1.15 m, got 1.58; correct it; numbers stand",
     ),
     "another version": ("version: 2", "version: 3", "version: expected 2, the only version that is read"),
     "another format": ("format: apc cell", "format: apc cells", "format: expected 'apc cell'"),

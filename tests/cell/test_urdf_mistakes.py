@@ -52,7 +52,12 @@ MISTAKES = {
         5,
         "lengths are in m, not mm",
     ),
-    "limits that meet": ('lower="-1" upper="1"', 'lower="1" upper="1"', 11, "lower under upper, got 1 and 1"),
+    "limits that meet": (
+        'lower="-1" upper="1"',
+        'lower="1" upper="1"',
+        11,
+        "lower under upper, got 1 for both; a joint that stands is fixed",
+    ),
     "mass in no unit": ('value="2"', 'value="1e5"', 4, "at most 10000 kg"),
     "not XML": ('<link name="base"/>', '<link name="base">', 18, "not XML"),
     "entity bomb": ('<robot name="two">', '<!DOCTYPE r [<!ENTITY a "b">]><robot name="two">', 1, "DOCTYPE"),

@@ -6,6 +6,7 @@ Each part has a file of its own: `robot_consistency`, `tool_consistency` and `st
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import tau
 
 from pickcli.cell.checks.references import refer, unique
 from pickcli.cell.checks.robot_consistency import check_robot
@@ -25,6 +26,8 @@ from pickcli.cell.robots.urdf_origin import MAX_TURN
 from pickcli.cell.schemas.cell_schema import CellModel, JointLimitModel
 from pickcli.cell.schemas.tool_schema import ToolModel
 from pickcli.files.yaml_reader import Key, Source
+
+FAR = 10.0  # m, beyond which a position of a joint was written in another unit
 
 
 def check_parts(
@@ -96,6 +99,9 @@ def _check_pairs(source: Source, model: CellModel, robot: Urdf) -> None:
     for i, pair in enumerate(model.allowed_pairs):
         refer(source, ("allowed_pairs", i, "a"), "link", pair.a, links)
         refer(source, ("allowed_pairs", i, "b"), "link or obstacle", pair.b, links + obstacles)
+        if pair.a == pair.b:
+            text = f"{pair.b!r} is never tested against itself; name the other one, or delete the pair"
+            source.add(("allowed_pairs", i, "b"), text)
 
 
 def _check_names(source: Source, model: CellModel, robot: Urdf) -> None:
@@ -148,11 +154,17 @@ def _check_configurations(source: Source, model: CellModel, robot: Urdf) -> None
             is_continuous = joint.type is JointType.CONTINUOUS
             lower, upper = (-MAX_TURN, MAX_TURN) if is_continuous else (joint.lower, joint.upper)
             lower, upper = _narrowed(model.joint_limits.get(joint.name), lower, upper)
-            if not lower <= value <= upper:
+            if not lower <= value <= upper and lower < upper:
                 unit = "m" if joint.type is JointType.PRISMATIC else "rad"
                 text = f"expected {joint.name} in {lower:g} to {upper:g} {unit}, got {value:g}; "
-                text += "angles are in rad, not degrees" if unit == "rad" else "lengths are in m, not mm"
-                source.add(("configurations", i, "q", j), text)
+                source.add(("configurations", i, "q", j), text + _position_advice(unit, value))
+
+
+def _position_advice(unit: str, value: float) -> str:
+    """What to do about a position beyond its limits: far off, it was meant in another unit."""
+    if abs(value) > (tau if unit == "rad" else FAR):
+        return "angles are in rad, not degrees" if unit == "rad" else "lengths are in m, not mm"
+    return "correct it; numbers stand in the order of robot.joints"
 
 
 def _narrowed(limit: JointLimitModel | None, lower: float, upper: float) -> tuple[float, float]:

@@ -73,6 +73,11 @@ def _cup(warnings: FileWarnings, tool: SuctionModel) -> None:
         if value > most:
             text = f"{1e3 * value:g} mm is large for a cup; is it in m?"
             warnings.add("large_cup", name, ("tool", name), text)
+    if tool.cup_length < tool.cup_stroke <= LARGE_CUP["cup_stroke"]:
+        text = (
+            f"{1e3 * tool.cup_stroke:g} mm is more than the cup's {1e3 * tool.cup_length:g} mm; correct one"
+        )
+        warnings.add("large_cup", "cup_stroke", ("tool", "cup_stroke"), text)
     area = math.pi * tool.cup_radius**2
     pressure = tool.max_pull / area
     size = f"a cup of {1e3 * tool.cup_radius:g} mm radius"

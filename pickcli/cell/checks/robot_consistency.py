@@ -8,6 +8,7 @@ from pickcli.cell.checks.gripper_consistency import finger_joints
 from pickcli.cell.checks.references import refer
 from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.robots.urdf import Urdf
+from pickcli.cell.robots.urdf_origin import MAX_TURN
 from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.files.yaml_reader import Source
 
@@ -35,11 +36,11 @@ def _check_joints(source: Source, model: CellModel, robot: Urdf) -> None:
     tool_joint, moving = model.tool_joint, robot.driven(robot.way(model.tip))
     expected = [name for name in moving if name != tool_joint and name not in model.robot.posture]
     if list(model.robot.joints) != expected:
-        got = ", ".join(model.robot.joints)
+        got, is_order = ", ".join(model.robot.joints), sorted(model.robot.joints) == sorted(expected)
+        advice = "write them base outwards" if is_order else "one that stands still is named in robot.posture"
         source.add(
             ("robot", "joints"),
-            f"expected the chain's moving joints but the tool's: {', '.join(expected)}; got {got}; one that "
-            "stands still is named in robot.posture",
+            f"expected the chain's moving joints but the tool's: {', '.join(expected)}; got {got}; {advice}",
         )
     for name in model.robot.motor_forces:
         refer(source, ("robot", "motor_forces", name), "moving joint", name, list(moving))
@@ -117,13 +118,20 @@ def _check_limits(source: Source, model: CellModel, robot: Urdf) -> None:
             continue
         low = joint.lower if limit.min_position is None else limit.min_position
         high = joint.upper if limit.max_position is None else limit.max_position
-        if not joint.lower <= low < high <= joint.upper:
+        if low > high and joint.lower <= high and low <= joint.upper:
+            source.add(
+                ("joint_limits", name, "max_position"),
+                f"expected min_position under max_position, got {low:g} and {high:g}; swap them",
+            )
+        elif not joint.lower <= low < high <= joint.upper:
+            is_turned = joint.type is not JointType.PRISMATIC and max(-low, high) > MAX_TURN
+            advice = "positions are in rad, not degrees" if is_turned else "correct them"
             is_upper = limit.max_position is not None and low >= joint.lower
             figure = "max_position" if is_upper else "min_position"
             source.add(
                 ("joint_limits", name, figure),
                 f"expected positions inside the URDF's {joint.lower:g} to {joint.upper:g}, "
-                f"got {low:g} to {high:g}; correct them",
+                f"got {low:g} to {high:g}; {advice}",
             )
 
 

@@ -15,6 +15,7 @@ from pickcli.files.xml_mistakes import XmlMistakes
 from pickcli.files.xml_reader import Element
 from pickcli.geometry import Array
 
+ENDLESS = 1e4  # rad either way: written for a joint without limits
 MAX_TRAVEL = 100.0  # m, of a rail; beyond it the limit was written in another unit
 
 
@@ -82,10 +83,16 @@ def _limits(element: Element, kind: JointType) -> tuple[float, float]:
         return -math.inf, math.inf
     limit = element.one("limit")
     lower, upper = limit.number("lower"), limit.number("upper")
-    if lower >= upper:
+    if lower == upper:
+        raise limit.error(f"expected lower under upper, got {lower:g} for both; a joint that stands is fixed")
+    if lower > upper:
         raise limit.error(f"expected lower under upper, got {lower:g} and {upper:g}; swap them")
     most, unit = (MAX_TRAVEL, "m, not mm") if kind is JointType.PRISMATIC else (MAX_TURN, "rad, not degrees")
     if max(-lower, upper) > most:
+        if kind is JointType.REVOLUTE and min(-lower, upper) > ENDLESS:
+            raise limit.error(
+                f"got {lower:g} and {upper:g} rad; the type of a joint without limits is continuous"
+            )
         raise limit.error(f"expected within {most:g} of 0, got {lower:g} and {upper:g}; limits are in {unit}")
     return lower, upper
 
