@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.item import OWN_ITEMS, item_suggestion
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import shortened, suggestion
 from pickcli.files.yaml_reader import Key, Source
@@ -76,8 +77,9 @@ def _what_is_known(source: Source, item: PlacedItemModel | HeldModel, cell: Cell
         return ""
     known = [name for name, year in cell.items if year == item.year]
     if known:
-        return f"; {suggestion(item.name, known)}"
-    return f"; there are items of {' and '.join(sorted({str(year) for _, year in cell.items}))}"
+        return f"; {item_suggestion(item.name, known)}"
+    years = " and ".join(sorted({str(year) for _, year in cell.items}))
+    return f"; there are items of {years} ({OWN_ITEMS})"
 
 
 def check_carriers(source: Source, model: SceneModel, cell: Cell) -> None:
@@ -108,14 +110,18 @@ def check_places(source: Source, scene: Scene) -> None:
     sunk: list[Mistake] = []
     for i, placed in enumerate(scene.items):
         place = scene.cell.places[placed.location]
-        if place.access.is_from_above:
-            continue  # what falls into it may still be high above it
+        is_from_above = place.access.is_from_above
         T_place_item = inverse(scene.T_world_place(place)) @ placed.T_world_item
         p, R = T_place_item[:3, 3], T_place_item[:3, :3]
-        astray = float(np.linalg.norm(p - np.clip(p, place.room.low, place.room.high)))
+        beside = p - np.clip(p, place.room.low, place.room.high)
+        astray = float(
+            np.linalg.norm(beside[:2] if is_from_above else beside)
+        )  # what falls may be high above
         if astray > MAX_ASTRAY:
             where = f"{placed.id} is {astray:.2f} m away from {placed.location}"
             astray_items.append((("items", i, "position"), where))
+            continue
+        if is_from_above:
             continue
         under = place.room.floor_back - (p[2] - placed.item.shape.reach(R)[2])
         if under > SUNK + scene.noise.bound(placed.item):

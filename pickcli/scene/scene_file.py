@@ -67,7 +67,7 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     if model.cell.fingerprint != cell.scene_fingerprint:
         raise StaleError(
             f"{path}: made for cell {model.cell.name} {model.cell.fingerprint}, but this is "
-            f"{cell.name} {cell.scene_fingerprint}; {_remade(cell)}"
+            f"{cell.name} {cell.scene_fingerprint}; {_remade(cell, model.cell.name)}"
         )
     check_carriers(source, model, cell)
     check_names(source, model, cell)
@@ -106,8 +106,10 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     return scene
 
 
-def _remade(cell: Cell) -> str:
+def _remade(cell: Cell, name: str) -> str:
     """What to do about a scene of another cell: without places it was written by hand, or by a camera."""
+    if name != cell.name and name in cell_names():
+        return f"leave out --cell {cell.name}, or make a scene for it"
     if cell.places:
         return "make the scene again"
     return "if its poses are still right, write that fingerprint into it"

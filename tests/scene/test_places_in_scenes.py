@@ -86,3 +86,20 @@ def test_an_item_that_stands_in_a_moved_wall_is_found(scene: Scene, tmp_path: Pa
     write_scene(shifted, tmp_path / "scene.json")
     with pytest.raises(InputError, match="deep in crate_left_wall_far"):
         read_scene(tmp_path / "scene.json", scene.cell)
+
+
+def test_an_item_that_lies_beside_what_is_open_above_is_told_one_that_falls_into_it_is_not(
+    scene: Scene, tmp_path: Path
+) -> None:
+    path, (bar,) = tmp_path / "scene.json", scene.items
+    for by, is_told in (((0.0, 0.0, 0.5), False), ((0.6, 0.0, 0.0), True)):
+        write_scene(
+            replace(scene, items=(replace(bar, T_world_item=pose(by) @ bar.T_world_item),)), path, True
+        )
+        if is_told:
+            with pytest.raises(
+                InputError, match=f"items\\[0\\].position: {BAR} is 0.[34].* m away from crate_left"
+            ):
+                read_scene(path, scene.cell)
+        else:
+            read_scene(path, scene.cell)
