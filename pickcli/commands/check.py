@@ -20,8 +20,15 @@ from pickcli.commands.checked_texts import (
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, NumberType
-from pickcli.commands.options import DEFAULT_CELL, json_option, overwrite_option, refuse_missing
+from pickcli.commands.options import (
+    DEFAULT_CELL,
+    items_option,
+    json_option,
+    overwrite_option,
+    refuse_missing,
+)
 from pickcli.errors import DamagedError
+from pickcli.files.file_kind import ORDER, SCENE
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -42,13 +49,15 @@ MOST_LINES = 20  # damaged blocks that are listed for people
 @click.option("--repair", "is_repair", is_flag=True, help="Compute again what is lost, and only that.")
 @click.option("--cell", "cell_name", metavar="NAME|DIR",
               help=f"Cell of FILE.  [default: the one it names, or {DEFAULT_CELL}]")  # fmt: skip
+@items_option
 @arm_option()
 @standing_option
 @jobs_option
 @json_option
 def command(
     path: Path, strict: bool, picture: Path | None, overwrite: bool, poses: int, is_repair: bool,
-    cell_name: str | None, arm: str | None, standing: tuple[str, ...], jobs: int | None, as_json: bool,
+    cell_name: str | None, items_path: Path | None, arm: str | None, standing: tuple[str, ...],
+    jobs: int | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.
 
@@ -65,7 +74,9 @@ def command(
       apc check scene.json
     """
     refuse_missing(path, (".h5", ".json", ".yaml"))
-    arms, kind = ArmRequest(arm, standing), kind_of_text(path)
+    arms, kind = ArmRequest(arm, standing, items=items_path), kind_of_text(path)
+    if items_path is not None and kind not in (SCENE, ORDER):
+        raise click.UsageError("--items is for scenes and orders; leave it out")
     if kind is None:
         refuse_options_of_cells(strict, picture)
         cell = open_cell(cell_name or DEFAULT_CELL, arms)

@@ -133,7 +133,7 @@ def check_text(path: Path, kind: FileKind, options: CheckOptions) -> None:
     with _heard() as warnings:
         told = check(path, options)
     n, what = len(warnings), told.pop("text")
-    counted = f"{n} warning{'s' * (n > 1)}"
+    counted = f"{n} warning{'s' * (n != 1)}"
     if options.as_json:
         emit_json({"path": str(path), **told, "warnings": warnings})
     else:
@@ -230,7 +230,7 @@ def _checked_order(path: Path, options: CheckOptions) -> dict[str, Any]:
 
     order = read_order(path, open_cell(options.cell_name or DEFAULT_CELL, options.arms))
     n = len(order.targets)
-    return {"text": f"an order of {n} targets", "targets": n}
+    return {"text": f"an order of {n} target{'s' * (n != 1)}", "targets": n}
 
 
 def _checked_items(path: Path, options: CheckOptions) -> dict[str, Any]:
@@ -239,4 +239,4 @@ def _checked_items(path: Path, options: CheckOptions) -> dict[str, Any]:
     if options.cell_name is not None:
         raise click.UsageError("--cell is of no use for a file of items; leave it out")
     n = len(read_items(path))
-    return {"text": f"{n} items", "n_items": n}
+    return {"text": f"{n} item{'s' * (n != 1)}", "n_items": n}

@@ -13,7 +13,6 @@ from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option, refuse_unwritable, seed_option
 from pickcli.commands.progress_bar import progress
-from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.robot_setup.cell_setup import CellSetup
@@ -114,16 +113,16 @@ def command(
 
 
 def _assignments(option: str, texts: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """NAME=VALUE, or NAME:=VALUE as ROS has it. Raises InputError."""
+    """NAME=VALUE, or NAME:=VALUE as ROS has it. Raises UsageError."""
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals or not name.rstrip(":"):
-            raise InputError(f"{option} {text}: expected NAME=VALUE")
+            raise click.UsageError(f"{option} {text}: expected NAME=VALUE")
         yield name.rstrip(":"), value
 
 
 def _figure(kind: str, text: str) -> StatedLimit:
-    """A limit from the command line, of one joint or of all."""
+    """A limit from the command line, of one joint or of all. Raises UsageError for what is none."""
     from pickcli.robot_setup.setup_options import StatedLimit
     from pickcli.robot_setup.stated_limits import option_of
 
@@ -133,7 +132,8 @@ def _figure(kind: str, text: str) -> StatedLimit:
     except ValueError:
         value = -1.0
     if not 0.0 < value < 1e7 or (equals and not joint):
-        raise InputError(f"{option_of(kind)} {text}: expected a number over 0, or JOINT= and one")
+        hint = "; a number has a decimal point" if "," in number else ""
+        raise click.UsageError(f"{option_of(kind)} {text}: expected a number over 0, or JOINT= and one{hint}")
     return StatedLimit(kind, joint or None, value)
 
 

@@ -109,20 +109,22 @@ def command(
         bins = {name: names.get(name, []) for name in (*cell.pod.bins, *names)}
         emit_json({"path": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})
     else:
-        what = "bins" if set(names) <= set(cell.pod.bins) else "places"
-        click.echo(f"{len(scene.items)} items at rest in {len(names)} {what}, seed {seed}: {output}")
+        n, m = len(scene.items), len(names)
+        what = f"{'bin' if set(names) <= set(cell.pod.bins) else 'place'}{'s' * (m != 1)}"
+        click.echo(f"{n} item{'s' * (n != 1)} at rest in {m} {what}, seed {seed}: {output}")
 
 
 def _stated_contents(stated: tuple[str, ...], cell: Cell) -> Contents:
-    """Names of items by place, as --in states them. Raises InputError for what is no such statement."""
-    from pickcli.errors import InputError, UnknownNameError
+    """Names of items by place, as --in states them. Raises UsageError for what is no such statement."""
+    from pickcli.errors import UnknownNameError
 
     contents: Contents = {}
     for text in stated:
         place, _, names = text.partition("=")
         items = tuple(name.strip() for name in names.split(","))
         if not all(items):
-            raise InputError(f"--in: expected PLACE=ITEM[,ITEM], got {text!r}; e.g. tote=dove_beauty_bar")
+            example = f"{next(iter(cell.places), 'PLACE')}=dove_beauty_bar,crayola_24_ct, without blanks"
+            raise click.UsageError(f"--in: expected PLACE=ITEM[,ITEM], got {text!r}; e.g. {example}")
         if place not in cell.places:
             raise UnknownNameError("place", place, list(cell.places), "--in")
         for name in items:

@@ -16,6 +16,7 @@ from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.joint_limits_file import read_joint_limits, refuse_unknown_joints
 from pickcli.errors import InputError, UnknownNameError, shortened
 from pickcli.files.schema import MAX_TEXT
+from pickcli.files.xml_reader import read_xml
 from pickcli.files.yaml_reader import Source
 from pickcli.robot_setup.cell_text import SCHEMA
 from pickcli.robot_setup.chain_selection import choose_chain, rigid_with
@@ -23,6 +24,7 @@ from pickcli.robot_setup.finger_shapes import with_whole_fingers
 from pickcli.robot_setup.package_search import PackageSearch
 from pickcli.robot_setup.robot_files import RobotFiles, find_robot_files
 from pickcli.robot_setup.setup_options import LIMITS, SRDF, URDF, SetupOptions
+from pickcli.robot_setup.stated_limits import option_of
 from pickcli.robot_setup.suggested_tool import GRIPPER
 
 
@@ -60,6 +62,7 @@ def read_robot(request: SetupOptions, staging: Path) -> RobotSource:
         packages = PackageSearch(request.urdf, request.package_path, request.packages)
         files = find_robot_files(request.urdf, packages, request.arguments, Path(scratch))
     _copy(files, staging)
+    _refuse_unknown_names(request, staging / URDF)
     roots = {name: staging / path for name, path in files.packages.items()}
     whole = read_urdf(staging / URDF, staging, roots)
     _refuse_long_names(whole, staging / URDF)
@@ -80,6 +83,23 @@ def _copy(files: RobotFiles, staging: Path) -> None:
     for target, path in files.meshes.items():
         (staging / target).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, staging / target)
+
+
+def _refuse_unknown_names(request: SetupOptions, urdf: Path) -> None:
+    """Refuse names that the URDF does not have before its meshes are read, which takes minutes.
+
+    Raises:
+        UnknownNameError: There is no such link or joint.
+    """
+    robot = read_xml(urdf)
+    links, joints = ([e.attributes.get("name", "") for e in robot.all(kind)] for kind in ("link", "joint"))
+    for option, names in (("--tip", [request.tip] if request.tip else []), ("--without", request.without)):
+        for name in names:
+            if name not in links:
+                raise UnknownNameError("link", name, links, option)
+    for figure in request.figures:
+        if figure.joint is not None and figure.joint not in joints:
+            raise UnknownNameError("joint", figure.joint, joints, option_of(figure.kind))
 
 
 def _refuse_long_names(robot: Urdf, urdf: Path) -> None:

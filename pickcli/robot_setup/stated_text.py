@@ -63,7 +63,7 @@ def _tool(request: SetupOptions, robot: Urdf, chain: PlannedChain, staging: Path
     if request.tool is None:
         if request.tool_figures:
             raise InputError(
-                f"{next(iter(request.tool_figures))} is of a tool; add --tool suction or gripper"
+                f"--tool-figure {next(iter(request.tool_figures))}: no tool is asked for; add --tool"
             )
         _refuse_middle(robot, chain)
         return None

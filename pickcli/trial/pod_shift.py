@@ -58,6 +58,8 @@ def shifted_pod(cell: Cell, shift: Displacement) -> Array:
         InputError: The shift is beyond what the cell allows for.
     """
     bounds = cell.pod.displacement
+    if not cell.pod.bins and shift != UNMOVED:
+        raise InputError(f"--pod-shift: the cell {cell.name} has no pod that could be shifted; leave it out")
     T_world_pod = displaced(cell.T_world_pod, shift.x, shift.y, shift.yaw)
     if not bounds.allows(displaced(np.eye(4), shift.x, shift.y, shift.yaw)):
         raise InputError(

@@ -52,7 +52,7 @@ def test_a_warning_is_told_by_what_reads_the_file(cell_copy: CellCopy) -> None:
 def test_scenes_orders_and_items_are_checked(made: Made) -> None:
     for path, end in (
         (made.scene, "2 items, none of which floats, overlaps or stands in anything"),
-        (made.order, "an order of 1 targets"),
+        (made.order, "an order of 1 target"),
         (ITEMS, "39 items"),
     ):
         answer = apc("check", path, "--strict")

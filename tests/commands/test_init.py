@@ -126,8 +126,6 @@ MISTAKES = {
     "a tip that is none": (("--tip", "flnage"), "--tip: unknown link 'flnage'; did you mean 'flange'?"),
     "a tip that nothing moves": (("--tip", "column"), "--tip column: no joint moves this link"),
     "a group without an SRDF": (("--group", "arm"), "--group arm: groups stand in an SRDF file"),
-    "a figure that is none": (("--max-jerk", "fast"), "--max-jerk fast: expected a number over 0"),
-    "a negative figure": (("--max-jerk", "-5"), "--max-jerk -5: expected a number over 0"),
     "a link to leave out that is none": (
         ("--without", "hnad"),
         "--without: unknown link 'hnad'; did you mean 'hand'?",
@@ -138,9 +136,30 @@ MISTAKES = {
         "--max-acceleration: expected at most 2000 for turn, got 5000",
     ),
     "a figure of no joint": (("--max-jerk", "bned=5"), "unknown joint 'bned'; did you mean 'bend'?"),
-    "a package path that is none": (("--package-path", "=there"), "--package-path =there: expected NAME="),
     "a file that is not there": (("--srdf", "none.srdf"), "none.srdf"),
 }
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--max-jerk", "fast"), "--max-jerk fast: expected a number over 0, or JOINT= and one"),
+        (("--max-jerk", "-5"), "--max-jerk -5: expected a number over 0"),
+        (("--max-jerk", "0,5"), "or JOINT= and one; a number has a decimal point"),
+        (("--package-path", "=there"), "--package-path =there: expected NAME="),
+    ],
+)
+def test_a_value_that_an_option_cannot_have_is_wrong_usage(
+    words: tuple[str, ...], told: str, urdf: Path, tmp_path: Path
+) -> None:
+    refused(apc("init", tmp_path / "arm", "--urdf", urdf, *words), 2, told)
+    assert not (tmp_path / "arm").exists()
+
+
+def test_a_name_that_is_none_is_told_before_meshes_are_read(urdf: Path, tmp_path: Path) -> None:
+    (urdf.parents[1] / "meshes/column.obj").write_text("no mesh")
+    for words in (("--max-jerk", "bned=5"), ("--tip", "flnage"), ("--without", "hnad")):
+        refused(apc("init", tmp_path / "arm", "--urdf", urdf, *words), 3, f"{words[0]}: unknown")
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)

@@ -141,7 +141,7 @@ MISTAKES = {
     "a tip in the hand's way": ({}, ("--tip", "tool0"), "hand hangs on tool0, and an arm ends with its tip"),
     "a figure that is none": ({}, (*GRIPPER, "--tool-figure", "froce=4"), "did you mean 'force'?"),
     "a figure of no tool": (
-        {}, ("--tool-figure", "force=4"), "force is of a tool; add --tool suction or gripper",
+        {}, ("--tool-figure", "force=4"), "--tool-figure force: no tool is asked for; add --tool",
     ),
 }  # fmt: skip
 

@@ -53,6 +53,8 @@ def test_an_own_item_is_placed_planned_and_verified(folder: Path) -> None:
     assert planned.code == 0, planned.err
     assert apc("verify", folder / "plan.json", *scene, *items).code == 0
     assert json.loads(apc("inspect", folder / "scene.json", *items, "--json").out)["n_items"] == 2
+    assert apc("check", folder / "scene.json", *items).out.endswith("stands in anything\n")
+    assert apc("check", folder / "order.json", *items).out.endswith("an order of 1 target\n")
     refused(apc(*pick, "--overwrite"), 3, "scene.json:", "tea_tin")
 
 

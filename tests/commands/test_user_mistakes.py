@@ -58,7 +58,7 @@ def test_a_mistake_is_told_with_its_place_and_what_to_do(
     answer = apc(*files.arguments(mistake))
     assert answer.code == mistake.code, answer.err
     assert not (tmp_path / "out.json").exists()
-    assert len(re.findall("error:", answer.err, re.IGNORECASE)) == 1 and "Traceback" not in answer.err
+    assert len(re.findall(r"\berror:", answer.err, re.IGNORECASE)) == 1 and "Traceback" not in answer.err
     told = ".*".join(re.escape(part.strip()) for part in mistake.told.split("…"))
     assert re.search(told, answer.err), answer.err
     if mistake.changes_a_file and mistake.code == 3:

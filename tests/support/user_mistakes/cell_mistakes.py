@@ -231,7 +231,7 @@ CELL_MISTAKES = (
     ),
     _cell(
         "a configuration of an unknown kind",
-        "configurations[12].kind: expected home, bin, … or 'yardstick', got \"shelf\"; correct it",
+        'configurations[12].kind: expected home, bin, … or yardstick, got "shelf"; correct it',
         (BIN_L, BIN_L.replace("kind: bin", "kind: shelf")),
     ),
     _cell(
@@ -342,12 +342,12 @@ CELL_MISTAKES = (
     ),
     _cell(
         "number as text",
-        'joint_limits.joint_s.max_velocity: expected a … a valid number, got "2.2"; correct it',
+        'joint_limits.joint_s.max_velocity: expected … got "2.2"; write 2.2, without quotes',
         (JOINT_S, JOINT_S.replace("2.2", '"2.2"')),
     ),
     _cell(
         "number with its unit",
-        'joint_limits.joint_s.max_velocity: expected a … a valid number, got "2.2 rad/s"; correct it',
+        'joint_limits.joint_s.max_velocity: expected a … … got "2.2 rad/s"; write the number alone',
         (JOINT_S, JOINT_S.replace("2.2", "2.2 rad/s")),
     ),
     _cell(
@@ -367,12 +367,12 @@ CELL_MISTAKES = (
     ),
     _cell(
         "limit switched off",
-        "joint_limits.joint_s.has_velocity_limits: … is assumed): True, got false; correct it",
+        "joint_limits.joint_s.has_velocity_limits: … is assumed), got false; correct it",
         (JOINT_S, JOINT_S.replace("has_velocity_limits: true", "has_velocity_limits: false")),
     ),
     _cell(
         "joints in another order",
-        "robot.joints: expected the chain's moving … that stands still is named in robot.posture",
+        "robot.joints: expected the chain's moving …; write them base outwards",
         ("joints: [rail, joint_s, joint_l,", "joints: [rail, joint_l, joint_s,"),
     ),
     _cell(
@@ -440,7 +440,7 @@ CELL_MISTAKES = (
     ),
     _cell(
         "speed in percent",
-        "speed_scale: expected a factor in (0, 1]: less than or equal to 1, got 50; correct it",
+        "speed_scale: expected a factor in (0, 1]: … to 1, got 50; shares are of 1, not per cent",
         ("speed_scale: 1.0", "speed_scale: 50"),
     ),
     _cell(
@@ -533,7 +533,7 @@ CELL_MISTAKES = (
     ),
     _cell(
         "a bracket missing",
-        "not YAML: did not find expected ',' or ']'; is a bracket open, or the file cut off?",
+        "not YAML: did not find expected ',' or ']'; is a comma missing, or the bracket of … open?",
         (BASE, BASE.replace("0]}", "0}")),
     ),
     _cell(
@@ -628,12 +628,47 @@ CELL_MISTAKES = (
     ),
     _cell(
         "narrowed in degrees",
-        "joint_limits.joint_s.max_position: expected … to 3.1415, got -3.1415 to 170; correct them",
+        "joint_limits.joint_s.max_position: expected … got -3.1415 to 170; positions are in rad, not degrees",
         (JOINT_S, JOINT_S.replace("{has", "{max_position: 170, has")),
     ),
     _cell(
         "narrowed to almost nothing",
-        "configurations[13].q[1]: expected joint_s in … got 0.5783; angles are in rad, not degrees",
+        "configurations[13].q[1]: expected joint_s … got 0.5783; correct it; numbers stand in the order",
         (JOINT_S, JOINT_S.replace("{has", "{min_position: -0.45, max_position: 0.46, has")),
+    ),
+    _cell(
+        "narrowed the wrong way round",
+        "joint_limits.joint_s.max_position: … got 1 and -1; swap them",
+        (JOINT_S, JOINT_S.replace("{has", "{min_position: 1, max_position: -1, has")),
+    ),
+    _cell(
+        "a speed with a decimal comma, quoted",
+        'speed_scale: expected a factor … got "0,5"; write 0.5, with a point',
+        ("speed_scale: 1.0", 'speed_scale: "0,5"'),
+    ),
+    _cell(
+        "a speed in per cent",
+        'speed_scale: expected a factor … got "50%"; write 0.5, as shares are of 1',
+        ("speed_scale: 1.0", "speed_scale: 50%"),
+    ),
+    _cell(
+        "a minus out of a text processor",
+        'clearance: … got "\N{MINUS SIGN}0.003"; write -0.003, with the minus … keyboard',
+        ("clearance: 0.003", "clearance: \N{MINUS SIGN}0.003"),
+    ),
+    _cell(
+        "a space out of a text processor",
+        "not YAML: could not find expected ':'; there is a no-break space in line …; write a usual one",
+        ("clearance: 0.003", "clearance:\N{NO-BREAK SPACE}0.003"),
+    ),
+    _cell(
+        "no format",
+        "format: expected 'apc cell', got nothing; add it",
+        ("format: apc cell\n", ""),
+    ),
+    _cell(
+        "a pair of one link",
+        "allowed_pairs[0].b: 'cup' is never tested against itself; name the other one, or delete",
+        ("allowed_pairs:\n", "allowed_pairs:\n  - {a: cup, b: cup, reason: a slip of the pen}\n"),
     ),
 )

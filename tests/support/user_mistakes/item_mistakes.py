@@ -70,7 +70,7 @@ ITEM_MISTAKES = (
     ),
     _items(
         "mass in pounds as text",
-        'items.cherokee_easy_tee_shirt.mass: expected … a valid number, got "0.12 lb"; correct it',
+        'items.cherokee_easy_tee_shirt.mass: expected … "0.12 lb"; write the number alone, in kg',
         (SHIRT, 'mass: "0.12 lb"'),
     ),
     _items(
@@ -93,7 +93,7 @@ ITEM_MISTAKES = (
     ),
     _items(
         "seal in percent",
-        "items.barkely_hide_bones.seals.+z: expected … less than or equal to 1, got 50; correct it",
+        "items.barkely_hide_bones.seals.+z: expected … to 1, got 50; shares are of 1, not per cent",
         (
             BONES + '\n    mass: 0.08\n    bonus: 0\n    seal: 0.0\n    seals: {"+z": 0.5',
             BONES + '\n    mass: 0.08\n    bonus: 0\n    seal: 0.0\n    seals: {"+z": 50',
@@ -117,7 +117,7 @@ ITEM_MISTAKES = (
     ),
     _items(
         "a name with capitals",
-        'items.Cherokee_Tee: expected the items by … got "Cherokee_Tee"; correct it',
+        'items.Cherokee_Tee: expected a name of small letters, digits and _, got "Cherokee_Tee"',
         ("  cherokee_easy_tee_shirt:", "  Cherokee_Tee:"),
     ),
     _items(
@@ -127,7 +127,7 @@ ITEM_MISTAKES = (
     ),
     _items(
         "year as text",
-        'year: expected the year whose rules give the bonus: a valid integer, got "2016"; correct it',
+        'year: expected the year whose rules give the bonus: … got "2016"; write 2016, without quotes',
         ("year: 2016", 'year: "2016"'),
     ),
     _items(
@@ -142,7 +142,7 @@ ITEM_MISTAKES = (
     ),
     _items(
         "indentation lost",
-        "not YAML: did not find expected key; is a bracket open, or the file cut off?",
+        "not YAML: did not find expected key; is the line indented as those beside it, or …?",
         ("  cherokee_easy_tee_shirt:\n    box", "  cherokee_easy_tee_shirt:\n  box"),
     ),
     _items(
@@ -162,5 +162,15 @@ ITEM_MISTAKES = (
         "no source",
         "items.cherokee_easy_tee_shirt.source: … the figures come from, got nothing; add it",
         ('    source: "size: team_pfn; mass: 55 to 60 g on duke\'s scale"\n', ""),
+    ),
+    _items(
+        "an error of the mass in per cent",
+        "items.cherokee_easy_tee_shirt.mass_error: … to 1, got 5; shares are of 1, not per cent",
+        (SHIRT, SHIRT + "\n    mass_error: 5"),
+    ),
+    _items(
+        "a dash in a name",
+        'items.tee-shirt: expected a name of small letters, digits and _, got "tee-shirt"; correct it',
+        ("  cherokee_easy_tee_shirt:", "  tee-shirt:"),
     ),
 )

@@ -145,7 +145,7 @@ SCENE_MISTAKES = (
     ),
     _scene(
         "position as text",
-        'items[0].position[0]: expected a position [x, … in m: a valid number, got "0.3"; correct it',
+        'items[0].position[0]: expected a position [x, … got "0.3"; write 0.3, without quotes',
         _put("items", 0, "position", value=["0.3", "0.2", "1.5"]),
     ),
     _scene(
@@ -357,5 +357,15 @@ ORDER_MISTAKES = (
         "nothing at all",
         "bin_contents: expected an object with a list of items for every bin, got nothing; add it",
         lambda data: data.clear(),
+    ),
+    _order(
+        "most bins left out",
+        'bin_contents: the bins bin_B, bin_C, … bin_L are missing; add them ("bin_B": [] if empty)',
+        lambda data: data.update(bin_contents={"bin_A": data["bin_contents"]["bin_A"]}),
+    ),
+    _order(
+        "an item of one's own",
+        "unknown item 'my_gadget'; known: … (items of your own: --items)",
+        lambda data: data["bin_contents"]["bin_C"].append("my_gadget"),
     ),
 )

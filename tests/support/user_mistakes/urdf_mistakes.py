@@ -151,10 +151,12 @@ URDF_MISTAKES = (
     ),
     _urdf(
         "a tag left open",
-        "not XML: mismatched tag: line 312, column 2",
+        "not XML: mismatched tag; a tag is not closed, or the file is cut off",
         ("  </link>\n\n</robot>", "\n</robot>"),
     ),
-    _urdf("cut off", "not XML: no element found: line 314, column 0", ("</robot>", "")),
+    _urdf(
+        "cut off", "not XML: no element found; a tag is not closed, or the file is cut off", ("</robot>", "")
+    ),
     _urdf(
         "a root that is no robot",
         "<sdf> 'sia20f_on_rail': expected <robot> as the outermost element",
@@ -194,5 +196,10 @@ URDF_MISTAKES = (
         "a link that hangs on nothing",
         "<joint> 'joint_e': link 'link_l' has a second parent; that closes a loop",
         ('<child link="link_e"/>', '<child link="link_l"/>'),
+    ),
+    _urdf(
+        "limits of nothing",
+        "<limit>: got -1e+16 and 1e+16 rad; the type of a joint without limits is continuous",
+        (LIMIT_L, LIMIT_L.replace("1.9198", "1e16")),
     ),
 )
