@@ -13,7 +13,7 @@ from math import ceil
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.errors import InputError, Reason
+from pickcli.errors import InputError, Reason, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -52,8 +52,13 @@ def make_scene(
 
     Raises:
         InputError: If the items of a bin do not fit; the message names the bin and why.
-        UnknownNameError: If a name is no item of the cell.
+        UnknownNameError: If a name is no item or place of the cell.
     """
+    for name, names in bin_contents.items():
+        if name not in cell.places:
+            raise UnknownNameError("place", name, list(cell.places))
+        if isinstance(names, str):
+            raise InputError(f"{name}: expected a list of items, got {names!r}; put it into one")
     empty = Scene(cell, cell.T_world_pod if T_world_pod is None else T_world_pod, (), PoseNoise(), seed)
     ids: dict[str, int] = {}
     items: list[PlacedItem] = []

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.errors import InputError, Reason
+from pickcli.errors import InputError, Reason, UnknownNameError
 from pickcli.geometry import inverse
 from pickcli.progress import Progress
 from pickcli.scene.scene import Scene
@@ -194,3 +195,10 @@ def test_progress_is_told_inside_the_search_for_one_bin_and_decides_nothing() ->
     assert len(scene.items) == 2
     for a, b in zip(scene.items, same.items, strict=True):
         assert np.array_equal(a.T_world_item, b.T_world_item)
+
+
+def test_a_place_that_is_none_and_a_name_in_place_of_names_are_refused(cell: Cell) -> None:
+    with pytest.raises(UnknownNameError, match="unknown place 'bin_c'; did you mean 'bin_C'"):
+        make_scene({"bin_c": ["dove_beauty_bar"]}, cell, 1)
+    with pytest.raises(InputError, match="bin_C: expected a list of items, got 'dove_beauty_bar'"):
+        make_scene({"bin_C": "dove_beauty_bar"}, cell, 1)
