@@ -47,6 +47,10 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "plan-move": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
     },
+    "plan-stow": {
+        "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
+    },
+    "explain-stow": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "verify": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "stopped_path": PLAN,
     },
@@ -65,7 +69,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "compare-trials": {"first": TRIALS, "second": TRIALS},
     "export": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "check-driver": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
-    "check": {"path": STORE, "cell_name": CELL},
+    "check": {"path": STORE, "cell_name": CELL, "items_path": ITEMS},
     "refresh": {"path": STORE, "cell_name": CELL},
     "cache": {},
     "show-grasps": {"cell_name": CELL, "items_path": ITEMS},
@@ -76,6 +80,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
 WRITTEN = ("output", "folder", "picture", "video", "plot")  # and are told apart by refuse_output
 UNREAD = ("check", "cell_name")  # but where a file is damaged
 CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS)  # by apc check
+IN_TOTE = "in_tote.json"  # a scene with the item in the tote, beside the other files
 SHOWN = (STORE, PLAN, SCENE, CELL)  # by apc inspect and apc show, which shows trials too
 
 
@@ -98,6 +103,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     found[TRIAL].write_text('{\n  "score": 10,\n  "max_score": 20\n}\n')
     found[JOINT_LIMITS].write_text("joint_limits:\n  joint_s: {}\n")
     found[SRDF].write_text('<robot name="arm">\n  <disable_collisions link1="a" link2="b"/>\n</robot>\n')
+    assert apc("make-scene", "--in", f"tote={ITEM}", "-o", folder / IN_TOTE).code == 0
     tsrs = folder / "regions.tsrs"
     tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")
     return found | {
@@ -116,6 +122,10 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     argv: list[object] = [command]
     if command == "check-driver":
         right["driver_name"] = "recorder"
+    if command == "check" and name == "items_path":  # stores know no items
+        right["path"] = files[SCENE]
+    if command == "plan-stow":
+        right["scene_path"] = files[TRIALS] / IN_TOTE
     needed = {"scene_path", "urdf"}
     if command == "show-grasps":
         right["output"] = out.with_suffix(".html")
