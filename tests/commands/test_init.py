@@ -14,7 +14,7 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.page.cell_parts import robot_part
 from pickcli.robot_setup import cell_setup
-from support.command_line import apc, refused
+from support.command_line import apc, misused, refused
 from support.new_robots import write_branching, write_two_arms
 
 LIMITS = ("--max-acceleration", "5", "--max-jerk", "50", "--max-velocity", "1.5")
@@ -152,7 +152,7 @@ MISTAKES = {
 def test_a_value_that_an_option_cannot_have_is_wrong_usage(
     words: tuple[str, ...], told: str, urdf: Path, tmp_path: Path
 ) -> None:
-    refused(apc("init", tmp_path / "arm", "--urdf", urdf, *words), 2, told)
+    misused(apc("init", tmp_path / "arm", "--urdf", urdf, *words), told)
     assert not (tmp_path / "arm").exists()
 
 

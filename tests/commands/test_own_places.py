@@ -45,13 +45,17 @@ def test_more_may_lie_where_an_order_puts_things(tmp_path: Path) -> None:
     [
         (("--in", f"crate_lft={BAR}"), "did you mean 'crate_left'"),
         (("--in", "crate_left=dove_beauty_bra"), "did you mean 'dove_beauty_bar'"),
-        (("--in", "crate_left"), "expected PLACE=ITEM"),
-        (("--in", f"crate_left={BAR},"), "expected PLACE=ITEM"),
         (("--in", "shelf_1_2=" + ",".join(["kleenex_paper_towels"] * 8)), "put fewer items"),
     ],
 )  # fmt: skip
 def test_mistakes_in_what_lies_where_are_told(words: tuple[str, ...], told: str, tmp_path: Path) -> None:
     refused(apc(*CRATES, *words, "-o", tmp_path / "scene.json"), 3, told)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("value", ["crate_left", f"crate_left={BAR},"])
+def test_a_value_that_tells_no_place_and_items_is_wrong_usage(value: str, tmp_path: Path) -> None:
+    misused(apc(*CRATES, "--in", value, "-o", tmp_path / "scene.json"), "expected PLACE=ITEM")
     assert not list(tmp_path.iterdir())
 
 
