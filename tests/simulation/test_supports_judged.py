@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import Scene
-from pickcli.scene.supports import supports_of
+from pickcli.scene.supports import Supports, supports_of
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.pile_statics import removal
 from support.piles import PATTERNS, moved_without, pile
@@ -24,46 +24,57 @@ def moved_without_each(scene: Scene) -> dict[str, dict[str, float]]:
     return {placed.id: moved_without(scene, placed.id) for placed in scene.items}
 
 
-def surprises(moved: dict[str, dict[str, float]], believed: Scene) -> dict[str, dict[str, float]]:
-    """By item that vanishes: what moved although it was to stay, and how far."""
+def surprises(
+    scene: Scene, moved: dict[str, dict[str, float]], believed: Scene
+) -> dict[str, dict[str, float]]:
+    """By item that vanishes: what moved although it was to stay, and how far.
+
+    What is expected to fall is cleared before the item is taken: what only that meets as it falls may move.
+    """
     supports = supports_of(believed)
     found = {}
     for gone, ways in moved.items():
-        expected, below = supports.falling(gone), supports.graph.chain(supports.graph.carriers, gone)
-        found[gone] = {
-            name: way
-            for name, way in ways.items()
-            if way > (SETTLED if name in below else STAYED) and name not in expected
-        }
+        expected = supports.falling(gone)
+        found[gone] = _unexpected(supports, gone, ways)
+        if found[gone] and expected:
+            found[gone] = _unexpected(supports, gone, moved_without(scene, gone, *expected))
     return {name: moved for name, moved in found.items() if moved}
+
+
+def _unexpected(supports: Supports, gone: str, ways: dict[str, float]) -> dict[str, float]:
+    expected, below = supports.falling(gone), supports.graph.chain(supports.graph.carriers, gone)
+    return {
+        name: way
+        for name, way in ways.items()
+        if way > (SETTLED if name in below else STAYED) and name not in expected
+    }
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_what_is_to_stay_stays(pattern: str) -> None:
     scene = next(s for k in range(20) if (s := pile(CELL, pattern, k)) is not None)
     moved = moved_without_each(scene)
-    assert surprises(moved, scene) == {}
-    assert surprises(moved, perceive(scene, DEFAULT_NOISE, 1, 1)) == {}
+    assert surprises(scene, moved, scene) == {}
+    assert surprises(scene, moved, perceive(scene, DEFAULT_NOISE, 1, 1)) == {}
 
 
-@pytest.mark.slow
-@pytest.mark.xfail(
-    reason="a see-saw that is seen amiss tips though the planner says that it stays", strict=True
-)
-def test_a_see_saw_that_is_seen_amiss_stays() -> None:
+def test_what_falls_on_another_does_not_count_as_what_did_not_stay() -> None:
+    """A bear on a mailer on a roll: without the mailer it falls on the roll, and is cleared before it."""
     scene = pile(CELL, "see-saw", 5074)
     assert scene is not None
-    assert surprises(moved_without_each(scene), perceive(scene, DEFAULT_NOISE, 5074, 1)) == {}
+    moved, believed = moved_without_each(scene), perceive(scene, DEFAULT_NOISE, 5074, 1)
+    assert max(moved["scotch_bubble_mailer#2"].values()) > SETTLED
+    assert surprises(scene, moved, believed) == {}
 
 
 @pytest.mark.slow
-@given(st.sampled_from([pattern for pattern in PATTERNS if pattern != "see-saw"]), st.integers(0, 10_000))
+@given(st.sampled_from(PATTERNS), st.integers(0, 10_000))
 @settings(max_examples=60, deadline=None, derandomize=True)
 def test_what_is_to_stay_stays_in_any_pile(pattern: str, seed: int) -> None:
     scene = pile(CELL, pattern, seed)
     if scene is not None:
         believed = perceive(scene, DEFAULT_NOISE, seed, 1)
-        assert surprises(moved_without_each(scene), believed) == {}
+        assert surprises(scene, moved_without_each(scene), believed) == {}
 
 
 @pytest.mark.slow

@@ -47,8 +47,8 @@ def empty(cell: Cell) -> Scene:
     return Scene(cell, cell.T_world_pod, (), PoseNoise())
 
 
-def moved_without(scene: Scene, gone: str) -> dict[str, float]:
-    """How far in m any corner of every other item is from where it was, a while after one has vanished."""
+def moved_without(scene: Scene, *gone: str) -> dict[str, float]:
+    """How far in m any corner of every other item is from where it was, a while after some have vanished."""
     engine = Engine(1e-3)
     for body in _boards_around(scene):
         engine.add_static(body, scene.T_world_pod, GREY)
@@ -56,8 +56,9 @@ def moved_without(scene: Scene, gone: str) -> dict[str, float]:
         engine.add_item(placed.id, placed.item, placed.T_world_item, GREY)
     for _ in range(round(REST / 1e-3)):
         engine.step()
-    before = {placed.id: engine.pose(placed.id) for placed in scene.items if placed.id != gone}
-    engine.remove(gone)
+    before = {placed.id: engine.pose(placed.id) for placed in scene.items if placed.id not in gone}
+    for name in gone:
+        engine.remove(name)
     for _ in range(round(WATCHED / 1e-3)):
         engine.step()
     moved = {}
