@@ -19,7 +19,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
-from pickcli.verification.verify import certify
+from pickcli.verification.verify import certify, certifying
 
 if TYPE_CHECKING:
     from pickcli.simulation.execution import Execution
@@ -32,7 +32,7 @@ class QueryStep(Protocol):
     """A motion that is planned and carried out as a whole."""
 
     def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
-        """Plan the motion of this step.
+        """Plan the motion of this step and have it verified.
 
         Args:
             context: The cell, its models and its precomputed files.
@@ -41,10 +41,11 @@ class QueryStep(Protocol):
             seed: Seed of all random choices.
 
         Returns:
-            The plan, uncertified; None where there is nothing to do.
+            The plan with its certificate; None where there is nothing to do.
 
         Raises:
             NoPlanError: No motion was found; with the reasons.
+            RejectedError: The verifier refuses the only plan that there is.
             InputError: The scene is not as the step needs it.
         """
 
@@ -75,7 +76,7 @@ class MoveStep:
     q: Array
 
     def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
-        """Plan the motion of this step.
+        """Plan the move and have it verified.
 
         Args:
             context: The cell, its models and its precomputed files.
@@ -84,15 +85,16 @@ class MoveStep:
             seed: Seed of all random choices.
 
         Returns:
-            The plan, uncertified; None where the arm is there already.
+            The plan with its certificate; None where the arm is there already.
 
         Raises:
             NoPlanError: No motion was found; with the reasons.
+            RejectedError: The verifier refuses it.
         """
         goal = turned_towards(context.cell.robot.limits, self.q, start.q)
         if abs(goal - start.q).max() <= THERE:
             return None
-        return plan_move(context, scene, start, self.q, seed, f"move to {self.name}")
+        return certify(plan_move(context, scene, start, self.q, seed, f"move to {self.name}"), scene)
 
     def after(self, scene: Scene) -> Scene:
         """Leave the scene as it is.
@@ -116,8 +118,8 @@ class PickStep:
 
     query: PickQuery
 
-    def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
-        """Plan the motion of this step.
+    def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan:
+        """Plan the pick: what the verifier refuses gives way to the next candidate.
 
         Args:
             context: The cell, its models and its precomputed files.
@@ -126,12 +128,12 @@ class PickStep:
             seed: Seed of all random choices.
 
         Returns:
-            The plan, uncertified; None where the arm is there already.
+            The plan with its certificate.
 
         Raises:
-            NoPlanError: No motion was found; with the reasons.
+            NoPlanError: No motion was found that the verifier accepts; with the reasons.
         """
-        return plan_pick(context, scene, self.query, start, seed)
+        return plan_pick(context, scene, self.query, start, seed, certify=certifying(scene))
 
     def after(self, scene: Scene) -> Scene:
         """Bring the item to the place that it is wanted in.
@@ -214,7 +216,7 @@ class QuerySequence:
 
         Raises:
             NoPlanError: A query has no plan; with the reasons. What was done before stands in ``answers``.
-            RejectedError: The verifier refuses a plan.
+            RejectedError: The verifier refuses a move.
             InputError: What a query is about is not where it was to be.
         """
         for number, query in enumerate(queries):
@@ -231,8 +233,8 @@ class QuerySequence:
         plan = step.plan(self.context, scene, Start(world.q, world.tool_state), seed)
         if plan is None:
             return
-        answer.plans.append(certify(plan, scene))
-        answer.runs.append(carry_out(answer.plans[-1]))
+        answer.plans.append(plan)
+        answer.runs.append(carry_out(plan))
         if plan.grasp is not None:
             answer.item = plan.grasp.item
             held = world.held == answer.item

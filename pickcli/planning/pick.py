@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError
@@ -52,34 +53,15 @@ def plan_pick(
             every reason.
     """
     began = time.perf_counter()
-    recorder = recorder or ExperienceRecorder()
     problem = PickProblem.of(context, scene, query, seed)
     standing = context.checker_for(scene, Mode(start.tool_state, reserve=RESERVE))
     if not standing.is_valid(start.q):
         raise NoPlanError(problem.label, [standing.explain(start.q).at("start")])
-    grasps, failures = feasible_grasps(problem, query.exclude)
-    grasped, n_rejected = time.perf_counter(), 0
-    for reached in transits_to_grasps(problem, grasps, start):
-        if isinstance(reached, Failures):
-            failures += reached
-            continue
-        recorder.record(reached.experience)
-        motion = plan_transfer(problem, reached)
-        if isinstance(motion, Failures):
-            failures += motion
-            continue
-        recorder.record(motion.experience)
-        carried = time.perf_counter()
-        plan = stitch_pick(problem, motion)
+    failures, n_rejected = Failures(), 0
+    for plan in _candidates(problem, query, start, recorder or ExperienceRecorder(), began):
         if isinstance(plan, Failures):
             failures += plan
             continue
-        plan.statistics.update(
-            grasps_ms=1e3 * (grasped - began),
-            coarse_ms=1e3 * (carried - grasped),
-            timing_ms=1e3 * (time.perf_counter() - carried),
-            planning_ms=1e3 * (time.perf_counter() - began),
-        )
         certified = plan if certify is None else certify(plan)
         if not isinstance(certified, Failures):
             return certified
@@ -87,3 +69,35 @@ def plan_pick(
         if n_rejected == MOST_REJECTED:
             break
     raise NoPlanError(problem.label, failures)
+
+
+def _candidates(
+    problem: PickProblem, query: PickQuery, start: Start, recorder: ExperienceRecorder, began: float
+) -> Iterator[Plan | Failures]:
+    """Uncertified plans of a pick, each of another grasp, the best first; and why others came to nothing.
+
+    began: s by ``time.perf_counter`` at which the query was asked
+    """
+    grasps, failures = feasible_grasps(problem, query.exclude)
+    grasped = time.perf_counter()
+    yield failures
+    for reached in transits_to_grasps(problem, grasps, start):
+        if isinstance(reached, Failures):
+            yield reached
+            continue
+        recorder.record(reached.experience)
+        motion = plan_transfer(problem, reached)
+        if isinstance(motion, Failures):
+            yield motion
+            continue
+        recorder.record(motion.experience)
+        carried = time.perf_counter()
+        plan = stitch_pick(problem, motion)
+        if not isinstance(plan, Failures):
+            plan.statistics.update(
+                grasps_ms=1e3 * (grasped - began),
+                coarse_ms=1e3 * (carried - grasped),
+                timing_ms=1e3 * (time.perf_counter() - carried),
+                planning_ms=1e3 * (time.perf_counter() - began),
+            )
+        yield plan

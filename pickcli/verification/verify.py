@@ -6,12 +6,12 @@ distances and limits are computed here by other means. See docs/verification.md.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from pickcli.errors import Reason, RejectedError, StaleError
+from pickcli.errors import Failures, Reason, RejectedError, StaleError
 from pickcli.motion.plan import Certificate, Plan, other_arm_elsewhere
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.trajectory import Trajectory
@@ -158,6 +158,25 @@ def certify(plan: Plan, scene: Scene) -> Plan:
     if verdict.certificate is None:
         raise RejectedError(plan.query, verdict.reasons)
     return replace(plan, certificate=verdict.certificate)
+
+
+def certifying(scene: Scene) -> Callable[[Plan], Plan | Failures]:
+    """What judges the plans of a query, one after the other, until one is accepted.
+
+    Args:
+        scene: What they are to be carried out in.
+
+    Returns:
+        A function that gives a plan its certificate, or says why it gets none.
+    """
+
+    def certify_or_say_why(plan: Plan) -> Plan | Failures:
+        try:
+            return certify(plan, scene)
+        except RejectedError as error:
+            return Failures(error.reasons).within("rejected by the verifier")
+
+    return certify_or_say_why
 
 
 def _same_world(plan: Plan, scene: Scene) -> str:
