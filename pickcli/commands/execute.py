@@ -116,10 +116,8 @@ def command(
     if driver_name != SIMULATED and (reality_path is not None or video is not None):
         raise click.UsageError(f"--reality and --video are of the simulated world, not of {driver_name}")
     if video is not None:
-        refuse_output(
-            video, overwrite,
-            plan_path, scene_path, planned_in, reality_path, cell_name, items_path, roadmap, trajectories,
-        )  # fmt: skip
+        read = plan_path, scene_path, planned_in, reality_path, cell_name, items_path, roadmap, trajectories
+        refuse_output(video, overwrite, *read)
     connect, reality = driver_factory(driver_name), read_reality(reality_path)
     given = in_order_given(picks=picks, moves=moves)
     if plan_path is None or given:
@@ -139,11 +137,7 @@ def command(
     believed = scene if planned_in is None else open_scene(planned_in, cell_name, arms)
     refuse_held(scene, scene_path)
     refuse_held(believed, planned_in or scene_path)
-    if unverified:
-        _refuse_unknown_states(plan, plan_path, scene)
-        click.echo(f"note: {plan_path} was not verified: this run is an experiment", err=True)
-    else:
-        plan = trusted(plan, plan_path, believed, "plan it again, or watch it fail with --unverified")
+    plan = _judged(plan, plan_path, scene, believed, unverified)
     q, tool_state = stand(plan, scene, start)
     plans = [plan]
     driver = connected(driver_name, connect, DriverRequest(scene, q, tool_state, reality, seed))
@@ -241,6 +235,15 @@ def _tell_answers(request: _QueryRequest, queries: list[MotionQuery], sequence: 
         emit_json({"driver": SIMULATED, **answers_summary(queries, answers, world)})
     elif any(answer.runs for answer in answers):
         click.echo(answers_text(queries, answers, world))
+
+
+def _judged(plan: Plan, path: Path, scene: Scene, believed: Scene, is_experiment: bool) -> Plan:
+    """The plan with a certificate of now; of an experiment as it is, and that is said."""
+    if not is_experiment:
+        return trusted(plan, path, believed, "plan it again, or watch it fail with --unverified")
+    _refuse_unknown_states(plan, path, scene)
+    click.echo(f"note: {path} was not verified: this run is an experiment", err=True)
+    return plan
 
 
 def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:

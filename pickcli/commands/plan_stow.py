@@ -91,9 +91,13 @@ def command(
 
 
 def _in_tote(scene: Scene, item: str) -> PlacedItem:
-    """The item in the tote. Raises UnknownNameError, with where it is, if it is not there."""
+    """The item in the tote. Raises InputError where it is elsewhere, UnknownNameError where it is nowhere."""
     from pickcli.scene.scene import TOTE
 
+    places = sorted({placed.location for placed in scene.items if item in (placed.id, placed.item.name)})
+    if places and TOTE not in places:
+        told = f"--item: {item} is in {' and '.join(places)}, not in the tote"
+        raise InputError(f"{told}; apc plan-pick takes it from there")
     return scene.find(item, TOTE)
 
 

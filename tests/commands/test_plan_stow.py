@@ -49,7 +49,7 @@ def test_one_bin_of_each_row_takes_it_and_the_verifier_agrees(scene: Path, into:
     ("item", "more", "told"),
     [
         ("dove_beauty_bra", (), f"did you mean '{BAR}#2'"),
-        ("crayola_24_ct", (), "is not in tote but in bin_B"),
+        ("crayola_24_ct", (), "is in bin_B, not in the tote; apc plan-pick takes it"),
         (f"{BAR}#2", ("--into", "bin_c"), "--into: unknown bin 'bin_c'; did you mean 'bin_C'?"),
         (f"{BAR}#2", ("--into", "tote"), "--into: unknown bin 'tote'"),
     ],
