@@ -118,7 +118,8 @@ PACKAGES = (
         ("collision/allowed_contacts", "scene/supports", "scene/balance", "scene/contact_graph",
          "scene/solid_contact", "scene/touching"),
         ("tests/collision/test_allowed_contacts.py", "tests/scene/test_supports.py",
-         "tests/scene/test_balance.py", "tests/scene/test_touching.py", "tests/scene/test_solid_contact.py"),
+         "tests/scene/test_balance.py", "tests/scene/test_slumping.py", "tests/scene/test_touching.py",
+         "tests/scene/test_solid_contact.py"),
     ),
     Package(
         "load rules",
