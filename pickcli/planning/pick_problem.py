@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,6 +20,7 @@ from pickcli.planning.stages.extraction import Extraction
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.seeds import derived_seed
 
+SAME_PRESS = 1e-9  # m, and share of a unit vector: turned about its axis, a tool presses as before
 Certify = Callable[[Plan], Plan | Failures]  # gives a plan its certificate, or says why it gets none
 
 
@@ -132,6 +133,25 @@ class PickProblem:
     @cached_property
     def picks_back(self) -> dict[bytes, tuple[PickProblem, ...] | Failures]:
         """By how the target stands there: picks from where it could be set down, as far as was asked."""
+        return {}
+
+    def contact_speed(self, grasp: Grasp) -> float | None:
+        """The fastest that the tool may meet the target, worked out once for all turns about the tool's axis.
+
+        Args:
+            grasp: Where the tool takes the target.
+
+        Returns:
+            m/s; None where the tool tips the target at any useful speed.
+        """
+        at = np.rint(grasp.T_item_tip[:3, 2:] / SAME_PRESS).astype(np.int64).tobytes()
+        press = (grasp.kind, grasp.face, grasp.tool_state, at)
+        if press not in self._contact_speeds:
+            self._contact_speeds[press] = self.context.method.contact_speed(self.contacts, grasp)
+        return self._contact_speeds[press]
+
+    @cached_property
+    def _contact_speeds(self) -> dict[Hashable, float | None]:
         return {}
 
     @cached_property

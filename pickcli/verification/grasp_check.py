@@ -20,6 +20,7 @@ from pickcli.verification.load_check import check_load
 ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
 ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
 TURNED = np.radians(1.0)
+SAME_AXIS = 1e-6  # of a unit vector: between two axes of the place, a grasp may go by either name
 ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, on top of what the cup takes up
 
 
@@ -148,8 +149,9 @@ def check_kind(scene: Scene, grasp: Grasp) -> Iterator[Reason]:
     placed = scene.find(grasp.item)
     T_world_place = scene.T_world_place(scene.cell.places[placed.location])
     into, aside, up = (inverse(T_world_place) @ placed.T_world_item @ grasp.T_item_tip)[:3, 2]
-    kind = max((into, "frontal"), (-up, "top-down"), (abs(aside), "side"))[1]
-    if grasp.kind != kind:
+    along = {"frontal": into, "top-down": -up, "side": abs(aside)}
+    kind = max(along, key=along.__getitem__)
+    if along.get(grasp.kind, -1.0) < along[kind] - SAME_AXIS:
         yield Reason("wrong kind", "grasp", f"{grasp.kind} stated, by the cup's axis it is {kind}")
 
 

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose
 from pickcli.grasping.cup_press import outward_of
 from pickcli.grasping.suction_grasping import SuctionGrasping
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick import plan_pick
-from pickcli.planning.pick_motion import GraspMotion
+from pickcli.planning.pick_motion import GraspMotion, ToolLines
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages import grasp_selection
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -143,6 +146,35 @@ def test_a_light_item_is_pressed_where_it_is_carried(
     none, reasons = feasible_grasps(problem, ())
     assert not none
     assert "tips the item" in {reason.what for reason in reasons}
+
+
+def test_turned_about_its_axis_the_cup_presses_as_before(
+    cell: Cell, planner: PlanningContext, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scene_of(cell, on_floor(cell, "i_am_a_bunny_book", 0.25, 0.0))
+    problem, asked = problem_of(planner, scene, "i_am_a_bunny_book"), []
+    monkeypatch.setattr(SuctionGrasping, "contact_speed", lambda _, __, grasp: asked.append(grasp))
+    none, reasons = feasible_grasps(problem, ())
+    assert not none and {reason.what for reason in reasons} >= {"tips the item"}
+    places = [(g.kind, g.face, *np.round(g.T_item_tip[:3, 2:].ravel(), 6)) for g in asked]
+    counts = Counter(places)
+    assert max(counts.values()) <= 2  # the few grasps, and the many
+
+
+def test_the_arm_is_asked_for_few_grasps_that_it_cannot_follow(
+    cell: Cell, planner: PlanningContext, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scene_of(cell, on_floor(cell, "i_am_a_bunny_book", 0.25, 0.0))
+    problem, asked = problem_of(planner, scene, "i_am_a_bunny_book"), []
+
+    def cannot(problem: PickProblem, tool: ToolLines, *_: object) -> Failures:
+        asked.append(tool.grasp)
+        return Failures.of(Reason("branch jump", str(tool.grasp), "by this test"))
+
+    monkeypatch.setattr(grasp_selection, "plan_grasp_motion", cannot)
+    none, reasons = feasible_grasps(problem, ())
+    assert not none and "branch jump" in {reason.what for reason in reasons}
+    assert grasp_selection.MOST_FOLLOWED < len(asked) <= 2 * grasp_selection.MOST_FOLLOWED
 
 
 def test_the_verifier_refuses_what_tips_by_a_rule_of_its_own(

@@ -216,6 +216,19 @@ def test_a_grasp_is_of_the_kind_of_the_side_from_which_the_cup_comes(
         assert whats(check_kind(turned, grasp)) == ["wrong kind"] * (stated != kind)
 
 
+@pytest.mark.parametrize("off", [-2e-9, 0.0, 2e-9])
+def test_between_two_axes_a_grasp_may_go_by_either_name(off: float) -> None:
+    """A bottle on its side, taken half from aside and half from above: rounding says which is nearer."""
+    there = pick()[1]
+    target = there.find(CRAYOLA)
+    T_place = there.T_world_place(there.cell.places[target.location])
+    axis = np.array([0.0, np.sin(np.pi / 4 + off), -np.cos(np.pi / 4 + off)])
+    in_item = (inverse(target.T_world_item) @ T_place)[:3, :3] @ axis
+    for stated in ("frontal", "top-down", "side"):
+        grasp = replace(cup_at((0.0, 0.0, 0.0), in_item), kind=stated)
+        assert whats(check_kind(there, grasp)) == ["wrong kind"] * (stated == "frontal")
+
+
 def item_of(*size: float) -> Item:
     shape = Shape(ShapeKind.BOX, size)
     item = replace(cell().item(CRAYOLA), shape=shape, seal_inset=0.0, areas={})
