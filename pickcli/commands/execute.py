@@ -96,8 +96,8 @@ def command(
     from the stored files, from where the arm stands and the scene as it then is, verified, and carried out
     in one simulated world. A move goes to its first configuration before, if the arm stands elsewhere.
 
-    Exit code 6 when something collided, a limit was broken or an event was missed. An item that was not
-    picked or was lost is a result: exit code 0.
+    Exit code 6 when something collided, a limit was broken, an event was missed, or the robot stopped as it
+    could not follow or met something. An item that was not picked or was lost is a result: exit code 0.
 
     \b
     Example:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pickcli.simulation.protective_stop import StopCause
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -11,6 +13,9 @@ if TYPE_CHECKING:
     from pickcli.simulation.contacts import Collision
     from pickcli.simulation.plan_record import PlanRecord
     from pickcli.simulation.world import World
+
+
+HINDERED = (StopCause.FOLLOWING_ERROR, StopCause.CONTACT)  # stops of what cannot move as planned
 
 
 def trouble(runs: Sequence[PlanRecord]) -> str:
@@ -26,6 +31,7 @@ def trouble(runs: Sequence[PlanRecord]) -> str:
         (sum(len(_collisions(run)) for run in runs), "collision"),
         (sum(len(run.limit_violations) for run in runs), "limit violation"),
         (sum(len(run.missed) for run in runs), "missed event"),
+        (sum(run.stop_cause in HINDERED for run in runs), "protective stop"),
     )
     return ", ".join(f"{n} {what}{'' if n == 1 else 's'}" for n, what in counts if n)
 

@@ -82,8 +82,7 @@ class Balance:
                 return True
         borne = weight - force
         wrench = np.concatenate([borne, np.cross(point - centre, -force)]) / np.linalg.norm(borne)
-        size = float(placed.item.shape.extents.max()) / 2
-        return can_balance(self._holding(item_id, frozenset()), wrench, size)
+        return can_balance(self._holding(item_id, frozenset()), wrench, _half_size(placed))
 
     def footing(self, item_id: str, is_sure: bool = True) -> Array:
         """Where an item stands on what carries it.
@@ -144,7 +143,7 @@ class Balance:
         if self.graph.scene.noise.position == 0.0:
             return False
         own = np.concatenate([_UP, np.zeros(3)])
-        size = float(self.graph.items[item_id].item.shape.extents.max()) / 2
+        size = _half_size(self.graph.items[item_id])
         with_it, left = (self._touched(item_id, gone) for gone in (frozenset(), lifted))
         return can_balance(with_it, own, size) and not can_balance(left, own, size)
 
@@ -195,11 +194,11 @@ class Balance:
         """Whether contacts with what is left can balance an item, however the world is tilted."""
         left = [c for c in self.graph.touching[name] if c.b not in gone]
         centre, cones = self.graph.items[name].T_world_item[:3, 3], self._holding(name, gone)
-        size = self.graph.items[name].item.shape.extents.max() / 2
+        size = _half_size(self.graph.items[name])
         wrenches = [np.concatenate([w, np.zeros(3)]) for w in self._weights(self.graph.items[name])]
         on_it = [c for c in left if c.b in self.graph.items and c.flipped.carries]
         wrenches += [wrench for contact in on_it for wrench in self._pressed(contact, centre)]
-        return all(can_balance(cones, wrench, float(size)) for wrench in wrenches)
+        return all(can_balance(cones, wrench, size) for wrench in wrenches)
 
     def _holding(self, name: str, gone: frozenset[str]) -> Array:
         """(6, 4 N) unit wrenches about an item's centre of what is left around it and not on it."""
@@ -254,7 +253,7 @@ class Balance:
                 weight = mass / mine.item.mass * _UP
                 borne = borne + np.concatenate([weight, np.cross(places[0] - centre, weight)])
         cones = np.concatenate([*presses, self._holding(name, frozenset())], axis=1)
-        return missing_to_balance(cones, borne, float(mine.item.shape.extents.max()) / 2, limits)
+        return missing_to_balance(cones, borne, _half_size(mine), limits)
 
     def _is_held_elsewhere(self, name: str, others: Set[str]) -> bool:
         """Whether an item, or what lies on it, touches more than these others."""
@@ -273,6 +272,11 @@ class Balance:
             return float(masses.sum()), self._patch(contact.flipped)
         middles = np.array([placed.T_world_item[:3, 3] for placed in pile])  # all goes straight down
         return float(masses.sum()), (masses @ middles / masses.sum())[None]
+
+
+def _half_size(placed: PlacedItem) -> float:
+    """m, at which moments count as forces."""
+    return float(placed.item.shape.extents.max()) / 2
 
 
 def _slope_to_roll(placed: PlacedItem, normal: Array) -> float:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 from pickcli.cell.device import DeviceKind
 from pickcli.geometry import Array
@@ -101,7 +102,7 @@ class _Run(PlanRun[World]):
             **vars(self.record()),
             collisions=world.contacts.since(self.t_start),
             releases=releases,
-            falls=tuple(fall_of(world, release) for release in releases),
+            falls=falls_of(world, releases),
             held=world.held,
             max_load=self.max_load,
         )
@@ -186,16 +187,24 @@ class _Run(PlanRun[World]):
         self.supervisor.feel()
 
 
-def fall_of(world: World, release: Release) -> Fall:
-    """How far an item that left the cup has fallen by now.
+def falls_of(world: World, releases: Iterable[Release]) -> tuple[Fall, ...]:
+    """How far items that left the cup have fallen by now.
+
+    What is left of the vacuum may draw an item on again before it is off for good, so that one item can be
+    released several times; it fell from the highest of these, and by itself if any of them was not wanted.
 
     Args:
         world: The world.
-        release: When and where it left.
+        releases: When and where they left.
 
     Returns:
-        The fall.
+        One fall per item.
     """
-    before, after = world.scene.find(release.item), world.engine.pose(release.item)
-    bottoms = [bounds(before.item.shape, T)[0][2] for T in (release.T_world_item, after)]
-    return Fall(release.item, max(0.0, float(bottoms[0] - bottoms[1])), release.is_wanted)
+    falls: dict[str, Fall] = {}
+    for release in releases:
+        item, after = world.scene.find(release.item).item, world.engine.pose(release.item)
+        bottoms = [bounds(item.shape, T)[0][2] for T in (release.T_world_item, after)]
+        known = falls.get(release.item, Fall(release.item, 0.0, True))
+        height = max(known.height, float(bottoms[0] - bottoms[1]))
+        falls[release.item] = replace(known, height=height, is_wanted=known.is_wanted and release.is_wanted)
+    return tuple(falls.values())

@@ -23,8 +23,8 @@ from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 from pickcli.simulation.arm_turn import let_move
 from pickcli.simulation.camera import overview
-from pickcli.simulation.execute import execute, fall_of
-from pickcli.simulation.execution import Execution, Fall
+from pickcli.simulation.execute import execute, falls_of
+from pickcli.simulation.execution import Execution
 from pickcli.simulation.grip import Release
 from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.plan_record import FiredEvent
@@ -199,7 +199,7 @@ class SimulatedArena:
         """
         world = self._world
         self._let_fall()
-        drops = _drops(fall_of(world, release) for release in releases)
+        drops = tuple(Drop(f.item, f.height, f.is_wanted) for f in falls_of(world, releases))
         now = self.now()
         found = disturbances(self._recorded, now, {drop.item for drop in drops}, ScoringRules.drop_limit)
         self._recorded = now
@@ -297,16 +297,6 @@ def _let_go(world: World, duration: float, open_to: ToolState | None) -> None:
             world.act(device.name, (open_to or max(tool.positions, key=tool.positions.__getitem__)).name)
             duration = max(duration, device.lead)
     world.wait(duration)
-
-
-def _drops(falls: Iterable[Fall]) -> tuple[Drop, ...]:
-    """One drop per item: what is left of the vacuum may draw it on again before it is off for good."""
-    drops: dict[str, Drop] = {}
-    for fall in falls:
-        known = drops.get(fall.item, Drop(fall.item, 0.0, True))
-        height, is_release = max(known.height, fall.height), known.is_release and fall.is_wanted
-        drops[fall.item] = Drop(fall.item, height, is_release)
-    return tuple(drops.values())
 
 
 def _recorded(run: Execution) -> ExecutionResult:

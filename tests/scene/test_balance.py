@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.geometry import pose
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise
-from support.bin_piles import at, in_a_slot, of, on_a_slope, shaped
+from support.bin_piles import EXACT, NOISY, at, in_a_slot, of, on_a_slope, shaped
 
 
 @pytest.mark.parametrize("angle", [0.0, 1.0])
@@ -166,6 +168,47 @@ def test_what_one_contact_bears_by_itself_balances(
     monkeypatch.setattr("pickcli.scene.balance.bears", lambda *_: False)
     assert short == [supports.balance.stays_under(above.id, *press) for press in asked]
     assert 10 < sum(short) < len(short) - 10
+
+
+def test_what_one_contact_bears_needs_no_search_for_forces(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pickcli.scene.balance.can_balance", lambda *_: False)
+    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.02)), 0.3, 0.0, 0.06)
+    balance, press = of(cell, below, above).balance, np.array([0.0, 0.0, -2.0])
+    for beside, is_borne in ((0.0, True), (0.029, True), (0.031, False)):
+        point = above.T_world_item[:3, 3] + [beside, 0.0, 0.01]
+        assert balance.stays_under("above", press, point) is is_borne
+    overhanging = replace(above, T_world_item=above.T_world_item @ pose((0.06, 0.0, 0.0)))
+    inside = overhanging.T_world_item[:3, 3] - [0.02, 0.0, 0.0]
+    assert not of(cell, below, overhanging).balance.stays_under("above", press, inside)  # its own weight
+
+
+@pytest.mark.parametrize(("noise", "is_kept"), [(EXACT, False), (NOISY, True)])
+def test_where_poses_may_be_off_what_lies_on_an_item_may_keep_it_with_more_than_its_weight_as_seen(
+    cell: Cell, noise: PoseNoise, is_kept: bool
+) -> None:
+    """A plank with its middle 5 mm beside its pier, as it is seen, and little on its inner end."""
+    pier = at(cell, "pier", shaped(cell, (0.1, 0.1, 0.1)), 0.3, 0.0, 0.05)
+    plank = at(cell, "plank", shaped(cell, (0.2, 0.1, 0.02), mass=0.2), 0.245, 0.0, 0.11)
+    weight = at(cell, "weight", shaped(cell, (0.02, 0.04, 0.02), mass=0.01), 0.3, 0.0, 0.13)
+    apart = at(cell, "apart", shaped(cell, (0.02, 0.02, 0.02), mass=0.01), 0.4, 0.0, 0.01)
+    balance = of(cell, pier, plank, weight, apart, noise=noise).balance
+    assert balance.is_tipping("plank", "weight") is is_kept
+    assert not balance.is_tipping("plank", "apart")
+
+
+@pytest.mark.parametrize(("short", "is_kept"), [(0.8e-3, False), (1.2e-3, True)])
+def test_a_balance_that_gets_worse_by_a_thousandth_of_the_weight_is_lost(
+    cell: Cell, short: float, is_kept: bool
+) -> None:
+    """A plank with its middle beside its pier by that share of its half length, and as much on its end."""
+    half = 0.1
+    pier = at(cell, "pier", shaped(cell, (0.1, 0.1, 0.1)), 0.3, 0.0, 0.05)
+    plank = at(cell, "plank", shaped(cell, (2 * half, 0.1, 0.02)), 0.25 - short * half, 0.0, 0.11)
+    weight = at(cell, "weight", shaped(cell, (0.02, 0.04, 0.02)), 0.3, 0.0, 0.13)
+    assert of(cell, pier, plank, weight).balance.is_tipping("plank", "weight") is is_kept
 
 
 def test_a_contact_that_is_only_possible_bears_no_press(cell: Cell) -> None:

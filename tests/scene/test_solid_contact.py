@@ -15,6 +15,7 @@ from pickcli.scene.solid_contact import (
     bears,
     can_balance,
     friction_cones,
+    missing_to_balance,
 )
 from support.bin_piles import at, of, shaped
 
@@ -115,6 +116,20 @@ def test_contacts_push_with_a_limited_force_and_never_pull() -> None:
     assert not can_balance(feet(0.03), np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]), 0.1)
     for weights, holds in ((MOST_FORCE - 1e-3, True), (MOST_FORCE + 1e-3, False)):
         assert can_balance(feet(0.03), np.array([0.0, 0.0, weights, 0.0, 0.0, 0.0]), 0.1) is holds
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0, 10.0])
+def test_what_presses_by_its_weight_alone_presses_with_no_more(size: float) -> None:
+    up, turn = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+    three = np.column_stack([up, up, up])
+    for limits, missing in (
+        ([], 0.0), ([(1, 0.3)], 0.0), ([(1, 0.3), (2, 0.5)], 0.2), ([(2, 0.5), (1, 0.3)], 0.2),
+        ([(3, 0.4)], 0.6), ([(3, 1.5)], 0.0),
+    ):  # fmt: skip
+        assert missing_to_balance(three, up, size, limits) == pytest.approx(missing, abs=1e-9)
+    # What nothing turns back counts by its lever at the size; forces that pull are none.
+    assert missing_to_balance(three, up + turn, size, []) == pytest.approx(1.0 / size, abs=1e-9)
+    assert missing_to_balance(three, -up, size, []) == pytest.approx(1.0, abs=1e-9)
 
 
 def test_the_footing_of_an_item_is_where_it_lies_on_what_carries_it(cell: Cell) -> None:

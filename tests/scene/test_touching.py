@@ -80,6 +80,14 @@ def test_near_pairs_are_those_within_reach_and_bounds() -> None:
     assert [part.tolist() for part in solids.near(2, 0.003)] == [[0], [1]]
 
 
+def test_what_just_touches_is_near() -> None:
+    """Boxes of half a metre, whose sides are exact numbers: from there on to 2^-40 m apart."""
+    cube = Shape(ShapeKind.BOX, (0.5, 0.5, 0.5))
+    for apart, n in ((0.0, 1), (2.0**-40, 0)):
+        for x in (0.5 + apart, -0.5 - apart):
+            assert len(_shaped((cube, np.eye(4)), (cube, pose((x, 0.0, 0.0)))).near(2)[0]) == n
+
+
 def _shaped(*placed: tuple[Shape, Array]) -> PosedSolids:
     """Bodies of any shape at any pose, nothing of which is uncertain."""
     scene, _ = solids_at()

@@ -9,6 +9,7 @@ import pytest
 
 from bench.paces import LAGGING, paused, slowed
 from pickcli.cell.cell import Cell
+from pickcli.commands.execution_report import trouble
 from pickcli.errors import StaleError
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
@@ -126,6 +127,7 @@ def test_what_is_met_while_the_lift_waits_stops_the_motion(cell: Cell, build_rea
     record = execute(with_grasp(rail_pick(cell, valve_shift=0.4)), world, on_step=push)
     assert record.stop_cause is StopCause.CONTACT and record.stopped_in is SegmentKind.CONTACT
     assert record.stop is not None and record.stop.t < t_lift + 0.2
+    assert trouble([record]) == "1 protective stop"
 
 
 def with_grasp(plan: Plan) -> Plan:
@@ -142,6 +144,7 @@ def test_an_item_that_breaks_away_stops_the_robot_within_its_limits(
     record = execute(rail_pick(cell), world)
     assert record.stop_cause is StopCause.SEAL_LOST
     assert record.has_item is False
+    assert trouble([record]) == ""  # a lost item is a result
     assert record.stopped_in is SegmentKind.RETREAT
     assert record.limit_violations == ()
     assert record.held is None
