@@ -23,10 +23,12 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.commands.progress_bar import progress
+from pickcli.commands.trial_options import pose_noise_option
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
+    from pickcli.scene.scene import PoseNoise, Scene
 
 Contents = dict[str, tuple[str, ...]]  # names of items by place
 
@@ -41,6 +43,9 @@ NEWEST = 2016  # year of the figures of items that no order names
 )  # fmt: skip
 @output_option("scene")
 @click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the places.")
+@click.option("--perceived", type=PATH, metavar="FILE.json",
+              help="Also write the scene as a trial sees it, with errors of poses and pod.")  # fmt: skip
+@pose_noise_option
 @pod_shift_option("none")
 @cell_option
 @items_option
@@ -52,6 +57,8 @@ def command(
     output: Path,
     overwrite: bool,
     picture: Path | None,
+    perceived: Path | None,
+    pose_noise: PoseNoise,
     pod_shift: Displacement | str | None,
     cell_name: str,
     items_path: Path | None,
@@ -64,9 +71,13 @@ def command(
     stowed in bins, heaped in boxes (in the tote, of a stow order), and laid side by side on tables. With
     --in, or with that alone, they lie where it says.
 
+    A plan for the scene that --perceived writes is carried out in the true one:
+    apc execute --scene scene.json --planned-in seen.json.
+
     \b
     Example:
       apc make-scene jsk_pick_sample --seed 3 -o scene.json
+      apc make-scene jsk_pick_sample --seed 3 -o scene.json --perceived seen.json
       apc make-scene --in bin_C=dove_beauty_bar,crayola_24_ct --in tote=dasani_water_bottle -o scene.json
     """
     from pickcli.cell.cell_file import load_workcell
@@ -87,10 +98,11 @@ def command(
         )
     T_world_pod = pod_pose(pod_shift or NONE, cell, seed)
     inputs = (order_source, cell_name, items_path)
-    refuse_output(output, overwrite, *inputs)
+    outputs = [path for path in (output, picture, perceived) if path is not None]
+    for path in outputs:
+        refuse_output(path, overwrite, *inputs)
+    refuse_same(*outputs)
     if picture is not None:
-        refuse_output(picture, overwrite, *inputs)
-        refuse_same(output, picture)
         refuse_suffix(picture, (".png",), "a picture")
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
@@ -100,6 +112,8 @@ def command(
     with stage("stowing"), progress("settling") as report, of_file(Path(where)):
         scene = make_scene(contents, cell, seed, year, report, T_world_pod)
     write_scene(scene, output, overwrite)
+    if perceived is not None:
+        write_scene(_perceived(scene, pose_noise, seed), perceived, overwrite)
     if picture is not None:
         from pickcli.simulation.camera import picture_of, write_png
 
@@ -112,6 +126,14 @@ def command(
         n, m = len(scene.items), len(names)
         what = f"{'bin' if set(names) <= set(cell.pod.bins) else 'place'}{'s' * (m != 1)}"
         click.echo(f"{n} item{'s' * (n != 1)} at rest in {m} {what}, seed {seed}: {output}")
+
+
+def _perceived(scene: Scene, pose_noise: PoseNoise, seed: int) -> Scene:
+    """The scene as the first look of a trial shows it."""
+    from pickcli.simulation.reality import DEFAULT
+    from pickcli.trial.pose_noise import perceive
+
+    return perceive(scene, pose_noise, seed, 1, DEFAULT)
 
 
 def _stated_contents(stated: tuple[str, ...], cell: Cell) -> Contents:

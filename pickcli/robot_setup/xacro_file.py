@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import resource
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib.util import find_spec
+from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
 
@@ -12,10 +16,13 @@ from pickcli.errors import InputError
 from pickcli.robot_setup.package_search import PackageSearch
 
 _INDEX = "ament_index_python"  # where xacro looks for packages: part of ROS, on no registry
+MOST_TIME = 20  # s of the processor; real ones take well under one
+MOST_WAIT = 60.0  # s, where it waits for something
+MOST_MEMORY = 2 * 1024**3  # bytes
 
 
 def expanded(path: Path, packages: PackageSearch, arguments: Mapping[str, str]) -> str:
-    """Expand a xacro.
+    """Expand a xacro, in a process of its own: what it has evaluated may have no end.
 
     Args:
         path: The file.
@@ -28,20 +35,45 @@ def expanded(path: Path, packages: PackageSearch, arguments: Mapping[str, str]) 
     Raises:
         InputError: The extra is not installed, or xacro refuses the file.
     """
-    try:
-        import xacro
-    except ImportError:
+    if find_spec("xacro") is None:
         raise InputError(
             f"{path}: is a xacro, and the package xacro is not installed; pip install 'apc-pick[xacro]', or "
             "expand it where ROS is and name the URDF"
-        ) from None
+        )
     if not path.is_file():
         raise InputError(f"{path}: no such file; correct the name")
+    spawning = multiprocessing.get_context("spawn")
+    ours, theirs = spawning.Pipe(duplex=False)
+    child = spawning.Process(target=_expand, args=(theirs, path, packages, dict(arguments)), daemon=True)
+    child.start()
+    theirs.close()
+    text, refusal = "", f"more than {MOST_TIME} s or {MOST_MEMORY // 1024**3} GiB to expand it"
+    try:
+        if ours.poll(MOST_WAIT):
+            text, refusal = ours.recv()
+    except EOFError:  # the system ended it
+        pass
+    finally:
+        child.kill()
+        child.join()
+    if refusal:
+        raise InputError(f"{path}: xacro refuses it: {refusal}")
+    return text
+
+
+def _expand(told: Connection, path: Path, packages: PackageSearch, arguments: dict[str, str]) -> None:
+    """Tell the URDF as text, or why there is none. Runs in a process that may come to its bounds."""
+    import xacro
+
+    resource.setrlimit(resource.RLIMIT_CPU, (MOST_TIME, MOST_TIME))
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     try:
         with _package_index(packages):
-            return str(xacro.process_file(str(path), mappings=dict(arguments)).toprettyxml(indent="  "))
+            told.send((str(xacro.process_file(str(path), mappings=arguments).toprettyxml(indent="  ")), ""))
+    except MemoryError:
+        pass  # the pipe is closed without an answer
     except Exception as error:  # whatever the file makes xacro evaluate
-        raise InputError(f"{path}: xacro refuses it: {error or type(error).__name__}") from error
+        told.send(("", str(error) or type(error).__name__))
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.page.cell_parts import robot_part
-from pickcli.robot_setup import cell_setup
+from pickcli.robot_setup import cell_setup, xacro_file
 from support.command_line import apc, misused, refused
 from support.new_robots import write_branching, write_two_arms
 
@@ -307,6 +307,18 @@ def test_a_xacro_is_expanded(urdf: Path, tmp_path: Path, monkeypatch: pytest.Mon
     refused(apc("init", tmp_path / "other", *words), 3, xacro, "package 'nowhere' was not found")
     monkeypatch.setitem(__import__("sys").modules, "xacro", None)
     refused(apc("init", tmp_path / "other", *words), 3, xacro, "pip install 'apc-pick[xacro]'")
+
+
+@pytest.mark.parametrize("expression", ["9**9**9", "len([0 for _ in range(10**12)])", "len('a' * 10**11)"])
+def test_a_xacro_that_computes_without_end_is_refused(
+    expression: str, urdf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(xacro_file, "MOST_WAIT", 4.0)
+    xacro = urdf.with_suffix(".urdf.xacro")
+    start = '<robot name="branching" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    hostile = f'{start}<xacro:property name="a" value="${{{expression}}}"/><link name="${{a}}"/>'
+    xacro.write_text(re.sub(r"<robot[^>]*>", hostile, urdf.read_text()))
+    refused(apc("init", tmp_path / "other", "--urdf", xacro, *LIMITS), 3, xacro, "xacro refuses it")
 
 
 def test_a_link_that_leads_nowhere_is_left_alone(urdf: Path, tmp_path: Path) -> None:

@@ -24,6 +24,8 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
+from pickcli.simulation.reality import DEFAULT
+from pickcli.trial.pose_noise import perceive
 from pickcli.verification.verify import certify
 from support.command_line import apc, pick, refused
 from support.tool_states import STRAIGHT
@@ -65,6 +67,23 @@ def test_make_scene_writes_a_scene_and_a_picture(order: Path, tmp_path: Path) ->
     assert sorted(told["bins"]["bin_C"]) == ["crayola_24_ct", "dove_beauty_bar"]
     assert len(read_scene(out).items) == 2
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_make_scene_writes_what_a_trial_sees_too(order: Path, tmp_path: Path) -> None:
+    out, seen = tmp_path / "scene.json", tmp_path / "seen.json"
+    words = [str(order), "-o", str(out), "--seed", "3", "--perceived", str(seen), "--pose-noise", "4,2"]
+    assert CliRunner().invoke(make_scene_command, words, catch_exceptions=False).exit_code == 0
+    true, believed = read_scene(out), read_scene(seen)
+    assert true.noise.position == 0.0 and believed.noise.position == pytest.approx(0.004)
+    assert believed.noise.angle == pytest.approx(np.radians(2.0))
+    assert scene_hash(believed) == scene_hash(perceive(true, believed.noise, 3, 1, DEFAULT))
+    off = [
+        np.linalg.norm(a.T_world_item[:3, 3] - b.T_world_item[:3, 3])
+        for a, b in zip(true.items, believed.items, strict=True)
+    ]
+    assert all(d > 1e-5 for d in off) and believed.pod_error != true.pod_error
+    same = CliRunner().invoke(make_scene_command, [*words[:6], str(out), "--overwrite"])
+    assert same.exit_code == 3 and "would be written twice" in same.output
 
 
 def test_inspect_shows_what_rests_on_what(cell: Cell, tmp_path: Path) -> None:
