@@ -83,7 +83,7 @@ def test_make_scene_writes_what_a_trial_sees_too(order: Path, tmp_path: Path) ->
     ]
     assert all(d > 1e-5 for d in off) and believed.pod_error != true.pod_error
     same = CliRunner().invoke(make_scene_command, [*words[:6], str(out), "--overwrite"])
-    assert same.exit_code == 3 and "would be written twice" in same.output
+    assert isinstance(same.exception, InputError) and "would be written twice" in str(same.exception)
 
 
 def test_inspect_shows_what_rests_on_what(cell: Cell, tmp_path: Path) -> None:
