@@ -1,16 +1,17 @@
-"""The second opinion: checks a plan; shares only `files`, `cell`, `scene` and `motion` with the planner.
+"""Independent verification of plans; shares only `files`, `cell`, `scene` and `motion` with the planner.
 
 Read in this order:
 
-- The question and the answer: `verify`, which runs all checks, and its `verdict`.
-- What is where: `state_sampling`, `forward_kinematics` with `finger_kinematics`, `held_pose`,
+- Entry point and result: `verify`, which runs all checks, and its `verdict`.
+- Poses of all solids: `state_sampling`, `forward_kinematics` with `finger_kinematics`, `held_pose`,
   `moving_parts`, `static_solids` and `cloud_points`.
-- How far apart: `fcl_solids` and `separation` for two solids, `pair_distance` over a motion; `solid_arrays`
+- Distances: `fcl_solids` and `separation` for two solids, `pair_distance` over a motion; `solid_arrays`
   and `broad_phase` for thousands of pairs at once; `ray_casting` along a line.
-- The motion: `structure_check`, `clearance_check` but for `exemptions`, `joint_limit_check` by the bounds in
+- The motion: `structure_check`, `clearance_check` with `exemptions`, `joint_limit_check` by the bounds in
   `quintic`, `straightness_check`, `tool_speed`, and `event_check` with `finger_events` or
   `vacuum_events`.
 - The item: `contact_check` with `contact_exemptions`, `support_check` by `pile_statics` and `equilibrium`,
-  `tipping_check`, by `hold_choice` `grasp_check` with `load_check`, or `pinch_check`, and `release_check`.
-- Ways out of a stop: `recovery_check`.
+  `tipping_check`; `grasp_check` with `load_check`, or `pinch_check`, as `hold_choice` selects;
+  `release_check`.
+- Recovery motions after a stop: `recovery_check`.
 """

@@ -1,9 +1,10 @@
-"""Lower bounds of the distances of all pairs over whole stretches of states, thousands at a time.
+"""Broad phase: lower bounds of the distances of all pairs over intervals of states, thousands at a time.
 
-Two steps, each of which leaves few pairs and short stretches for the next, and at last for the exact shapes.
-First every segment is cut into intervals, and the spheres around all parts are compared with everything at
-the middle of each. What may be near there is then bounded by gaps across a few directions, and halved where
-that does not tell. Both take off how far a pair moves from the middle of a stretch to its ends.
+It has two steps, each of which leaves few pairs and short intervals for the next; the rest is measured with
+the exact shapes. First every segment is cut into intervals, and the spheres around all parts are compared
+with all solids at the middle of each. Pairs that may be near there are then bounded by gaps across a few
+directions; intervals that these bounds do not decide are halved. Both steps subtract how far a pair moves
+from the middle of an interval to its ends.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class StateIntervals:
     last: Indices
 
     def half_way(self, states: States, reach: Array) -> Array:
-        """How far, at most, the middle of each interval is from any other of its states.
+        """Return how far, at most, the middle of each interval is from any other of its states.
 
         Args:
             states: The motion's states.
@@ -48,20 +49,20 @@ class StateIntervals:
         """
         back = states.travel[self.middle] - states.travel[self.first]
         ahead = states.travel[self.last] - states.travel[self.middle]
-        # Not by BLAS, which would share out so little work among threads.
+        # No BLAS: it would spread this little work over several threads.
         back, ahead = (np.einsum("wn,kn->wk", way, reach) for way in (back, ahead))
         return np.asarray(np.maximum(back, ahead))
 
 
 @dataclass(frozen=True, eq=False)
 class Stretches:
-    """M times a pair of solids over the states [first, last] of a segment; all arrays are (M,).
+    """M pairs of solids, each over the states [first, last] of a segment; all arrays are (M,).
 
     Attributes:
-        bound: m, below any distance of the pair in the stretch.
+        bound: m, lower bound of the pair's distance in the stretch.
         segment: Index of the segment.
         a: Index of the solid that moves.
-        b: Index of the other, which may move, too.
+        b: Index of the other solid, which may move, too.
         first: Index of the first state.
         last: Index of the last state.
     """
@@ -77,7 +78,7 @@ class Stretches:
         return len(self.bound)
 
     def __getitem__(self, which: NDArray[np.bool_] | Indices) -> Stretches:
-        """The stretches that a mask or indices choose."""
+        """Select stretches by a mask or by indices."""
         return Stretches(
             self.bound[which],
             self.segment[which],
@@ -89,7 +90,7 @@ class Stretches:
 
     @staticmethod
     def joined(several: Sequence[Stretches]) -> Stretches:
-        """All stretches of several sets, in their order.
+        """Concatenate several sets of stretches.
 
         Args:
             several: At least one.
@@ -112,7 +113,7 @@ class Stretches:
         return (self.first + self.last) // 2
 
     def halved(self) -> Stretches:
-        """Both halves of each stretch; the bounds are those of the whole.
+        """Halve each stretch; both halves keep the bound of the whole.
 
         Returns:
             The halves.
@@ -135,7 +136,7 @@ def state_intervals(states: States, first: int, last: int, reach: Array) -> Stat
     way = (states.travel[first : last + 1] - states.travel[first]) @ reach
     n = max(1, int(np.ceil(way[-1] / INTERVAL)))
     ends = np.searchsorted(way, np.linspace(0.0, way[-1], n + 1))
-    ends[-1] = last - first  # where it comes to rest before, too
+    ends[-1] = last - first  # also if the parts come to rest before
     edges = first + np.unique(ends)
     return StateIntervals(edges[:-1], (edges[:-1] + edges[1:]) // 2, edges[1:])
 
@@ -143,13 +144,13 @@ def state_intervals(states: States, first: int, last: int, reach: Array) -> Stat
 def world_bounds(
     states: States, solids: SolidArrays, moving: Indices, standing: Indices, at: StateIntervals
 ) -> Array:
-    """Lower bounds of the distances of parts from what stands, in each interval.
+    """Return lower bounds of the distances between moving parts and static solids, in each interval.
 
     Args:
         states: The motion's states.
         solids: All solids of the motion.
         moving: (P,) indices of the parts.
-        standing: (F,) indices of what stands.
+        standing: (F,) indices of the static solids.
         at: W intervals.
 
     Returns:
@@ -162,7 +163,7 @@ def world_bounds(
 
 
 def own_bounds(states: States, solids: SolidArrays, moving: Indices, at: StateIntervals) -> Array:
-    """Lower bounds of the distances between parts, in each interval.
+    """Return lower bounds of the distances between moving parts, in each interval.
 
     Args:
         states: The motion's states.
@@ -182,7 +183,7 @@ def own_bounds(states: States, solids: SolidArrays, moving: Indices, at: StateIn
 
 
 def _centers(states: States, solids: SolidArrays, moving: Indices, at: StateIntervals) -> Array:
-    """Centres (W, P, 3) in the world of the parts at the middle of each interval."""
+    """Return the centres (W, P, 3) in the world of the parts at the middle of each interval."""
     links = states.links[solids.link[moving], at.middle[:, None]]
     return np.asarray((links @ solids.T[moving, :, 3, None])[:, :, :3, 0])
 
@@ -190,7 +191,7 @@ def _centers(states: States, solids: SolidArrays, moving: Indices, at: StateInte
 def near_stretches(
     bounds: Array, segment: int, a: Indices, b: Indices, at: StateIntervals, below: float
 ) -> Stretches:
-    """The pairs and intervals of a segment whose bound is low.
+    """Return the pairs and intervals of a segment whose bound is below a threshold.
 
     Args:
         bounds: (W, Q) m.
@@ -198,7 +199,7 @@ def near_stretches(
         a: (Q,) index of the first solid of each pair.
         b: (Q,) index of the second.
         at: W intervals.
-        below: m; lower bounds are wanted.
+        below: m, the threshold.
 
     Returns:
         The stretches.
@@ -210,20 +211,20 @@ def near_stretches(
 def tightened(
     stretches: Stretches, below: float, floor: float, states: States, solids: SolidArrays
 ) -> tuple[Stretches, float]:
-    """Raise the bounds of stretches that are lower than ``below``, by cutting these into shorter ones.
+    """Raise the bounds of stretches that are below ``below``, by cutting these into shorter ones.
 
-    A bound that stays lower is that of a stretch from one state to the next, or of one in the middle of
-    which there is no gap: there only the exact shapes tell more.
+    A bound that remains below it belongs to a stretch between neighbouring states, or to one without a gap
+    in its middle; only the exact shapes can decide these.
 
     Args:
-        stretches: Any, of one motion.
-        below: m. It is lowered to the smallest gap that is met, as bounds over that are no use.
-        floor: m, but not lower than this.
-        states: The motion's.
-        solids: Of the stretches.
+        stretches: Stretches of one motion.
+        below: m. It is lowered to the smallest gap that is found, because higher bounds are of no use.
+        floor: m, the least value that ``below`` is lowered to.
+        states: The motion's states.
+        solids: Solids of the stretches.
 
     Returns:
-        The stretches, and ``below`` as it is then.
+        The stretches, and the final value of ``below``.
     """
     is_low = stretches.bound < below
     done, low = [stretches[~is_low]], stretches[is_low]

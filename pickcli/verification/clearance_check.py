@@ -1,10 +1,10 @@
-"""The smallest clearance of the whole motion, proven: branch and bound over pairs and time.
+"""Check that the smallest clearance of the whole motion is proven: branch and bound over pairs and time.
 
-Of every pair the distances between two states have a lower bound (``pair_distance``). The stretch with the
-lowest bound is always split next, so fcl is asked only where things are near, and when the lowest bound left
-is as high as the smallest distance measured, nothing in the whole motion can be nearer. Where two
-neighbouring states do not prove the clearance that is kept, more are looked at in between. Bounds of all
-pairs at once (``broad_phase``) leave few stretches to ask fcl about.
+The distances of every pair between two states have a lower bound (``pair_distance``). The stretch with the
+lowest bound is always split next, so fcl only measures pairs that are near. When the lowest remaining bound
+is as high as the smallest measured distance, nothing in the whole motion can be nearer. If two neighbouring
+states do not prove the required clearance, more states in between are measured. Bounds of all pairs at once
+(``broad_phase``) leave few stretches to measure with fcl.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ from pickcli.verification.solid_arrays import Indices, SolidArrays
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 
-FAR = 0.05  # m, clearances beyond it are not told apart
+FAR = 0.05  # m, larger clearances are not distinguished
 RESOLUTION = 2e-4  # m, how far below the smallest measured clearance the proven one may lie
 ROUNDING = 1e-5  # m by which a measured distance may fall short of the clearance
-UNPROVEN = 1e-4  # m by which a bound between two of the finer states may
+UNPROVEN = 1e-4  # m by which a bound between two of the finer states may fall short of it
 MAX_REASONS = 20
-FIRST_BELOW = 0.002  # m, bounds lower than it are the first to be tightened; then twice as much, and so on
+FIRST_BELOW = 0.002  # m, bounds lower than it are tightened first; then the limit is doubled, and so on
 
 
 @dataclass(frozen=True)
 class Clearance:
-    """What the check of the clearance found.
+    """Result of the clearance check.
 
     Attributes:
         minimum: m, proven for all times; at most FAR.
@@ -56,7 +56,7 @@ class Clearance:
 
 @dataclass(frozen=True, eq=False)
 class _Occupied:
-    """A segment: its states [first, last], and the indices of what moves (P,) and stands (F,) in it."""
+    """A segment: its states [first, last], and the indices of its moving (P,) and static (F,) solids."""
 
     index: int
     first: int
@@ -74,16 +74,17 @@ def check_clearance(
     opening: frozenset[tuple[str, str]] = frozenset(),
     needed: float = 0.0,
 ) -> Clearance:
-    """Prove that nothing comes near but what is planned to; see the head of this file.
+    """Prove that all pairs keep the clearance except those planned to touch; see the module's docstring.
 
     Args:
         plan: The plan.
         states: The motion's states.
         moving: Parts that move in each segment.
-        world: What stands in each segment.
+        world: Static solids of each segment.
         exempt: Exemptions of each segment.
-        opening: Pairs (part, fixture) that are near at the start of a way out, and are followed elsewhere.
-        needed: m that all others keep.
+        opening: Pairs (part, fixture) that are near at the start of a recovery motion; ``check_opening``
+            follows them.
+        needed: m, the clearance that all other pairs keep.
 
     Returns:
         The smallest clearance, and the faults.
@@ -103,9 +104,9 @@ def check_clearance(
 
 
 class _Search:
-    """The lowest bound is split until it is known well enough.
+    """Best-first search: split the stretch with the lowest bound until the clearance is known well enough.
 
-    Bounds below ``_below`` m have been tightened and stand in a heap, the others wait.
+    Stretches with bounds below ``_below`` m have been tightened and are in a heap; the others wait.
     """
 
     def __init__(
@@ -120,7 +121,7 @@ class _Search:
         self._smallest = self._proven = FAR
 
     def run(self) -> Clearance:
-        """The smallest clearance, or reasons."""
+        """Return the smallest clearance, or the faults."""
         while len(self._reasons) < MAX_REASONS and self._has_lower():
             bound, _, pair, i, j, is_measured = heapq.heappop(self._heap)
             if (pair.segment, pair.names) in self._reasons:
@@ -135,7 +136,7 @@ class _Search:
         return Clearance(min(self._proven, self._smallest), tuple(self._reasons.values()))
 
     def _has_lower(self) -> bool:
-        """Whether the heap's lowest bound is too low to leave it at that; what waits is tightened before."""
+        """Whether the heap's lowest bound must be split further; waiting stretches are tightened first."""
         while True:
             enough = max(self._needed, min(self._proven, self._smallest - RESOLUTION))
             lowest = self._heap[0][0] if self._heap else FAR
@@ -162,7 +163,7 @@ class _Search:
         return self._pairs[segment, a, b]
 
     def _measure(self, pair: Pair, i: int, j: int) -> bool:
-        """Ask fcl about both ends of a stretch. False: they are a reason against the plan."""
+        """Measure both ends of a stretch with fcl; return False if that yields a fault."""
         needed = self._needed
         low, near = pair.bound(i, j), min(pair.distance(i), pair.distance(j))
         is_last = j <= i + 1
@@ -179,9 +180,9 @@ class _Search:
         return True
 
     def _finer(self, pair: Pair, i: int) -> tuple[float, float]:
-        """Smallest distance between a state and the next by more states in between, and a lower bound, m.
+        """Measure states between a state and the next; return the smallest distance and a lower bound, m.
 
-        fcl is asked only where gaps between parallel planes, which take less time, do not prove enough.
+        fcl is used only if gaps between parallel planes, which take less time, do not prove the clearance.
         """
         states, solids = self._states.finer(i, FINER), SolidArrays.of((pair.a, pair.b))
         one = np.zeros(FINER + 1, dtype=np.int64)
@@ -191,7 +192,7 @@ class _Search:
 
 
 def _reason(plan: Plan, pair: Pair, i: int, j: int, needed: float) -> Reason:
-    """Where and how deep, how near, or that the proof does not reach."""
+    """Describe a fault: where it is, and the depth, the distance, or that the proof does not reach."""
     i = min((i, j), key=pair.distance)
     where = f"segment {pair.segment} ({plan.segments[pair.segment].kind})"
     at = f"{pair.names} at {pair.states.times[i]:.3f} s"
@@ -212,14 +213,14 @@ def _near(
     exempt: Exemptions,
     opening: frozenset[tuple[str, str]],
 ) -> Stretches:
-    """Every stretch of a segment in which a pair that is tested may come nearer than FAR.
+    """Return every stretch of a segment in which a tested pair may come nearer than FAR.
 
     Args:
-        states: The motion's.
-        solids: The plan's.
+        states: The motion's states.
+        solids: The plan's solids.
         at: The segment.
-        exempt: What it does not test.
-        opening: Pairs (part, fixture) that are followed elsewhere.
+        exempt: Pairs that are not tested.
+        opening: Pairs (part, fixture) that ``check_opening`` follows.
     """
 
     def is_world_pair_tested(a: Part, b: Part | Fixture) -> bool:
@@ -242,7 +243,7 @@ def _near(
 def _tested(
     stretches: Stretches, solids: SolidArrays, is_tested: Callable[[Part, Part | Fixture], bool]
 ) -> Stretches:
-    """The stretches of pairs that are tested at all; every pair is asked about once."""
+    """Return the stretches of pairs that are tested; ``is_tested`` is called once for each pair."""
     keys, which = np.unique(stretches.a * len(solids.solids) + stretches.b, return_inverse=True)
     pairs = (solids.pair(*divmod(key, len(solids.solids))) for key in keys.tolist())
     return stretches[np.fromiter((is_tested(*pair) for pair in pairs), dtype=bool, count=len(keys))[which]]

@@ -1,7 +1,7 @@
-"""The points of a cloud that a motion comes near to, found by a k-d tree and the verifier's own kinematics.
+"""Find the points of a cloud that a motion comes near to, by a k-d tree and the verifier's own kinematics.
 
-Where no point of the robot moves far between two states, a point of the cloud that is far from all shapes in
-all of these states is far at any time. What is left is few, and measured like everything that stands.
+If no point of the robot moves far between two states, a cloud point that is far from all shapes in these
+states is far at any time. The few remaining points are measured like static solids.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from pickcli.verification.moving_parts import Fixture, Part, farthest
 from pickcli.verification.solid_arrays import Indices
 from pickcli.verification.state_sampling import States
 
-NEAR = 0.02  # m, distances beyond it are not told apart
-STRIDE = 0.01  # m that any point moves between two states that are looked at
+NEAR = 0.02  # m, larger distances are not distinguished
+STRIDE = 0.01  # m that any point moves between two checked states
 MOST_AT_ONCE = 200_000  # pairs of a state and a point
 
 
 @dataclass(frozen=True)
 class CloudPoints:
-    """What a motion comes near to of a cloud.
+    """The points of a cloud that a motion comes near to.
 
     Attributes:
-        fixtures: Points, each as a ball, that stand in the whole motion.
-        proven: m that all other points are away at least, at any time.
+        fixtures: Points as spheres, which stand during the whole motion.
+        proven: m, lower bound of the distance of all other points at any time.
     """
 
     fixtures: tuple[Fixture, ...] = ()
@@ -42,7 +42,7 @@ class CloudPoints:
 
 
 def near_points(plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]]) -> CloudPoints:
-    """Find the points of the scene's cloud that anything that moves may come nearer to than ``NEAR``.
+    """Find the points of the scene's cloud that a moving part may come nearer to than ``NEAR``.
 
     Args:
         plan: The plan.
@@ -51,7 +51,7 @@ def near_points(plan: Plan, scene: Scene, states: States, moving: Sequence[tuple
         moving: Parts that move in each segment.
 
     Returns:
-        These points.
+        The points.
     """
     cloud = scene.cloud
     if cloud is None:
@@ -69,7 +69,7 @@ def near_points(plan: Plan, scene: Scene, states: States, moving: Sequence[tuple
 
 
 def _strided(states: States, first: int, last: int, parts: tuple[Part, ...]) -> tuple[Indices, float]:
-    """States of a stretch, its ends among them, and how far any point is from where it is in one of these."""
+    """Choose states of a segment, both ends included, and bound the distance (m) of any point from them."""
     way = states.travel[first : last + 1] @ farthest(parts)
     steps = np.arange(0.0, way[-1] - way[0], STRIDE)
     chosen = np.unique(np.concatenate([np.searchsorted(way - way[0], steps), [0, last - first]]))
@@ -78,7 +78,7 @@ def _strided(states: States, first: int, last: int, parts: tuple[Part, ...]) -> 
 
 
 def _within(cloud: Cloud, part: Part, poses: Array, distance: float) -> Indices:
-    """Indices of the points that are nearer to a part than a distance in m at any of its poses (S, 4, 4)."""
+    """Return indices of the points nearer to a part than a distance in m at any of its poses (S, 4, 4)."""
     tree, spheres = _tree(cloud), part.spheres
     centers = np.einsum("sij,kj->ski", poses[:, :3, :3], spheres.centers) + poses[:, None, :3, 3]
     nearest, _ = tree.query(centers, distance_upper_bound=spheres.radius + distance)
@@ -92,7 +92,7 @@ def _within(cloud: Cloud, part: Part, poses: Array, distance: float) -> Indices:
 
 
 def _candidates(tree: KDTree, centers: Array, radius: float) -> Iterator[tuple[Indices, Indices]]:
-    """Pairs of a state and a point within a radius of any of its centres (S, K, 3), so many at once."""
+    """Yield pairs of a state and a point within a radius of any of its centres (S, K, 3), in batches."""
     pairs: list[tuple[int, Indices]] = []
     for state, of_state in enumerate(centers):
         lists = tree.query_ball_point(of_state, radius)
@@ -110,7 +110,7 @@ def _flat(pairs: list[tuple[int, Indices]]) -> tuple[Indices, Indices]:
 
 
 def _outside(shape: Shape, points: Array) -> Array:
-    """How far points (N, 3) in a shape's frame are outside of it, at least (N,), m."""
+    """Return lower bounds (N,), m, of how far points (N, 3) in a shape's frame are outside of it."""
     if shape.kind is ShapeKind.BOX:
         beyond = np.maximum(np.abs(points) - np.array(shape.size) / 2, 0.0)
         return np.asarray(np.linalg.norm(beyond, axis=1))
@@ -126,7 +126,7 @@ def _outside(shape: Shape, points: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def _planes(shape: Shape) -> Array:
-    """Normal and offset (F, 4) of every side of a hull."""
+    """Return normal and offset (F, 4) of every face of a hull."""
     return np.asarray(ConvexHull(np.array(shape.vertices)).equations)
 
 

@@ -1,13 +1,13 @@
-"""Planned contact is a touch, and no deeper than poses and bellows explain: an upper bound per pair.
+"""Check that planned contact is no deeper than pose errors and bellows explain: an upper bound per pair.
 
-Measured on the solids as they are perceived, not grown. Two items lie in each other, as their poses say, at
-most as deep as both may be off; taken out, the item may go no deeper into a neighbour than it lies where it
-is taken, except for what a pose that is off in angle leads astray, and what it is clear of there it may come
-to by no more than that. The same holds backwards where it is set down.
+Depth is measured on the solids at their perceived poses, not enlarged. Two items overlap by at most the sum
+of their pose errors. While it is taken out, the item may not go deeper into a neighbour than at rest, except
+for the effect of an angular pose error; it may approach a neighbour that it does not touch at rest by no more
+than that effect. The same holds in reverse when it is set down.
 
-The bellows give along the axis of the cup only: one that is pressed in by its whole stroke must be clear of
-what it touches, except for what the pose of that may be off; and in a motion that is not along that axis the
-cup goes no deeper than it stands at rest.
+The bellows give way only along the axis of the cup: a cup pressed in by its whole stroke must be clear of
+what it touches, except for the pose error of that; and in a motion that is not along that axis the cup goes
+no deeper than at rest.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 from pickcli.verification.straightness_check import FIRST_LIFT
 
-ROUNDING = 0.0015  # m: lines are followed only nearly, and depths are bounds from above
-PUSHED = 0.001  # m that the item may come nearer to what rolls if it is pushed: lines are only nearly so
-GRAZE = 1e-4  # m that solids which just meet may measure
+ROUNDING = 0.0015  # m: lines are followed only approximately, and depths are upper bounds
+PUSHED = 0.001  # m that the item may come nearer to an item that rolls if pushed: deviation of lines
+GRAZE = 1e-4  # m that solids which just touch may measure
 
 
 def check_touch(
@@ -49,7 +49,7 @@ def check_touch(
         scene: The plan's scene.
         states: The motion's states.
         moving: Parts that move in each segment.
-        world: What stands in each segment.
+        world: Static solids of each segment.
         exempt: Exemptions of each segment.
 
     Returns:
@@ -78,7 +78,7 @@ def check_touch(
 
 
 class _Pair:
-    """One part of the tool and what it may touch in one segment."""
+    """A part of the tool, or the held item, and a fixture that it may touch in one segment."""
 
     def __init__(
         self, scene: Scene, segment: Segment, k: int, part: Part, fixture: Fixture, states: States
@@ -87,20 +87,20 @@ class _Pair:
         self.part, self.fixture = part, fixture
 
     def too_deep(self, at: range, at_rest: int) -> Iterator[Reason]:
-        """Reasons against the deepest state. at_rest: the state where what it touches is at rest."""
+        """Yield a fault if the deepest state is too deep. at_rest: state at which the touched solid rests."""
         if self.part.is_held:
             yield from self._deeper(self.part, at, self._explained(self._gap(at_rest)))
             return
         stands = self._depth(self.part, at_rest)
         off = self._uncertain(self.fixture.name)
-        if self.segment.kind is not SegmentKind.CONTACT:  # which is along the axis of the cup
+        if self.segment.kind is not SegmentKind.CONTACT:  # that moves along the axis of the cup
             yield from self._deeper(self.part, at, max(stands, off) + ROUNDING)
         pressed = self._pressed_in()
-        stands = self._depth(pressed, at_rest) if self.k == 0 else 0.0  # out of where it is already, not in
+        stands = self._depth(pressed, at_rest) if self.k == 0 else 0.0  # the cup may start in contact
         yield from self._deeper(pressed, at, max(stands, off) + ROUNDING)
 
     def pushed(self, at: range) -> Iterator[Reason]:
-        """At most one reason: the state at which the item has come nearest, against the first."""
+        """Yield a fault if the item comes nearer to the fixture than in the first state."""
         gaps = [self._gap(i) for i in at]
         if min(gaps) < gaps[0] - PUSHED:
             t = self.states.times[at[gaps.index(min(gaps))]]
@@ -109,7 +109,7 @@ class _Pair:
             yield Reason("pushes what rolls", where, f"{self.part.name} comes to {self.fixture.name}, {by}")
 
     def _deeper(self, part: Part, at: range, allowed: float) -> Iterator[Reason]:
-        """At most one reason: the deepest state."""
+        """Yield a fault if the deepest state is deeper than allowed, m."""
         depths = self._depths(part, at)
         deepest = float(depths.max())
         if deepest > allowed:
@@ -120,17 +120,17 @@ class _Pair:
             yield Reason("planned contact too deep", where, detail)
 
     def _explained(self, gap: float) -> float:
-        """Depth (m) of the held item in the fixture that is allowed. gap: m at rest, below 0 in overlap."""
+        """Return the allowed depth (m) of the held item in a fixture. gap: m at rest, below 0 in overlap."""
         explained = TOUCH + self._uncertain(self.part.name) + self._uncertain(self.fixture.name)
         return max(GRAZE, min(explained, self.scene.noise.angle * FIRST_LIFT - gap) + ROUNDING)
 
     def _gap(self, i: int) -> float:
-        """Gap (m) at state i, negative where they overlap."""
+        """Return the gap (m) at state i, negative if they overlap."""
         depth = self._depth(self.part, i)
         return -depth if depth > 0.0 else self.part.solid.distance(self.fixture.solid)
 
     def _depths(self, part: Part, at: range) -> Array:
-        """Depths (m) at the states; only those where no gap shows are worth asking fcl about."""
+        """Return depths (m) at the states; fcl measures only states without a gap."""
         i = np.arange(at.start, at.stop)
         one, other = np.zeros_like(i), np.ones_like(i)
         solids = SolidArrays.of((replace(part, slack=0.0), replace(self.fixture, slack=0.0)))
@@ -143,14 +143,14 @@ class _Pair:
         return part.solid.depth(self.fixture.solid)
 
     def _pressed_in(self) -> Part:
-        """The cup with the whole stroke of its bellows pressed in."""
+        """Return the cup with the whole stroke of its bellows pressed in."""
         robot = self.scene.cell.robot
         T_lance_tip = T_lance_last(robot, self.segment.tool_state) @ robot.tool.T_last_tip
         back = pose(-robot.tool.grip.gives_way * T_lance_tip[:3, 2])
         return replace(self.part, T_link_shape=back @ self.part.T_link_shape)
 
     def _uncertain(self, name: str) -> float:
-        """Distance (m) of any point of a solid from where its pose says, at most."""
+        """Return an upper bound of the distance (m) of any point of a solid from its nominal position."""
         if (name == self.part.name and self.part.is_held) or any(p.id == name for p in self.scene.items):
             return self.scene.noise.bound(self.scene.item(name))
         return next(

@@ -1,4 +1,4 @@
-"""Segments in which a plan may touch anything, and states at which what it touches there is at rest."""
+"""Segments in which a plan may touch something, and the states at which the touched solids are at rest."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pickcli.motion.segment import SegmentKind
 
 
 def releases(plan: Plan) -> tuple[int, ...]:
-    """Segments at whose end the item is let go.
+    """Return the segments at whose end the item is released.
 
     Args:
         plan: The plan.
@@ -22,9 +22,9 @@ def releases(plan: Plan) -> tuple[int, ...]:
 def may_touch(plan: Plan, k: int) -> bool:
     """Whether a segment may have planned contacts at all.
 
-    The contact; the lift right after it, or at either end of a way out of a stop that goes on with that lift
-    or back along it; the place just before the item is let go; and a depart, empty, from where the cup
-    touches something: just after that, or at the beginning of a way out of a stop.
+    These are: the contact; the lift after it, or at either end of a recovery motion that continues that lift
+    or goes back along it; the place segment that ends with the release; and an empty depart that begins in
+    contact, after a release or at the start of a recovery motion.
 
     Args:
         plan: The plan.
@@ -45,9 +45,9 @@ def may_touch(plan: Plan, k: int) -> bool:
 
 
 def ends_at_rest(plan: Plan, k: int) -> bool:
-    """Whether what a segment touches is touched at rest where the segment ends, and not where it begins.
+    """Whether the touched solids are at rest at the end of a segment, and not at its start.
 
-    So it is where the cup is pressed on and where the item is set down; also on the way back along a lift.
+    True if the cup is pressed on or the item is set down, and on the way back along a lift.
 
     Args:
         plan: The plan.

@@ -1,13 +1,14 @@
-"""Whether forces exist that keep a pile of rigid bodies at rest: static equilibrium as a linear program.
+"""Decide whether contact forces exist that keep a pile of rigid bodies at rest, by a linear program.
 
-A pile may stand if forces at its contacts, within cones of friction, balance the weights of all bodies at
-once (Mattikalli, Baraff and Khosla, Finding all stable orientations of assemblies with friction, 1996). Over
-which area two bodies press on each other is not computed: both must reach the centre of pressure, so that is
-a mean of points of the one and at the same time of points of the other. What is missing to the balance, the
-least in all, tells who falls (elastic programming).
+A pile may stand if forces at its contacts, within friction cones, balance the weights of all bodies at once
+(Mattikalli, Baraff and Khosla, Finding all stable orientations of assemblies with friction, 1996). The area
+over which two bodies press on each other is not computed: the centre of pressure must be a mean of points of
+the one and also a mean of points of the other. The minimal force that is missing for balance shows which
+bodies fall (elastic programming).
 
-All is taken as it favours rest: friction as large as cardboard has on board, contacts wherever poses may be
-off. So a pile without an equilibrium falls, and one with an equilibrium may fall all the same.
+All assumptions favour rest: friction is as large as between cardboard boxes, and contacts are assumed
+wherever pose errors allow them. So a pile without an equilibrium falls; one with an equilibrium may still
+fall.
 """
 
 from __future__ import annotations
@@ -22,21 +23,21 @@ from pickcli.geometry import Array, perpendiculars
 from pickcli.verification.separation import overlap, support
 
 FRICTION = 0.3
-ASKEW = np.radians(1.5)  # by which faces that lie on each other may be askew, besides errors of their poses
-BREADTH = 0.5e-3  # m to every side of it that an edge or a corner bears
+ASKEW = np.radians(1.5)  # angle that faces lying on each other may enclose, besides errors of their poses
+BREADTH = 0.5e-3  # m to each side of an edge or a corner that still bears
 N_POINTS = 8  # of each body around a contact
 
 
 @dataclass(frozen=True, eq=False)
 class RigidBody:
-    """A body of a pile, or one that stands firm. Its centre of mass is the centre of its shape.
+    """A body of a pile, or a fixed one. Its centre of mass is the centre of its shape.
 
     Attributes:
         name: Its name.
         shape: Its shape.
         T: (4, 4) its pose in the world.
-        mass: kg; infinite of what stands firm.
-        bound: m that any point of it may be from where its pose says.
+        mass: kg; infinite if the body is fixed.
+        bound: m, error of the position of any point of it, at most.
     """
 
     name: str
@@ -47,19 +48,19 @@ class RigidBody:
 
     @property
     def is_firm(self) -> bool:
-        """Whether the body is firm, so that no force moves it."""
+        """Whether the body is fixed, so that no force moves it."""
         return bool(np.isinf(self.mass))
 
 
 @dataclass(frozen=True, eq=False)
 class PileContact:
-    """Two bodies that touch, or may.
+    """Two bodies that touch, or may touch.
 
     Attributes:
-        a: The one.
-        b: The other.
+        a: One body.
+        b: The other body.
         normal: (3,) unit vector in the world from b to a.
-        gap: m between them across it, negative where they overlap.
+        gap: m between them along the normal, negative if they overlap.
         points_a: (K, 3) m, corners of the outermost part of a towards b.
         points_b: (M, 3) m, corners of the outermost part of b towards a.
     """
@@ -73,19 +74,19 @@ class PileContact:
 
     @property
     def flipped(self) -> PileContact:
-        """The contact as seen from the other of the two."""
+        """The contact with both bodies exchanged."""
         return PileContact(self.b, self.a, -self.normal, self.gap, self.points_b, self.points_a)
 
     @classmethod
     def across(cls, a: RigidBody, b: RigidBody, normal: Array, gap: float, askew: float) -> PileContact:
-        """The contact of two bodies across a direction.
+        """Build the contact of two bodies along a given direction.
 
         Args:
-            a: The one.
-            b: The other.
+            a: One body.
+            b: The other body.
             normal: (3,) unit vector in the world from b to a.
-            gap: m between them across it.
-            askew: rad by which errors of poses may turn one against the other.
+            gap: m between them along it.
+            askew: rad by which pose errors may turn one against the other.
 
         Returns:
             The contact.
@@ -95,13 +96,13 @@ class PileContact:
 
     @classmethod
     def between(cls, a: RigidBody, b: RigidBody, reach: float, askew: float) -> PileContact | None:
-        """The contact of two bodies, if they are near enough.
+        """Build the contact of two bodies, if they are near enough.
 
         Args:
-            a: The one.
-            b: The other.
-            reach: m that bodies which touch may be apart.
-            askew: rad by which errors of poses may turn one against the other.
+            a: One body.
+            b: The other body.
+            reach: m, largest gap of bodies that count as touching.
+            askew: rad by which pose errors may turn one against the other.
 
         Returns:
             The contact, None if they are farther apart.
@@ -111,9 +112,9 @@ class PileContact:
 
 
 def _outermost(body: RigidBody, way: Array, tolerance: float) -> Array:
-    """(K, 3) m, corners of what of a body is outermost in a direction and those beside it by a tolerance.
+    """Return (K, 3) m: support points of a body along directions within a tolerance of a given one.
 
-    Round it, where it is round, no direction beside it counts: a ball does not bear beside where it touches.
+    For round sides only the direction itself counts: a ball bears only at the point of contact.
     """
     axis, turns = body.T[:3, 2], 2.0 * np.pi * np.arange(N_POINTS) / N_POINTS
     aside = np.column_stack([np.cos(turns), np.sin(turns)]) @ np.array(perpendiculars(way))
@@ -129,16 +130,16 @@ def _outermost(body: RigidBody, way: Array, tolerance: float) -> Array:
 def missing_to_balance(
     bodies: Sequence[RigidBody], contacts: Sequence[PileContact], up: Array
 ) -> dict[str, float]:
-    """What is missing to an equilibrium, the least in all.
+    """Return the least force and moment that are missing for an equilibrium.
 
     Args:
-        bodies: Those that must be balanced.
-        contacts: Between them, and with others, which stand firm.
-        up: (3,) unit vector in the world against which weights act.
+        bodies: Bodies that must be balanced.
+        contacts: Contacts between them and with other bodies, which count as fixed.
+        up: (3,) unit vector in the world, opposite to gravity.
 
     Returns:
-        By name: how much force and moment must be added, in weights of the body and in its weight times half
-        its size.
+        By name: the force and moment that must be added, in units of the body's weight and of its weight
+        times half its size.
     """
     program = _Program(bodies, np.tile(np.append(up, np.zeros(3)), len(bodies)))
     for contact in contacts:
@@ -147,9 +148,9 @@ def missing_to_balance(
 
 
 class _Program:
-    """Six rows for the balance of each body, three for the centre of pressure of each contact.
+    """The linear program: six rows for each body's balance, three for each contact's centre of pressure.
 
-    bodies: those that must be balanced. borne: (6 N,) what contacts must exert on each, in weights
+    bodies: bodies that must be balanced. borne: (6 N,) wrench that contacts must exert on each, in weights
     """
 
     def __init__(self, bodies: Sequence[RigidBody], borne: Array) -> None:
@@ -158,7 +159,7 @@ class _Program:
         self._blocks: list[tuple[int, int, Array]] = []
 
     def add(self, contact: PileContact) -> None:
-        """Unknown: forces along the edges of a's cones of friction, and weights of b's points."""
+        """Add a contact's unknowns: forces along the edges of a's friction cones, weights of b's points."""
         u, v = perpendiculars(contact.normal)
         edges = contact.normal + FRICTION * np.array([u, -u, v, -v])
         points, forces = np.repeat(contact.points_a, 4, axis=0), np.tile(edges, (len(contact.points_a), 1))
@@ -175,7 +176,7 @@ class _Program:
         self._n_columns = second + len(contact.points_b)
 
     def least_added(self) -> Array:
-        """(N,) what must be added to balance each body, where forces are chosen that leave the least."""
+        """Return (N,) the least force and moment that must be added to balance each body."""
         from scipy.optimize import linprog
 
         n, m = len(self._borne), self._n_columns
@@ -194,5 +195,5 @@ class _Program:
 
 
 def _size(body: RigidBody) -> float:
-    """Half of a body's longest side, m."""
+    """Return half of a body's longest side, m."""
     return float(body.shape.extents.max()) / 2.0

@@ -1,4 +1,4 @@
-"""I/O events: they resolve to the stated times, come in an order that works, and fit the tool states."""
+"""Check I/O events: they resolve to the stated times, come in a working order, and fit the tool states."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
 
 
 def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """Device, lead and both times of every event."""
+    """Check device, lead and both times of every event."""
     for i, event in enumerate(plan.events):
         where = f"event {i} ({event.device} {event.action})"
         device = scene.cell.devices.get(event.device)
@@ -76,7 +76,7 @@ def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _apart(commands: Iterable[TimedEvent]) -> Iterator[Reason]:
-    """No device gets two commands at one moment: nobody knows which of them comes last."""
+    """Check that no device gets two commands at the same time: their order would be undefined."""
     for one, other in pairwise(sorted(commands, key=lambda command: (command.device, command.trigger))):
         if one.device == other.device and other.trigger - one.trigger <= TIME_TOLERANCE:
             where = f"{one.device} {one.action} and {other.action}"
@@ -84,7 +84,7 @@ def _apart(commands: Iterable[TimedEvent]) -> Iterator[Reason]:
 
 
 def _anchored(plan: Plan, scene: Scene, event: Event, where: str) -> Iterator[Reason]:
-    """The anchor's place is passed at ``t_anchor``."""
+    """Check that the anchor's place is passed at ``t_anchor``."""
     assert event.t_anchor is not None
     anchor, segment = event.anchor, plan.segments[event.anchor.segment]
     if anchor.kind is AnchorKind.ARC_LENGTH:
@@ -102,14 +102,14 @@ def _anchored(plan: Plan, scene: Scene, event: Event, where: str) -> Iterator[Re
 
 
 def _way(plan: Plan, scene: Scene, segment: Segment, t: float) -> float:
-    """Way of the tool in m from a segment's start to a time; negative before it."""
+    """Return the path length of the tool in m from a segment's start to a time; negative before it."""
     times = every_millisecond(*sorted((segment.t_start, t)))
     p = tip_points(plan, scene.cell.robot, segment.tool_state, times)
     return float(np.copysign(np.linalg.norm(np.diff(p, axis=0), axis=1).sum(), t - segment.t_start))
 
 
 def _tool_state(plan: Plan, tool: Tool, commands: Iterable[TimedEvent]) -> Iterator[Reason]:
-    """Segments say what the cup does; commands must make it so, at rest in the hand."""
+    """Check that commands bring about the tool states that segments state, and none changes while holding."""
     moves = sorted(
         (command for command in commands if command.kind is tool.mover),
         key=lambda command: command.trigger,
@@ -125,7 +125,7 @@ def _tool_state(plan: Plan, tool: Tool, commands: Iterable[TimedEvent]) -> Itera
 
 
 def _still(segment: Segment, moves: Iterable[TimedEvent], where: str) -> Iterator[Reason]:
-    """No command moves the cup while a segment counts on its state."""
+    """Check that no command moves the cup during a segment that states a fixed tool state."""
     for move in moves:
         if move.trigger < segment.t_end - TIME_TOLERANCE and move.complete > segment.t_start + TIME_TOLERANCE:
             told = f"moves to {move.action} from {move.trigger:.3f} to {move.complete:.3f} s"
@@ -133,7 +133,7 @@ def _still(segment: Segment, moves: Iterable[TimedEvent], where: str) -> Iterato
 
 
 def _changes(segments: Sequence[Segment], tool: Tool, moves: Iterable[TimedEvent]) -> Iterator[Reason]:
-    """Every resting state is the one that the last command before it leads to, or the one at the start."""
+    """Check that every resting state is the result of the last command before it, or the initial state."""
     at_start = segments[0].tool_state
     for k, segment in enumerate(segments):
         known = [] if at_start == MOVING else [at_start]

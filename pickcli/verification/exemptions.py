@@ -1,4 +1,4 @@
-"""Exemptions: which pairs are not tested, and why; every other pair is."""
+"""Pairs of solids that are exempt from the clearance check, with the reason; every other pair is tested."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pickcli.verification.moving_parts import Part
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 
-LOOSE = 0.0015  # m beyond the clearance: whoever names what is near may bound distances from below
+LOOSE = 0.0015  # m beyond the clearance: the planner may bound distances from below
 
 
 @dataclass(frozen=True)
@@ -23,10 +23,11 @@ class Exemptions:
     """Pairs that are not tested in one segment.
 
     Attributes:
-        touching: Names that cup and held item are planned to touch here, near to where that one is at rest.
-        pinched: Id of the item that fingers close on or open from here, "" if they do not.
-        neighbours: Links that a joint connects, directly or through links without a shape.
-        allowed: The cell's list, each with its reason there.
+        touching: Names that cup and held item are planned to touch here, if near them where the item is at
+            rest.
+        pinched: Id of the item that fingers close on or open from here, "" if none.
+        neighbours: Pairs of links connected by a joint, directly or through links without a shape.
+        allowed: The cell's allowed pairs, each with a reason in the cell file.
     """
 
     touching: frozenset[str]
@@ -39,7 +40,7 @@ class Exemptions:
 
         Args:
             part: The part.
-            name: Of the body or item.
+            name: Name of the body or item.
 
         Returns:
             True if it may.
@@ -48,11 +49,11 @@ class Exemptions:
             return name == self.pinched
         if part.is_cup or part.is_held:
             return name in self.touching
-        # What stands still is as near to the world as the cell and the scene put it, whatever moves.
+        # Links that never move keep the distance to the world that cell and scene give them.
         return not part.reach.any() or frozenset((part.name, name)) in self.allowed
 
     def is_own_pair_untested(self, a: Part, b: Part) -> bool:
-        """Whether two parts of the arm, or of arm and held item, are left out.
+        """Whether two parts of the arm, or of arm and held item, are not tested.
 
         Args:
             a: One part.
@@ -66,21 +67,21 @@ class Exemptions:
         if a.is_held or b.is_held:
             return a.is_cup or b.is_cup or a.is_finger or b.is_finger
         names = frozenset((a.name, b.name))
-        # Where no joint moves between two links their pose is the tool maker's business.
+        # If no joint moves between two links, their relative pose is fixed by the tool's design.
         return names in self.neighbours or names in self.allowed or _is_rigid(a, b)
 
 
 def exemptions(
     plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: PlanFixtures
 ) -> tuple[Exemptions, ...]:
-    """The exemptions of every segment.
+    """Compute the exemptions of every segment.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
         states: The motion's states.
         moving: Parts that move in each segment.
-        world: What stands in each segment.
+        world: Static solids of each segment.
 
     Returns:
         One for each segment.
@@ -94,7 +95,7 @@ def exemptions(
 
 
 def pinched(plan: Plan, k: int) -> str:
-    """The item that the fingers of a gripper may touch in a segment: that on which they close, or open.
+    """Return the item that gripper fingers may touch in a segment: the one they close on or open from.
 
     Args:
         plan: The plan.
@@ -116,7 +117,7 @@ def _is_rigid(a: Part, b: Part) -> bool:
 
 
 def _neighbours(robot: Robot) -> frozenset[frozenset[str]]:
-    """Pairs of links with one joint between them that moves, and no shape."""
+    """Return pairs of links with at most one moving joint, and no shape, between them."""
     shaped = {link.name for link in robot.links if link.shapes}
     by_child = {joint.child: joint for joint in robot.joints}
     found = set()
@@ -133,9 +134,10 @@ def _neighbours(robot: Robot) -> frozenset[frozenset[str]]:
 def _touching(
     plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: PlanFixtures, k: int
 ) -> frozenset[str]:
-    """What segment k names as touched, as far as it lies within the clearance of what is there at rest.
+    """Return the names that segment k states as touched and that lie within the clearance at rest.
 
-    That is the item, where it is taken or set down; or the empty cup, where a way out of a stop begins.
+    The clearance is that of the item when it is taken or set down, or the empty cup at the start of a
+    recovery motion.
     """
     segment = plan.segments[k]
     if not segment.touching or not may_touch(plan, k):
@@ -156,7 +158,7 @@ def _touching(
                 part.solid.place(states.links[part.link, i] @ part.T_link_shape)
                 if part.solid.distance(fixture.solid) - part.slack - fixture.slack <= most:
                     near.add(fixture.name)
-    for place in scene.cell.places.values():  # what lies on a floor may lie on all parts of it
+    for place in scene.cell.places.values():  # an item on a floor may touch all bodies of the floor
         if near & set(place.support):
             near |= set(place.support)
     return frozenset(near & set(segment.touching))

@@ -1,4 +1,4 @@
-"""Exact shapes by python-fcl, and a quick lower bound of their distances. The only file that knows fcl."""
+"""Exact shapes by python-fcl, and quick lower bounds of their distances. The only module that uses fcl."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pickcli.geometry import Array
 from pickcli.verification.separation import corners, gap, overlap, separation
 
 MAX_BALLS = 12
-DOUBTFUL = 5e-5  # m by which fcl's distance may exceed the gap across its own direction
+DOUBTFUL = 5e-5  # m by which fcl's distance may exceed the gap along its own direction
 _NEAREST_POINTS = fcl.DistanceRequest(enable_nearest_points=True)
 
 
@@ -40,11 +40,11 @@ class Solid:
         self._object.setTransform(fcl.Transform(T_world_shape[:3, :3], T_world_shape[:3, 3]))
 
     def distance(self, other: Solid) -> float:
-        """Distance to another solid, never more than the true one.
+        """Return a lower bound of the distance to another solid, normally exact.
 
-        fcl's number is not taken at its word: now and then its search stops early, rarely centimetres too far
-        away. Its nearest points give a direction across which the gap is measured; where that is narrower
-        than fcl says, our own search has the last word.
+        fcl's distance is not trusted: its search sometimes stops early, rarely centimetres too far. Its
+        nearest points give a direction along which the gap is measured; if that gap is smaller than fcl's
+        distance, the verifier's own search decides.
 
         Args:
             other: The other solid.
@@ -62,10 +62,10 @@ class Solid:
         return separation(self._shape, self._T, other._shape, other._T)
 
     def depth(self, other: Solid) -> float:
-        """How deep two solids overlap, never less than they do.
+        """Return an upper bound of how deep two solids overlap.
 
-        fcl says whether they meet, and where. Its depth is centimetres too large for one pair in ten, and a
-        little too small for some.
+        fcl decides whether they meet, and where. Its depth is centimetres too large for one pair in ten, and
+        slightly too small for some.
 
         Args:
             other: The other solid.
@@ -94,7 +94,7 @@ def _geometry(shape: Shape) -> object:
 
 @lru_cache(maxsize=256)
 def _convex(shape: Shape) -> object:
-    """A hull with its triangles: of each its number of corners, then these in turn as seen from outside."""
+    """Convert a hull to fcl: of each triangle the number of corners, then these in order, from outside."""
     points = corners(shape)
     hull = ConvexHull(points)
     triangles = hull.simplices.copy()
@@ -120,7 +120,7 @@ class CoveringSpheres:
 
 @lru_cache(maxsize=256)
 def cover(shape: Shape) -> CoveringSpheres:
-    """Spheres in a row along the longest side of the shape's box.
+    """Cover a shape with spheres in a row along the longest side of its bounding box.
 
     Args:
         shape: The shape.

@@ -1,4 +1,4 @@
-"""Events of fingers: they close on the item at rest, and open from it at rest, each by one command."""
+"""Check events of fingers: they close on and open from the item while the arm rests, by one command each."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
 
 TIME_TOLERANCE = 1e-6  # s
-RESTING = 1e-6  # rad or m by which a joint that rests may move: what a motion written as text rounds
+RESTING = 1e-6  # rad or m by which a resting joint may move: rounding of a motion written as text
 
 
 def check_finger_events(plan: Plan, scene: Scene) -> Iterator[Reason]:
@@ -41,7 +41,7 @@ def check_finger_events(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def leads_to(tool: Tool, command: ToolState, segment: Segment) -> bool:
-    """Whether a command leaves the tool in the state of a segment: fingers end on what they close on.
+    """Whether a command leaves the tool in the state of a segment; closing fingers stop at the item's width.
 
     Args:
         tool: The tool.
@@ -69,7 +69,7 @@ def _commands(plan: Plan, scene: Scene) -> list[Event]:
 def _moved_at_rest(
     plan: Plan, scene: Scene, segment: Segment, what: str, is_meant: Callable[[float], bool]
 ) -> Iterator[Reason]:
-    """In a segment the arm rests, and one command moves the fingers as far as they are meant to go."""
+    """Check that the arm rests during a segment and exactly one command moves the fingers as intended."""
     t_start, t_end = segment.t_start, segment.t_end
     times = np.linspace(t_start, t_end, max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1))
     q = plan.trajectory.sample(times)

@@ -1,4 +1,4 @@
-"""Where the joints of fingers stand, by the verifier's own reckoning."""
+"""Positions of finger joints, computed independently of the planner."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from pickcli.cell.tool import Tool
 
 
 def finger_position(tool: Tool, joint: str, width: float) -> float:
-    """Position of a joint of a gripper at a width.
+    """Return the position of a gripper joint at a width.
 
-    The pads stand ``gap`` apart where the joints of the fingers stand at 0, and each finger goes half of the
-    way.
+    The pads are ``gap`` apart when the finger joints are at 0, and each finger moves half of the difference.
 
     Args:
         tool: A tool with fingers.

@@ -1,4 +1,4 @@
-"""The verifier's own forward kinematics: numpy over all states at once, straight from the cell's joints.
+"""The verifier's own forward kinematics: numpy over all states at once, from the cell's joints.
 
 It shares no code with the kernel on purpose: two programs must agree before the robot moves.
 """
@@ -15,13 +15,13 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.verification.finger_kinematics import finger_position
 
-BLOCK = 1024  # configurations of which the whole chain stays in the cache; BLAS takes no threads for so few
+BLOCK = 1024  # configurations per block: the whole chain stays in the cache, and BLAS stays single-threaded
 
 
 def link_poses(robot: Robot, Q: Array) -> Array:
-    """Poses of the robot's links in the world, in the order of ``robot.links``.
+    """Return the poses of the robot's links in the world, in the order of ``robot.links``.
 
-    The tool's joints stand at 0: what hangs on them is posed by ``T_parent_child``.
+    The tool's joints are at 0; links on them are posed by ``T_parent_child``.
 
     Args:
         robot: The robot.
@@ -42,13 +42,13 @@ def link_poses(robot: Robot, Q: Array) -> Array:
 
 @lru_cache(maxsize=8)
 def _parents(robot: Robot) -> tuple[int, ...]:
-    """Index of the link that each joint is fixed to."""
+    """Return the index of the parent link of each joint."""
     index = {link.name: i for i, link in enumerate(robot.links)}
     return tuple(index[joint.parent] for joint in robot.joints)
 
 
 def _moved(robot: Robot, joint: Joint, T_world_parent: Array, Q: Array) -> Array:
-    """Poses (N, 4, 4) in the world of a joint's child, by those of its parent and Q (N, n)."""
+    """Return poses (N, 4, 4) in the world of a joint's child, from those of its parent and Q (N, n)."""
     rows = T_world_parent.reshape(-1, 4)
     T, *turns = ((rows @ factor).reshape(-1, 4, 4) for factor in _factors(joint))
     if not _is_planned(robot, joint) or joint.type is JointType.FIXED:
@@ -64,9 +64,9 @@ def _moved(robot: Robot, joint: Joint, T_world_parent: Array, Q: Array) -> Array
 
 @lru_cache(maxsize=64)
 def _factors(joint: Joint) -> tuple[Array, ...]:
-    """What poses of its parent are multiplied with, each (4, 4): T, and of a joint that turns A and B.
+    """Return the factors (4, 4) of the parent's pose: T, and for a joint that turns also A and B.
 
-    Its child stands at T + sin(q) A + (1 - cos(q)) B (Rodrigues).
+    The child's pose in the parent is T + sin(q) A + (1 - cos(q)) B (Rodrigues).
     """
     T = joint.T_parent_joint
     if joint.type not in (JointType.REVOLUTE, JointType.CONTINUOUS):
@@ -82,7 +82,7 @@ def _is_planned(robot: Robot, joint: Joint) -> bool:
 
 
 def last_joint_index(robot: Robot) -> int:
-    """Index in ``robot.joints`` of the joint that the cup hangs on.
+    """Return the index in ``robot.joints`` of the joint that carries the cup.
 
     Args:
         robot: The robot.
@@ -94,20 +94,20 @@ def last_joint_index(robot: Robot) -> int:
 
 
 def touching_joints(robot: Robot) -> tuple[int, ...]:
-    """Indices in ``robot.joints`` of the joints on which hangs what may touch a grasped item.
+    """Return indices in ``robot.joints`` of the joints of the links that may touch a grasped item.
 
     Args:
         robot: The robot.
 
     Returns:
-        That of the cup, or those of both fingers.
+        The joint of the cup, or those of both fingers.
     """
     links = robot.tool.contact_links
     return tuple(i for i, joint in enumerate(robot.joints) if joint.child in links)
 
 
 def lance_index(robot: Robot) -> int:
-    """Index in ``robot.links`` of the link that the cup hangs on.
+    """Return the index in ``robot.links`` of the parent link of the cup.
 
     Args:
         robot: The robot.
@@ -119,7 +119,7 @@ def lance_index(robot: Robot) -> int:
 
 
 def parent_index(robot: Robot, joint: int) -> int:
-    """Index in ``robot.links`` of the link that a joint hangs on.
+    """Return the index in ``robot.links`` of a joint's parent link.
 
     Args:
         robot: The robot.
@@ -132,7 +132,7 @@ def parent_index(robot: Robot, joint: int) -> int:
 
 
 def T_lance_last(robot: Robot, tool_state: ToolState) -> Array:
-    """Pose of the cup link in the link it hangs on.
+    """Return the pose of the cup link in its parent link.
 
     Args:
         robot: The robot.
@@ -146,12 +146,12 @@ def T_lance_last(robot: Robot, tool_state: ToolState) -> Array:
 
 
 def T_parent_child(robot: Robot, index: int, position: float) -> Array:
-    """Pose of the child of one of the tool's joints in the link it hangs on.
+    """Return the pose of the child of one of the tool's joints in its parent link.
 
     Args:
         robot: The robot.
-        index: Of the joint.
-        position: Of the joint, rad (prismatic: m).
+        index: Index of the joint.
+        position: Position of the joint, rad (prismatic: m).
 
     Returns:
         (4, 4).
@@ -165,7 +165,7 @@ def T_parent_child(robot: Robot, index: int, position: float) -> Array:
 
 
 def stated_position(robot: Robot, tool_state: ToolState) -> float:
-    """What a state is: position of the cup's joint, or width; on the way between two states, the first one.
+    """Return the joint position or width of a tool state; for a moving tool, that of the first named state.
 
     Args:
         robot: The robot.
@@ -184,12 +184,12 @@ def stated_position(robot: Robot, tool_state: ToolState) -> float:
 
 
 def joint_position(robot: Robot, index: int, stated: float) -> float:
-    """Position of one of the tool's joints where the tool stands as a state says.
+    """Return the position of one of the tool's joints in a tool state.
 
     Args:
         robot: The robot.
-        index: Of the joint.
-        stated: As of ``stated_position``, rad or m.
+        index: Index of the joint.
+        stated: Value from ``stated_position``, rad or m.
 
     Returns:
         rad or m.
@@ -200,7 +200,7 @@ def joint_position(robot: Robot, index: int, stated: float) -> float:
 
 
 def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
-    """Poses of the tool frame in the world.
+    """Return poses of the tool frame in the world.
 
     Args:
         robot: The robot.
@@ -214,15 +214,15 @@ def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
 
 
 def reaches(robot: Robot, link: int, radius: float) -> Array:
-    """How far, per unit of each joint, any point of a link can be moved by it.
+    """Bound how far each joint can move any point of a link, per unit of the joint.
 
-    Holds in every configuration within the limits: the way from a joint's axis to the point along the links
-    is never shorter than the distance between them.
+    It holds in every configuration within the limits: the path along the links from a joint's axis to the
+    point is never shorter than the distance between them.
 
     Args:
         robot: The robot.
         link: Index of the link.
-        radius: m, greatest distance of the points in question from the link's origin.
+        radius: m, greatest distance of the points from the link's origin.
 
     Returns:
         (n,) m/rad (rail: 1).
@@ -233,10 +233,10 @@ def reaches(robot: Robot, link: int, radius: float) -> Array:
 
 @lru_cache(maxsize=64)
 def _reaches_of_origin(robot: Robot, link: int) -> tuple[Array, NDArray[np.bool_]]:
-    """The reaches (n,) of a link's origin, and by which joints (n,) points about it are turned."""
+    """Return the reaches (n,) of a link's origin, and which joints (n,) turn points about it."""
     out, turns = np.zeros(robot.n_joints), np.zeros(robot.n_joints, dtype=bool)
     way = 0.0
-    while link > 0:  # joint i carries link i + 1; the way runs back towards the base
+    while link > 0:  # joint i carries link i + 1; the loop runs back towards the base
         joint = robot.joints[link - 1]
         if joint.name in robot.joint_names:
             j = robot.joint_names.index(joint.name)

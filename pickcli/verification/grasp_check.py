@@ -1,4 +1,4 @@
-"""The grasp: the cup meets the item where the plan says, seals inside a face, and holds on the way."""
+"""Check the grasp of a cup: it meets the item as planned, seals inside a face, and holds in motion."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from pickcli.verification.load_check import check_load
 ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
 ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
 TURNED = np.radians(1.0)
-SAME_AXIS = 1e-6  # of a unit vector: between two axes of the place, a grasp may go by either name
-ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, on top of what the cup takes up
+SAME_AXIS = 1e-6  # of a unit vector: between two axes of the place, either kind is accepted
+ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, besides what the cup tolerates
 
 
 def check_seal(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...]:
-    """Check all that concerns the cup and the item.
+    """Check everything that concerns the cup and the item.
 
     Args:
         plan: A plan with a grasp.
         scene: The plan's scene, of a cell with a cup.
-        T_tip_item: (4, 4) the item as it hangs in the tool frame.
+        T_tip_item: (4, 4) pose of the held item in the tool frame.
 
     Returns:
         The faults.
@@ -60,14 +60,14 @@ def check_seal(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...
 
 
 def _face(grasp: Grasp, item: Item) -> Iterator[Reason]:
-    """The face is the one that the tip is on."""
+    """Check that the stated face is the one that the tip is on."""
     face = _face_at(item, grasp.T_item_tip[:3, 3])[0]
     if grasp.face != face:
         yield Reason("wrong face", "grasp", f"{grasp.face} stated, the tip is on {face}")
 
 
 def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
-    """The tip lies on the surface, points inwards, and the whole cup is inside the face."""
+    """Check that the tip is on the surface, points inwards, and that the whole cup is inside the face."""
     tip, axis = grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2]
     face, off, normal, room = _face_at(item, tip)
     if abs(off) > ON_SURFACE:
@@ -86,14 +86,14 @@ def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
 
 
 def _share_at(item: Item, grasp: Grasp) -> float:
-    """The share of full vacuum that the face under the cup keeps."""
+    """Return the share of full vacuum that the face under the cup keeps."""
     return item.seals[_face_at(item, grasp.T_item_tip[:3, 3])[0]]
 
 
 def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
-    """Of the face nearest to a point (3,): name, height of the point over it, normal, room to its edge, m.
+    """Return the face nearest to a point (3,): name, height (m) of the point over it, normal, room (m).
 
-    The edge is that of the part that seals.
+    The room is the distance of the point to the edge of the sealing part.
     """
     shape, half = item.shape, item.shape.extents / 2
     if shape.kind is ShapeKind.SPHERE:
@@ -107,7 +107,7 @@ def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
         return name, float(abs(p[axis]) - half[axis]), normal, room
     radius, length = shape.size
     r = float(np.hypot(p[0], p[1]))
-    if abs(p[2]) - length / 2 > r - radius:  # an end
+    if abs(p[2]) - length / 2 > r - radius:  # an end face
         normal = np.array([0.0, 0.0, np.sign(p[2])])
         name = _sign(p[2]) + "z"
         room = min(radius - r, _to_the_end(item, name, p))
@@ -117,7 +117,7 @@ def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
 
 
 def _to_the_end(item: Item, face: str, p: Array) -> float:
-    """How far inside the part of a face that seals a point (3,) lies, m; infinite where all of it does."""
+    """Return how far (m) a point (3,) is inside the sealing part of a face; infinite if all of it seals."""
     rooms = [
         min(float(p["xyz".index(axis)]) - least, greatest - float(p["xyz".index(axis)]))
         for axis, (least, greatest) in item.areas.get(face, {}).items()
@@ -130,14 +130,14 @@ def _sign(value: float) -> str:
 
 
 def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iterator[Reason]:
-    """At the end of contact the tip is where the grasp says."""
+    """Check that the tip is at the grasp's pose at the end of contact."""
     robot = scene.cell.robot
     tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(t)), grasp.tool_state)[0]
     yield from _as_grasped(scene, grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
 
 
 def check_kind(scene: Scene, grasp: Grasp) -> Iterator[Reason]:
-    """Check that the kind is that of the axis of the place to which the tool is nearest at the item.
+    """Check that the grasp's kind names the axis of the place that the tool axis is nearest to.
 
     Args:
         scene: The scene.
@@ -156,7 +156,7 @@ def check_kind(scene: Scene, grasp: Grasp) -> Iterator[Reason]:
 
 
 def _as_grasped(scene: Scene, grasp: Grasp, T_item_tip: Array, where: str) -> Iterator[Reason]:
-    """The tip (4, 4) is where the grasp says, pressed on by what noise and bellows allow."""
+    """Check that the tip (4, 4) is at the grasp's pose, pressed on as far as noise and bellows allow."""
     off = inverse(grasp.T_item_tip) @ T_item_tip
     aside, pressed = float(np.hypot(*off[:2, 3])), float(off[2, 3])
     most = scene.noise.bound(scene.item(grasp.item)) + scene.cell.robot.tool.grip.gives_way

@@ -1,4 +1,4 @@
-"""Pose of the item as it hangs on the cup."""
+"""Pose of the held item in the tool frame."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from pickcli.verification.forward_kinematics import link_poses, tip_poses
 
 
 def pose_in_tool(plan: Plan, scene: Scene) -> Array | None:
-    """Pose of the held item in the tool frame.
+    """Compute the pose of the held item in the tool frame.
 
-    An item that is picked here stays where it lies until the lift: what the cup is pressed on goes into the
-    bellows. One that is held from the start hangs as the scene says.
+    An item that is picked in this plan does not move until the lift: the bellows take up the press. An item
+    that is held from the start has the pose that the scene states.
 
     Args:
         plan: The plan.

@@ -1,4 +1,4 @@
-"""What is checked of a hold, by the kind of the tool: the one place of the verifier that asks for it."""
+"""Selection of the grasp and event checks by the kind of the tool; no other module of the verifier asks."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class HoldChecks:
     """The checks of one kind of tool.
 
     Attributes:
-        grasp: Of a plan with a grasp, with the item (4, 4) as it hangs in the tool frame.
-        events: Of what is commanded to take hold and to let go.
+        grasp: Checks a plan with a grasp, given the pose (4, 4) of the item in the tool frame.
+        events: Checks the commands that grasp and release.
     """
 
     grasp: Callable[[Plan, Scene, Array], tuple[Reason, ...]]
@@ -32,7 +32,7 @@ class HoldChecks:
 
 def _check_grasp_of_fingers(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...]:
     assert plan.grasp is not None
-    # What the fingers hold from the start, after a stop, lies in no place in which it would be taken.
+    # An item held from the start, after a stop, is in no place that would define the grasp's kind.
     kind = () if plan.segments[0].held is not None else check_kind(scene, plan.grasp)
     return (*check_pinch(plan, scene, T_tip_item), *kind)
 
@@ -42,10 +42,10 @@ PINCH = HoldChecks(_check_grasp_of_fingers, lambda plan, scene, _: check_finger_
 
 
 def hold_checks(tool: Tool) -> HoldChecks:
-    """The checks for a tool.
+    """Select the checks for a tool.
 
     Args:
-        tool: The tool; nothing is held by a bare flange, whose plans have neither grasp nor contact.
+        tool: The tool. A bare flange holds nothing; its plans have neither grasp nor contact.
 
     Returns:
         The checks.
@@ -54,12 +54,12 @@ def hold_checks(tool: Tool) -> HoldChecks:
 
 
 def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
-    """Check all that concerns the tool and the item that it holds.
+    """Check everything that concerns the tool and the item that it holds.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
-        T_tip_item: (4, 4) the item as it hangs in the tool frame.
+        T_tip_item: (4, 4) pose of the held item in the tool frame.
 
     Returns:
         The faults; () for a plan without a grasp.

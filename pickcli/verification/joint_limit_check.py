@@ -1,4 +1,4 @@
-"""Joint limits at every instant of the trajectory's curve, not only at its points."""
+"""Check joint limits at every instant of the trajectory's curve, not only at its points."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.quintic import control_points, largest
 from pickcli.verification.state_sampling import merged
 
-TOLERANCE = 1e-6  # of a ratio, and rad or m of a position: rounding, not room
+TOLERANCE = 1e-6  # of a ratio, and rad or m of a position: allowance for rounding only
 AT_REST = 1e-9  # rad/s or m/s, and rad/s^2 or m/s^2
 
 
 @dataclass(frozen=True)
 class Ratios:
-    """Largest value over limit, at any time, of any joint.
+    """Largest value over limit, over all times and joints.
 
     Attributes:
-        velocity: Of the velocity limits.
-        acceleration: Of the acceleration limits.
-        jerk: Of the jerk limits.
+        velocity: Ratio for the velocity limits.
+        acceleration: Ratio for the acceleration limits.
+        jerk: Ratio for the jerk limits.
         reasons: Faults.
     """
 
@@ -38,7 +38,7 @@ class Ratios:
 
 
 def check_limits(plan: Plan, scene: Scene) -> Ratios:
-    """Check position, velocity, acceleration and jerk limits, rest at both ends, and the stated slowness.
+    """Check position, velocity, acceleration and jerk limits, rest at both ends, and carrying speeds.
 
     Args:
         plan: The plan.
@@ -65,7 +65,7 @@ def check_limits(plan: Plan, scene: Scene) -> Ratios:
 
 
 def _ratios(trajectory: Trajectory, derivative: int, limit: Array) -> Array:
-    """Worst |derivative| over limit (n,), from above."""
+    """Return an upper bound of the largest |derivative| over limit (n,)."""
     points = control_points(trajectory, derivative)
     return np.maximum(largest(points), largest(-points)) / limit
 
@@ -98,7 +98,7 @@ def _rest(plan: Plan) -> Iterator[Reason]:
 
 
 def _carrying(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """What is carried keeps below the share of the velocity limits that item and plan state."""
+    """Check that segments with an item keep to the share of the velocity limits that item and plan state."""
     limits = scene.cell.robot.limits
     for k, segment in enumerate(plan.segments):
         if segment.held is None:
@@ -110,6 +110,6 @@ def _carrying(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _cut(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory:
-    """The part of a trajectory between two times, the same curve."""
+    """Return the part of a trajectory between two times, as the same curve."""
     times = merged(np.clip(trajectory.times, t_start, t_end))
     return Trajectory(trajectory.joint_names, times, *trajectory.states(times))

@@ -1,11 +1,11 @@
-"""The load on the cup at every millisecond that it carries, from differences of the executed curve.
+"""Check the load on the cup at every millisecond while it holds, from differences of the executed curve.
 
-The item is a rigid body of uniform density that hangs where the grasp says. Its centre and its turn are
-followed by the verifier's own kinematics; Newton and Euler give the force and the torque that move it so, and
-the cell says whether the cup bears them together, with an item as heavy as it may be.
+The item is a rigid body of uniform density at the pose of the grasp. The verifier's own kinematics give its
+position and orientation; Newton and Euler give the force and torque that move it. The cell states whether the
+cup bears them together, for the heaviest mass that the item may have.
 
-A cup that holds an item by its side gives way when it takes the weight up, and the item swings on it. How
-fast it may do so is a figure of the tool (docs/simulation.md), and is asked of the executed curve.
+A cup that holds an item by its side gives way when it takes up the weight, and the item swings on it. The
+speed limit for this is a property of the tool (docs/simulation.md), and is checked on the executed curve.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.quintic import motion
 
-GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: what holding against it feels like
+GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: the acceleration that resists gravity
 STEP = 1e-3  # s
-SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N, Nm or ratio at least: the planner samples otherwise
-TURNED = 0.3  # of what the cup bears: of a torque beyond, an overshoot by a third is a tenth of the limits
-LEVEL = 0.7  # sine of the slope under which a cup holds by the side
+SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N, Nm or ratio at least: the planner samples differently
+TURNED = 0.3  # of what the cup bears: for a larger torque, an overshoot by a third is a tenth of the limits
+LEVEL = 0.7  # sine of the slope below which a cup counts as holding by the side
 
 
 def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) -> Iterator[Reason]:
-    """Whether lip and friction of the cup bear the item from the contact to its release.
+    """Check that lip and friction of the cup bear the item from the contact to its release.
 
     Args:
-        plan: With segments that hold an item, or none.
-        scene: The plan's.
-        T_tip_item: (4, 4) the item as it hangs in the cup.
-        vacuum_share: What the face under the cup keeps of full vacuum.
+        plan: The plan; it may have no segments that hold an item.
+        scene: The plan's scene.
+        T_tip_item: (4, 4) pose of the item in the tool frame.
+        vacuum_share: Share of full vacuum that the face under the cup keeps.
     """
-    if vacuum_share <= 0.0:  # told elsewhere; there is nothing to divide by
+    if vacuum_share <= 0.0:  # reported by the seal check; avoids division by 0
         return
     times, wrenches = held_wrenches(plan, scene, T_tip_item)
     if len(times) == 0:
@@ -60,7 +60,7 @@ def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float)
 
 
 def _taken_up(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) -> Iterator[Reason]:
-    """The lift begins slowly where the weight turns the item on the cup."""
+    """Check that the lift begins slowly if the weight turns the item on the cup."""
     k = next(i for i, segment in enumerate(plan.segments) if segment.held is not None)
     if k == 0 or plan.segments[k - 1].kind is not SegmentKind.CONTACT:
         return
@@ -83,7 +83,7 @@ def _taken_up(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) 
 
 
 def _stated(grasp: Grasp, wrenches: Array, ratio: float) -> Iterator[Reason]:
-    """What the plan says of the load is what the load is."""
+    """Check that the load that the plan states is the computed one."""
     found = {
         "pull": float(np.maximum(0.0, -wrenches[:, 2]).max()),
         "shear": float(np.hypot(wrenches[:, 0], wrenches[:, 1]).max()),
@@ -98,15 +98,15 @@ def _stated(grasp: Grasp, wrenches: Array, ratio: float) -> Iterator[Reason]:
 
 
 def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, Array]:
-    """What the cup exerts on the item, as heavy as it may be.
+    """Compute the wrenches that the cup exerts on the item, for its heaviest mass.
 
     Args:
-        plan: With a grasp.
-        scene: The plan's.
-        T_tip_item: (4, 4) the item as it hangs in the cup.
+        plan: A plan with a grasp.
+        scene: The plan's scene.
+        T_tip_item: (4, 4) pose of the item in the tool frame.
 
     Returns:
-        Times (N,) in s, every millisecond that it is held, and (N, 6) forces in N and torques in Nm about
+        Times (N,) in s, every millisecond while it is held, and (N, 6) forces in N and torques in Nm about
         the cup's tip, in the tool frame.
     """
     held = [segment for segment in plan.segments if segment.held is not None]
@@ -122,21 +122,22 @@ def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, A
 
 
 def wrenches(tips: Array, T_tip_item: Array, item: Item, step: float) -> Array:
-    """Force and torque on a held item at the tool's tip, by differences over neighbouring poses.
+    """Compute force and torque on a held item at the tool's tip, by differences of neighbouring poses.
 
     Args:
         tips: (N, 4, 4) poses of the tool frame in the world, ``step`` s apart.
-        T_tip_item: (4, 4) the item in the tool frame.
-        item: Its heaviest mass counts.
-        step: s; the differences are exact to its square.
+        T_tip_item: (4, 4) pose of the item in the tool frame.
+        item: The item; its heaviest mass is used.
+        step: s; the error of the differences is of second order in it.
 
     Returns:
-        (N - 2, 6) at all poses but the first and last, in the tool frame: force, then torque about the tip.
+        (N - 2, 6) at all poses except the first and last, in the tool frame: force, then torque about the
+        tip.
     """
     R, centre = tips[:, :3, :3], tips[:, :3, :3] @ T_tip_item[:3, 3] + tips[:, :3, 3]
     acceleration = (centre[2:] - 2.0 * centre[1:-1] + centre[:-2]) / step**2
     force = item.heaviest * _turned_back(R[1:-1], acceleration + GRAVITY)
-    # Turn rates half-way between the poses, each seen in the middle one.
+    # Angular velocities half-way between the poses, each in the frame of the middle pose.
     steps = Rotation.from_matrix(np.swapaxes(R[:-1], 1, 2) @ R[1:]).as_rotvec() / step
     before, after = steps[:-1], steps[1:]
     rate, change = (before + after) / 2.0, (after - before) / step
@@ -147,7 +148,7 @@ def wrenches(tips: Array, T_tip_item: Array, item: Item, step: float) -> Array:
 
 
 def _turned_back(R: Array, v: Array) -> Array:
-    """World vectors (N, 3) in the frames R (N, 3, 3)."""
+    """Rotate world vectors (N, 3) into the frames R (N, 3, 3)."""
     return np.asarray(np.einsum("nji,nj->ni", R, v))
 
 

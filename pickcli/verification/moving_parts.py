@@ -1,4 +1,4 @@
-"""Solids of robot and held item, which move, and of the world, which stands, in each segment."""
+"""Moving solids (robot and held item) and static solids of the world, for each segment."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the 
 class Part:
     """One solid of the robot, or the held item.
 
-    The cup and what it holds, and the fingers, are posed in the link that they hang on, at the position they
-    stand at; while they move there is one part for each of many positions.
+    Cup, held item and fingers are posed in their parent link, at the joint position of the tool state; while
+    the tool moves, there is one part for each of many positions.
 
     Attributes:
         name: Name of the link, or id of the held item.
         link: Index of the link that it is fixed to.
         T_link_shape: (4, 4) pose in that link.
         shape: The shape.
-        solid: The shape as fcl knows it.
-        spheres: Spheres that contain it.
+        solid: The shape in fcl.
+        spheres: Spheres that contain the shape.
         reach: (n,) m per unit of each joint, see ``reaches``.
-        slack: m that any point of the part may be outside of its shape, for the positions in between and for
-            what the pose of a held item may be off.
+        slack: m that any point of the part may be outside of its shape: for positions in between, and for the
+            pose error of a held item.
         is_cup: Whether it is the cup.
-        is_finger: Whether it is of a finger of a gripper.
+        is_finger: Whether it belongs to a finger of a gripper.
         is_held: Whether it is the held item.
     """
 
@@ -64,13 +64,13 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Fixture:
-    """One solid of the world that stands still.
+    """One static solid of the world.
 
     Attributes:
         name: Name of the body, or id of the item.
         T_world_shape: (4, 4) pose.
         shape: The shape.
-        solid: The shape as fcl knows it.
+        solid: The shape in fcl.
         slack: m that any point may be outside of its shape.
     """
 
@@ -82,7 +82,7 @@ class Fixture:
 
 
 def fixtures(scene: Scene) -> tuple[Fixture, ...]:
-    """Carriers, obstacles and items: carriers grown by what their poses may be off, items with a slack of it.
+    """Return carriers, obstacles and items; carriers enlarged by their pose error, items with it as slack.
 
     Args:
         scene: The scene.
@@ -104,12 +104,12 @@ def _fixture(name: str, T: Array, shape: Shape, slack: float = 0.0) -> Fixture:
 
 
 def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Part, ...]:
-    """Everything that the arm moves in a segment.
+    """Return all solids that the arm moves in a segment.
 
     Args:
         scene: The plan's scene.
         segment: The segment.
-        T_tip_item: (4, 4) the item in the tool frame where one is held.
+        T_tip_item: (4, 4) pose of the item in the tool frame, if one is held.
 
     Returns:
         The parts.
@@ -134,12 +134,12 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
 
 
 def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> list[tuple[Part, ...]]:
-    """The parts of every segment; segments with the same tool state and held item share theirs.
+    """Return the parts of every segment; segments with the same tool state and held item share them.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
-        T_tip_item: (4, 4) the item in the tool frame where one is held.
+        T_tip_item: (4, 4) pose of the item in the tool frame, if one is held.
 
     Returns:
         Parts by segment.
@@ -153,7 +153,7 @@ def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> lis
 
 
 def farthest(moving: tuple[Part, ...]) -> Array:
-    """How far any of several parts moves per unit of each joint, at most.
+    """Return how far any of several parts moves per unit of each joint, at most.
 
     Args:
         moving: The parts.
@@ -165,12 +165,12 @@ def farthest(moving: tuple[Part, ...]) -> Array:
 
 
 def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
-    """The held item in the cup link.
+    """Return the held item as a body in the cup link.
 
     Args:
         scene: The plan's scene.
         item_id: Id of the item.
-        T_tip_item: (4, 4) the item in the tool frame.
+        T_tip_item: (4, 4) pose of the item in the tool frame.
 
     Returns:
         The body.
@@ -181,7 +181,7 @@ def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
 def _in_states(
     robot: Robot, index: int, tool_state: ToolState, body: Body, slack: float = 0.0, is_held: bool = False
 ) -> list[Part]:
-    """A body that hangs on one of the tool's joints as parts of the link before that, many where it moves."""
+    """Return a body on one of the tool's joints as parts of the parent link, several while it moves."""
     parent, joint = parent_index(robot, index), robot.joints[index]
     is_finger = joint.name in robot.tool.grip.finger_joints
     positions = [joint_position(robot, index, stated_position(robot, tool_state))]
@@ -202,14 +202,14 @@ def _in_states(
 
 
 def _part(robot: Robot, link: int, body: Body) -> Part:
-    """A body of a link, as it is known where it is fixed to the link, and neither cup nor item."""
+    """Return a body of a link as a part that is neither cup, finger nor item."""
     shape, T = body.shape, body.T_parent_shape
     reach = reaches(robot, link, _radius(T, shape))
     return Part(body.name, link, T, shape, Solid(shape), cover(shape), reach)
 
 
 def _radius(T: Array, shape: Shape) -> float:
-    """Greatest distance in m of a point of the posed shape from the frame it stands in."""
+    """Return the greatest distance in m of a point of the posed shape from the origin of its parent frame."""
     spheres = cover(shape)
     centers = spheres.centers @ T[:3, :3].T + T[:3, 3]
     return float(np.linalg.norm(centers, axis=1).max()) + spheres.radius

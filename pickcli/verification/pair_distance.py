@@ -1,6 +1,6 @@
-"""The distance of two solids over a motion: measured at single states, bounded between them.
+"""Distance of two solids over a motion: measured at single states, bounded between them.
 
-Between two states a and b of a pair whose distances are d_a and d_b, and which moves at most w relative
+Between two states a and b of a pair, with distances d_a and d_b, that moves at most w relative
 to each other in between, no distance is below (d_a + d_b - w) / 2 (Piyavskii and Shubert's bound for
 Lipschitz functions).
 """
@@ -17,7 +17,7 @@ from pickcli.geometry import Array
 from pickcli.verification.moving_parts import Fixture, Part
 from pickcli.verification.state_sampling import States
 
-FINER = 16  # parts into which a stretch between two states is cut where they do not prove the clearance
+FINER = 16  # parts that a step between two states is cut into if they do not prove the clearance
 
 
 @dataclass(eq=False)
@@ -27,9 +27,9 @@ class Pair:
     Attributes:
         segment: Index of the segment.
         a: The solid that moves.
-        b: The other, which may move, too.
+        b: The other solid, which may move, too.
         states: The motion's states.
-        reach: (n,) m per unit of each joint, of one relative to the other.
+        reach: (n,) m per unit of each joint, of one solid relative to the other.
         measured: Exact distances in m, by state.
     """
 
@@ -39,26 +39,26 @@ class Pair:
     states: States
     reach: Array
     measured: dict[int, float] = field(default_factory=dict)
-    _order: list[int] = field(default_factory=list)  # of the states that were measured
+    _order: list[int] = field(default_factory=list)  # indices of the measured states, sorted
 
     @cached_property
     def travel(self) -> Array:
-        """(N,) m, an upper bound of how far the two moved relative to each other up to each state."""
+        """(N,) m, upper bound of how far the two moved relative to each other up to each state."""
         return np.asarray(self.states.travel @ self.reach)
 
     @property
     def names(self) -> str:
-        """Both names, for people."""
+        """Both names, for messages."""
         return f"{self.a.name} and {self.b.name}"
 
     def distance(self, i: int) -> float:
-        """Exact distance at a state.
+        """Return the exact distance at a state.
 
         Args:
             i: Index of the state.
 
         Returns:
-            m; 0 where they touch or overlap.
+            m; 0 if they touch or overlap.
         """
         if i not in self.measured:
             self._place(i)
@@ -68,7 +68,7 @@ class Pair:
         return self.measured[i]
 
     def depth(self, i: int) -> float:
-        """Depth of overlap at a state.
+        """Return the depth of overlap at a state, negative if they are apart.
 
         Args:
             i: Index of the state.
@@ -86,10 +86,10 @@ class Pair:
                 part.solid.place(self.states.links[part.link, i] @ part.T_link_shape)
 
     def bound(self, i: int, j: int) -> float:
-        """Lower bound of all distances between two states.
+        """Return a lower bound of all distances between two states.
 
         Args:
-            i: Index of the one state.
+            i: Index of one state.
             j: Index of the other.
 
         Returns:
@@ -99,14 +99,14 @@ class Pair:
         return (self.distance(i) + self.distance(j) - way) / 2
 
     def known(self, i: int, j: int) -> float:
-        """Lower bound of all distances between two states, from what was measured around them.
+        """Return a lower bound of all distances between two states, from measurements around them.
 
         Args:
             i: Index of the one state.
             j: Index of the other.
 
         Returns:
-            m; -infinity where nothing was measured.
+            m; -infinity if nothing was measured.
         """
         begin, end = bisect_right(self._order, i), bisect_left(self._order, j)
         before, after = self._order[max(begin - 1, 0) : begin], self._order[end : end + 1]
@@ -116,13 +116,13 @@ class Pair:
         return max(bounds, default=-np.inf)
 
     def finer(self, i: int) -> tuple[float, float]:
-        """The smallest distance between a state and the next, measured at more states in between.
+        """Measure the smallest distance between a state and the next, at more states in between.
 
         Args:
             i: Index of the first state.
 
         Returns:
-            The smallest distance that was measured, and a lower bound of all, m.
+            The smallest measured distance, and a lower bound of all distances, m.
         """
         pair = Pair(self.segment, self.a, self.b, self.states.finer(i, FINER), self.reach)
         measured = min(pair.distance(k) for k in range(FINER + 1))

@@ -1,7 +1,7 @@
-"""What falls, rolls or is lifted when an item is taken out of its pile: by equilibrium of all that is left.
+"""Decide what falls, rolls or is lifted when an item is taken out of a pile: equilibrium of the rest.
 
-The verifier's own answer. The planner asks of each item by itself whether contacts that are surely there hold
-it, and keeps a margin; here it is asked of all at once whether any forces could.
+Independent of the planner: that checks, item by item and with a margin, whether certain contacts hold it;
+this module checks whether any forces could hold all items at once.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.equilibrium import PileContact, RigidBody, missing_to_balance
 
-LYING = np.sin(np.radians(30.0))  # vertical part of a normal from which on what is above is lifted with it
-CARRIES = np.sin(np.radians(20.0))  # the same from which on a contact carries
-LEVEL = np.sin(np.radians(1.5))  # level part of a normal up to which nothing begins to roll
-CHOCKED = np.radians(8.0)  # by which the world may tilt and what is round is still kept
-MISSING = 1e-3  # weights that may be missing to a balance by rounding
+LYING = np.sin(np.radians(30.0))  # vertical part of a normal from which on an item above is lifted along
+CARRIES = np.sin(np.radians(20.0))  # vertical part of a normal from which on a contact carries
+LEVEL = np.sin(np.radians(1.5))  # horizontal part of a normal up to which nothing begins to roll
+CHOCKED = np.radians(8.0)  # angle that the world may tilt by without round items rolling off
+MISSING = 1e-3  # missing weights for balance that count as rounding
 N_TILTS = 3
 _UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """What becomes of a pile when an item is lifted out of it.
+    """Effects on a pile of lifting an item out of it.
 
     Attributes:
-        lifted: Ids of what lies on the item, or on what does, wholly or partly.
-        falling: Ids of what has no equilibrium without it.
-        rolling: Ids of what touches it, stays where it is on level ground, and rolls if it is pushed.
+        lifted: Ids of items that lie on the item, directly or through others, wholly or partly.
+        falling: Ids of items without an equilibrium once it is removed.
+        rolling: Ids of items that touch it, stay in place on level ground, and roll if pushed.
     """
 
     lifted: frozenset[str]
@@ -44,7 +44,7 @@ class Removal:
 
 @lru_cache(maxsize=64)
 def removal(scene: Scene, item_id: str) -> Removal:
-    """What becomes of a pile when an item is lifted out of it. Cached by identity of the scene.
+    """Compute the effects of lifting an item out of its pile. Cached by identity of the scene.
 
     Args:
         scene: The scene.
@@ -62,7 +62,7 @@ def removal(scene: Scene, item_id: str) -> Removal:
 
 
 def keeps_standing(scene: Scene, item_id: str) -> bool:
-    """Whether an item keeps its balance where it is, on what it touches as if that stood firm.
+    """Whether an item keeps its balance where it is, if everything that it touches is fixed.
 
     Args:
         scene: The scene.
@@ -77,10 +77,11 @@ def keeps_standing(scene: Scene, item_id: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Pile:
-    """Items in one place, and what touches what.
+    """Items in one place and their contacts.
 
-    bodies: the items by id. touching: by id all contacts of each. hanging: ids of what nothing carries, as
-    poses say. rollers: ids of what can roll. angle: rad by which poses may be off
+    bodies: the items by id. touching: by id all contacts of each. hanging: ids of items that nothing carries
+        at
+    their stated poses. rollers: ids of items that can roll. angle: rad, bound of pose errors
     """
 
     bodies: Mapping[str, RigidBody]
@@ -91,7 +92,7 @@ class _Pile:
 
     @classmethod
     def at(cls, scene: Scene, location: str) -> _Pile:
-        """All that is in one place."""
+        """Build the pile of all items in one place."""
         placed = {each.id: each for each in scene.in_location(location)}
         bodies = {name: _body(scene, each) for name, each in placed.items()}
         boxes = _Boxes.around((*bodies.values(), *_firm_bodies(scene)))
@@ -106,7 +107,7 @@ class _Pile:
         return cls(bodies, touching, frozenset(bodies.keys() - carried), rollers, scene.noise.angle)
 
     def around(self, item_id: str) -> _Pile:
-        """The part of it that hangs together with an item."""
+        """Return the part of the pile that is connected to an item by contacts."""
         found, todo = {item_id}, [item_id]
         while todo:
             others = {c.b.name for c in self.touching[todo.pop()] if not c.b.is_firm} - found
@@ -115,7 +116,7 @@ class _Pile:
         return replace(self, bodies={name: body for name, body in self.bodies.items() if name in found})
 
     def lying_on(self, item_id: str) -> frozenset[str]:
-        """Ids of what lies on an item, and on what does, wholly or partly."""
+        """Return ids of items that lie on an item, directly or through others, wholly or partly."""
         found: set[str] = set()
         todo = [item_id]
         while todo:
@@ -125,9 +126,9 @@ class _Pile:
         return frozenset(found)
 
     def lies_level(self, item_id: str, loose: Set[str] = frozenset()) -> bool:
-        """Whether an item can roll, nothing is on it, and what carries it is level and not loose itself.
+        """Whether an item can roll, carries nothing, and lies level on bodies that are not loose.
 
-        Level across its axis, for a cylinder.
+        For a cylinder, level means level across its axis.
         """
         if item_id not in self.rollers:
             return False
@@ -142,11 +143,11 @@ class _Pile:
         )
 
     def losing_balance(self, item_id: str) -> frozenset[str]:
-        """Ids of what lacks more to its balance without an item than with it.
+        """Return ids of items that are less balanced without an item than with it.
 
-        Judged of all at once. What can roll, and what is not in balance where it is seen even if all else
-        stands firm, is judged by itself: whether it leaned on what is gone. What seems to hang in the air
-        stands firm.
+        All items are judged at once, except those that can roll or that are not balanced at their stated
+        poses even with everything else fixed: these are judged separately, by whether they leaned on a
+        removed item. Items that seem to hang in the air count as fixed.
         """
         alone, gone = self.rollers, frozenset({item_id})
         while True:
@@ -161,7 +162,7 @@ class _Pile:
             gone |= lost
 
     def _lacking_more(self, gone: Set[str], standing: Set[str]) -> frozenset[str]:
-        """Of some bodies those that lack more to their balance without others, all else standing firm."""
+        """Return those of some bodies that are less balanced without others, all else being fixed."""
         after = self.without(*gone).missing(standing - gone)
         if all(less.max() <= MISSING for less in after.values()):
             return frozenset()
@@ -169,7 +170,7 @@ class _Pile:
         return frozenset(name for name, less in after.items() if (less > before[name] + MISSING).any())
 
     def _leaning(self, gone: Set[str], alone: Set[str]) -> frozenset[str]:
-        """Of what is judged by itself that which leaned on what is gone."""
+        """Return those of the separately judged items that leaned on a removed one."""
         left = self.without(*gone)
         met = {contact.b.name for name in gone for contact in self.touching[name]}
         return frozenset(
@@ -179,22 +180,22 @@ class _Pile:
         )
 
     def without(self, *gone: str) -> _Pile:
-        """The pile without some items."""
+        """Return the pile without some items."""
         left = {name: body for name, body in self.bodies.items() if name not in gone}
         touching = {name: [c for c in self.touching[name] if c.b.name not in gone] for name in left}
         return replace(self, bodies=left, touching=touching)
 
     def missing(self, of: Set[str]) -> dict[str, Array]:
-        """(N_TILTS,) weights by id that are missing to the balance of some, for each tilt of the world.
+        """Return (N_TILTS,) weights by id that some items lack for balance, for each tilt of the world.
 
-        All others stand firm. The world is tilted by as much as poses may be off.
+        All other items are fixed. The world is tilted by the bound of the angular pose errors.
         """
         return self._missing_if_tilted(of, self.angle)
 
     def missing_alone(self, item_id: str) -> Array:
-        """(N_TILTS,) weights that are missing to the balance of an item if all that it touches stands firm.
+        """Return (N_TILTS,) weights that an item lacks for balance if everything that it touches is fixed.
 
-        For what can roll the world is tilted by ``CHOCKED``.
+        For items that can roll, the world is tilted by ``CHOCKED``.
         """
         angle = max(self.angle, CHOCKED) if item_id in self.rollers else self.angle
         return self._missing_if_tilted({item_id}, angle)[item_id]
@@ -220,7 +221,7 @@ _pile = lru_cache(maxsize=16)(_Pile.at)
 
 @dataclass(frozen=True, eq=False)
 class _Boxes:
-    """Bodies and the boxes around them along the axes of the world.
+    """Bodies with their axis-aligned bounding boxes in the world.
 
     bodies: N. low, high: (N, 3) m
     """
@@ -231,19 +232,19 @@ class _Boxes:
 
     @classmethod
     def around(cls, bodies: Sequence[RigidBody]) -> _Boxes:
-        """The boxes of bodies."""
+        """Build the boxes of bodies."""
         middles = np.array([body.T[:3, 3] for body in bodies])
         reach = np.array([body.shape.reach(body.T[:3, :3]) for body in bodies])
         return cls(tuple(bodies), middles - reach, middles + reach)
 
     def near(self, k: int, reach: float) -> Iterator[RigidBody]:
-        """Later bodies whose boxes are within a reach, and their own bounds, of that of the body k."""
+        """Return later bodies whose boxes are within a reach, plus their own bounds, of the box of body k."""
         room = reach + np.array([[other.bound] for other in self.bodies])
         is_near = np.all((self.low <= self.high[k] + room) & (self.high >= self.low[k] - room), axis=1)
         return (self.bodies[i] for i in np.flatnonzero(is_near) if i > k)
 
     def next_below(self, k: int) -> RigidBody | None:
-        """What the body k would fall on: of what its box is over the one with the highest top."""
+        """Return the body that body k would fall on: the one with the highest top of those below its box."""
         is_under = np.all((self.low < self.high[k])[:, :2] & (self.high > self.low[k])[:, :2], axis=1)
         is_under &= (self.low + self.high)[:, 2] < (self.low + self.high)[k, 2]
         tops = np.where(is_under, self.high[:, 2], -np.inf)
@@ -251,7 +252,7 @@ class _Boxes:
 
 
 def _contacts(n_items: int, boxes: _Boxes, askew: float) -> Iterator[PileContact]:
-    """All contacts of items, the first of the bodies, each once."""
+    """Yield all contacts of items, which come first among the bodies; each once."""
     for k, item in enumerate(boxes.bodies[:n_items]):
         for other in boxes.near(k, TOUCH + item.bound):
             contact = PileContact.between(item, other, TOUCH + item.bound + other.bound, askew)
@@ -260,7 +261,7 @@ def _contacts(n_items: int, boxes: _Boxes, askew: float) -> Iterator[PileContact
 
 
 def _falls(n_items: int, boxes: _Boxes, carried: Set[str], askew: float) -> Iterator[PileContact]:
-    """Of each item that nothing carries the contact with what it would fall on: there it is taken to lie."""
+    """Yield, for each item that nothing carries, a contact with the body below it, as if it lay there."""
     for k, item in enumerate(boxes.bodies[:n_items]):
         below = boxes.next_below(k) if item.name not in carried else None
         if below is not None:
@@ -268,16 +269,16 @@ def _falls(n_items: int, boxes: _Boxes, carried: Set[str], askew: float) -> Iter
 
 
 def _seen_from(name: str, contacts: Sequence[PileContact]) -> list[PileContact]:
-    """The contacts of an item, it being the first of the two."""
+    """Return the contacts of an item, with it as the first of the two bodies."""
     seen = (c if c.a.name == name else c.flipped for c in contacts if name in (c.a.name, c.b.name))
     return list(seen)
 
 
 def _kept(contacts: Sequence[PileContact]) -> list[PileContact]:
-    """Contacts of what can roll, without bodies that stand firm farther from it than another.
+    """Return the contacts of an item that can roll, without fixed bodies farther away than the nearest one.
 
-    It may pass over what it only nearly meets: one error of its pose moves it away from all or from none. But
-    whatever it is next to, it lies on what of the ground is nearest.
+    The item could roll over a contact that it only nearly makes: one pose error moves it away from all or
+    from none. But it always keeps the contact with the nearest ground.
     """
     firm = [contact for contact in contacts if contact.b.is_firm]
     nearest = min((contact.gap for contact in firm), default=0.0)
@@ -300,13 +301,13 @@ def _firm_bodies(scene: Scene) -> Iterator[RigidBody]:
 
 
 def _tilted(angle: float, turn: float) -> Array:
-    """(3,) unit vector that is off the vertical by an angle, to the side of a turn."""
+    """Return a (3,) unit vector tilted off the vertical by an angle, towards a direction of turn."""
     return np.array([np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)])
 
 
 def _fall_line(body: RigidBody, normal: Array) -> float:
-    """Sine of the slope down which a round body rolls on ground with a normal: a cylinder across its axis."""
-    down = np.array([0.0, 0.0, -1.0]) + normal[2] * normal  # along the ground
+    """Return the sine of the slope for a round body on ground with a normal; a cylinder's across its axis."""
+    down = np.array([0.0, 0.0, -1.0]) + normal[2] * normal  # downhill, along the ground
     if body.shape.kind is ShapeKind.CYLINDER:
         axis = body.T[:3, 2]
         down -= (down @ axis) * axis

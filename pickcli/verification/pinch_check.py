@@ -1,9 +1,9 @@
-"""The grasp of two fingers: pads meet opposite sides of the item, inside the friction cones, and hold.
+"""Check the grasp of two fingers: pads meet opposite sides of the item inside the friction cones, and hold.
 
-Where the pads meet the item is found by lines through points all over them, along which the fingers close. A
-pad rests on the outermost of what they hit, and on all that is as far out except for what its rubber gives
-way. There it presses evenly. Newton and Euler give the wrench that moves the item so; what friction bears,
-and when a pad lifts, follows from those points.
+The contact is found by rays through points all over the pads, along the closing direction. A pad rests on the
+outermost points that they hit, and on all that are as far out within the compliance of its rubber; it presses
+evenly there. Newton and Euler give the wrench that moves the item; what friction bears, and when a pad lifts
+off, follows from those points.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from pickcli.verification.load_check import held_wrenches
 from pickcli.verification.ray_casting import cast_rays
 
 N_POINTS = 15  # along each side of a pad
-RUBBER = 0.0005  # m that a pad gives way
-LEAST_PATCH = 0.1  # of a pad that has to touch the item: what is round touches little of it
-OFF_WIDTH = 0.001  # m between the width that is stated and that of the item
-ASIDE, TURNED = 0.002, np.radians(1.0)  # between grasp and tip where the fingers close
-SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N or Nm at least: the planner samples otherwise
+RUBBER = 0.0005  # m that the rubber of a pad gives way
+LEAST_PATCH = 0.1  # of a pad that has to touch the item; round items touch little of it
+OFF_WIDTH = 0.001  # m between the stated width and that of the item
+ASIDE, TURNED = 0.002, np.radians(1.0)  # between grasp and tip when the fingers close
+SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N or Nm at least: the planner samples differently
 
 
 @dataclass(frozen=True, eq=False)
 class Pads:
-    """Where two pads meet an item.
+    """Contact of two pads with an item.
 
     Attributes:
         width: m between them.
-        points: (N, 2) m, x and z in the tool frame of the points where both touch.
-        steepest: rad between the line of closing and a normal of the item there, at most.
-        share: Of the pads that touches.
+        points: (N, 2) m, x and z in the tool frame of the points at which both pads touch.
+        steepest: rad, largest angle between the closing direction and a normal of the item there.
+        share: Share of the pads that touches.
     """
 
     width: float
@@ -52,14 +52,14 @@ class Pads:
     share: float
 
     def ratio(self, wrenches: Array, gripper: ParallelGripper) -> Array:
-        """The load over what the pads bear there.
+        """Return the load over what the pads bear.
 
         Args:
             wrenches: (N, 6) about the tip, in the tool frame.
             gripper: The gripper.
 
         Returns:
-            (N,) the worse of what friction and pressure bear.
+            (N,) the larger of the ratios for friction and for pressure.
         """
         middle = self.points.mean(axis=0)
         force, torque = wrenches[:, :3], wrenches[:, 3:]
@@ -75,12 +75,12 @@ class Pads:
 
 
 def check_pinch(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...]:
-    """Check all that concerns fingers and item.
+    """Check everything that concerns fingers and item.
 
     Args:
         plan: A plan with a grasp.
         scene: The plan's scene, of a cell with a gripper.
-        T_tip_item: (4, 4) the item as it is held.
+        T_tip_item: (4, 4) pose of the item in the tool frame.
 
     Returns:
         The faults.
@@ -108,12 +108,12 @@ def pads_on(shape: Shape, T_item_tip: Array, gripper: ParallelGripper) -> Pads |
     """Find where the pads meet an item as the fingers close.
 
     Args:
-        shape: Of the item.
-        T_item_tip: (4, 4) tool frame in the item's.
+        shape: Shape of the item.
+        T_item_tip: (4, 4) pose of the tool frame in the item's.
         gripper: The gripper.
 
     Returns:
-        Where, or None if any of both meets nothing.
+        The contact, or None if either pad meets nothing.
     """
     at = (np.arange(N_POINTS) + 0.5) / N_POINTS - 0.5
     x, z = (grid.ravel() for grid in np.meshgrid(at * gripper.pad[0], at * gripper.pad[1]))
@@ -134,7 +134,7 @@ def pads_on(shape: Shape, T_item_tip: Array, gripper: ParallelGripper) -> Pads |
 
 
 def _normals(shape: Shape, points: Array) -> Array:
-    """(N, 3) outward normals of a shape at points (N, 3) of its surface."""
+    """Return (N, 3) outward normals of a shape at points (N, 3) of its surface."""
     if shape.kind is ShapeKind.SPHERE:
         return np.asarray(points / np.linalg.norm(points, axis=1, keepdims=True))
     if shape.kind is ShapeKind.BOX:
@@ -148,7 +148,7 @@ def _normals(shape: Shape, points: Array) -> Array:
 
 
 def _antipodal(grasp: Grasp, pads: Pads, gripper: ParallelGripper) -> Iterator[Reason]:
-    """The line between the pads lies in both friction cones."""
+    """Check that the line between the pads lies in both friction cones."""
     cone = float(np.arctan(gripper.limits.friction))
     if pads.steepest > cone:
         angles = (
@@ -158,7 +158,7 @@ def _antipodal(grasp: Grasp, pads: Pads, gripper: ParallelGripper) -> Iterator[R
 
 
 def _widths(plan: Plan, scene: Scene, pads: Pads) -> Iterator[Reason]:
-    """The fingers come wider than the item, and hold it at its width in every segment."""
+    """Check that the fingers approach wider than the item, and hold it at its width in every segment."""
     robot = scene.cell.robot
     for k, segment in enumerate(plan.segments):
         where = f"segment {k} ({segment.kind})"
@@ -173,7 +173,7 @@ def _widths(plan: Plan, scene: Scene, pads: Pads) -> Iterator[Reason]:
 
 
 def _meets(plan: Plan, scene: Scene, grasp: Grasp, contact: Segment, where: str) -> Iterator[Reason]:
-    """The fingers close where the grasp says."""
+    """Check that the fingers close at the grasp's pose."""
     robot = scene.cell.robot
     tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(contact.t_end)), contact.tool_state)[0]
     yield from _as_grasped(grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
@@ -192,7 +192,7 @@ def _as_grasped(grasp: Grasp, T_item_tip: Array, where: str) -> Iterator[Reason]
 def _loads(
     plan: Plan, scene: Scene, T_tip_item: Array, pads: Pads, gripper: ParallelGripper, item: Item
 ) -> Iterator[Reason]:
-    """The pads bear the item from where they close to where they open, and the plan says what they bear."""
+    """Check that the pads bear the item from closing to opening, and that the plan states this load."""
     times, wrenches = held_wrenches(plan, scene, T_tip_item)
     if len(times) == 0:
         return

@@ -1,7 +1,7 @@
 """Bounds of polynomials by their Bernstein form.
 
-A curve never leaves the hull of its control points, and never travels farther than along them. Exact where it
-counts, and never on the wrong side.
+A curve never leaves the convex hull of its control points, and is never longer than their polygon. Bounds are
+conservative, and tight to a stated tolerance.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 
 RELATIVE = 1e-9  # how far above the true maximum a bound may lie
-MOST_PIECES = 100_000  # that may hold a maximum; with more the bound is what it is, still from above
+MOST_PIECES = 100_000  # pieces that may hold a maximum; with more, the current upper bound is returned
 
 
 def control_points(trajectory: Trajectory, derivative: int) -> Array:
-    """Bernstein control points of a time derivative of each piece of a trajectory.
+    """Return the Bernstein control points of a time derivative of each piece of a trajectory.
 
     Args:
         trajectory: N points with quintics in between.
@@ -38,10 +38,10 @@ def control_points(trajectory: Trajectory, derivative: int) -> Array:
 
 
 def _legs(p: Array, v: Array, a: Array, h: Array) -> Array:
-    """From each control point of every quintic to its next, (5, pieces, n).
+    """Return the differences of consecutive control points of every quintic, (5, pieces, n).
 
-    p, v, a: (pieces + 1, n) at the knots. h: (pieces, 1) s between them. Of positions only differences enter:
-    over the third power of a few ms, what rounds at a radian would be seen in the jerk.
+    p, v, a: (pieces + 1, n) at the knots. h: (pieces, 1) s between them. Only differences of positions are
+    used: rounding at the scale of a radian, divided by the cube of a few ms, would show in the jerk.
     """
     start, end = h * v[:-1] / 5, h * v[1:] / 5
     bent_start, bent_end = start + h * h * a[:-1] / 20, end - h * h * a[1:] / 20
@@ -50,10 +50,10 @@ def _legs(p: Array, v: Array, a: Array, h: Array) -> Array:
 
 
 def largest(points: Array) -> Array:
-    """Largest value of polynomials over their pieces.
+    """Return an upper bound of the largest value of polynomials over their pieces.
 
-    From above, and within RELATIVE of the true value except for curves made to defy it: pieces that cannot
-    hold the maximum drop out, the others are halved; the hull shrinks with the square of their length.
+    It is within RELATIVE of the true value, except for adversarial curves: pieces that cannot hold the
+    maximum are dropped, the others are halved; the error of the hull shrinks with the square of their length.
 
     Args:
         points: (P, d + 1, n) control points.
@@ -62,7 +62,7 @@ def largest(points: Array) -> Array:
         (n,).
     """
     n = points.shape[2]
-    of = np.tile(np.arange(n), len(points))  # which of the n each polynomial belongs to
+    of = np.tile(np.arange(n), len(points))  # index in n of each polynomial
     points = np.swapaxes(points, 1, 2).reshape(-1, points.shape[1])
     attained: Array = np.full(n, -np.inf)
     found = attained
@@ -78,7 +78,7 @@ def largest(points: Array) -> Array:
 
 
 def _halves(points: Array) -> tuple[Array, Array]:
-    """Both halves of polynomials (P, d + 1) by de Casteljau's algorithm."""
+    """Halve polynomials (P, d + 1) by de Casteljau's algorithm."""
     left, right = [points[:, 0]], [points[:, -1]]
     while points.shape[1] > 1:
         points = (points[:, :-1] + points[:, 1:]) / 2
@@ -88,15 +88,15 @@ def _halves(points: Array) -> tuple[Array, Array]:
 
 
 def variation(p: Array, v: Array, a: Array, times: Array) -> Array:
-    """How far each joint travels, at most, between consecutive times.
+    """Bound how far each joint travels between consecutive times.
 
-    Each stretch is to be one quintic: then its way is at most that along its control points.
+    Each interval must lie within one quintic; its length is then at most that of its control polygon.
 
     Args:
         p: (M, n) positions at the times, see ``motion``.
         v: (M, n) velocities.
         a: (M, n) accelerations.
-        times: (M,) s, strictly increasing, with every knot of the trajectory between them among them.
+        times: (M,) s, strictly increasing, including every knot of the trajectory that lies between them.
 
     Returns:
         (M - 1, n) rad or m.
@@ -105,7 +105,7 @@ def variation(p: Array, v: Array, a: Array, times: Array) -> Array:
 
 
 def motion(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
-    """Positions, velocities and accelerations at given times.
+    """Return positions, velocities and accelerations at given times.
 
     Times outside of the trajectory are clamped to its ends, where it is at rest.
 
@@ -129,11 +129,11 @@ def motion(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
 
 
 def _powers(trajectory: Trajectory) -> Array:
-    """Coefficients (6, pieces, n) of the powers of u, which runs from 0 to 1 over each piece."""
+    """Return coefficients (6, pieces, n) of the powers of u, which runs from 0 to 1 over each piece."""
     h = np.diff(trajectory.times)[:, None]
     v, a = trajectory.velocities, trajectory.accelerations
     c1, c2 = h * v[:-1], h * h * a[:-1] / 2
-    # What the end lies beyond the first three powers, in position, velocity and acceleration.
+    # Difference between the end state and the first three powers, in position, velocity and acceleration.
     p_off = np.diff(trajectory.positions, axis=0) - c1 - c2
     v_off = h * v[1:] - c1 - 2 * c2
     a_off = h * h * a[1:] - 2 * c2

@@ -1,4 +1,4 @@
-"""Where parallel rays enter a solid and leave it."""
+"""Ray casting: parameters at which parallel rays enter and leave a solid."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ import numpy as np
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 
-PARALLEL = 1e-12  # slope of a ray to a face or an axis along which it leads
+PARALLEL = 1e-12  # replaces components of 0 of a direction, to divide by them
 FLAT_AXES = {ShapeKind.BOX: (0, 1, 2), ShapeKind.CYLINDER: (2,), ShapeKind.SPHERE: ()}
 
 
 def cast_rays(shape: Shape, starts: Array, along: Array) -> tuple[Array, Array]:
     """Cast parallel rays at a shape.
 
-    A ray is inside a convex solid from where it has entered every slab between parallel faces, and the round
-    side, to where it leaves the first of them (Kay and Kajiya, Ray tracing complex scenes, 1986).
+    A ray is inside a convex solid between its last entry into, and its first exit from, the slabs between
+    parallel faces and the round side (Kay and Kajiya, Ray tracing complex scenes, 1986).
 
     Args:
         shape: A box, cylinder or sphere.
         starts: (N, 3) m, a point of each ray in the shape's own frame.
-        along: (3,) unit direction of all in that frame.
+        along: (3,) unit direction of all rays in that frame.
 
     Returns:
-        (N,) m each: where along the ray from its start it enters, and where it leaves; NaN where it misses.
+        (N,) m each: distances from the start of the ray to entry and exit; NaN if it misses the solid.
     """
     along = along + np.where(along == 0.0, PARALLEL, 0.0)
     enters, leaves = np.full(len(starts), -np.inf), np.full(len(starts), np.inf)

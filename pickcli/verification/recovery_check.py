@@ -1,9 +1,9 @@
-"""What a way out of a stop may do that no other plan may, by the level that it claims. See docs/recovery.md.
+"""Check the permissions of recovery motions, by the level that they state. See docs/recovery.md.
 
-A robot that was stopped can stand nearer to something than the clearance, or against it. From the level
-``opening`` on, pairs that are near when the motion begins are followed one by one instead of being refused:
-each may open, and none may come nearer again than it has been since the start. Such a motion leads out of the
-pod, or along the motion that stopped, and nowhere else.
+A stopped robot may be nearer to something than the clearance, or in contact with it. From the level
+``opening`` on, pairs that are near at the start are not refused but followed one by one: each may open, and
+none may come nearer again than the largest distance that it had. Such a motion must lead out of the pod, or
+back along the motion that stopped.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 from pickcli.verification.straightness_check import every_millisecond
 
-CLOSING = 0.001  # m that a pair may come nearer: between two states it cannot be told any finer
+CLOSING = 0.001  # m that a pair may come nearer: resolution between two states
 SLOW = 0.1  # of the velocity limits
-JOG_WAY = 0.03  # m that any link and the tool may go in a jog
-INWARDS = 0.015  # m deeper into the pod than it has been: what it takes to come free of a lip
-OFF_PATH = 0.005  # rad or m, of any joint, between a way back and the motion that it goes back along
-LEFT_OUT = 4 * OFF_PATH  # rad or m of that motion that may be left out at once, where it turns round
-PATH_WAY = OFF_PATH / 10  # rad or m between samples of that, but never more than a millisecond
+JOG_WAY = 0.03  # m that any link and the tool may move in a jog
+INWARDS = 0.015  # m deeper into the pod than before: needed to come free of a lip
+OFF_PATH = 0.005  # rad or m, of any joint, between a backward motion and the motion that stopped
+LEFT_OUT = 4 * OFF_PATH  # rad or m of that motion that may be skipped at once, at a reversal
+PATH_WAY = OFF_PATH / 10  # rad or m between samples of that motion; samples are at least a millisecond apart
 IGNORES_ERROR = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
 
 
 @dataclass(frozen=True)
 class Opening:
-    """Pairs that were near at the start of a way out.
+    """Pairs that were near at the start of a recovery motion.
 
     Attributes:
         pairs: Names (part, fixture).
-        reasons: Every fault of their motion.
+        reasons: Faults of their motion.
     """
 
     pairs: frozenset[tuple[str, str]] = frozenset()
@@ -52,7 +52,7 @@ class Opening:
 
 
 def needed_clearance(plan: Plan, scene: Scene) -> float:
-    """Clearance that pairs keep which are not near at the start, on top of what poses may be off.
+    """Return the clearance that pairs which are not near at the start keep, on top of pose errors.
 
     Args:
         plan: The plan.
@@ -67,15 +67,15 @@ def needed_clearance(plan: Plan, scene: Scene) -> float:
 def check_recovery(
     plan: Plan, scene: Scene, states: States, velocity: float, opening: Opening, stopped: Trajectory | None
 ) -> tuple[Reason, ...]:
-    """Check that a plan is what its level of recovery says, apart from what it is near to.
+    """Check that a plan keeps to its level of recovery, except for its clearances.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
         states: The motion's states.
-        velocity: Largest share of a velocity limit.
-        opening: What it is near to at its start.
-        stopped: The motion that a way back goes back along, None where that is not known.
+        velocity: Largest ratio to a velocity limit.
+        opening: Pairs that are near at the start.
+        stopped: The motion that stopped, which a backward motion follows; None if unknown.
 
     Returns:
         The faults; () for a plan that is no recovery.
@@ -88,7 +88,7 @@ def check_recovery(
 def _leads(
     plan: Plan, scene: Scene, states: States, opening: Opening, stopped: Trajectory | None
 ) -> Iterator[Reason]:
-    """Out of the pod, or back along the motion that stopped, in its order."""
+    """Check that the motion leads out of the pod, or back along the motion that stopped, in its order."""
     where = f"recovery {plan.recovery}"
     if plan.recovery is RecoveryLevel.AS_PLANNED:
         return
@@ -111,11 +111,11 @@ def _leads(
 
 
 def _strayed(Q: Array, stopped: Trajectory) -> tuple[int, str] | None:
-    """The first of the configurations Q (N, n) that does not go on backwards along a trajectory, and how not.
+    """Find the first of the configurations Q (N, n) that does not go backwards along a trajectory, and why.
 
-    Where a configuration may be on the trajectory is kept as a set, as the trajectory may pass one place more
-    than once: all samples that are near enough, that do not come later than one where the configuration
-    before may have been, and between which and that one no more of the motion lies than may be left out.
+    The trajectory may pass the same place more than once, so the possible positions on it are kept as a set:
+    all samples that are near enough, not later than a possible position of the configuration before, and
+    separated from it by no more of the motion than may be skipped.
     """
     path = stopped.sample(every_millisecond(0.0, stopped.duration))
     gone = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path, axis=0)).max(axis=1))])
@@ -153,7 +153,7 @@ def _claims(plan: Plan, scene: Scene, states: States, velocity: float) -> Iterat
 
 
 def _longest_way(plan: Plan, scene: Scene, states: States) -> float:
-    """m, of the origin of the link, or of the tool, that goes farthest."""
+    """Return the path length in m of the link origin, or of the tool, that travels farthest."""
     tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].tool_state)
     points = np.concatenate([states.links[:, :, :3, 3], tips[None, :, :3, 3]])
     return float(np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1).max())
@@ -163,14 +163,14 @@ def check_opening(
     plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: PlanFixtures,
     exempt: Sequence[Exemptions],
 ) -> Opening:  # fmt: skip
-    """Follow the pairs that are near at the start of a way out to the end of the motion.
+    """Follow the pairs that are near at the start of a recovery motion to the end of the motion.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
         states: The motion's states.
         moving: Parts that move in each segment.
-        world: What stands in each segment.
+        world: Static solids of each segment.
         exempt: Exemptions of each segment.
 
     Returns:
@@ -180,9 +180,9 @@ def check_opening(
         return Opening()
     clearance = scene.cell.clearance
     near = _near_at_start(states, moving[0], world.of(0), clearance)
-    # What creeps into an item by no more than its pose is uncertain pushes it, at worst, by that much.
+    # Entering an item by no more than its pose error pushes it, at worst, by that much.
     exact = frozenset(placed.id for placed in scene.items) if plan.recovery in IGNORES_ERROR else frozenset()
-    # What the tool is planned to touch here has its depth bounded by ``check_touch``.
+    # ``check_touch`` bounds the depth of the tool in what it is planned to touch here.
     tool = {part.name for part in moving[0] if part.is_cup or part.is_held}
     touched = {(name, other) for name in tool for other in exempt[0].touching}
     pairs = {pair for pair in near if frozenset(pair) not in exempt[0].allowed} - touched
@@ -205,7 +205,7 @@ def _followed(
     states: States, parts: Sequence[Part], fixture: Fixture, at: range, clearance: float,
     nearest: dict[tuple[str, str], float],
 ) -> Reason | None:  # fmt: skip
-    """Follow a pair over some states; ``nearest``: how far apart it has been so far, up to the clearance."""
+    """Follow a pair over some states; ``nearest``: its largest separation so far, up to the clearance."""
     pair = parts[0].name, fixture.name
     travel = states.travel @ np.max([part.reach for part in parts], axis=0)
     i = at.start
@@ -218,7 +218,7 @@ def _followed(
             )
             return Reason("closes again", "", what)
         nearest[pair] = max(nearest[pair], min(separation, clearance))
-        # As long as the two cannot have come near again there is nothing to measure.
+        # Skip states up to which the two cannot have come near again.
         free = travel[i] + max(0.0, separation - clearance)
         i = max(i + 1, int(np.searchsorted(travel, free, side="right")) - 1)
     return None
@@ -227,11 +227,11 @@ def _followed(
 def _near_at_start(
     states: States, parts: Sequence[Part], fixtures: Sequence[Fixture], most: float
 ) -> Iterator[tuple[str, str]]:
-    """Pairs, by name, that are at most so far apart, in m, at the first state.
+    """Yield pairs, by name, that are at most a distance in m apart at the first state.
 
-    Spheres around the parts say which of them are worth measuring.
+    Spheres around the parts select the pairs that are measured.
     """
-    # A robot alone has nothing around it: no rows, but still matrices.
+    # In an empty world there are no rows, but the arrays need their shapes.
     T = np.array([fixture.T_world_shape for fixture in fixtures]).reshape(-1, 4, 4)
     half = np.array([fixture.shape.extents for fixture in fixtures]).reshape(-1, 3) / 2
     slack = np.array([fixture.slack for fixture in fixtures])
@@ -245,7 +245,7 @@ def _near_at_start(
 
 
 def _separation(states: States, part: Part, fixture: Fixture, i: int) -> float:
-    """Distance in m of two solids at state i, negative where they overlap: then their depth."""
+    """Return the distance in m of two solids at state i, or minus their depth if they overlap."""
     part.solid.place(states.links[part.link, i] @ part.T_link_shape)
     distance, slack = part.solid.distance(fixture.solid), part.slack + fixture.slack
     return (distance if distance > 0.0 else -part.solid.depth(fixture.solid)) - slack

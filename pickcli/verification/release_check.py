@@ -1,4 +1,4 @@
-"""Where the item is let go: between walls, below the drop limit, or elsewhere just over the floor."""
+"""Check the release of the item: between walls and below the drop limit, or else just over the floor."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ SET_DOWN = 0.02  # m to the floor of any other place, on top of the item's uncer
 
 
 def check_release(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
-    """Check where the item is let go.
+    """Check where the item is released.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
-        T_tip_item: (4, 4) the item in the tool frame where one is held.
+        T_tip_item: (4, 4) pose of the item in the tool frame, if one is held.
 
     Returns:
-        The faults; () where nothing is let go.
+        The faults; () if nothing is released.
     """
     if plan.grasp is None or T_tip_item is None:
         return ()
@@ -55,7 +55,7 @@ def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterable[Reason]
 
 
 def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
-    """What is let go stays as it is set down: by the statics of the item where it is let go."""
+    """Check that the released item stays upright, by its statics at the release pose."""
     others = scene.without(placed.id).items
     there = replace(scene, items=(*others, placed), held=None)
     if not keeps_standing(there, placed.id):
@@ -64,7 +64,7 @@ def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
 
 
 def _dropped(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reason]:
-    """What is let go over a place with walls is between them, and does not fall too far."""
+    """Check that an item released over a place with walls is between them and does not fall too far."""
     low, _, beyond = _box_in(scene, place, placed)
     if beyond > 0.0:
         yield Reason(f"released beyond the {place.name}'s walls", placed.id, f"by {beyond * 1e3:.0f} mm")
@@ -76,7 +76,7 @@ def _dropped(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reason]
 
 
 def _off_floor(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reason]:
-    """What is set down is wholly in its place, and just over the floor."""
+    """Check that an item that is set down is wholly in its place, and just over the floor."""
     low, high, beyond = _box_in(scene, place, placed)
     if place.access.is_from_above:
         if beyond > 0.0:
@@ -92,7 +92,7 @@ def _off_floor(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reaso
 
 
 def _box_in(scene: Scene, place: Place, placed: PlacedItem) -> tuple[Array, Array, float]:
-    """The box around an item in the frame of a place: both corners (3,), and m that it is beside the room."""
+    """Return both corners (3,) of an item's box in a place's frame, and m that it exceeds the room."""
     T = inverse(scene.T_world_place(place)) @ placed.T_world_item
     reach = placed.item.shape.reach(T[:3, :3])
     low, high = T[:3, 3] - reach, T[:3, 3] + reach

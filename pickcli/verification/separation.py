@@ -1,8 +1,8 @@
-"""Bounds on how far apart two solids are, and how deep they overlap: the gap between two parallel planes.
+"""Bounds of the distance of two solids, and of their overlap, by gaps between parallel planes.
 
-The planes touch the solids. Across any direction whatsoever that gap is a true lower bound of the distance,
-and across the direction of the two nearest points it is the distance. So a search that misses the nearest
-points costs tightness, never truth.
+The planes touch the solids. The gap along any direction is a lower bound of the distance, and along the
+direction of the two nearest points it is the distance. So a search that misses the nearest points yields a
+looser bound, but never a wrong one.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, perpendiculars
 
 MAX_STEPS = 200
-TIGHT = 1e-5  # m, between bound and distance, where the search may end
-_NO_WAY = 1e-9  # length of what is no direction any more
+TIGHT = 1e-5  # m between bound and distance at which the search may end
+_NO_WAY = 1e-9  # length below which a vector has no direction
 _SPREADS = (0.3, 0.2, 0.1, 0.1, 0.05, 0.03, 0.02, 0.01)  # rad, around the best direction so far
 _AROUND = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
 
 
 def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
-    """Width of the empty slab between two posed shapes across a direction.
+    """Return the width of the empty slab between two posed shapes along a direction.
 
     Args:
         a: One shape.
@@ -46,10 +46,10 @@ def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
 
 
 def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array] = ()) -> tuple[float, Array]:
-    """How deep two posed shapes that meet overlap, at most, and across which direction.
+    """Bound how deep two posed shapes overlap, and return the direction of least overlap.
 
-    Pushed apart by the overlap across any direction they no longer meet, so each is an upper bound of the
-    depth. The least counts: of ``ways``, and of those in which what is flat or round gives way first.
+    Moved apart by the overlap along any direction they no longer meet, so each overlap is an upper bound of
+    the depth. The least is taken over ``ways`` and over the directions of faces, edges and round sides.
 
     Args:
         a: One shape.
@@ -59,7 +59,7 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array] = 
         ways: Directions (3,) to try.
 
     Returns:
-        m, negative where a gap was found; (3,) unit direction from ``a`` to ``b``.
+        m, negative if a gap was found; (3,) unit direction from ``a`` to ``b``.
     """
     between, R_a, R_b = T_b[:3, 3] - T_a[:3, 3], T_a[:3, :3], T_b[:3, :3]
     radial = [between - T[:3, 2] * (T[:3, 2] @ between) for T in (T_a, T_b)]
@@ -76,7 +76,7 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array] = 
     found = depths(across)
     best, least = across[int(np.argmin(found))], float(found.min())
     is_round = not {a.kind, b.kind} <= {ShapeKind.BOX, ShapeKind.HULL}
-    for spread in _SPREADS if is_round else ():  # round solids may part in a direction that is neither's
+    for spread in _SPREADS if is_round else ():  # the least overlap of round solids may lie in between
         around = best + spread * (_AROUND @ np.array(perpendiculars(best)))
         around /= np.linalg.norm(around, axis=1)[:, None]
         found = depths(around)
@@ -87,14 +87,14 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array] = 
 
 @lru_cache(maxsize=256)
 def face_normals(shape: Shape) -> Array:
-    """Directions in which a shape that is pushed along them leaves another soonest.
+    """Return directions along which a shape separates soonest from another.
 
     Args:
         shape: The shape.
 
     Returns:
-        (K, 3) unit directions in the shape's own frame: normals of its faces, opposite ones once; its axes
-        where it is round.
+        (K, 3) unit directions in the shape's own frame: face normals, opposite ones once; its axes if it is
+        round.
     """
     if shape.kind is not ShapeKind.HULL:
         return np.eye(3)
@@ -102,7 +102,7 @@ def face_normals(shape: Shape) -> Array:
 
 
 def half_widths(shape: Shape, directions: Array) -> Array:
-    """From a shape's centre to the planes across several directions that touch it there.
+    """Return the distances from a shape's centre to its supporting planes across several directions.
 
     Args:
         shape: The shape.
@@ -117,11 +117,11 @@ def half_widths(shape: Shape, directions: Array) -> Array:
 
 
 def half_width_terms(shape: Shape) -> Array:
-    """Five lengths that say the half width of any shape in one formula.
+    """Return five lengths that give the half width of any shape in one formula.
 
-    Across a unit direction (x, y, z) in the shape's own frame it is the sum of |x|, |y|, |z|, hypot(x, y) and
-    1, each times its term: box, cylinder and sphere differ in what is 0. Of a hull they are those of the box
-    around it, which is no less wide.
+    Along a unit direction (x, y, z) in the shape's own frame it is the sum of |x|, |y|, |z|, hypot(x, y) and
+    1, each times its term; box, cylinder and sphere have different terms at 0. A hull has those of its
+    bounding box, whose half width is not smaller.
 
     Args:
         shape: The shape.
@@ -138,9 +138,9 @@ def half_width_terms(shape: Shape) -> Array:
 
 
 def widest_gaps(terms_a: Array, T_a: Array, terms_b: Array, T_b: Array) -> Array:
-    """Lower bounds of the distances of many pairs of posed shapes.
+    """Return lower bounds of the distances of many pairs of posed shapes.
 
-    Of each pair the widest gap counts across the axes of both, the products of these (for boxes these tell
+    For each pair, the widest gap counts over the axes of both, their cross products (for boxes these decide
     whether the two meet: the separating axis theorem), and the line between the centres.
 
     Args:
@@ -150,7 +150,7 @@ def widest_gaps(terms_a: Array, T_a: Array, terms_b: Array, T_b: Array) -> Array
         T_b: (M, 4, 4) their poses in the world.
 
     Returns:
-        (M,) m; negative where there is no gap.
+        (M,) m; negative if there is no gap.
     """
     R_a, R_b, between = T_a[:, :3, :3], T_b[:, :3, :3], T_b[:, :3, 3] - T_a[:, :3, 3]
     axes_a, axes_b = np.swapaxes(R_a, 1, 2), np.swapaxes(R_b, 1, 2)
@@ -165,19 +165,19 @@ def widest_gaps(terms_a: Array, T_a: Array, terms_b: Array, T_b: Array) -> Array
 
 
 def _half_widths_by(terms: Array, directions: Array) -> Array:
-    """(..., K) m by the terms (..., 5) of shapes, across unit directions (..., K, 3) in their own frames."""
+    """Return half widths (..., K), m, by terms (..., 5), along unit directions (..., K, 3) in own frames."""
     flat = np.abs(directions) @ terms[..., :3, None]
     around = np.hypot(directions[..., 0], directions[..., 1])
     return np.asarray(flat[..., 0] + around * terms[..., 3, None] + terms[..., 4, None])
 
 
 def support(shape: Shape, T: Array, direction: Array) -> Array:
-    """The point of a posed shape that is farthest along a direction.
+    """Return the point of a posed shape that is farthest along a direction.
 
     Args:
         shape: The shape.
         T: (4, 4) its pose.
-        direction: (3,) in the world, of any length but 0.
+        direction: (3,) in the world, of any nonzero length.
 
     Returns:
         (3,) m in the world.
@@ -200,7 +200,7 @@ def support(shape: Shape, T: Array, direction: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def corners(shape: Shape) -> Array:
-    """The corners of a hull.
+    """Return the corners of a hull.
 
     Args:
         shape: The hull.
@@ -212,12 +212,12 @@ def corners(shape: Shape) -> Array:
 
 
 def separation(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
-    """The distance of two posed shapes from below.
+    """Return a lower bound of the distance of two posed shapes.
 
-    The least vector from one to the other is the point nearest to 0 of all their differences b - a, which
-    Wolfe's algorithm finds (Finding the nearest point in a polytope, 1976; with the corners that support
-    functions give it is Gilbert, Johnson and Keerthi's): of the corners seen so far it keeps those that span
-    the face next to 0. Every step gives a direction, and the widest gap counts.
+    The shortest vector between them is the point nearest to 0 of all their differences b - a. It is found by
+    Wolfe's algorithm (Finding the nearest point in a polytope, 1976; with corners from support functions it
+    is Gilbert, Johnson and Keerthi's): of the corners seen so far it keeps those that span the face nearest
+    to 0. Every step gives a direction, and the widest gap counts.
 
     Args:
         a: One shape.
@@ -226,7 +226,7 @@ def separation(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
         T_b: (4, 4) its pose.
 
     Returns:
-        m; 0 where they touch.
+        m; 0 if they touch.
     """
     best = 0.0
     x = T_b[:3, 3] - T_a[:3, 3]
@@ -243,22 +243,22 @@ def separation(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
 
 
 def _nearest_to_zero(corners: Array, weights: Array) -> tuple[Array, Array]:
-    """The corners (K, 3) that the point of their hull nearest to 0 lies between, and its weights (K,).
+    """Return the corners (K, 3) that span the point of their hull nearest to 0, and its weights (K,).
 
-    weights: of a point of the hull where the search starts; they sum up to 1
+    weights: of the point of the hull at which the search starts; they sum up to 1
     """
     while True:
         aim = _of_plane(corners)
         if (aim > 0.0).all():
             return corners, aim
         shares = np.where(aim > 0.0, np.inf, weights / np.maximum(weights - aim, _NO_WAY))
-        first = int(np.argmin(shares))  # of the weights to vanish on the way to the aim
+        first = int(np.argmin(shares))  # weight that vanishes first on the way to the aim
         weights = np.delete(weights + shares[first] * (aim - weights), first)
         corners = np.delete(corners, first, axis=0)
 
 
 def _of_plane(corners: Array) -> Array:
-    """Weights (K,), of any sign, of the point nearest to 0 in the point, line, plane or space of corners."""
+    """Return weights (K,), of any sign, of the point nearest to 0 in the affine hull of corners."""
     edges = corners[1:] - corners[0]
     rest = np.linalg.lstsq(edges.T, -corners[0], rcond=None)[0]
     return np.append(1.0 - rest.sum(), rest)

@@ -1,4 +1,4 @@
-"""Many solids as arrays, so that distances of thousands of pairs are bounded at once."""
+"""Arrays of many solids, by which distances of thousands of pairs are bounded at once."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from pickcli.verification.state_sampling import States
 
 Indices: TypeAlias = NDArray[np.int64]
 
-BATCH = 1024  # pairs whose gaps are found at once: what is in between stays in the cache
+BATCH = 1024  # pairs per batch of gaps: intermediate results stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
 class SolidArrays:
-    """S solids that move with a link or stand still; n is the number of joints.
+    """S solids that move with a link or are static; n is the number of joints.
 
     Attributes:
         solids: The S solids themselves.
-        link: (S,) index of the link that carries each, -1 for what stands.
+        link: (S,) index of the link that carries each, -1 if static.
         T: (S, 4, 4) pose of each in its link, or in the world.
         terms: (S, 5) of each shape's half width, see ``half_width_terms``.
         half: (S, 3) half extents in m of the box around each, in its own frame.
@@ -43,10 +43,10 @@ class SolidArrays:
 
     @classmethod
     def of(cls, solids: Iterable[Part | Fixture]) -> SolidArrays:
-        """The arrays of solids.
+        """Build the arrays of solids.
 
         Args:
-            solids: At least one of them moves.
+            solids: The solids, at least one of which moves.
 
         Returns:
             The arrays.
@@ -66,11 +66,11 @@ class SolidArrays:
         )
 
     def pair(self, a: int, b: int) -> tuple[Part, Part | Fixture]:
-        """The solids of two indices.
+        """Return the solids of two indices.
 
         Args:
-            a: Index of one that moves.
-            b: Index of the other.
+            a: Index of a moving solid.
+            b: Index of the other solid.
 
         Returns:
             Both.
@@ -80,7 +80,7 @@ class SolidArrays:
         return one, self.solids[b]
 
     def radii(self, which: Indices) -> Array:
-        """Radii of balls about the centres that contain the solids, slack included.
+        """Return radii of spheres about the solids' centres that contain them, slack included.
 
         Args:
             which: (M,) indices of solids.
@@ -92,7 +92,7 @@ class SolidArrays:
         return np.asarray(np.linalg.norm(terms[:, :4], axis=1) + terms[:, 4] + self.slack[which])
 
     def T_world(self, states: States, which: Indices, at: Indices) -> Array:
-        """Poses of solids in the world.
+        """Return poses of solids in the world.
 
         Args:
             states: The motion's states.
@@ -108,9 +108,9 @@ class SolidArrays:
         return np.asarray(T)
 
     def relative_reach(self, a: Indices, b: Indices) -> Array:
-        """How far two solids move relative to each other per unit of each joint.
+        """Bound how far two solids move relative to each other per unit of each joint.
 
-        Only the joints between the two count: those that move the one farther from the base alone.
+        Only joints between the two count: those that move the one farther from the base but not the other.
 
         Args:
             a: (M,) indices of solids.
@@ -125,7 +125,7 @@ class SolidArrays:
         return np.where(near > 0.0, 0.0, far)
 
     def gaps(self, states: States, a: Indices, b: Indices, at: Indices) -> Array:
-        """Lower bounds of the distances of pairs, slack taken off.
+        """Return lower bounds of the distances of pairs, less their slack.
 
         Args:
             states: The motion's states.

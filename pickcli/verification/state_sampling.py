@@ -1,4 +1,4 @@
-"""State sampling: so many states of a motion that no point moves far between two of them."""
+"""State sampling: states of a motion that are so dense that no point moves far between two of them."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ class States:
     times: Array  # (N,) s
     Q: Array  # (N, n)
     links: Array  # (L, N, 4, 4)
-    travel: Array  # (N, n) rad or m, an upper bound of each joint's way since the start
-    max_step: float  # m, what was reached
+    travel: Array  # (N, n) rad or m, an upper bound of each joint's travel since the start
+    max_step: float  # m, largest step between two states
     robot: Robot
     trajectory: Trajectory
     _finer: dict[tuple[int, int], States] = field(default_factory=dict, repr=False)
 
     def between(self, t_start: float, t_end: float) -> tuple[int, int]:
-        """States at two times that are among the states' (segment ends are).
+        """Return the indices of the states at two times, which must be times of states (segment ends are).
 
         Args:
             t_start: s.
@@ -44,7 +44,7 @@ class States:
         return int(i), int(min(j, len(self.times) - 1))
 
     def finer(self, i: int, n: int) -> States:
-        """The stretch from a state to the next one, cut into equal parts.
+        """Split the interval from a state to the next one into equal parts.
 
         Args:
             i: Index of the state.
@@ -66,7 +66,7 @@ def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Arra
         robot: The robot.
         trajectory: The trajectory.
         also: (K,) s that must be among the states' times.
-        reach: (n,) m per unit of each joint, of whatever reaches farthest.
+        reach: (n,) m per unit of each joint, of the part that reaches farthest.
 
     Returns:
         The states.
@@ -92,7 +92,7 @@ def _states_at(times: Array, robot: Robot, trajectory: Trajectory, max_step: flo
 
 
 def merged(times: Array) -> Array:
-    """Sorted, without repetitions closer than a nanosecond, the first of which is kept.
+    """Sort times and drop repetitions closer than a nanosecond; the first of each is kept.
 
     Args:
         times: (N,) s.
@@ -106,7 +106,7 @@ def merged(times: Array) -> Array:
 
 
 def _split(times: Array, n: NDArray[np.int64]) -> Array:
-    """Every stretch between two times cut into n equal parts; starts of the parts."""
+    """Cut every interval between two times into n equal parts; return the starts of the parts."""
     start, h = np.repeat(times[:-1], n), np.repeat(np.diff(times) / n, n)
     k = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n, n)
     return np.asarray(start + k * h)

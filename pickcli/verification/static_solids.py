@@ -1,4 +1,4 @@
-"""Solids that stand in each segment: an item that is set down in a place stands there from then on."""
+"""Static solids of each segment: an item that is set down in a place stands there from then on."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pickcli.verification.contact_exemptions import releases
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.moving_parts import Fixture, fixtures
 
-SAME_PLACE = 0.005  # m, beyond twice what poses may be off, up to which what is seen is what the cup holds
+SAME_PLACE = 0.005  # m, besides twice the pose errors, within which a perceived item counts as the held one
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +24,10 @@ class PlanFixtures:
 
     Attributes:
         plan: The plan.
-        before: What stands before the release.
-        set_down: What stands after the release, if the item is set down; else it falls between walls, and is
-            not followed.
-        cloud: What stands in all segments: points of the scene's cloud.
+        before: Static solids before the release.
+        set_down: Static solids after the release, if the item is set down; None if it falls between walls,
+            where it is not followed.
+        cloud: Points of the scene's cloud, static in all segments.
     """
 
     plan: Plan
@@ -36,7 +36,7 @@ class PlanFixtures:
     cloud: tuple[Fixture, ...] = ()
 
     def of(self, k: int) -> tuple[Fixture, ...]:
-        """All that stands during a segment, without what is in the cup or fell between walls.
+        """Return the static solids of a segment, without items that are held or fell between walls.
 
         Args:
             k: Index of the segment.
@@ -51,12 +51,12 @@ class PlanFixtures:
 
 
 def plan_fixtures(plan: Plan, scene: Scene, T_tip_item: Array | None) -> PlanFixtures:
-    """The fixtures of every segment.
+    """Compute the fixtures of every segment.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
-        T_tip_item: (4, 4) the item in the tool frame where one is held.
+        T_tip_item: (4, 4) pose of the item in the tool frame, if one is held.
 
     Returns:
         The fixtures.
@@ -75,7 +75,7 @@ def plan_fixtures(plan: Plan, scene: Scene, T_tip_item: Array | None) -> PlanFix
 
 
 def _not_in_the_cup(plan: Plan, scene: Scene, found: tuple[Fixture, ...]) -> tuple[Fixture, ...]:
-    """What stands when the plan begins: what is seen elsewhere than in the cup stands where it is seen."""
+    """Return the fixtures at the start; the held item is one, too, if it is perceived away from the cup."""
     held = scene.held
     if held is None or plan.segments[0].held != held.id:
         return found
@@ -90,20 +90,20 @@ def _not_in_the_cup(plan: Plan, scene: Scene, found: tuple[Fixture, ...]) -> tup
 
 
 def _apart(T_a: Array, T_b: Array, item: Item) -> float:
-    """m, no point of an item at two poses is farther apart."""
+    """Bound the distance in m between the same point of an item at two poses."""
     off = inverse(T_a) @ T_b
     radius = float(np.linalg.norm(item.shape.extents)) / 2
     return float(np.linalg.norm(off[:3, 3])) + rotation_angle(off[:3, :3]) * radius
 
 
 def release_pose(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Array:
-    """Pose of the item at the end of a segment, where it is let go.
+    """Return the pose of the item at the end of a segment, at which it is released.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
         k: Index of the segment.
-        T_tip_item: (4, 4) the item in the tool frame.
+        T_tip_item: (4, 4) pose of the item in the tool frame.
 
     Returns:
         (4, 4) in the world.
@@ -114,15 +114,14 @@ def release_pose(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Array:
 
 
 def place_at(scene: Scene, T_world_item: Array) -> Place | None:
-    """The place that an item is let go in.
+    """Find the place that an item is released in.
 
     Args:
         scene: The scene.
         T_world_item: (4, 4) pose of the item.
 
-    Returns:
-        The place from the front in whose room its centre is; else, of those that are open above, the one that
-        its centre is over, the highest where there are several, or that it is least beside. None where there
+    The place open to the front whose room contains the item's centre; else, of the places open above, the
+    highest one below its centre, or the one nearest to it horizontally. None if the cell has none.
         is none.
     """
     places = scene.cell.places.values()
@@ -135,7 +134,7 @@ def place_at(scene: Scene, T_world_item: Array) -> Place | None:
 
 
 def _beside(place: Place, p: Array) -> tuple[float, float]:
-    """How far a point (3,) in the frame of a place is beside its room, and over its floor, m."""
+    """Return how far a point (3,) in the frame of a place is beside its room, and over its floor, m."""
     low, high = place.room.low[:2], place.room.high[:2]
     beside = float(np.linalg.norm(np.maximum(np.maximum(low - p[:2], p[:2] - high), 0.0)))
     over = float(p[2]) - place.room.floor_back

@@ -1,4 +1,4 @@
-"""Straight segments are straight, the cup comes along its axis, slowly, and touching ends early."""
+"""Check straight segments: lines, slow contact along the cup's axis, and touching that ends early."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ STRAIGHT = (
 )
 OFF_LINE = 0.002  # m
 OFF_ANGLE = np.radians(1.0)
-FIRST_LIFT = 0.055  # m of the lift, or last of the place, in which the item may touch support and neighbours
-CONTACT_WAY = 0.025  # m: some before the cup can meet an uncertain item, and the stroke of its bellows
+FIRST_LIFT = 0.055  # m, first of the lift or last of the place, in which the item may touch others
+CONTACT_WAY = 0.025  # m: distance at which the cup may meet an uncertain item, plus the stroke of its bellows
 TOUCHED_WAY = {
     SegmentKind.CONTACT: CONTACT_WAY,
     SegmentKind.LIFT: FIRST_LIFT,
@@ -40,7 +40,7 @@ SPEED_TOLERANCE = 1e-3  # of the contact speed
 
 
 def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
-    """Check all that is promised of the tool's way in single segments.
+    """Check the tool's path in single segments: straightness, contact and touching.
 
     Args:
         plan: The plan.
@@ -66,11 +66,11 @@ def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
 
 
 def _straight(tips: Array, where: str) -> Iterator[Reason]:
-    """Every pose (N, 4, 4) lies near the line from the first to the last."""
+    """Check that every pose (N, 4, 4) is near the line from the first to the last."""
     along = tips[-1, :3, 3] - tips[0, :3, 3]
     squared = float(along @ along)
     off = tips[:, :3, 3] - tips[0, :3, 3]
-    turning = np.linspace(0.0, 1.0, len(tips))  # evenly, where the line has no length
+    turning = np.linspace(0.0, 1.0, len(tips))  # evenly, if the line has no length
     s = np.clip(off @ along / squared, 0.0, 1.0) if squared > 1e-12 else turning
     distance = float(np.linalg.norm(off - s[:, None] * along, axis=1).max())
     if distance > OFF_LINE:
@@ -81,15 +81,15 @@ def _straight(tips: Array, where: str) -> Iterator[Reason]:
 
 
 def _largest_angle(tips: Array, s: Array) -> float:
-    """Largest angle in rad between a pose and the one that the line has at the same place."""
+    """Return the largest angle in rad between a pose and the line's pose at the same place."""
     turn = rotation_vector(tips[0, :3, :3].T @ tips[-1, :3, :3])
     line = tips[0, :3, :3] @ Rotation.from_rotvec(np.outer(s, turn)).as_matrix()
-    worst = int(np.argmin(np.einsum("nij,nij->n", line, tips[:, :3, :3])))  # traces: least where farthest off
+    worst = int(np.argmin(np.einsum("nij,nij->n", line, tips[:, :3, :3])))  # trace: least at largest angle
     return rotation_angle(line[worst].T @ tips[worst, :3, :3])
 
 
 def _contact(plan: Plan, robot: Robot, segment: Segment, tips: Array, where: str) -> Iterator[Reason]:
-    """The tool moves along its own axis, outwards, and no faster than bellows take, or fingers may."""
+    """Check that the tool moves outwards along its own axis, within the contact speed of the tool."""
     way = tips[-1, :3, 3] - tips[0, :3, 3]
     axis = tips[-1, :3, 2]
     aside = float(np.linalg.norm(way - (way @ axis) * axis))
@@ -102,7 +102,7 @@ def _contact(plan: Plan, robot: Robot, segment: Segment, tips: Array, where: str
 
 
 def fastest_tip(plan: Plan, robot: Robot, tool_state: ToolState, t_start: float, t_end: float) -> float:
-    """Greatest speed of the tip over every millisecond between two times, the tool in one state.
+    """Return the greatest speed of the tip over every millisecond between two times, for one tool state.
 
     Args:
         plan: The plan.
@@ -116,12 +116,12 @@ def fastest_tip(plan: Plan, robot: Robot, tool_state: ToolState, t_start: float,
     """
     times = every_millisecond(t_start, t_end)
     p = tip_points(plan, robot, tool_state, times)
-    # The chord over a millisecond is the mean speed in it.
+    # The chord over a millisecond gives the mean speed in it.
     return float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max())
 
 
 def tip_points(plan: Plan, robot: Robot, tool_state: ToolState, times: Array) -> Array:
-    """Where the tip is, the tool in one state.
+    """Return the positions of the tip, for one tool state.
 
     Args:
         plan: The plan.
@@ -136,7 +136,7 @@ def tip_points(plan: Plan, robot: Robot, tool_state: ToolState, times: Array) ->
 
 
 def every_millisecond(t_start: float, t_end: float) -> Array:
-    """Times from one to another, both included, at most a millisecond apart.
+    """Return times from one to another, both included, at most a millisecond apart.
 
     Args:
         t_start: s.
@@ -149,7 +149,7 @@ def every_millisecond(t_start: float, t_end: float) -> Array:
 
 
 def _touched_too_long(touched: Mapping[SegmentKind, float]) -> Iterator[Reason]:
-    """Contact is planned over a stated way of the tool, all segments of a kind together."""
+    """Check that contact is planned over no more than the allowed path length, per kind of segment."""
     for kind, way in touched.items():
         if way > (most := TOUCHED_WAY[kind]):
             told = f"{way * 1e3:.1f} mm of way name what may be touched; at most {most * 1e3:.0f} mm may"

@@ -1,4 +1,4 @@
-"""Whether a plan hangs together: names, times, segments, who holds what and when."""
+"""Check that a plan is consistent: names, times, segments, and when which item is held."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.contact_exemptions import may_touch
 
 TIME_TOLERANCE = 1e-9  # s
-SHORTEST_STEP = 1e-9  # s between two points: its third power is far from the smallest number there is
+SHORTEST_STEP = 1e-9  # s between two points: its third power is far from the smallest float
 CARRYING = (SegmentKind.LIFT, SegmentKind.TRANSFER, SegmentKind.INSERT, SegmentKind.PLACE)
 
 
 def check_structure(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
-    """Check everything that the other checks take for granted; they run only when this finds nothing.
+    """Check everything that the other checks assume; they run only if this check finds no fault.
 
     Args:
         plan: The plan.
@@ -64,7 +64,7 @@ def _trajectory(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _magnitudes(plan: Plan) -> Iterator[Reason]:
-    """Numbers that are finite but so large or so near to each other that sums of them are not."""
+    """Reject numbers that are finite but so large, or times so near to each other, that sums overflow."""
     trajectory, grasp = plan.trajectory, plan.grasp
     if trajectory.duration > MAX_DURATION:
         yield Reason("too long", "trajectory", f"{trajectory.duration:.6g} s, at most {MAX_DURATION:g} s")
@@ -78,7 +78,7 @@ def _magnitudes(plan: Plan) -> Iterator[Reason]:
     for event in plan.events:
         times = [t for t in (event.lead, event.t_anchor, event.t_trigger) if t is not None]
         numbers.append(np.array([event.anchor.offset, *times]))
-    if not all((np.abs(each) <= MAX_NUMBER).all() for each in numbers):  # also for nan
+    if not all((np.abs(each) <= MAX_NUMBER).all() for each in numbers):  # false for nan, too
         yield Reason("not a plan's number", "", f"one is not finite, or beyond {MAX_NUMBER:g}")
     if grasp is not None and not is_pose(grasp.T_item_tip):
         yield Reason("not a pose", "grasp", "T_item_tip is no rigid transform")
@@ -98,7 +98,7 @@ def _segments(plan: Plan) -> Iterator[Reason]:
 
 
 def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """Items and bodies that segments and grasp speak of must exist."""
+    """Check that the items and bodies that segments and grasp name exist."""
     taken = {placed.id for placed in scene.items} | ({scene.held.id} if scene.held is not None else set())
     bodies = {body.name for body, _ in scene.standing}
     if plan.grasp is not None and plan.grasp.item not in taken:
@@ -120,7 +120,7 @@ def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _tool_states(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """States of the tool that segments and grasp speak of must be the cell's."""
+    """Check that the cell's tool has the tool states that segments and grasp name."""
     stated = [
         (f"segment {k} ({segment.kind})", segment.tool_state) for k, segment in enumerate(plan.segments)
     ]
@@ -135,7 +135,7 @@ def _tool_states(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _beginning(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """What the plan begins with in the cup is what the scene says that the cup holds."""
+    """Check that the plan begins with the item held that the scene states as held."""
     first, held = plan.segments[0].held, None if scene.held is None else scene.held.id
     if first != held:
         said = f"the plan begins holding {first or 'nothing'}; by `held` of the scene the cup holds"
@@ -143,7 +143,7 @@ def _beginning(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _holding(plan: Plan) -> Iterator[Reason]:
-    """The item is held from the end of contact without a gap until it is released, and never again."""
+    """Check that the item is held without a gap from the end of contact to its release, and not again."""
     held = [segment.held is not None for segment in plan.segments]
     contacts = [k for k, segment in enumerate(plan.segments) if segment.kind is SegmentKind.CONTACT]
     changes = [k for k in range(1, len(held)) if held[k] != held[k - 1]]

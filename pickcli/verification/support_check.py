@@ -1,4 +1,4 @@
-"""Nothing is taken away that others rest on or lean on: by the statics of what is left."""
+"""Check that no item is taken away that others rest or lean on, by the statics of the remaining items."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pickcli.verification.pile_statics import removal
 
 
 def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
-    """Check that nothing is taken away that others rest on or lean on.
+    """Check that no item is taken away that others rest or lean on.
 
-    Between the walls of a box that is open above, what loses its support slumps: it must only not be lifted
-    along, nor be so high that it could get over the rim.
+    In a box that is open above, items that lose their support slump. That is allowed, unless they would be
+    lifted along or are so high that they could fall over the rim.
 
     Args:
         plan: The plan.
@@ -41,7 +41,7 @@ def _fault(taken: str, name: str, why: str) -> Reason:
 
 
 def _stays_in(scene: Scene, placed: PlacedItem) -> bool:
-    """Whether an item is in a box that is open above, with its centre below the rim for sure."""
+    """Whether an item is in a box that is open above, with its centre certainly below the rim."""
     place = scene.cell.places.get(placed.location)
     if place is None or not place.is_open_box:
         return False

@@ -1,17 +1,17 @@
-"""What a cup presses on does not tip over the edge of what carries it.
+"""Check that a cup does not tip the item that it presses on over the edge of its support.
 
-From above, by statics in a plane: weight and press act along lines, what is below pushes up, and that it can
-only where the item lies on it. So the item turns over the edge of its support where the resultant leads
-beside that (the zero-moment point, Vukobratovic and Borovac, 2004). From aside, by energy: the item turns
-over that edge until the weight that is lifted balances the bellows that relax, as if friction kept it from
-sliding; it falls over if its centre is over the edge before, or if the cup throws it there as they meet.
+Press from above: planar statics. Weight and press act along lines, and the support can push up only where the
+item lies on it. So the item tips over the edge of its support if the resultant passes outside of it (the
+zero-moment point, Vukobratovic and Borovac, 2004). Press from the side: energy. The item turns over that edge
+until the lifted weight balances the relaxing bellows, as if friction kept it from sliding; it falls over if
+its centre passes the edge before, or if the impact of the cup throws it there.
 
-The support is looked up on vertical lines: the item bears wherever its underside is as near to what is below
-as anywhere, except for what poses may be off. Between the last line on which it bears and the next, halving
-finds the edge, from inside. Against a press from above, the support counts as grown by what poses may be off
-aside, so that what is refused tips by any of them.
+The support is sampled on vertical lines: the item bears wherever its underside is as near to a solid below as
+anywhere, within pose errors. Between the last bearing line and the next, bisection finds the edge, from
+inside. Against a press from above, the support is enlarged by horizontal pose errors, so that a refused press
+tips the item for any of them.
 
-What does not stand by its weight alone is kept from aside, of which vertical lines tell nothing: it is not
+An item that does not stand by its weight is held from the side, which vertical lines do not show: it is not
 judged.
 """
 
@@ -35,11 +35,11 @@ from pickcli.verification.ray_casting import cast_rays
 from pickcli.verification.straightness_check import fastest_tip
 
 N_LINES = 41  # along each side of the item's footprint
-EDGE = 1e-3  # m, of the edge of a support
-HALVINGS = 6  # of the gap between two lines, to find the edge between them
-N_ANGLES = 400  # up to that at which an item falls over, at which it is looked at
-REBOUND = 2.0  # of a cup's speed, that bellows without damping throw at what they meet
-MOST_FRICTION = 1.0  # of an item on what carries it: where it takes more to tip it, it slides
+EDGE = 1e-3  # m, width of the edge of a support
+HALVINGS = 6  # of the gap between two lines, to find the edge in it
+N_ANGLES = 400  # angles up to the one at which an item falls over
+REBOUND = 2.0  # times the cup's speed: speed of an item that undamped bellows throw
+MOST_FRICTION = 1.0  # of an item on its support: if tipping takes more, it slides
 TURNS = np.radians(np.arange(360.0))
 AROUND = np.column_stack([np.cos(TURNS), np.sin(TURNS)])
 Mask = NDArray[np.bool_]
@@ -63,19 +63,19 @@ class Press:
 
     @property
     def force(self) -> Array:
-        """(3,) N on the item, world axes."""
+        """(3,) N on the item, in world axes."""
         return np.asarray(self.stiffness * self.depth * self.tip[:3, 2])
 
 
 def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """Check that no cup presses an item over the edge of what carries it.
+    """Check that no cup presses an item over the edge of its support.
 
     Args:
         plan: The plan.
         scene: The plan's scene.
 
     Yields:
-        One fault for each contact that does.
+        One fault for each contact that does so.
     """
     robot = scene.cell.robot
     if plan.grasp is None or robot.tool.grip.gives_way == 0.0:  # fingers close from both sides
@@ -84,7 +84,7 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
         if segment.kind is not SegmentKind.CONTACT:
             continue
         placed = scene.find(plan.grasp.item)
-        if placed.can_roll:  # balance is not what keeps it where it is
+        if placed.can_roll:  # an item that can roll is not kept in place by its balance
             continue
         links = link_poses(robot, plan.trajectory.sample(segment.t_end))
         tip = tip_poses(robot, links, segment.tool_state)[0]
@@ -97,7 +97,7 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _pressed_over(scene: Scene, placed: PlacedItem, press: Press, is_from_above: bool) -> str:
-    """How an item tips under a press, "" if it does not."""
+    """Return how an item tips under a press, "" if it does not."""
     if is_from_above:
         beside = beside_support(scene, placed, press.force, press.tip[:3, 3])
         force = float(np.linalg.norm(press.force))
@@ -109,16 +109,16 @@ def _pressed_over(scene: Scene, placed: PlacedItem, press: Press, is_from_above:
 
 
 def beside_support(scene: Scene, placed: PlacedItem, force: Array, point: Array) -> float:
-    """How far an item's weight and a press on it lead beside what carries it.
+    """Return how far outside of an item's support the resultant of weight and press passes.
 
     Args:
         scene: The scene.
         placed: The item.
         force: (3,) N, world axes, downwards.
-        point: (3,) m in the world, where it presses.
+        point: (3,) m in the world, where the force acts.
 
     Returns:
-        m, beyond what poses may be off; 0 where they do not, or where the item does not stand by its weight.
+        m, beyond pose errors; 0 if it passes inside, or if the item does not stand by its weight.
     """
     support, aside = _support(scene, placed)
     middle, weight = placed.T_world_item[:2, 3], placed.item.lightest * GRAVITY
@@ -131,15 +131,15 @@ def beside_support(scene: Scene, placed: PlacedItem, force: Array, point: Array)
 
 
 def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
-    """Whether a press from aside may push an item over an edge of what carries it, as poses are known.
+    """Whether a press from the side may push an item over an edge of its support, within pose errors.
 
     Args:
         scene: The scene.
         placed: The item.
-        press: The press, as it is planned.
+        press: The planned press.
 
     Returns:
-        True if it does; False too where the item does not stand by its weight.
+        True if it may; False also if the item does not stand by its weight.
     """
     support = _support(scene, placed)[0]
     centre, point = placed.T_world_item[:3, 3], press.tip[:3, 3] - press.depth * press.tip[:3, 2]
@@ -168,7 +168,7 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
 
 
 def _energy(placed: PlacedItem, from_edge: Array, way: Array) -> float:
-    """Energy in J of an item that turns forward about an edge across a way (2,) at 1 rad/s.
+    """Return the energy in J of an item that turns forward about an edge across a direction (2,) at 1 rad/s.
 
     from_edge: (3,) m to its centre
     """
@@ -179,17 +179,17 @@ def _energy(placed: PlacedItem, from_edge: Array, way: Array) -> float:
 
 
 def _sides(points: Array) -> Array:
-    """(K, 3) sides of the convex hull of points (N, 2): unit normal outwards, negative offset (m)."""
+    """Return the (K, 3) sides of the hull of points (N, 2): unit outward normal, negative offset (m)."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
         return np.asarray(ConvexHull(points).equations)
-    except QhullError:  # all on one line
+    except QhullError:  # all points on one line
         return np.column_stack([AROUND, -(points @ AROUND.T).max(axis=0)])
 
 
 def _beside(support: Array, way: Array, centre: Array) -> Array:
-    """(3,) m, the point beside a centre of the edge of a support that is its last in a level direction."""
+    """Return (3,) m, the point nearest to a centre on the edge of a support in a level direction."""
     out, along = support[:, :2] @ way, np.array([-way[1], way[0]])
     last = support[out > out.max() - EDGE]
     t = last[:, :2] @ along
@@ -199,18 +199,18 @@ def _beside(support: Array, way: Array, centre: Array) -> Array:
 
 
 def _across(offsets: Array, ways: Array) -> Array:
-    """Offsets (N, 3) from edges as (N, 2): along the level direction (N, 2) across each, and up."""
+    """Return offsets (N, 3) from edges as (N, 2): along the level direction (N, 2) across each, and up."""
     return np.column_stack([np.einsum("ni,ni->n", offsets[:, :2], ways), offsets[:, 2]])
 
 
 def _turned(offset: Array, angles: Array) -> Array:
-    """An offset (2,), along and up, turned forward by angles (N,) in rad: (N, 2)."""
+    """Turn an offset (2,), along and up, forward by angles (N,) in rad; return (N, 2)."""
     c, s = np.cos(angles), np.sin(angles)
     return np.column_stack([c * offset[0] + s * offset[1], c * offset[1] - s * offset[0]])
 
 
 def _support(scene: Scene, placed: PlacedItem) -> tuple[Array, float]:
-    """Points (N, 3) of the underside on which an item may rest, and how far (m) they may be off aside."""
+    """Return points (N, 3) of the underside that an item may rest on, and their horizontal error (m)."""
     T, own = placed.T_world_item, scene.noise.bound(placed.item)
     reach = placed.item.shape.reach(T[:3, :3])
     below = [
@@ -236,7 +236,7 @@ def _support(scene: Scene, placed: PlacedItem) -> tuple[Array, float]:
 
 
 def _along(placed: PlacedItem) -> Array:
-    """(3, 3) turn about the vertical that brings x along the longest level extent of an item."""
+    """Return the (3, 3) rotation about the vertical that aligns x with an item's longest level extent."""
     T, extents = placed.T_world_item, placed.item.shape.extents
     axis = T[:2, int(np.argmax(extents * np.hypot(T[0, :3], T[1, :3])))]
     x, y = axis / np.linalg.norm(axis)
@@ -246,7 +246,7 @@ def _along(placed: PlacedItem) -> Array:
 def _gaps(
     placed: PlacedItem, own: float, below: Sequence[tuple[Shape, Array, float]], lines: Array
 ) -> tuple[Array, float]:
-    """Gaps (N,) in m under an item on vertical lines (N, 2), infinite over nothing; bound (m) of what is."""
+    """Return gaps (N,), m, under an item on vertical lines (N, 2), infinite over nothing; their bound (m)."""
     underside = _heights(placed.item.shape, placed.T_world_item, lines)[0]
     gaps, aside = np.full(len(lines), np.inf), 0.0
     for other, T_other, bound in below:
@@ -258,9 +258,9 @@ def _gaps(
 
 
 def _edges(lines: Array, is_borne: Mask, bears: Callable[[Array], Mask]) -> Iterator[Array]:
-    """Points (N, 2) that still bear, just before the edge of the support, between neighbours of a grid.
+    """Yield points (N, 2) that still bear, just inside the edge of the support, between neighbours of a grid.
 
-    lines: (K, K, 2). is_borne: (K, K) where an item is borne. bears: tells the same of any points
+    lines: (K, K, 2). is_borne: (K, K) whether each line bears the item. bears: whether any given points do
     """
     for axis in (0, 1):
         grid, borne = np.swapaxes(lines, 0, axis), np.swapaxes(is_borne, 0, axis)
@@ -275,7 +275,7 @@ def _edges(lines: Array, is_borne: Mask, bears: Callable[[Array], Mask]) -> Iter
 
 
 def _others(scene: Scene, placed: PlacedItem) -> Iterator[tuple[Shape, Array, float]]:
-    """Shape, pose and bound (m) of the error of that, of everything that may be below the item."""
+    """Yield shape, pose and error bound (m) of everything that may be below the item."""
     for other in scene.in_location(placed.location):
         if other.id != placed.id:
             yield other.item.shape, other.T_world_item, scene.noise.bound(other.item)
@@ -286,21 +286,21 @@ def _others(scene: Scene, placed: PlacedItem) -> Iterator[tuple[Shape, Array, fl
 
 
 def _heights(shape: Shape, T: Array, columns: Array) -> tuple[Array, Array]:
-    """Lowest and highest point of a solid on vertical lines.
+    """Return the lowest and highest point of a solid on vertical lines.
 
     Args:
         shape: The solid.
         T: (4, 4) its pose.
-        columns: (N, 2) m, where the lines are.
+        columns: (N, 2) m, horizontal positions of the lines.
 
     Returns:
-        (N,) m each; NaN where a line misses the solid.
+        (N,) m each; NaN if a line misses the solid.
     """
     starts = (np.column_stack([columns, np.zeros(len(columns))]) - T[:3, 3]) @ T[:3, :3]
     return cast_rays(shape, starts, T[2, :3])
 
 
 def _outside(points: Array, p: Array) -> float:
-    """How far (m) a point (2,) is from the convex hull of points (N, 2), across its sides; below 0 inside."""
+    """Return the signed distance (m) of a point (2,) from the sides of the convex hull of points (N, 2)."""
     sides = _sides(points)
     return float((sides[:, :2] @ p + sides[:, 2]).max())

@@ -1,4 +1,4 @@
-"""The cell's limit of the tool's speed, which holds in every motion."""
+"""Check the cell's limit of the tool speed, which holds in every motion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pickcli.verification.straightness_check import SPEED_TOLERANCE, fastest_tip
 
 
 def check_tool_speed(plan: Plan, cell: Cell) -> Iterator[Reason]:
-    """Check that the tip is nowhere faster than ``max_tool_speed``, in whichever of its states the tool is.
+    """Check that the tip never exceeds ``max_tool_speed``, for any state of the tool.
 
     Args:
         plan: The plan.

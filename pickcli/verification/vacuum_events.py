@@ -1,4 +1,4 @@
-"""Events of a cup: vacuum before the contact ends, a look at the sensor, air again at the release."""
+"""Check events of a cup: vacuum before the contact ends, a sensor read, release of the vacuum."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.straightness_check import every_millisecond, fastest_tip, tip_points
 
 TIME_TOLERANCE = 1e-6  # s
-OPENS_WITHIN = 0.005  # m before the cup is pressed on: farther off, vacuum leaks and light items are dragged
+OPENS_WITHIN = 0.005  # m before the press: farther away, vacuum leaks and light items are dragged
 CLOSES_WITHIN = 0.010  # m before the place of release
-# m/s of the tool from the command to let go on: an item that leaves the cup at it, from the highest place
+# m/s of the tool from the release command on: an item that leaves the cup at this speed, from the highest
 # that is allowed, lands 25 mm aside. From when the valve is closed on the tool stands.
 RELEASE_SPEED, STANDING = 0.1, 0.002
-RESTING = 1e-6  # rad or m by which a joint that rests may move: what a motion written as text rounds
-LAST_MOMENT = 1e-3  # s before the release in which the tool's speed counts, however late the valve closes
+RESTING = 1e-6  # rad or m by which a resting joint may move: rounding of a motion written as text
+LAST_MOMENT = 1e-3  # s before the release in which the tool's speed counts, even if the valve closes later
 
 
 @dataclass(frozen=True)
 class TimedEvent:
-    """An event whose times are known.
+    """An event with known times.
 
     Attributes:
         device: Name of the device.
-        kind: What it does.
+        kind: Kind of the device.
         action: Its action.
         trigger: s, when the command is given.
         complete: s, when its effect is complete.
@@ -44,12 +44,12 @@ class TimedEvent:
 
 
 def check_vacuum_events(plan: Plan, scene: Scene, commands: Sequence[TimedEvent]) -> Iterator[Reason]:
-    """Check for vacuum when the cup is pressed on, the sensor while holding, air where the item is released.
+    """Check for vacuum when the cup is pressed on, a sensor read while holding, and release of the vacuum.
 
     Args:
         plan: The plan, its events resolved.
         scene: The plan's scene, of a cell with a cup or a bare flange.
-        commands: What is commanded.
+        commands: All commands of the plan.
 
     Yields:
         The faults.
@@ -80,7 +80,7 @@ def check_vacuum_events(plan: Plan, scene: Scene, commands: Sequence[TimedEvent]
 
 
 def _rests(plan: Plan, t_start: float, t_end: float) -> Iterator[Reason]:
-    """No joint moves while the vacuum builds up under the cup."""
+    """Check that no joint moves while the vacuum builds up under the cup."""
     q = plan.trajectory.sample(every_millisecond(max(0.0, t_start), t_end))
     moved = float(np.ptp(q, axis=0).max())
     if t_start < 0.0 or moved > RESTING:
@@ -95,7 +95,7 @@ def _release(
     last: Segment,
     find: Callable[[DeviceKind, str], list[TimedEvent]],
 ) -> Iterator[Reason]:
-    """The valve closes where the item is released, the pump stops, and nothing lets the vacuum go before."""
+    """Check that the valve closes at the release, the pump stops, and no command ends the vacuum before."""
     valves, pumps = find(DeviceKind.VALVE, "off"), find(DeviceKind.PUMP, "off")
     yield from _needed("valve off", valves, last.t_start, last.t_end)
     if not valves:
@@ -108,7 +108,7 @@ def _release(
 
 
 def _slow(plan: Plan, scene: Scene, last: Segment, valve: TimedEvent) -> Iterator[Reason]:
-    """The tool is nearly at rest where the item is let go: it is set down or dropped, and not thrown."""
+    """Check that the tool is nearly at rest at the release: the item is set down or dropped, not thrown."""
     for at, most in ((valve.trigger, RELEASE_SPEED), (valve.complete, STANDING)):
         t = max(last.t_start, min(at, last.t_end - LAST_MOMENT))
         speed = fastest_tip(plan, scene.cell.robot, last.tool_state, t, last.t_end)
@@ -119,7 +119,7 @@ def _slow(plan: Plan, scene: Scene, last: Segment, valve: TimedEvent) -> Iterato
 
 
 def _is_on(on: Iterable[TimedEvent], off: Iterable[TimedEvent], t: float) -> Iterator[Reason]:
-    """What was switched on last before a time is not switched off again until then."""
+    """Check that the last device switched on before a time is not switched off again until then."""
     since = max((command.trigger for command in on if command.trigger <= t), default=np.inf)
     for command in off:
         if since <= command.trigger <= t:
@@ -128,7 +128,7 @@ def _is_on(on: Iterable[TimedEvent], off: Iterable[TimedEvent], t: float) -> Ite
 
 
 def _kept(off: Iterable[TimedEvent], t_start: float, t_end: float) -> Iterator[Reason]:
-    """Nothing is switched off from one time on and before another."""
+    """Check that nothing is switched off between two times."""
     for command in off:
         if t_start - TIME_TOLERANCE <= command.trigger < t_end:
             where = f"{command.device} off"
@@ -136,7 +136,7 @@ def _kept(off: Iterable[TimedEvent], t_start: float, t_end: float) -> Iterator[R
 
 
 def _near(plan: Plan, scene: Scene, segment: Segment, t: float, most: float, what: str) -> Iterator[Reason]:
-    """At a time the tool is at most so far, in m, from where the segment ends."""
+    """Check that at a time the tool is at most a distance in m from its position at the segment's end."""
     times = np.array([t, segment.t_end])
     at, end = tip_points(plan, scene.cell.robot, segment.tool_state, times)
     away = float(np.linalg.norm(at - end))
@@ -155,7 +155,7 @@ def _finder(commands: Iterable[TimedEvent]) -> Callable[[DeviceKind, str], list[
 def _needed(
     what: str, commands: Sequence[TimedEvent], earliest: float = 0.0, latest: float = np.inf
 ) -> Iterator[Reason]:
-    """Exactly one command whose effect is complete between two times."""
+    """Check for exactly one command, with its effect complete between two times."""
     if len(commands) != 1:
         found = f"{len(commands)} of them, needs one"
         yield Reason("event twice" if commands else "event missing", what, found)

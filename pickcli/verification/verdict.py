@@ -1,4 +1,4 @@
-"""The verdict: what the verifier answers."""
+"""The verdict: result of a verification."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pickcli.motion.plan import Certificate
 
 @dataclass(frozen=True)
 class Verdict:
-    """Either a certificate and no reasons, or no certificate and every reason that was found.
+    """Either a certificate and no reasons, or no certificate and all reasons found.
 
     Attributes:
-        certificate: What was checked, or None.
+        certificate: Certificate of the checks, or None.
         reasons: Faults.
     """
 

@@ -1,6 +1,6 @@
-"""The second opinion: may this plan be executed in this scene?
+"""Verify whether a plan may be executed in a scene.
 
-It shares with the planner what a cell, a scene and a plan are, and nothing else: kinematics, shapes,
+The verifier shares only the definitions of cell, scene and plan with the planner: kinematics, shapes,
 distances and limits are computed here by other means. See docs/verification.md.
 """
 
@@ -55,24 +55,24 @@ RECOVERY_CHECKS = (
     "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",
 )
 
-MANY_STATES = 30_000  # as many as twenty seconds at full speed take: what breaks a limit is not worth more
-FAR_BEYOND = 10.0  # times a velocity limit: so much motion would be looked at for ever
+MANY_STATES = 30_000  # twenty seconds at full speed: a plan that breaks a limit is not sampled more finely
+FAR_BEYOND = 10.0  # times a velocity limit: so much motion would take too long to check
 
 
 def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdict:
-    """Check a plan against the scene it is to be executed in.
+    """Check a plan against the scene in which it is to be executed.
 
     Args:
         plan: The plan.
         scene: The scene.
-        stopped: Of a way back after a stop, the motion that stopped; without it such a plan may only lead
-            out.
+        stopped: For a backward recovery motion, the motion that stopped; without it such a plan may only lead
+            out of the pod.
 
     Returns:
         A certificate, or every reason against the plan.
 
     Raises:
-        StaleError: If the plan was made for another cell or another scene: then nothing can be said about it.
+        StaleError: If the plan was made for another cell or another scene.
     """
     digest = _same_world(plan, scene)
     reasons = check_structure(plan, scene)
@@ -121,7 +121,7 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
 def _certificate(
     plan: Plan, scene: Scene, digest: str, states: States, ratios: Ratios, min_clearance: float
 ) -> Certificate:
-    """What was looked at and found, of a plan without a fault."""
+    """Build the certificate of a plan without a fault."""
     return Certificate(
         motion_hash=motion_hash(plan),
         scene_hash=digest,
@@ -161,13 +161,13 @@ def certify(plan: Plan, scene: Scene) -> Plan:
 
 
 def certifying(scene: Scene) -> Callable[[Plan], Plan | Failures]:
-    """What judges the plans of a query, one after the other, until one is accepted.
+    """Return the function that judges the plans of a query, one after the other, until one is accepted.
 
     Args:
-        scene: What they are to be carried out in.
+        scene: The scene in which they are to be executed.
 
     Returns:
-        A function that gives a plan its certificate, or says why it gets none.
+        A function that returns a plan with its certificate, or the reasons for its rejection.
     """
 
     def certify_or_say_why(plan: Plan) -> Plan | Failures:
@@ -180,7 +180,7 @@ def certifying(scene: Scene) -> Callable[[Plan], Plan | Failures]:
 
 
 def _same_world(plan: Plan, scene: Scene) -> str:
-    """The scene's hash, if cell and scene are those of the plan."""
+    """Return the scene's hash; raise StaleError if cell or scene are not those of the plan."""
     if why := other_arm_elsewhere(plan, scene.cell):
         raise StaleError(f"the plan was {why}")
     digest = scene_hash(scene)
@@ -193,7 +193,7 @@ def _same_world(plan: Plan, scene: Scene) -> str:
 
 
 def sampled(plan: Plan, scene: Scene, moving: Sequence[tuple[Part, ...]]) -> States:
-    """The states at which a plan is looked at; ends of segments are among them.
+    """Sample the states at which a plan is checked; ends of segments are among them.
 
     Args:
         plan: The plan.
