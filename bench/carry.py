@@ -37,7 +37,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order_file import OrderKind, Target
+from pickcli.trial.order import OrderKind, Target
 
 FREE, SLOWED, TIMED = "without a load", "all of it slowed down", "under the cup's limits"
 SLOWEST = 0.1  # of all limits, below which slowing down all of it gives up

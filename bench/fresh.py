@@ -46,7 +46,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order_file import OrderKind
+from pickcli.trial.order import OrderKind
 from pickcli.trial.output_file import write_output
 
 FOLDER = Path("runs/fresh")

@@ -25,7 +25,7 @@ from bench.fresh import FOLDER, jobs, play_all, summary
 from pickcli.cell.cell_file import load_cell
 from pickcli.simulation.reality import DEFAULT, IDEAL, Reality
 from pickcli.trial.make_order import YEARS, make_order
-from pickcli.trial.order_file import OrderKind
+from pickcli.trial.order import OrderKind
 from pickcli.trial.score import item_bonuses, target_points
 
 TOGETHER = ("pose_outlier", "pod")  # beginnings of the names of levels that are switched as one

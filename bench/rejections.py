@@ -32,7 +32,7 @@ from pickcli.seeds import derived_seed
 from pickcli.simulation.reality import Reality
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order_file import OrderKind
+from pickcli.trial.order import OrderKind
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import verify
 

@@ -21,7 +21,7 @@ from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.stowing.bin_layout import ItemInstance
 from pickcli.stowing.make_scene import fill_bin
 from pickcli.trial.make_order import YEARS, make_order
-from pickcli.trial.order_file import OrderKind
+from pickcli.trial.order import OrderKind
 
 CELL = "apc2016_delft"
 

@@ -13,7 +13,7 @@ from pickcli.roadmap.store import read_database, read_roadmap
 from pickcli.scene.scene import Scene
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order_file import Order, OrderKind
+from pickcli.trial.order import Order, OrderKind
 
 
 def planner(max_tool_speed: float | None = None) -> PlanningContext:

@@ -30,7 +30,8 @@ _HOMES = {
     "pickcli.scene.scene_file": ("read_scene", "write_scene"),
     "pickcli.simulation.execution": ("Execution",),
     "pickcli.stowing.make_scene": ("make_scene",),
-    "pickcli.trial.order_file": ("Order", "read_order"),
+    "pickcli.trial.order": ("Order",),
+    "pickcli.trial.order_file": ("read_order",),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

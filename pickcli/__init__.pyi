@@ -35,7 +35,7 @@ from pickcli.scene.scene_file import read_scene as read_scene
 from pickcli.scene.scene_file import write_scene as write_scene
 from pickcli.simulation.execution import Execution as Execution
 from pickcli.stowing.make_scene import make_scene as make_scene
-from pickcli.trial.order_file import Order as Order
+from pickcli.trial.order import Order as Order
 from pickcli.trial.order_file import read_order as read_order
 
 __version__: str

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.errors import Failures, NoPlanError, Reason, RejectedError, UnknownNameError, suggestion
+from pickcli.errors import Failures, NoPlanError, Reason, RejectedError, UnknownNameError
+from pickcli.name_suggestion import suggestion
 
 reasons = st.builds(
     Reason, st.sampled_from(["collision", "too close"]), st.text("ab", max_size=2), st.just(""),

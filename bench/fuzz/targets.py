@@ -49,7 +49,8 @@ from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.reality import read_reality
 from pickcli.trial.motion_record import motion_values, read_motion, refuse_other_motion
-from pickcli.trial.order_file import Order, read_order
+from pickcli.trial.order import Order
+from pickcli.trial.order_file import read_order
 from pickcli.trial.trial_record import read_record, trial_record
 from pickcli.verification.verify import verify
 

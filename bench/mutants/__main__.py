@@ -40,7 +40,7 @@ PACKAGES = (
     ),
     Package(
         "orders",
-        ("files/json_reader", "trial/order_file"),
+        ("files/json_reader", "trial/order_file", "trial/order"),
         ("tests/files/test_json_reader.py", "tests/trial/test_order_file.py", "tests/trial/test_moves.py"),
     ),
     Package(

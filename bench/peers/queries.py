@@ -34,7 +34,8 @@ from pickcli.planning.stages.placement import plan_placement
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.stowing.make_scene import make_scene
-from pickcli.trial.order_file import Order, read_order
+from pickcli.trial.order import Order
+from pickcli.trial.order_file import read_order
 
 ORDERS = ("jsk_pick_sample", "delft_pick_2", "delft_pick_3", "delft_pick_4", "delft_pick_5")
 TASKS = Path(__file__).parents[2] / "data" / "tasks"

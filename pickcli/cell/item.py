@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.errors import suggestion
 from pickcli.geometry import Array
+from pickcli.name_suggestion import suggestion
 
 OWN_ITEMS = "items of your own: --items"  # where an item is not known
 LYING = 0.7  # vertical part of a cylinder's axis, below which it rolls

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from pickcli.errors import InputError, UnknownNameError, shortened, suggestion
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.name_suggestion import shortened, suggestion
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell

@@ -33,7 +33,8 @@ def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path |
 
     from pickcli.cell.cell_file import load_workcell
     from pickcli.errors import InputError
-    from pickcli.trial.order_file import OrderKind, read_order
+    from pickcli.trial.order import OrderKind
+    from pickcli.trial.order_file import read_order
     from pickcli.trial.score import item_bonuses
     from pickcli.trial.stow_assignment import StowRule, assign_bins
 

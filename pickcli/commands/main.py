@@ -18,7 +18,8 @@ from click.exceptions import Exit
 from pickcli import __version__
 from pickcli.commands.command import Terminated, exit_code, how_to_go_on
 from pickcli.commands.logs import hide, log_options, show_warnings
-from pickcli.errors import ApcError, printable, suggestion
+from pickcli.errors import ApcError, printable
+from pickcli.name_suggestion import suggestion
 
 _log = logging.getLogger(__name__)
 

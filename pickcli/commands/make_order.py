@@ -30,7 +30,7 @@ def command(task: str, year: str, output: Path, overwrite: bool, seed: int, as_j
       apc make-order --task pick --year 2016 --seed 7 -o order.json
     """
     from pickcli.trial.make_order import make_order
-    from pickcli.trial.order_file import OrderKind
+    from pickcli.trial.order import OrderKind
     from pickcli.trial.output_file import write_output
 
     refuse_output(output, overwrite)

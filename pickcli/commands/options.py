@@ -11,7 +11,8 @@ from typing import Any, TypeVar
 import click
 
 from pickcli.commands.option_types import PATH, NumberType
-from pickcli.errors import InputError, suggestion
+from pickcli.errors import InputError
+from pickcli.name_suggestion import suggestion
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -80,7 +80,7 @@ def command(
     """
     from pickcli.cell.cell_file import load_workcell
     from pickcli.simulation.reality import read_reality
-    from pickcli.trial.loop import require_playable
+    from pickcli.trial.order import require_playable
     from pickcli.trial.order_file import order_file, read_order
     from pickcli.trial.pod_shift import standing
     from pickcli.trial.stow_assignment import StowRule

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.pod_tolerance import Displacement
     from pickcli.scene.scene import PoseNoise
-    from pickcli.trial.order_file import Order
+    from pickcli.trial.order import Order
     from pickcli.trial.played_trial import TrialConditions
     from pickcli.trial.trial_job import TrialJob
     from pickcli.trial.trials_folder import TrialsReport
@@ -152,7 +152,7 @@ def command(
 def _orders(paths: Sequence[Path], cell: Cell) -> dict[str, Order]:
     """The orders by name. Raises InputError for two of one name, and for what cannot be played."""
     from pickcli.stowing.make_scene import refuse_too_much
-    from pickcli.trial.loop import require_playable
+    from pickcli.trial.order import require_playable
     from pickcli.trial.order_file import read_order
 
     orders: dict[str, Order] = {}

@@ -32,7 +32,8 @@ def motions_between(
         DamagedError: What was read of it is not what was written.
         StaleError: It was made for another cell or by another version of the format.
     """
-    from pickcli.errors import InputError, shortened
+    from pickcli.errors import InputError
+    from pickcli.name_suggestion import shortened
     from pickcli.roadmap.store import read_motion
     from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
 

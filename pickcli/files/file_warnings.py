@@ -9,8 +9,8 @@ import logging
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 
-from pickcli.errors import shortened, suggestion
 from pickcli.files.yaml_reader import Key, Source, name_of
+from pickcli.name_suggestion import shortened, suggestion
 
 ACCEPTED = "accepted_warnings"  # the key of a file that silences warnings
 FEW = 3  # warnings of one kind that are told one by one

@@ -7,7 +7,8 @@ import re
 from collections import Counter
 from typing import Any, NoReturn
 
-from pickcli.errors import InputError, shortened
+from pickcli.errors import InputError
+from pickcli.name_suggestion import shortened
 
 MAX_DIGITS = 20  # of a whole number
 _CONSTANT = re.compile(r'"(?:[^"\\]|\\.)*"|(-?(?:NaN|Infinity))')

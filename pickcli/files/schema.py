@@ -10,8 +10,8 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, Field, Tag, ValidationError
 
-from pickcli.errors import suggestion
 from pickcli.files.yaml_reader import MOST_TOLD, Key, Source
+from pickcli.name_suggestion import suggestion
 
 Model = TypeVar("Model", bound="FileModel")
 

@@ -17,10 +17,11 @@ from typing import Any, TypeAlias
 
 import yaml
 
-from pickcli.errors import InputError, shortened
+from pickcli.errors import InputError
 from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import FileKind
 from pickcli.files.json_reader import refuse_bad_syntax
+from pickcli.name_suggestion import shortened
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 32

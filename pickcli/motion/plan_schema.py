@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, conlist, cre
 
 from pickcli.cell.cell import ArmState
 from pickcli.cell.tool import ToolState
-from pickcli.errors import InputError, StaleError, shortened
+from pickcli.errors import InputError, StaleError
 from pickcli.files.json_reader import parse_json
 from pickcli.files.schema import causes, explain
 from pickcli.files.yaml_reader import name_of
@@ -30,6 +30,7 @@ from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Certificate, Grasp, Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.name_suggestion import shortened
 
 FORMAT = "apc plan"
 VERSION = 3

@@ -14,10 +14,11 @@ from pickcli.cell.robots.srdf import Srdf, read_srdf
 from pickcli.cell.robots.urdf import Urdf, read_urdf
 from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.joint_limits_file import read_joint_limits, refuse_unknown_joints
-from pickcli.errors import InputError, UnknownNameError, shortened
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.schema import MAX_TEXT
 from pickcli.files.xml_reader import read_xml
 from pickcli.files.yaml_reader import Source
+from pickcli.name_suggestion import shortened
 from pickcli.robot_setup.cell_text import SCHEMA
 from pickcli.robot_setup.chain_selection import choose_chain, rigid_with
 from pickcli.robot_setup.finger_shapes import with_whole_fingers

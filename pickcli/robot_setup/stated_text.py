@@ -16,7 +16,8 @@ from pickcli.robot_setup.chain_selection import PlannedChain, choose_chain
 from pickcli.robot_setup.robot_reading import RobotSource
 from pickcli.robot_setup.setup_options import LIMITS, SRDF, URDF, SetupOptions
 from pickcli.robot_setup.stated_limits import limits_of_urdf, with_figure, without_those_of_file
-from pickcli.robot_setup.suggested_tool import TOOL_URDF, SuggestedTool, suggest_tool
+from pickcli.robot_setup.suggested_tool import TOOL_URDF, SuggestedTool
+from pickcli.robot_setup.tool_suggestion import suggest_tool
 
 
 def stated_text(folder: Path, request: SetupOptions, source: RobotSource, staging: Path) -> CellText:

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.data_path import data_path
-from pickcli.errors import InputError, UnknownNameError, shortened
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array, to_rpy
+from pickcli.name_suggestion import shortened
 
 POD, GRID, BOX, TABLE = "pod", "grid", "box", "table"
 KINDS = (POD, GRID, BOX, TABLE)

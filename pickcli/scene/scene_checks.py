@@ -10,9 +10,9 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import OWN_ITEMS, item_suggestion
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.errors import shortened, suggestion
 from pickcli.files.yaml_reader import Key, Source
 from pickcli.geometry import inverse, pose
+from pickcli.name_suggestion import shortened, suggestion
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_schema import HeldModel, PlacedItemModel, SceneModel
 from pickcli.scene.solid_overlap import TOUCH, PosedSolid, overlap_depth

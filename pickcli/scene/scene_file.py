@@ -21,13 +21,14 @@ from pickcli.cell.cell_file import cell_names, load_cell
 from pickcli.cell.fingerprint import digest, numbers, rounded
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement
-from pickcli.errors import InputError, StaleError, suggestion
+from pickcli.errors import InputError, StaleError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import SCENE
 from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.schema import validate
 from pickcli.files.yaml_reader import Source, read_yaml
 from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
+from pickcli.name_suggestion import suggestion
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.cloud_file import read_points
 from pickcli.scene.scene import CarrierPose, HeldItem, PlacedItem, PoseNoise, Scene

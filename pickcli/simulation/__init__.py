@@ -2,7 +2,7 @@
 
 Read in this order:
 
-- The engine: `engine` and `engine_bodies`, the only files that know pybullet.
+- The engine: `engine` and `engine_bodies`, the only files that call pybullet; `engine_client` imports it.
 - The world of a scene: `world`, made of `scene_bodies` and `robot_urdf`; `reality` says how it differs from
   its model, `places` where an item lies in it, `contacts` what touched that is not among the
   `planned_contacts`; `settle` lets items come to rest without a robot; `camera`, from a `camera_view`, and

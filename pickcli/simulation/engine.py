@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pickcli.geometry import Array, cross, from_quaternion, length, pose
 from pickcli.simulation.engine_bodies import PROBED, EngineBodies
-from pickcli.simulation.engine_bodies import pybullet as p
+from pickcli.simulation.engine_client import pybullet as p
 
 
 @dataclass(frozen=True)

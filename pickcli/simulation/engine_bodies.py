@@ -1,14 +1,10 @@
-"""Bodies in pybullet's world, one client of its own per engine; nothing else imports pybullet.
+"""Bodies in pybullet's world, one client per engine.
 
 Bodies are named. Static boxes stand one body each: pybullet crashes on compounds of more than 16.
 """
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +12,9 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.errors import not_installed
 from pickcli.geometry import GRAVITY, Array, to_quaternion
+from pickcli.simulation.engine_client import pybullet as p
+from pickcli.simulation.engine_client import quiet
 
 SOLVER_ITERATIONS = 50
 STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; the product of two counts
@@ -35,33 +32,6 @@ PROBED = ITEM_GROUP | FIRM_GROUP
 Colour = tuple[float, float, float, float]
 
 
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Silence pybullet, which prints from C to stdout and stderr."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    saved = [os.dup(1), os.dup(2)]
-    null = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(null, 1)
-        os.dup2(null, 2)
-        yield
-    finally:
-        for stream, copy in enumerate(saved, start=1):
-            os.dup2(copy, stream)
-            os.close(copy)
-        os.close(null)
-
-
-try:
-    with _quiet():
-        import pybullet as pybullet  # the one place that imports it
-except ImportError:
-    raise not_installed("pybullet", "sim", "simulation, also where items are put to rest,") from None
-
-p = pybullet
-
-
 class EngineBodies:
     """Bodies in a physics world. ``close()`` frees it; so does the garbage collector.
 
@@ -71,7 +41,7 @@ class EngineBodies:
 
     def __init__(self, time_step: float) -> None:
         self.time_step = time_step
-        with _quiet():
+        with quiet():
             self._client = p.connect(p.DIRECT)
         self._ids: dict[str, int] = {}
         self._names: dict[int, str] = {}
@@ -215,7 +185,7 @@ class EngineBodies:
             urdf: File of the robot.
             T_world_base: (4, 4) pose of the root link.
         """
-        with _quiet():
+        with quiet():
             body = p.loadURDF(
                 str(urdf),
                 basePosition=T_world_base[:3, 3].tolist(),

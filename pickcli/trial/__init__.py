@@ -2,8 +2,8 @@
 
 Read in this order:
 
-- What is asked: `order_file`; `make_order` draws a fresh order. `stow_assignment` says which bin each item of
-  a stow is meant for.
+- What is asked: `order`, read by `order_file`; `make_order` draws a fresh order. `stow_assignment` says
+  which bin each item of a stow is meant for.
 - The trial: `loop` takes the target that `target_selection` finds most promising; `attempt_runner` plans,
   with a `certifier` that has the verifier judge every candidate, `attempt_execution` carries out and says
   what became of it. What is in the way is moved aside: the

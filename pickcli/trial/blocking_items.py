@@ -15,7 +15,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
 from pickcli.grasping.method_choice import may_hold
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.trial.order_file import Target
+from pickcli.trial.order import Target
 
 MOST_IN_THE_WAY = 5  # items of which all must go before a target can be picked
 MOST_DESTINATIONS = 4  # bins that are asked to take what is moved aside

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pickcli.geometry import inverse
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.places import OUTSIDE, bounds
-from pickcli.trial.order_file import Order, OrderKind
+from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.output_file import claim
 from pickcli.trial.score import HELD, Damage, Drop, FinalItem, FinalState
 

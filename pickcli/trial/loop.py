@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from pickcli.errors import InputError
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
@@ -21,7 +20,7 @@ from pickcli.trial.clearing import Clearing
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.final_state import final_state
-from pickcli.trial.order_file import ANY_BIN, Order, OrderKind
+from pickcli.trial.order import ANY_BIN, Order, OrderKind, require_playable
 from pickcli.trial.score import Drop, Score, item_bonuses, score
 from pickcli.trial.stow_assignment import assign_bins
 from pickcli.trial.target_selection import (
@@ -69,33 +68,6 @@ def run_trial(
         stop.add_note(trial.so_far())
         raise
     return trial.result()
-
-
-def require_playable(order: Order, where: str = "the order") -> Order:
-    """Refuse an order that is not one to be played.
-
-    Args:
-        order: The order.
-        where: Its file, for the message.
-
-    Returns:
-        The order.
-
-    Raises:
-        InputError: It is the state after a task, or a pick order whose tote is not empty.
-    """
-    if order.kind is OrderKind.OUTPUT:
-        raise InputError(
-            f"{where}: this is an {order.kind} file, with nothing to do; a trial plays pick orders (with a "
-            "work_order), stow orders (with tote_contents), and moves"
-        )
-    if order.tote_contents and order.kind is not OrderKind.STOW:
-        names = ", ".join(order.tote_contents[:3]) + (", ..." if len(order.tote_contents) > 3 else "")
-        raise InputError(
-            f"{where}: tote_contents names {len(order.tote_contents)} items ({names}); a pick begins with an "
-            'empty tote, as in the official orders: write "tote_contents": []'
-        )
-    return order
 
 
 class _Trial:

@@ -19,7 +19,8 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
 from pickcli.seeds import derived_rng
-from pickcli.trial.order_file import BINS, Order, OrderKind, Target
+from pickcli.trial.order import Order, OrderKind, Target
+from pickcli.trial.order_file import BINS
 
 YEARS = (2015, 2016)
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -20,85 +18,17 @@ from pydantic import Field
 from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import item_suggestion
-from pickcli.cell.station import TOTE
-from pickcli.errors import InputError, UnknownNameError, shortened, suggestion
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.file_kind import ORDER
 from pickcli.files.schema import FEW_MISSING, FileModel, validate
 from pickcli.files.yaml_reader import Key, Source, read_yaml
+from pickcli.name_suggestion import shortened, suggestion
+from pickcli.trial.order import Order, OrderKind, Target
 
 BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
 MAX_CONTENTS = 100  # items in one bin or in the tote
 MAX_TARGETS = 500
 NEWEST = 2016  # the year of the figures of items that no official order names
-ANY_BIN = "any bin"  # where each item of a stow is wanted
-
-
-class OrderKind(StrEnum):
-    """What an order asks for."""
-
-    PICK = "pick"  # move the targets of the work order from their bins into the tote
-    STOW = "stow"  # move everything from the tote into bins
-    OUTPUT = "output"  # not an order but the state after one: no work order and nothing in the tote
-    MOVE = "move"  # move items from place to place
-
-
-@dataclass(frozen=True)
-class Target:
-    """One line of a work order: one copy of an item, from one bin, or other place, to where it is wanted.
-
-    Attributes:
-        bin: Name of the bin, or other place.
-        item: Name of the item.
-        into: Name of the place where it is wanted; ``ANY_BIN`` where one bin is as good as another.
-    """
-
-    bin: str
-    item: str
-    into: str = TOTE
-
-
-@dataclass(frozen=True)
-class Order:
-    """What lies where before the task (after it, for OUTPUT), and what is wanted.
-
-    Attributes:
-        kind: What is asked for.
-        year: 2015 or 2016, by the format of the file; it decides the rules and which figures an item has.
-        bin_contents: Names of items by bin, in the order of the bins; duplicates are copies. Of a MOVE by
-            place.
-        tote_contents: Names of the items in the tote.
-        work_order: The targets of a pick, or the moves, in their order.
-    """
-
-    kind: OrderKind
-    year: int
-    bin_contents: dict[str, tuple[str, ...]]
-    tote_contents: tuple[str, ...]
-    work_order: tuple[Target, ...]
-
-    @property
-    def contents(self) -> dict[str, tuple[str, ...]]:
-        """Names of all items by place, the tote among them if something lies in it."""
-        return self.bin_contents | ({TOTE: self.tote_contents} if self.tote_contents else {})
-
-    @property
-    def targets(self) -> tuple[Target, ...]:
-        """What is to be moved: the work order, or of a stow all that lies in the tote, in its order."""
-        if self.kind is not OrderKind.STOW:
-            return self.work_order
-        return tuple(Target(TOTE, name, ANY_BIN) for name in self.tote_contents)
-
-    def is_met(self, target: Target, place: str) -> bool:
-        """Tell whether a target that lies in a place is where it is wanted.
-
-        Args:
-            target: One of the order's targets.
-            place: Name of the place.
-
-        Returns:
-            Whether it is.
-        """
-        return place in self.bin_contents if target.into == ANY_BIN else place == target.into
 
 
 def read_order(path: Path, cell: Cell) -> Order:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pickcli.files.atomic_write import write_text
 from pickcli.scene.scene import TOTE, PlacedItem
-from pickcli.trial.order_file import Order, OrderKind
+from pickcli.trial.order import Order, OrderKind
 
 
 def claim(order: Order, items: Iterable[PlacedItem]) -> Order:

@@ -18,7 +18,7 @@ from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.motion_record import motion_values
-from pickcli.trial.order_file import Order
+from pickcli.trial.order import Order
 from pickcli.trial.pod_shift import standing
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.simulated_cell import ArmPlanner, SimulatedArena, interfaces_of

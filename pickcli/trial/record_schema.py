@@ -10,9 +10,10 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pickcli.errors import InputError, shortened
+from pickcli.errors import InputError
 from pickcli.files.schema import causes, explain
 from pickcli.files.yaml_reader import name_of
+from pickcli.name_suggestion import shortened
 
 MOST_TOLD = 8  # faults that are told in one message
 MOST_SAME = 100_000  # reasons that differ in figures alone

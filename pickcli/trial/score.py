@@ -14,7 +14,7 @@ from enum import StrEnum
 from pickcli.cell.cell import Cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
-from pickcli.trial.order_file import Order, OrderKind
+from pickcli.trial.order import Order, OrderKind
 
 HELD = "held"  # by the tool when the trial ended
 

@@ -15,7 +15,8 @@ from enum import StrEnum
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
 from pickcli.scene.scene import Scene
-from pickcli.trial.order_file import NEWEST, Order, OrderKind
+from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.order_file import NEWEST
 from pickcli.trial.score import target_points
 
 FULL = 0.5  # share of a bin's volume, by the boxes around its items, over which its floor rarely has room

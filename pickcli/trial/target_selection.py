@@ -16,7 +16,7 @@ from enum import StrEnum
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import Tool
 from pickcli.grasping.method_choice import may_hold
-from pickcli.trial.order_file import ANY_BIN, Order, OrderKind, Target
+from pickcli.trial.order import ANY_BIN, Order, OrderKind, Target
 from pickcli.trial.score import target_points
 
 PICK_SECONDS = 12.0  # of an item of which no plan is known yet: the figure to reach, leaving to released

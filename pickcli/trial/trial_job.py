@@ -13,7 +13,7 @@ from pickcli.cell.fingerprint import digest
 from pickcli.errors import InputError, Reason
 from pickcli.jobs.job import Key, sources_digest
 from pickcli.jobs.job_result import JobResult
-from pickcli.trial.order_file import Order
+from pickcli.trial.order import Order
 from pickcli.trial.played_trial import TrialConditions, TrialRequest, play_trial, stowed_scene
 from pickcli.trial.simulated_cell import ArmPlanner
 from pickcli.trial.trial_folder import write_folder

@@ -11,7 +11,7 @@ from pickcli.motion.plan import Grasp, Plan
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance
-from pickcli.trial.order_file import ANY_BIN, Order, Target
+from pickcli.trial.order import ANY_BIN, Order, Target
 from pickcli.trial.score import FinalState, Score
 from pickcli.trial.trial_interfaces import ExecutionResult
 

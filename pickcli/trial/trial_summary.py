@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pickcli.cell.pod_tolerance import pod_stand
 from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind
-from pickcli.trial.order_file import OrderKind
+from pickcli.trial.order import OrderKind
 from pickcli.trial.trial_result import TargetResult, TrialResult
 
 

@@ -9,7 +9,8 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order_file import OrderKind, read_order
+from pickcli.trial.order import OrderKind
+from pickcli.trial.order_file import read_order
 from support.command_line import apc, misused, refused
 
 

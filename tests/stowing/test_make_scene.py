@@ -27,7 +27,8 @@ from pickcli.simulation.settle import settle
 from pickcli.simulation.world import TIME_STEP
 from pickcli.stowing.make_scene import MOST, make_scene, refuse_too_much
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order_file import OrderKind, read_order
+from pickcli.trial.order import OrderKind
+from pickcli.trial.order_file import read_order
 from pickcli.trial.pod_shift import RANDOM, pod_pose
 
 CELL = load_cell("apc2016_delft")

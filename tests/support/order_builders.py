@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.files.yaml_reader import parse_yaml
-from pickcli.trial.order_file import BINS, Order, OrderKind, Target, order_of
+from pickcli.trial.order import Order, OrderKind, Target
+from pickcli.trial.order_file import BINS, order_of
 
 ITEMS = ("crayola_24_ct", "dove_beauty_bar", "scotch_duct_tape", "dasani_water_bottle", "jane_eyre_dvd")
 

@@ -21,7 +21,7 @@ from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.disturbance import Disturbance
-from pickcli.trial.order_file import Order
+from pickcli.trial.order import Order
 from pickcli.trial.trial_interfaces import ExecutionResult, TrialInterfaces
 from pickcli.verification.verdict import Verdict
 from support.tool_states import STRAIGHT

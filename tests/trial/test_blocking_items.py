@@ -19,7 +19,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.trial.blocking_items import MOST_IN_THE_WAY, destinations, from_the_mouth, in_the_way
 from pickcli.trial.loop import run_trial
-from pickcli.trial.order_file import Target
+from pickcli.trial.order import Target
 from pickcli.trial.target_selection import MOST_CLEARINGS
 from pickcli.trial.trial_result import Outcome
 from support.order_builders import pick_order

@@ -19,7 +19,7 @@ from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import _Trial, run_trial
-from pickcli.trial.order_file import Order, OrderKind
+from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.score import Drop
 from pickcli.trial.target_selection import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS, PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult

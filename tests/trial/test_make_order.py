@@ -16,7 +16,8 @@ from pickcli.seeds import derived_rng
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial import make_order as module
 from pickcli.trial.make_order import _draw, make_order
-from pickcli.trial.order_file import BINS, Order, OrderKind
+from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.order_file import BINS
 from pickcli.trial.output_file import order_text
 from pickcli.trial.score import item_bonuses, maximum_score
 from support.order_builders import parsed_order

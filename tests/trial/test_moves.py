@@ -14,7 +14,8 @@ from pickcli.cell.data_path import data_path
 from pickcli.errors import InputError
 from pickcli.scene.scene import PlacedItem
 from pickcli.trial.loop import run_trial
-from pickcli.trial.order_file import Order, OrderKind, Target, read_order
+from pickcli.trial.order import Order, OrderKind, Target
+from pickcli.trial.order_file import read_order
 from pickcli.trial.score import FinalItem, FinalState, score
 from pickcli.trial.target_selection import MOVE_TIME
 from pickcli.trial.trial_result import Outcome, TrialResult

@@ -14,15 +14,8 @@ from hypothesis import strategies as st
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.trial.order_file import (
-    BINS,
-    Order,
-    OrderKind,
-    Target,
-    order_file,
-    order_names,
-    read_order,
-)
+from pickcli.trial.order import Order, OrderKind, Target
+from pickcli.trial.order_file import BINS, order_file, order_names, read_order
 from pickcli.trial.output_file import order_text
 from support.order_builders import ITEMS, parsed_order, pick_data
 

@@ -8,7 +8,8 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.trial.order_file import OrderKind, order_names, read_order
+from pickcli.trial.order import OrderKind
+from pickcli.trial.order_file import order_names, read_order
 from pickcli.trial.output_file import order_text
 from pickcli.trial.score import item_bonuses, maximum_score
 from support.order_builders import parsed_order

@@ -15,7 +15,7 @@ from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
-from pickcli.trial.order_file import Order
+from pickcli.trial.order import Order
 from pickcli.trial.recovery_levels import FIRST_WAIT, LET_GO, MOST_STOPPED, WAIT
 from pickcli.trial.target_selection import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult

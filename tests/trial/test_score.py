@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
-from pickcli.trial.order_file import BINS, Order, OrderKind, Target
+from pickcli.trial.order import Order, OrderKind, Target
+from pickcli.trial.order_file import BINS
 from pickcli.trial.score import (
     HELD,
     RULES,

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.trial.order_file import BINS, Order, OrderKind
+from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.order_file import BINS
 from pickcli.trial.score import item_bonuses
 from pickcli.trial.stow_assignment import FULL, StowChoice, StowRule, assign_bins
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.trial.order_file import Target
+from pickcli.trial.order import Target
 from pickcli.trial.target_selection import (
     MOST_CLEARINGS,
     MOST_FAILURES,

@@ -14,7 +14,8 @@ from pickcli.errors import InputError
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
-from pickcli.trial.order_file import OrderKind, read_order
+from pickcli.trial.order import OrderKind
+from pickcli.trial.order_file import read_order
 from pickcli.trial.trial_folder import NAMES, refuse_existing_folder, write_folder
 from pickcli.trial.trial_record import record_text, trial_record
 from support.order_builders import pick_order

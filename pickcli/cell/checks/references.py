@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pickcli.errors import shortened, suggestion
 from pickcli.files.yaml_reader import Key, Source
+from pickcli.name_suggestion import shortened, suggestion
 
 
 def refer(source: Source, key: Key, kind: str, name: str, known: Sequence[str]) -> None:

@@ -7,8 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from pickcli.errors import suggestion
 from pickcli.files.xml_reader import Element
+from pickcli.name_suggestion import suggestion
 
 _PACKAGE, _FILE = "package://", "file://"
 

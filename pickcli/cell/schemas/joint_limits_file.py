@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.checks.references import refer
-from pickcli.errors import suggestion
 from pickcli.files.file_kind import JOINT_LIMITS
 from pickcli.files.yaml_reader import Source, read_yaml
+from pickcli.name_suggestion import suggestion
 
 ROOT = "joint_limits"
 _FIGURES = {  # that a cell takes, by the switch without which ROS ignores them

@@ -1,0 +1,106 @@
+"""An order: where items are before a task, and where they are wanted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from pickcli.cell.station import TOTE
+from pickcli.errors import InputError
+
+ANY_BIN = "any bin"  # where each item of a stow is wanted
+
+
+class OrderKind(StrEnum):
+    """What an order asks for."""
+
+    PICK = "pick"  # move the targets of the work order from their bins into the tote
+    STOW = "stow"  # move everything from the tote into bins
+    OUTPUT = "output"  # not an order but the state after one: no work order and nothing in the tote
+    MOVE = "move"  # move items from place to place
+
+
+@dataclass(frozen=True)
+class Target:
+    """One line of a work order: one copy of an item, from one bin, or other place, to where it is wanted.
+
+    Attributes:
+        bin: Name of the bin, or other place.
+        item: Name of the item.
+        into: Name of the place where it is wanted; ``ANY_BIN`` where one bin is as good as another.
+    """
+
+    bin: str
+    item: str
+    into: str = TOTE
+
+
+@dataclass(frozen=True)
+class Order:
+    """What lies where before the task (after it, for OUTPUT), and what is wanted.
+
+    Attributes:
+        kind: What is asked for.
+        year: 2015 or 2016, by the format of the file; it decides the rules and which figures an item has.
+        bin_contents: Names of items by bin, in the order of the bins; duplicates are copies. Of a MOVE by
+            place.
+        tote_contents: Names of the items in the tote.
+        work_order: The targets of a pick, or the moves, in their order.
+    """
+
+    kind: OrderKind
+    year: int
+    bin_contents: dict[str, tuple[str, ...]]
+    tote_contents: tuple[str, ...]
+    work_order: tuple[Target, ...]
+
+    @property
+    def contents(self) -> dict[str, tuple[str, ...]]:
+        """Names of all items by place, the tote among them if something lies in it."""
+        return self.bin_contents | ({TOTE: self.tote_contents} if self.tote_contents else {})
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """What is to be moved: the work order, or of a stow all that lies in the tote, in its order."""
+        if self.kind is not OrderKind.STOW:
+            return self.work_order
+        return tuple(Target(TOTE, name, ANY_BIN) for name in self.tote_contents)
+
+    def is_met(self, target: Target, place: str) -> bool:
+        """Tell whether a target that lies in a place is where it is wanted.
+
+        Args:
+            target: One of the order's targets.
+            place: Name of the place.
+
+        Returns:
+            Whether it is.
+        """
+        return place in self.bin_contents if target.into == ANY_BIN else place == target.into
+
+
+def require_playable(order: Order, where: str = "the order") -> Order:
+    """Refuse an order that is not one to be played.
+
+    Args:
+        order: The order.
+        where: Its file, for the message.
+
+    Returns:
+        The order.
+
+    Raises:
+        InputError: It is the state after a task, or a pick order whose tote is not empty.
+    """
+    if order.kind is OrderKind.OUTPUT:
+        raise InputError(
+            f"{where}: this is an {order.kind} file, with nothing to do; a trial plays pick orders (with a "
+            "work_order), stow orders (with tote_contents), and moves"
+        )
+    if order.tote_contents and order.kind is not OrderKind.STOW:
+        names = ", ".join(order.tote_contents[:3]) + (", ..." if len(order.tote_contents) > 3 else "")
+        raise InputError(
+            f"{where}: tote_contents names {len(order.tote_contents)} items ({names}); a pick begins with an "
+            'empty tote, as in the official orders: write "tote_contents": []'
+        )
+    return order
