@@ -1,4 +1,4 @@
-"""The cell: everything that stands still between two orders, and its fingerprint."""
+"""The cell: robot, tool, places, devices, limits and named configurations, with their fingerprint."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class NamedConfiguration:
 
 @dataclass(frozen=True, eq=False)
 class ArmState:
-    """Where an arm stands, at rest.
+    """Configuration and tool state of an arm at rest.
 
     Attributes:
         arm: Name of the arm.
@@ -58,13 +58,13 @@ class ArmState:
     tool_state: ToolState
 
     def is_at(self, other: ArmState) -> bool:
-        """Whether another state is this one, as exactly as a fingerprint tells.
+        """Whether another state equals this one within ``SAME_POSITION``.
 
         Args:
-            other: The other one.
+            other: The state to compare with.
 
         Returns:
-            True if it is.
+            True if tool states are equal and all joint positions agree.
         """
         return (
             self.tool_state == other.tool_state
@@ -80,7 +80,7 @@ class ArmState:
 
 @dataclass(frozen=True, eq=False)
 class AllowedPair:
-    """Two bodies that are never tested against each other, and why.
+    """Two bodies that are exempt from collision checks against each other.
 
     Attributes:
         a: Name of a link.
@@ -95,33 +95,33 @@ class AllowedPair:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """A robot cell as one of its arms sees it, which may be the only one.
+    """A robot cell as seen by one of its arms.
 
     World frame = the pod frame of the nominal pod (see docs/formats/cell.md). Other arms stand still: their
     links are links of the robot that no joint moves.
 
     Attributes:
         name: Of the cell.
-        path: The cell's folder.
+        path: Folder of the cell.
         robot: The robot with its tool.
-        T_world_pod: (4, 4) nominal pose of the pod, identity in the default cell and where there is none.
-        pod: The shelf, without bins where there is none.
-        tote: The tote; None where there is none.
-        own_carriers: What the cell names under ``places``, each with its places.
+        T_world_pod: (4, 4) nominal pose of the pod; identity in the default cell and in cells without a pod.
+        pod: The shelf; without bins if the cell has none.
+        tote: The tote; None if the cell has none.
+        own_carriers: The carriers that the cell file lists under ``places``.
         obstacles: Everything else that stands still.
         devices: Devices by name.
         configurations: Named configurations by name.
         allowed_pairs: Pairs that may touch.
         items: Items by (name, year).
         speed_scale: Factor on all velocity and acceleration limits.
-        clearance: m that every planned motion keeps outside of planned contacts.
-        max_tool_speed: m/s of the tool's tip, in every motion; None without a limit.
-        arm: Name of the arm; empty where the cell has only one.
-        others: Where all other arms stand, in the order of the cell file.
-        warnings: What is probably wrong in its file, a line each, with the place.
+        clearance: m that every planned motion keeps except at planned contacts.
+        max_tool_speed: m/s, limit of the tool tip's speed in every motion; None without a limit.
+        arm: Name of the arm; empty if the cell has only one.
+        others: Parked states of all other arms, in the order of the cell file.
+        warnings: Warnings about the cell file, one line each, with the position in the file.
         fingerprint: SHA-256 over all that the validity of a motion depends on.
-        parked_fingerprint: Over the fingerprints of all arms, each with the others parked; empty where the
-            cell has only one.
+        parked_fingerprint: Hash over the fingerprints of all arms, each with the others parked; empty if the
+            cell has only one arm.
     """
 
     name: str
@@ -147,17 +147,17 @@ class Cell:
 
     @property
     def scene_fingerprint(self) -> str:
-        """What scenes of the cell carry: the same whichever arm moves, and wherever the others stand."""
+        """The fingerprint stored in scenes; independent of which arm moves and where others stand."""
         return self.parked_fingerprint or self.fingerprint
 
     @cached_property
     def places(self) -> dict[str, Place]:
-        """Everything that can hold items, by name: the bins of the pod, the tote, then those of its own."""
+        """All places that can hold items, by name: bins of the pod, the tote, then those under ``places``."""
         return {name: place for carrier in self.carriers.values() for name, place in carrier.places.items()}
 
     @cached_property
     def carriers(self) -> dict[str, Carrier]:
-        """What places are part of, by name: pod and tote, if there are, then those of its own."""
+        """All carriers of places, by name: pod and tote if the cell has them, then those under ``places``."""
         found = []
         if self.pod.bins or self.pod.bodies:
             found.append(
@@ -168,23 +168,23 @@ class Cell:
         return {carrier.name: carrier for carrier in (*found, *self.own_carriers)}
 
     def swept(self) -> Cell:
-        """The cell with every carrier grown to the volume that it may take up within its bounds.
+        """Return the cell with every carrier replaced by its swept volume within its displacement bounds.
 
         Returns:
-            The cell; its fingerprint stays.
+            The cell, with an unchanged fingerprint.
         """
         own = tuple(swept(carrier) for carrier in self.own_carriers)
         return replace(self, pod=swept(self.pod), own_carriers=own)
 
     def configurations_at(self, place: Place) -> list[NamedConfiguration]:
-        """The configurations that are named after a place.
+        """Return the configurations that belong to a place.
 
         Args:
             place: The place.
 
         Returns:
-            Those that are called as the place is; for the tote also those of the kinds "tote" and "drop" that
-            are called as no other place is. A cell need not name any.
+            Configurations with the name of the place; for the tote also those of kind "tote" or "drop" that
+            no other place has the name of. The list may be empty.
         """
         return [
             each
@@ -195,29 +195,29 @@ class Cell:
 
     @property
     def tote_bodies(self) -> tuple[Body, ...]:
-        """Boxes of the tote in the world frame, none where there is no tote."""
+        """Boxes of the tote in the world frame, empty without a tote."""
         return () if self.tote is None else self.tote.bodies
 
     def require_places(self) -> None:
-        """Refuse a cell that has only a robot, where something is to be picked or stowed.
+        """Refuse a cell without places or without a tool, for commands that pick or stow.
 
         Raises:
-            InputError: It has no place for items, or nothing that holds them.
+            InputError: The cell has no place for items, or no tool that can hold them.
         """
         lacking = [] if self.places else ["pod", "tote", "places"]
         self._refuse_lacking(lacking, "places for items, and a tool")
 
     def require_pod_and_tote(self) -> None:
-        """Refuse a cell in which no official order can be played.
+        """Refuse a cell in which official orders cannot be played.
 
         Raises:
-            InputError: It has no pod or no tote, or nothing that holds items.
+            InputError: The cell has no pod, no tote, or no tool that can hold items.
         """
         lacking = [key for key, has in (("pod", self.pod.bins), ("tote", self.tote)) if not has]
         self._refuse_lacking(lacking, "pod, tote and tool")
 
     def _refuse_lacking(self, keys: list[str], needed: str) -> None:
-        """Raise InputError for keys that the cell's file lacks, and for a tool that holds nothing."""
+        """Raise InputError if keys, or a tool that can hold items, are missing in the cell file."""
         lacking = keys + ["tool"] * self.robot.tool.is_bare
         if lacking:
             raise InputError(
@@ -226,7 +226,7 @@ class Cell:
             )
 
     def T_world_place(self, place: Place) -> Array:
-        """Pose of a place's frame in the world, its carrier where that nominally stands.
+        """Return the pose of a place's frame in the world, for the nominal pose of its carrier.
 
         Args:
             place: The place.
@@ -237,7 +237,7 @@ class Cell:
         return np.asarray(self.carriers[place.carrier].T_world_carrier @ place.T_carrier_place)
 
     def item(self, name: str, year: int = 2016) -> Item:
-        """The item of a name: as it was in the given year if it is known there, else in the latest.
+        """Return the item of a name, in the given year's version if there is one, else in the latest.
 
         Args:
             name: Of the item.
@@ -247,7 +247,7 @@ class Cell:
             The item.
 
         Raises:
-            UnknownNameError: If there is none.
+            UnknownNameError: No item has that name.
         """
         years = [found for known, found in self.items if known == name]
         if not years:

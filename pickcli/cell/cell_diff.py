@@ -1,4 +1,4 @@
-"""Difference between two cells, from a record of a cell's parts that a file can carry."""
+"""Difference between a cell and an earlier version of it, recorded in a file as digests and solids."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.station import OBSTACLE, POD, TOTE, Carrier, Obstacles
 from pickcli.geometry import Array
 
-_LENGTH = 16  # hexadecimal digits of a digest: enough to tell apart what nobody forges
+_LENGTH = 16  # hexadecimal digits of a digest: enough against accidental collisions
 
 _TOLD = {
     "robot": "the robot, its joint limits or its tool",
@@ -29,14 +29,14 @@ _TOLD = {
 
 @dataclass(frozen=True, eq=False)
 class CellChange:
-    """The difference between a cell and what it was.
+    """The difference between a cell and an earlier version of it.
 
     Attributes:
-        rules: In words, what changed of what every motion depends on.
-        came: Solids ("pod wall_left") that are new, changed or moved.
-        went: Solids that were removed, changed or moved.
-        cell_of_came: The cell with no other solids than those that came around the robot.
-        cell_of_went: The cell with no other solids than those that went around the robot.
+        rules: Texts for the changed rules, on which every motion depends.
+        came: Names of solids ("pod wall_left") that are new, changed or moved.
+        went: Names of solids that were removed, changed or moved.
+        cell_of_came: The cell with only the solids in ``came`` around the robot.
+        cell_of_went: The earlier cell with only the solids in ``went`` around the robot.
     """
 
     rules: tuple[str, ...]
@@ -57,7 +57,7 @@ class CellChange:
 
 
 def parts_of(cell: Cell) -> dict[str, Any]:
-    """What ``change_since`` compares: digests of the rules, and every solid by name.
+    """Return the record that ``change_since`` compares: digests of the rules, and every solid by name.
 
     Args:
         cell: The cell.
@@ -74,19 +74,19 @@ def parts_of(cell: Cell) -> dict[str, Any]:
 
 
 def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
-    """What changed since ``parts_of`` was taken.
+    """Compare a cell with an earlier record of its parts.
 
     Args:
-        before: The parts of the cell as it was.
-        cell: The cell as it is.
+        before: Result of ``parts_of`` for the earlier cell.
+        cell: The cell as it is now.
 
     Returns:
         The difference.
 
     Raises:
-        ValueError: If ``before`` is no such record.
-        TypeError: If ``before`` is no such record.
-        KeyError: If ``before`` is no such record.
+        ValueError: ``before`` is not such a record.
+        TypeError: ``before`` is not such a record.
+        KeyError: ``before`` is not such a record.
     """
     now, then = parts_of(cell), before
     stood = then.get("T_world_carriers", {})
@@ -106,18 +106,18 @@ def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
 
 
 def _stand(cell: Cell) -> dict[str, list[Any]]:
-    """Where the carriers of a cell's own stand."""
+    """Poses of the carriers that the cell file lists under ``places``."""
     return {carrier.name: numbers(carrier.T_world_carrier) for carrier in cell.own_carriers}
 
 
 def _stood(cell: Cell, name: str, T: Array) -> Carrier:
-    """A carrier of a cell's own, or one that is no longer there, where it stood."""
+    """A carrier at its earlier pose, without bodies and places if the cell no longer has it."""
     known = next((carrier for carrier in cell.own_carriers if carrier.name == name), None)
     return Carrier(name, T, (), {}) if known is None else replace(known, T_world_carrier=T)
 
 
 def _others(some: Mapping[str, Any], than: Mapping[str, Any], moved: set[str]) -> tuple[str, ...]:
-    """Names of solids that are not the same in both; all of the carriers that have ``moved`` as a whole."""
+    """Names of solids that differ or are missing in ``than``, and of all solids on ``moved`` carriers."""
     return tuple(
         name for name, content in some.items() if than.get(name) != content or name.partition(" ")[0] in moved
     )
@@ -131,7 +131,7 @@ def _bodies(cell: Cell) -> list[tuple[str, Body]]:
 
 
 def _body(name: str, content: Sequence[Any]) -> tuple[str, Body]:
-    """A solid from its canonical content."""
+    """Rebuild a solid from its canonical content."""
     kind, _, own = name.partition(" ")
     _, shape, size, T = content
     return kind, Body(own, Shape(ShapeKind(shape), tuple(float(v) for v in size)), _pose(T))
@@ -142,7 +142,7 @@ def _pose(T: Sequence[float]) -> Array:
 
 
 def _with_solids(cell: Cell, solids: Sequence[tuple[str, Body]]) -> Cell:
-    """The cell with these solids, by kind, and no others around the robot; its fingerprint stays."""
+    """The cell with only these solids around the robot; its fingerprint stays."""
     own = [carrier.name for carrier in cell.own_carriers]
     of_kind = {kind: tuple(body for k, body in solids if k == kind) for kind in (POD, TOTE, OBSTACLE, *own)}
     return replace(

@@ -56,7 +56,7 @@ from pickcli.geometry import Array
 
 CELL_FILE = "cell.yaml"
 
-# What version 1 called otherwise, and what version 2 calls it.
+# Keys that version 1 of the format named differently.
 RENAMED = (
     "tool.pivot_joint to joint", "tool.pivot_positions to states", "pivot of configurations to tool_state",
     "the kind pivot of devices to tool_actuator",
@@ -64,37 +64,37 @@ RENAMED = (
 
 
 def load_cell(name_or_path: str | Path, arm: str | None = None, items: Path | None = None) -> Cell:
-    """Load a cell as one arm sees it, every other arm parked.
+    """Load a cell as seen by one arm, with every other arm parked.
 
     Args:
         name_or_path: A name under data/cells, a folder, or a cell.yaml.
-        arm: Name of the arm; None in a cell that has only one.
-        items: A file of items beside those of the package, or a folder of such files.
+        arm: Name of the arm; None if the cell has only one.
+        items: A file with further items beside those of the package, or a folder of such files.
 
     Returns:
         The cell.
 
     Raises:
-        InputError: With file, line and key of everything that is wrong; or the cell has several arms and none
-            is named.
-        UnknownNameError: If there is no such cell, or no such arm in it.
+        InputError: The files are wrong: with file, line and key of every mistake; or the cell has several
+            arms and ``arm`` is None.
+        UnknownNameError: There is no such cell, or no such arm in it.
     """
     return load_workcell(name_or_path, items).cell(arm)
 
 
 def load_workcell(name_or_path: str | Path, own_items: Path | None = None) -> Workcell:
-    """Load a cell with all its arms. What is probably wrong in it is logged as warnings.
+    """Load a cell with all its arms, and log warnings about implausible values.
 
     Args:
         name_or_path: A name under data/cells, a folder, or a cell.yaml.
-        own_items: A file of items beside those of the package, or a folder of such files.
+        own_items: A file with further items beside those of the package, or a folder of such files.
 
     Returns:
-        The cell of every arm.
+        The workcell.
 
     Raises:
-        InputError: With file, line and key of everything that is wrong.
-        UnknownNameError: If there is no such cell.
+        InputError: The files are wrong: with file, line and key of every mistake.
+        UnknownNameError: There is no such cell.
     """
     path = cell_file(name_or_path)
     source = read_yaml(path, CELL)
@@ -128,7 +128,7 @@ def _cell(
     disabled: Sequence[AllowedPair],
     items: dict[tuple[str, int], Item],
 ) -> Cell:
-    """The cell of its only arm."""
+    """Build the cell of one arm."""
     folder = source.path.parent
     tool = build_tool(model.tool, model.tip, urdf)
     cell = Cell(
@@ -159,7 +159,7 @@ def _cell(
     warnings = FileWarnings.of(source)
     warn_of_figures(warnings, cell, model)
     warn_of_configurations(warnings, cell)
-    if not isinstance(source, ArmSource):  # of several arms each waits at places of its own
+    if not isinstance(source, ArmSource):  # several arms wait at different places
         warn_of_missing_configurations(warnings, cell)
     warnings.log()
     return replace(cell, warnings=tuple(warnings.lines))
@@ -175,7 +175,7 @@ def cell_names() -> list[str]:
 
 
 def cell_file(name_or_path: str | Path) -> Path:
-    """The cell.yaml that a name, a folder or a path means.
+    """Resolve a name, a folder or a path to a cell.yaml.
 
     Args:
         name_or_path: A name under data/cells, a folder, or a cell.yaml.
@@ -184,7 +184,7 @@ def cell_file(name_or_path: str | Path) -> Path:
         The file.
 
     Raises:
-        UnknownNameError: If there is none.
+        UnknownNameError: There is no such cell.
     """
     path = Path(name_or_path)
     for candidate in (data_path() / "cells" / path / "cell.yaml", path / "cell.yaml", path):
@@ -200,14 +200,14 @@ def cell_file(name_or_path: str | Path) -> Path:
 
 
 def _refuse_version_1(source: Source) -> None:
-    """Refuse a cell file of the version before, in one line that says how to bring it up to date."""
+    """Refuse a cell file of version 1, with advice on how to update it."""
     if isinstance(source.data, dict) and source.data.get("version") == 1:
         source.add(("version",), f"1 is the version before; rename {', '.join(RENAMED)}, and write 2")
         source.check()
 
 
 def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
-    """The robot of a cell with its tools, without what is not there; limits may be of what is not."""
+    """Read the robot with its tools, without the links under ``robot.without``, which may have limits."""
     folder = source.path.parent
     packages = {name: folder / path for name, path in model.robot.packages.items()}
     robot = _whole(source, model, packages)
@@ -230,7 +230,7 @@ def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
 
 
 def _whole(source: Source, model: CellModel, packages: dict[str, Path]) -> Urdf:
-    """All robots of a cell as one tree; the only one as it is."""
+    """Read all robots of a cell as one tree; a single robot is returned as it is."""
     folder, parts = source.path.parent, dict[str, tuple[Urdf, Array]]()
     for name, stated in model.robots.items():
         urdf = read_urdf(_inside(source, ("robots", name, "urdf"), stated.urdf), folder, packages)
@@ -242,7 +242,7 @@ def _whole(source: Source, model: CellModel, packages: dict[str, Path]) -> Urdf:
 
 
 def _stated_tools(model: CellModel) -> Iterator[tuple[Key, SuctionModel | GripperModel]]:
-    """Every tool of a cell, with its place in the file."""
+    """Yield every tool of a cell with its key in the file."""
     if model.tool is not None:
         yield ("tool",), model.tool
     for name, arm in model.arms.items():
@@ -253,14 +253,14 @@ def _stated_tools(model: CellModel) -> Iterator[tuple[Key, SuctionModel | Grippe
 def _urdf_of_tool(
     source: Source, key: Key, tool: SuctionModel | GripperModel, packages: dict[str, Path]
 ) -> Urdf | None:
-    """The URDF that a tool has of its own, if it has one."""
+    """Read the separate URDF of a tool, or return None if the tool is part of the robot's."""
     if tool.urdf is None:
         return None
     return read_urdf(_inside(source, (*key, "urdf"), tool.urdf), source.path.parent, packages)
 
 
 def _inside(source: Source, key: Key, name: str) -> Path:
-    """The path of a file that a cell names. Raises InputError where it is not in the cell's folder."""
+    """Return the path of a file named in a cell file. Raise InputError if it is outside the cell's folder."""
     folder = source.path.parent
     path = folder / name
     if not path.resolve().is_relative_to(folder.resolve()):
@@ -272,7 +272,7 @@ def _inside(source: Source, key: Key, name: str) -> Path:
 
 
 def _disabled(source: Source, model: CellModel, urdf: Urdf) -> list[AllowedPair]:
-    """The pairs that SRDFs exempt, as far as their links are there."""
+    """Return the disabled pairs of the SRDFs, without those of links that the robot does not have."""
     stated: list[tuple[Key, str | None, str]] = [
         (("robots", name, "srdf"), each.srdf, each.prefix) for name, each in model.robots.items()
     ]
@@ -302,7 +302,7 @@ def _robot(folder: Path, model: CellModel, urdf: Urdf, tool: Tool) -> Robot:
 
 
 def _limits(model: CellModel, chain: Iterable[Joint]) -> Limits:
-    """Arrays in the order of the planned joints; position limits may narrow the URDF's."""
+    """Return limits in the order of the planned joints; the cell may narrow the URDF's position limits."""
     by_name = {joint.name: joint for joint in chain}
     limits = [model.joint_limits[name] for name in model.robot.joints]
     joints = [by_name[name] for name in model.robot.joints]
@@ -317,7 +317,7 @@ def _limits(model: CellModel, chain: Iterable[Joint]) -> Limits:
 
 
 def _bounds(limit: JointLimitModel, joint: Joint) -> tuple[float, float]:
-    """Position limits; a continuous joint that the cell narrows on one side ends half a turn from 0."""
+    """Position limits. A continuous joint narrowed on one side is limited to half a turn on the other."""
     lower, upper = joint.lower, joint.upper
     if joint.type is JointType.CONTINUOUS and not limit.min_position is limit.max_position is None:
         lower, upper = -np.pi, np.pi

@@ -1,14 +1,14 @@
-"""A named configuration as it stands in a cell file."""
+"""Formatting of named configurations for a cell file."""
 
 from __future__ import annotations
 
 from pickcli.cell.cell import NamedConfiguration
 
-DECIMALS = 4  # a tenth of a milliradian and of a millimetre: what is rounded so is what must be proven
+DECIMALS = 4  # 0.1 mrad or 0.1 mm; motions must be proven for the rounded values
 
 
 def configuration_line(named: NamedConfiguration) -> str:
-    """One entry of the list ``configurations`` of a cell.yaml, with its newline.
+    """Format one entry of the list ``configurations`` of a cell.yaml, with its newline.
 
     Args:
         named: The configuration.

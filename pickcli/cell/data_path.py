@@ -1,4 +1,4 @@
-"""Where the data folder is: beside the package in a checkout, inside it in an installed wheel."""
+"""Location of the data folder: beside the package in a checkout, inside it in an installed wheel."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pickcli
 
 
 def data_path() -> Path:
-    """The folder that holds cells/, items/ and tasks/.
+    """Return the folder that contains cells/, items/ and tasks/.
 
     Returns:
         Its path.

@@ -1,4 +1,4 @@
-"""Devices on the tool and how late they act."""
+"""Devices on the tool and their lead times."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pickcli.errors import InputError
 
 
 class DeviceKind(StrEnum):
-    """What a device does."""
+    """Kind of a device."""
 
     PUMP = "pump"
     VALVE = "valve"
@@ -25,7 +25,7 @@ class Device:
 
     Attributes:
         name: Unique in the cell.
-        kind: What it does.
+        kind: Kind of the device.
         lead: s between the command and its full effect (a pump's time to full vacuum, a valve's switching).
         actions: E.g. ("on", "off"), ("read",), ("straight", "down"), ("open", "closed").
     """
@@ -37,17 +37,17 @@ class Device:
 
 
 def device_of(devices: Mapping[str, Device], kind: DeviceKind) -> Device:
-    """The first device of a kind.
+    """Return the first device of a kind.
 
     Args:
         devices: Devices of the cell, by name.
-        kind: What the device is for.
+        kind: The kind.
 
     Returns:
         The device.
 
     Raises:
-        InputError: If the cell has none.
+        InputError: The cell has none of this kind.
     """
     for device in devices.values():
         if device.kind is kind:

@@ -1,9 +1,10 @@
-"""One hash over everything that the validity of a motion in a cell depends on.
+"""Hash over everything in a cell that the validity of a motion depends on.
 
-In: the robot's chain, shapes and limits, where it stands, the tool's geometry, shelf and how far it may be
-displaced, tote, places, obstacles, allowed pairs, clearance and speed scale. Not in: names of files,
-comments, the order of keys, named configurations, devices, items (a scene's hash covers those) and simulation
-figures.
+Included: the robot's chain, shapes, limits and base pose, the tool's geometry, the pod and its displacement
+    bounds,
+tote, places, obstacles, allowed pairs, clearance and speed scale. Not included: file names, comments, the
+order of keys, named configurations, devices, items (the scene's hash covers them) and values for simulation
+only.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ from pickcli.cell.shapes import Body
 from pickcli.cell.station import Carrier
 from pickcli.geometry import Array
 
-_DIGITS = 9  # 1 nm and 1 nrad: below any meaning, above the noise of reading a number twice
+_DIGITS = 9  # 1 nm and 1 nrad: below any practical meaning, above rounding errors of reading
 
 
 def fingerprint(cell: Cell) -> str:
-    """SHA-256 of the cell's canonical content.
+    """Compute the SHA-256 of the cell's canonical content.
 
     Args:
         cell: The cell.
@@ -52,7 +53,7 @@ def fingerprint(cell: Cell) -> str:
 
 
 def rules(cell: Cell) -> dict[str, Any]:
-    """What every motion depends on: all of the canonical content but the solids around the robot.
+    """Return all canonical content that motions depend on, except the solids around the robot.
 
     Args:
         cell: The cell.
@@ -76,7 +77,7 @@ def rules(cell: Cell) -> dict[str, Any]:
 
 
 def solid(body: Body) -> list[Any]:
-    """The canonical content of a solid: name, kind, size and pose in its frame; of a hull the vertices too.
+    """Return the canonical content of a solid: name, kind, size and pose; of a hull also the vertices.
 
     Args:
         body: The solid.
@@ -89,7 +90,7 @@ def solid(body: Body) -> list[Any]:
 
 
 def digest(content: Any) -> str:
-    """SHA-256 of plain values: of their canonical JSON, keys sorted, no blanks, floats with all their digits.
+    """Compute the SHA-256 of plain values, by canonical JSON: sorted keys, no blanks, all digits of floats.
 
     Args:
         content: Plain values.
@@ -102,7 +103,7 @@ def digest(content: Any) -> str:
 
 
 def numbers(values: Array | float | Iterable[float]) -> list[Any]:
-    """Numbers as plain lists, rounded to 1e-9; infinities as text, minus zero as zero.
+    """Return numbers as plain lists, rounded to 1e-9; infinities become text, and minus zero becomes zero.
 
     Args:
         values: The numbers.
@@ -135,10 +136,10 @@ def _robot(robot: Robot) -> dict[str, Any]:
 
 
 def rounded(figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Named figures with every number in them rounded as ``numbers`` does.
+    """Return named figures with every number in them rounded as by ``numbers``.
 
     Args:
-        figures: Lists of numbers, names and such lists, by name.
+        figures: Lists of numbers and names, possibly nested, by name.
 
     Returns:
         Plain values, by name.
@@ -153,7 +154,7 @@ def _rounded(value: Any) -> Any:
 
 
 def _carrier(carrier: Carrier) -> list[Any]:
-    """Where a carrier stands, its solids, and the frame and the room of each of its places."""
+    """Content of a carrier: its pose and solids, and the frame and room of each of its places."""
     places = {
         name: [numbers(place.T_carrier_place), numbers(np.hstack(astuple(place.room))), list(place.support)]
         for name, place in carrier.places.items()
@@ -174,5 +175,5 @@ def _joint(joint: Joint) -> list[Any]:
 
 
 def _bodies(bodies: Iterable[Body]) -> list[Any]:
-    """Bodies by name: their order in the file means nothing."""
+    """Content of bodies, sorted, because their order in the file has no meaning."""
     return sorted((solid(body) for body in bodies), key=json.dumps)

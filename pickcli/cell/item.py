@@ -1,4 +1,4 @@
-"""Items: size, mass, shape, how to grasp and how fast to carry."""
+"""Items: size, mass, shape, faces that seal, and speed limits."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 from pickcli.name_suggestion import suggestion
 
-OWN_ITEMS = "items of your own: --items"  # where an item is not known
-LYING = 0.7  # vertical part of a cylinder's axis, below which it rolls
+OWN_ITEMS = "items of your own: --items"  # hint in errors about unknown items
+LYING = 0.7  # a cylinder rolls if the vertical component of its axis is below this
 
 
 @dataclass(frozen=True)
 class Item:
     """One product. The item frame is the centre of its shape (a cylinder's axis is z).
 
-    The key is (name, year): six names stand in both years with other figures.
+    The key is (name, year): six names occur in both years with different figures.
 
     Attributes:
-        name: Of the product.
-        year: Of the list that it is from.
+        name: Name of the product.
+        year: Year of the list that contains it.
         shape: Contains the product.
         mass: kg, as stated.
         bonus: Points by the rules of its year.
-        seals: By face, share of full vacuum that the pump keeps under a cup there.
-        seal_source: Where the seals come from.
-        why_not: The reason why no face seals, else "".
-        seal_inset: m that the rim of the cup must stay inside a face's edge.
+        seals: By face, the share of full vacuum that the pump keeps under a cup.
+        seal_source: Source of the seals.
+        why_not: Why no face seals, "" if one does.
+        seal_inset: m that the cup's rim must keep from a face's edge.
         speed_scale: 1.0, or 0.5 for Delft's slow items.
         folded: "" or how cloth and bags were folded to get the stated size.
-        source: Where the figures come from.
-        areas: By face, [least, greatest] m along axes of the item frame between which it seals.
-        mass_error: Bound of the stated mass's error, as a share of it.
+        source: Source of the figures.
+        areas: By face, [least, greatest] m along axes of the item frame within which it seals.
+        mass_error: Bound of the relative error of the stated mass.
     """
 
     name: str
@@ -51,27 +51,27 @@ class Item:
     speed_scale: float
     folded: str
     source: str
-    # By face, least and greatest coordinate in m along axes of the item frame: the part of it that seals.
+    # By face, least and greatest coordinate in m along axes of the item frame, which bound the sealing area.
     areas: Mapping[str, Mapping[str, tuple[float, float]]] = field(default_factory=dict, hash=False)
     mass_error: float = 0.1
 
     @property
     def heaviest(self) -> float:
-        """The most that the item may weigh, kg: loads are planned and verified for it."""
+        """Upper bound of the mass, kg, for which loads are planned and verified."""
         return self.mass * (1.0 + self.mass_error)
 
     @property
     def lightest(self) -> float:
-        """The least that the item may weigh, kg: what a cup presses on is to stand with that."""
+        """Lower bound of the mass, kg, with which the item must withstand the press of a cup."""
         return self.mass * (1.0 - self.mass_error)
 
     @property
     def suction(self) -> bool:
-        """Whether a cup can hold the item at all."""
+        """Whether a cup can hold the item on any face."""
         return any(share > 0.0 for share in self.seals.values())
 
     def area(self, face: str) -> Array:
-        """Corners between which a face seals.
+        """Return the corners of the area in which a face seals.
 
         Args:
             face: Name of the face.
@@ -87,32 +87,32 @@ class Item:
     def inertia(self) -> Array:
         """Inertia (3, 3) in kg m^2 about the centre of mass in the item frame, of uniform density.
 
-        It is that of the stated mass; that of another mass is in proportion.
+        For the stated mass; it scales in proportion to the mass.
         """
         return np.asarray(self.mass * self.shape.inertia_per_mass)
 
     def can_roll(self, R: Array) -> bool:
-        """Whether the item rolls when it is pushed: a ball, or a cylinder that lies.
+        """Whether the item rolls when pushed: a ball, or a lying cylinder.
 
         Args:
             R: (3, 3) orientation of the item in a frame whose z points up.
 
         Returns:
-            True if it does.
+            True if it rolls.
         """
         is_lying = abs(float(R[2, 2])) < LYING
         return self.shape.kind is ShapeKind.SPHERE or (self.shape.kind is ShapeKind.CYLINDER and is_lying)
 
 
 def item_suggestion(name: str, known: Collection[str]) -> str:
-    """What to write instead of an item's unknown name.
+    """Suggest known names for an unknown item.
 
     Args:
-        name: As it was given.
+        name: The unknown name.
         known: Names of the items that are known.
 
     Returns:
-        The names that could be meant; without any the known ones, and how to name a file of items.
+        Similar names; without any, the known names and a hint on the option for further items.
     """
     found = suggestion(name, known)
     return found if found.endswith("?") else f"{found} ({OWN_ITEMS})"

@@ -1,7 +1,7 @@
-"""Places that hold items: where one is, how much room it has, and which way leads into it.
+"""Places that hold items: pose, free room and access.
 
-A bin of a shelf, a tote and the top of a table are places; what makes them differ is stated here and asked
-for by its meaning, so that what plans a pick need not know which of them it is in.
+Bins of a shelf, totes and table tops are all places. Planning uses only the properties defined here and need
+not know the kind of a place.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pickcli.geometry import Array, pose
 
 @dataclass(frozen=True, eq=False)
 class Access:
-    """The one way into a place: straight through a rectangular mouth.
+    """The straight access into a place through a rectangular mouth.
 
     Attributes:
         T_place_mouth: Pose (4, 4) of the mouth in the place's frame: origin in the middle of the rectangle,
@@ -31,7 +31,7 @@ class Access:
 
     @classmethod
     def from_front(cls, width: float, height: float) -> Access:
-        """The way along +x, through a mouth at x = 0; the middle of its lower edge is the place's origin.
+        """Access along +x through a mouth at x = 0, whose lower edge has the place's origin in its middle.
 
         Args:
             width: m.
@@ -44,7 +44,7 @@ class Access:
 
     @classmethod
     def from_above(cls, x_size: float, y_size: float, rim: float) -> Access:
-        """The way along -z, through a mouth above the place's origin.
+        """Access along -z through a mouth above the place's origin.
 
         Args:
             x_size: m.
@@ -64,25 +64,25 @@ class Access:
 
     @cached_property
     def is_from_above(self) -> bool:
-        """Whether the way in leads down, so that what lies in the place may rise above its mouth."""
+        """Whether the access is downwards, so that items may rise above the mouth."""
         return bool(self.direction[2] < -0.5)
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """The free room of a place, in its frame: upright walls, and a floor and a ceiling that may drop along x.
+    """Free room of a place, in its frame: upright walls, and a floor and a ceiling that may slope along x.
 
-    Both drop evenly between ``slope_from`` and ``floor_flat_from``, and run level before and behind.
+    Floor and ceiling drop linearly between ``slope_from`` and ``floor_flat_from``, and are level elsewhere.
 
     Attributes:
         x_range: m, clear inside along x.
-        y_range: m, clear inside along y (of a bin behind a post wider than the mouth).
+        y_range: m, clear inside along y (behind the posts of a bin it is wider than the mouth).
         floor_front: z in m of the floor in front of the slope.
-        floor_back: z in m of the floor behind it.
-        ceiling_front: z in m of the ceiling in front of the slope; of what is open above, of the rim.
-        ceiling_back: z in m of the ceiling behind it.
-        slope_from: x in m where floor and ceiling begin to drop.
-        floor_flat_from: x in m where the slope ends.
+        floor_back: z in m of the floor behind the slope.
+        ceiling_front: z in m of the ceiling in front of the slope; of places open above, z of the rim.
+        ceiling_back: z in m of the ceiling behind the slope.
+        slope_from: x in m at which floor and ceiling begin to drop.
+        floor_flat_from: x in m at which the slope ends.
     """
 
     x_range: tuple[float, float]
@@ -96,7 +96,7 @@ class Room:
 
     @classmethod
     def box(cls, x_size: float, y_size: float, height: float) -> Room:
-        """A room with a level floor, around the origin of the place in its middle.
+        """Return a room with a level floor and the place's origin in the middle of it.
 
         Args:
             x_size: m.
@@ -131,19 +131,19 @@ class Room:
 
     @property
     def volume(self) -> float:
-        """Volume in m^3, as high everywhere as over the flat part of the floor."""
+        """Volume in m^3, with the height over the flat part of the floor."""
         width, height = self.y_range[1] - self.y_range[0], self.ceiling_back - self.floor_back
         return self.depth * width * height
 
     def too_small_for(self, extents: Array) -> str:
-        """Why something does not fit inside, whichever way it is turned.
+        """Say why a body cannot fit inside in any orientation.
 
         Args:
-            extents: (3,) m, its size along its own axes.
+            extents: (3,) m, size of the body along its own axes.
 
         Returns:
-            Both sizes in mm where its narrowest side is wider than the narrowest of the room, or it is longer
-            than the room's diagonal. "" where it may fit; it may still find no room.
+            Both sizes in mm if the narrowest side is wider than the narrowest of the room, or the longest
+            longer than the room's diagonal; else "". A body may still not fit.
         """
         if extents.min() <= self.size.min() and extents.max() <= np.linalg.norm(self.size):
             return ""
@@ -151,7 +151,7 @@ class Room:
         return f"{own} mm, the place {clear} mm inside"
 
     def floor_at(self, x: Array | float) -> Array:
-        """Height of the floor.
+        """Compute the height of the floor.
 
         Args:
             x: m.
@@ -163,7 +163,7 @@ class Room:
         return np.asarray(np.interp(x, ends, heights))
 
     def ceiling_at(self, x: Array | float) -> Array:
-        """Height of the ceiling.
+        """Compute the height of the ceiling.
 
         Args:
             x: m.
@@ -175,11 +175,11 @@ class Room:
         return np.asarray(np.interp(x, ends, heights))
 
     def rest(self, x: Array, half: Array) -> tuple[Array, Array]:
-        """How a base lies on the floor. The floor is hollow, so a base touches it with its two ends.
+        """Compute how a base rests on the floor; the floor is concave, so it rests on its two ends.
 
         Args:
             x: Middle of the base along x, m.
-            half: Half its length along x, m.
+            half: Half of the base's length along x, m.
 
         Returns:
             Height of its middle in m, and its pitch in rad.
@@ -192,17 +192,17 @@ class Room:
 class Place:
     """One place that holds items: a bin of a shelf, a box, the top of a table.
 
-    The frame of a place that is reached from the front: origin at the middle of the mouth on the top of the
-    bottom lip; +x into the place, +y left as the robot sees it, +z up. That of one that is reached from
-    above: origin in the middle of the inner floor, +z up.
+    Frame of a place with access from the front: origin in the middle of the mouth on top of the bottom lip,
+    +x into the place, +y left as seen by the robot, +z up. Frame of a place with access from above: origin in
+    the middle of the inner floor, +z up.
 
     Attributes:
-        name: As items name their location: bin_A .. bin_L, tote.
-        carrier: Name of the carrier that it is part of, and moves with.
-        T_carrier_place: Pose (4, 4) of its frame in that of the carrier.
-        access: The way into it.
+        name: Name by which items state their location: bin_A .. bin_L, tote.
+        carrier: Name of the carrier that it is part of.
+        T_carrier_place: Pose (4, 4) of the place's frame in the carrier's.
+        access: The access into it.
         room: Its free room.
-        support: Names of the bodies that carry what lies in it.
+        support: Names of the bodies that support its items.
     """
 
     name: str
@@ -214,27 +214,27 @@ class Place:
 
     @property
     def T_place_entry(self) -> Array:
-        """Pose (4, 4) of the frame of the way in: of the mouth, but its origin on the lower edge.
+        """Pose (4, 4) of the access frame: the mouth's orientation, with the origin on its lower edge.
 
-        A bin's is the frame of the bin itself; a tote has it as if it were a bin that lies on its back.
+        Of a bin it equals the bin's frame; of a tote it is the frame of a bin that lies on its back.
         """
         return np.asarray(self.access.T_place_mouth @ pose((0.0, 0.0, -self.access.height / 2)))
 
     @property
     def is_open_box(self) -> bool:
-        """Whether it is open above, between walls: what is let go over it may drop a little, and stays."""
+        """Whether it is a box open above: an item released over it may drop a little and stays inside."""
         has_walls = self.access.T_place_mouth[2, 3] > self.room.floor_back
         return self.access.is_from_above and bool(has_walls)
 
     def holds(self, p: Array, above: float = 0.0) -> bool:
-        """Whether a point is in the box around the room.
+        """Whether a point is inside the box around the room.
 
         Args:
             p: (3,) m in the place's frame.
-            above: m over the rim that count as well, where the way in leads down.
+            above: m above the rim that count as inside if the access is from above.
 
         Returns:
-            True if it is.
+            True if it is inside.
         """
         high = self.room.high
         high[2] += above if self.access.is_from_above else 0.0

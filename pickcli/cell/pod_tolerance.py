@@ -1,7 +1,7 @@
-"""How far the pod may stand from its place, and the volume that each part of it can sweep there.
+"""Displacement bounds of the pod, and the volumes that its parts sweep within them.
 
-The organisers of the challenge shifted the shelf before a trial (KTH, section I). What is computed once per
-cell is proven against the swept volume where that is possible: then it holds wherever the pod stands.
+The organisers of the challenge shifted the shelf before a trial (KTH, section I). Motions precomputed for a
+cell are proven against the swept volumes if possible, and then hold for every allowed pose of the pod.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.geometry import Array, pose
 
-# How far a pose, which is never exact, may be beyond a bound, m or rad: far less than the clearance.
+# Tolerance of poses beyond a bound, m or rad; far less than the clearance.
 _TOLERANCE = 1e-6
 
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
@@ -25,17 +25,17 @@ _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 class PodPoses(StrEnum):
     """The poses of the pod for which something holds."""
 
-    NOMINAL = "nominal"  # exactly where the cell says
-    DISPLACED = "displaced"  # anywhere within its bounds
+    NOMINAL = "nominal"  # exactly the pose in the cell file
+    DISPLACED = "displaced"  # any pose within its displacement bounds
 
 
 @dataclass(frozen=True)
 class PodValidity:
-    """For which pods something that is stored was proven.
+    """The pod poses for which a stored motion was proven.
 
     Attributes:
         pod_poses: The poses of the pod for which it was proven.
-        why_nominal: Why it holds for the pod in its place alone, "" if it holds for any.
+        why_nominal: Why it holds only for the nominal pose, "" if it holds for all.
     """
 
     pod_poses: PodPoses = PodPoses.NOMINAL
@@ -48,12 +48,12 @@ NOMINAL_POD = PodValidity()
 
 @dataclass(frozen=True)
 class Displacement:
-    """Bounds of where the pod stands, in the frame of the nominal pod. It stands on the floor, upright.
+    """Displacement bounds of the pod, in the frame of the nominal pod. The pod stands upright on the floor.
 
     Attributes:
-        x: m, how far its frame may be off, either way.
-        y: m, how far its frame may be off, either way.
-        yaw: rad, how far it may be turned about its own z, either way.
+        x: m, largest offset along x, either way.
+        y: m, largest offset along y, either way.
+        yaw: rad, largest rotation about its own z, either way.
     """
 
     x: float = 0.0
@@ -61,13 +61,13 @@ class Displacement:
     yaw: float = 0.0
 
     def allows(self, T_nominal_pod: Array) -> bool:
-        """Whether a pod stands within the bounds.
+        """Whether a pose of the pod is within the bounds.
 
         Args:
-            T_nominal_pod: (4, 4) its pose, seen from its nominal place.
+            T_nominal_pod: (4, 4) pose of the pod in the frame of the nominal one.
 
         Returns:
-            True if it does.
+            True if it is.
         """
         x, y, z = T_nominal_pod[:3, 3]
         roll_pitch = float(np.abs(T_nominal_pod[:3, 2] - [0.0, 0.0, 1.0]).max())
@@ -75,7 +75,7 @@ class Displacement:
         return bool(max(off) <= _TOLERANCE)
 
     def bound(self, radius: float) -> float:
-        """How far a point of the pod can be moved.
+        """Bound the displacement of a point of the pod.
 
         Args:
             radius: m from the pod's z axis to the point.
@@ -86,10 +86,10 @@ class Displacement:
         return float(np.hypot(self.x, self.y)) + self.yaw * radius
 
     def swept(self, body: Body) -> Body:
-        """The smallest box along a body's own axes that holds it wherever the pod stands.
+        """Compute the smallest box along a body's own axes that contains it for every allowed displacement.
 
-        Exact for boxes: how far the sweep reaches along an axis is how far the farthest of the corners gets,
-        each of which moves on an arc about the pod's z and then by x and y.
+        Exact for boxes: the extent of the sweep along an axis is that of its farthest corner, which moves on
+        an arc about the pod's z axis and then by x and y.
 
         Args:
             body: A body in the frame of the nominal pod.
@@ -104,7 +104,7 @@ class Displacement:
         return Body(body.name, Shape(ShapeKind.BOX, size), pose(R @ ((high + low) / 2), R=R))
 
     def _reach(self, points: Array, axes: Array) -> Array:
-        """(A,) m, how far along each of the axes (A, 3) any displaced copy of the points (P, 3) gets."""
+        """Largest coordinate (A,), m, of all displaced copies of points (P, 3) along axes (A, 3)."""
         across = np.hypot(*points[:, :2].T)[:, None] * np.hypot(*axes[:, :2].T)
         between = np.arctan2(points[:, 1], points[:, 0])[:, None] - np.arctan2(axes[:, 1], axes[:, 0])
         between = np.abs(np.arctan2(np.sin(between), np.cos(between)))
@@ -112,11 +112,11 @@ class Displacement:
         return np.asarray(turned.max(axis=0) + np.abs(axes[:, :2]) @ [self.x, self.y])
 
 
-UNMOVED = Displacement()  # it always stands in its place
+UNMOVED = Displacement()  # carriers that cannot be displaced
 
 
 def displaced(T_world_pod: Array, x: float, y: float, yaw: float) -> Array:
-    """Pose of a pod that is moved and turned from its place.
+    """Compute the pose of a displaced pod.
 
     Args:
         T_world_pod: (4, 4) nominal pose.
@@ -131,10 +131,10 @@ def displaced(T_world_pod: Array, x: float, y: float, yaw: float) -> Array:
 
 
 def yaw_of(T_nominal_pod: Array) -> float:
-    """How far a pod is turned about z.
+    """Compute the yaw of a pod.
 
     Args:
-        T_nominal_pod: (4, 4) its pose, seen from its nominal place.
+        T_nominal_pod: (4, 4) pose of the pod in the frame of the nominal one.
 
     Returns:
         rad.
@@ -143,13 +143,13 @@ def yaw_of(T_nominal_pod: Array) -> float:
 
 
 def pod_stand(T_nominal_pod: Array) -> str:
-    """Where a pod stands, in words: mm and degrees, seen from its place.
+    """Describe the displacement of a pod in mm and degrees.
 
     Args:
-        T_nominal_pod: (4, 4) its pose, seen from its nominal place.
+        T_nominal_pod: (4, 4) pose of the pod in the frame of the nominal one.
 
     Returns:
-        The words.
+        The text.
     """
     x, y, z = 1e3 * T_nominal_pod[:3, 3]
     text = f"{x:+.1f} mm in x, {y:+.1f} mm in y, {degrees(yaw_of(T_nominal_pod)):+.2f} degrees off its place"

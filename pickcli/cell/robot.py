@@ -30,8 +30,8 @@ class Joint:
     Attributes:
         name: Unique in the robot.
         type: Kind of motion.
-        parent: Name of the link that it is fixed to.
-        child: Name of the link that it moves.
+        parent: Name of the parent link.
+        child: Name of the child link.
         T_parent_joint: (4, 4) pose of the joint frame in the parent link, at position 0.
         axis: (3,) unit axis in the joint frame; motion is along or about it.
         lower: Lower position limit, infinite for a continuous joint.
@@ -67,11 +67,11 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """Motion limits of the planned joints, arrays (n,). Jerk is chosen in the cell.
+    """Motion limits of the planned joints, arrays (n,). Jerk limits come from the cell file.
 
     Attributes:
-        lower: Lower position limits, m or rad; of a continuous joint -infinity, unless the cell narrows it.
-        upper: Upper position limits, infinite with the lower ones.
+        lower: Lower position limits, m or rad; -infinity for a continuous joint, unless the cell narrows it.
+        upper: Upper position limits; infinity for a continuous joint, unless the cell narrows it.
         velocity: Limits per s.
         acceleration: Limits per s^2.
         jerk: Limits per s^3.
@@ -85,12 +85,12 @@ class Limits:
 
     @property
     def is_continuous(self) -> NDArray[np.bool_]:
-        """Which joints (n,) turn without limits: positions a whole turn apart are the same."""
+        """Mask (n,) of the continuous joints, whose positions are equivalent modulo a whole turn."""
         return np.isinf(self.lower)
 
     @property
     def window(self) -> tuple[Array, Array]:
-        """Finite bounds (n,), (n,) that hold every configuration once: one turn of a continuous joint."""
+        """Finite bounds (n,), (n,) that cover all configurations: a single turn of each continuous joint."""
         is_continuous = self.is_continuous
         return np.where(is_continuous, -np.pi, self.lower), np.where(is_continuous, np.pi, self.upper)
 
@@ -99,18 +99,18 @@ class Limits:
 class Robot:
     """A serial chain from the world to the cup.
 
-    ``joints`` runs from the base outwards, one joint per link but the root; the joint of the tool, if it has
-    one, is the last of them but not among ``joint_names``.
+    ``joints`` runs from the base outwards, with one joint per link except the root. The tool's joint, if it
+    has one, is the last of them, and is not in ``joint_names``.
 
     Attributes:
-        name: Of the robot.
-        urdf: Its file.
+        name: Name of the robot.
+        urdf: Path of its URDF.
         T_world_base: (4, 4) pose of the root link in the world.
         links: From the root outwards; links[i + 1] is the child of joints[i].
         joints: All joints, the base first.
         joint_names: The planned joints, in the order of every configuration ``q``.
         limits: Limits of the planned joints.
-        motor_forces: N or Nm by joint, for simulation only.
+        motor_forces: N or Nm by joint name, for simulation only.
         tool: What is mounted on the flange.
     """
 
@@ -137,7 +137,7 @@ class Robot:
 
     @property
     def shoulder(self) -> Array:
-        """Where the first planned joint stands when all joints are at 0: (3,) m in the world."""
+        """Position of the first planned joint with all joints at 0: (3,) m in the world."""
         carried_by = {joint.child: joint for joint in self.joints}
         joint = next(joint for joint in self.joints if joint.name == self.joint_names[0])
         T = joint.T_parent_joint
@@ -146,22 +146,22 @@ class Robot:
         return np.asarray((self.T_world_base @ T)[:3, 3])
 
     def link(self, name: str) -> Link:
-        """The link of a name.
+        """Return the link of a name.
 
         Args:
-            name: Of the link.
+            name: Name of the link.
 
         Returns:
             The link.
 
         Raises:
-            KeyError: If there is none.
+            KeyError: No link has that name.
         """
         return next(link for link in self.links if link.name == name)
 
 
 def joint_motion(joint: Joint, position: float) -> Array:
-    """Pose of a joint's child in the joint frame.
+    """Compute the pose of a joint's child in the joint frame.
 
     Args:
         joint: The joint.

@@ -1,4 +1,4 @@
-"""Solid shapes: what links, obstacles and items are made of."""
+"""Solid shapes of links, obstacles and items."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Corner = tuple[float, float, float]  # m
 
 
 class ShapeKind(StrEnum):
-    """The solids: three that everything may be made of, and the hull, of which only robots are made."""
+    """Kinds of solids. Hulls occur only in robots."""
 
     BOX = "box"
     CYLINDER = "cylinder"
@@ -26,10 +26,10 @@ class Shape:
     """A solid centred on its own frame.
 
     Attributes:
-        kind: Which solid.
+        kind: Kind of solid.
         size: m: box (x, y, z) full extents; cylinder (radius, length along z); sphere (radius,); hull (x, y,
-            z) full extents of the box around it, in the middle of which its frame is.
-        vertices: m, of a hull in its own frame: the corners of a convex polyhedron. Empty for the others.
+            z) full extents of its bounding box, whose centre is the origin of its frame.
+        vertices: m, corners of a hull's convex polyhedron in its own frame. Empty for other kinds.
     """
 
     kind: ShapeKind
@@ -47,7 +47,7 @@ class Shape:
         return np.full(3, 2 * self.size[0])
 
     def reach(self, R: Array) -> Array:
-        """Half extents along the axes of a frame that the shape is turned into.
+        """Compute the half extents along the axes of a rotated frame.
 
         Args:
             R: (..., 3, 3) orientation of the shape in that frame.
@@ -75,7 +75,7 @@ class Shape:
 
     @property
     def inertia_per_mass(self) -> Array:
-        """Inertia (3, 3) in m^2, per kg of uniform density, about the centre in the shape's own frame."""
+        """Inertia (3, 3) in m^2, per kg at uniform density, about the centre in the shape's own frame."""
         self._refuse_hull()
         if self.kind is ShapeKind.BOX:
             squares = np.square(self.size)
@@ -97,10 +97,10 @@ class Shape:
         return float(4.0 / 3.0 * np.pi * self.size[0] ** 3)
 
     def inflated(self, by: float) -> Shape:
-        """The shape grown on every side.
+        """Grow the shape on every side.
 
-        It contains every point within ``by`` of the shape, except for the rounded corners of which it is the
-        hull.
+        The result contains every point within ``by`` of the shape; edges stay sharp where the exact offset is
+        rounded.
 
         Args:
             by: m.
@@ -116,14 +116,14 @@ class Shape:
         return Shape(self.kind, (self.size[0] + by,))
 
     def _refuse_hull(self) -> None:
-        """Links may be hulls; items, which are weighed, grasped and grown, are not."""
+        """Raise ValueError for a hull, which items cannot be."""
         if self.kind is ShapeKind.HULL:
             raise ValueError("a hull is part of a robot, not an item")
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A named shape standing in a parent frame (world, pod, link or item: the owner says which).
+    """A named shape in a parent frame: world, pod, link or item, as its owner states.
 
     Attributes:
         name: Unique in its owner.
@@ -137,14 +137,14 @@ class Body:
 
 
 def hull(name: str, points: Array) -> Body:
-    """The convex hull of points.
+    """Build the convex hull of points.
 
     Args:
-        name: Of the body.
-        points: (V, 3) m in the parent frame, its corners.
+        name: Name of the body.
+        points: (V, 3) m in the parent frame, the corners of the hull.
 
     Returns:
-        The body, its frame in the middle of the box around the points and parallel to the parent's.
+        The body; its frame is centred in the points' bounding box and parallel to the parent's.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     middle = (low + high) / 2
@@ -154,10 +154,10 @@ def hull(name: str, points: Array) -> Body:
 
 
 def box(name: str, lower: Corner, upper: Corner) -> Body:
-    """An axis-aligned box between two corners.
+    """Build an axis-aligned box between two corners.
 
     Args:
-        name: Of the body.
+        name: Name of the body.
         lower: Lower corner (x, y, z) in the parent frame, m.
         upper: Upper corner.
 
@@ -173,14 +173,14 @@ def box(name: str, lower: Corner, upper: Corner) -> Body:
 def ring(
     name: str, low: Corner, high: Corner, outer_low: tuple[float, float], outer_high: tuple[float, float]
 ) -> list[Body]:
-    """Four upright bars around a rectangle: the walls of a box.
+    """Build four upright bars around a rectangle, such as the walls of a box.
 
     Args:
-        name: Of the whole; the bars are called by their sides.
-        low: Lower corner (x, y, z) of what they enclose, in the parent frame, m.
+        name: Prefix of the bars' names, followed by their sides.
+        low: Lower corner (x, y, z) of the enclosed box, in the parent frame, m.
         high: Upper corner.
-        outer_low: (x, y) where the bars end outside.
-        outer_high: (x, y) at the opposite corner.
+        outer_low: Lesser (x, y) of the bars' outer edges.
+        outer_high: Greater (x, y) of the bars' outer edges.
 
     Returns:
         The bars: left (at greater y), right, near (at smaller x) and far.

@@ -1,4 +1,4 @@
-"""Places and obstacles around the robot: pod, tote, and carriers of the user's own."""
+"""Carriers of places and obstacles around the robot: pod, tote, and user-defined ones."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from pickcli.cell.shapes import Body
 from pickcli.geometry import Array
 
 POD = "pod"  # name of the carrier of the bins
-TOTE = "tote"  # the place of delivered items, and its carrier, which stands still
-OBSTACLE = "obstacle"  # what is neither: no carrier is called so
+TOTE = "tote"  # name of the place for delivered items and of its carrier, which is stationary
+OBSTACLE = "obstacle"  # stands for bodies of no carrier; not allowed as a name of a carrier
 
 
 @dataclass(frozen=True, eq=False)
 class Pod:
-    """The shelf. Its frame is the pod frame: front face at x = 0, +x into the shelf, z = 0 on the floor.
+    """The shelf. Pod frame: front face at x = 0, +x into the shelf, z = 0 on the floor.
 
     Attributes:
         bodies: Boxes in the pod frame.
         bins: Bins by name.
-        displacement: How far it may stand from its place.
+        displacement: Displacement bounds.
     """
 
     bodies: tuple[Body, ...]
@@ -30,15 +30,15 @@ class Pod:
     displacement: Displacement = UNMOVED
 
 
-NO_POD = Pod((), {})  # of a cell without one
+NO_POD = Pod((), {})  # for cells without a pod
 
 
 @dataclass(frozen=True, eq=False)
 class Tote:
-    """The tote: an open box. Its frame sits at the centre of the inner floor, axes of the world.
+    """The tote: an open box. Its frame is at the centre of the inner floor, parallel to the world.
 
     Attributes:
-        place: Its inside, where items are put.
+        place: The inside, where items are placed.
         bodies: Boxes in the world frame.
     """
 
@@ -48,16 +48,16 @@ class Tote:
 
 @dataclass(frozen=True, eq=False)
 class Carrier:
-    """What places are part of and move with: a shelf, a box, a table, or bodies of the user's own.
+    """A carrier of places, which move with it: a shelf, a box, a table, or user-defined bodies.
 
-    It stands upright.
+    Carriers stand upright.
 
     Attributes:
-        name: Its own in the cell.
-        T_world_carrier: (4, 4) pose where it nominally stands; a scene says where it really does.
+        name: Unique in the cell.
+        T_world_carrier: (4, 4) nominal pose; a scene states the actual one.
         bodies: Its solids, in its frame.
         places: Its places by name.
-        displacement: How far it may stand from its place.
+        displacement: Displacement bounds.
     """
 
     name: str
@@ -71,13 +71,13 @@ _Standing = TypeVar("_Standing", Pod, Carrier)
 
 
 def swept(standing: _Standing) -> _Standing:
-    """A carrier or pod with each body grown to a box that holds it wherever the bounds let it stand.
+    """Replace each body of a carrier or pod by its swept volume within the displacement bounds.
 
     Args:
-        standing: Pod or carrier.
+        standing: The pod or carrier.
 
     Returns:
-        The grown one.
+        The pod or carrier with swept bodies.
     """
     bodies = tuple(standing.displacement.swept(body) for body in standing.bodies)
     return replace(standing, bodies=bodies)
@@ -85,7 +85,7 @@ def swept(standing: _Standing) -> _Standing:
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """Everything else that stands still.
+    """All other stationary solids.
 
     Attributes:
         bodies: Boxes in the world frame.

@@ -1,4 +1,4 @@
-"""The tool as data: its links, the states that the cell names, and what each of them means."""
+"""The tool: its links, its states and their joint positions or widths."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from pickcli.cell.tools.suction_cup import SuctionCup
 from pickcli.errors import InputError
 from pickcli.geometry import Array, cross
 
-# Directions of the lance in the tool frame: the cup points on along the lance, or at a right angle to it,
-# with the lance leaving it along its -x.
+# Directions of the lance in the tool frame: the cup points along the lance, or at a right angle to it, with
+# the lance pointing along -x.
 IN_LINE = np.array([0.0, 0.0, 1.0])
 ACROSS = np.array([-1.0, 0.0, 0.0])
 
-_SAME_DIRECTION = 0.98  # cosine from which two directions count as one: 11 degrees apart at most
-_DIGITS = 12  # of directions: what is a quarter turn in the cell file is exactly one here
+_SAME_DIRECTION = 0.98  # least cosine between directions that count as equal: 11 degrees
+_DIGITS = 12  # for rounding directions, so that a quarter turn in the cell file is exact
 _WIDTH_NAME = re.compile(r"w_[0-9]\.[0-9]{4}")
-_WIDTH = "w_"  # how names of states begin that are a width of a gripper, in m
+_WIDTH = "w_"  # prefix of states that are a gripper's width, in m
 
 
 @dataclass(frozen=True, order=True)
 class ToolState:
-    """A state in which the tool of a cell can be, by the name that the cell gives it.
+    """A named state of a cell's tool.
 
-    Planners hand states on and compare them; only the cell's ``Tool`` knows what one means. It is part
-    of the robot's shape, hence of segments, of stored motions and of the keys of caches.
+    Planners pass states on and compare them; only the cell's ``Tool`` knows their meaning. The state is part
+    of the robot's shape, and therefore of segments, stored motions and cache keys.
 
     Attributes:
         name: As in the cell file, e.g. ``straight``.
@@ -40,15 +40,15 @@ class ToolState:
     name: str
 
     def __str__(self) -> str:
-        """The name, as files and messages have it."""
+        """Return the name, as in files and messages."""
         return self.name
 
     @classmethod
     def of_width(cls, width: float) -> ToolState:
-        """The state of a gripper whose pads stand some way apart, e.g. on an item.
+        """Return the state of a gripper at a width, e.g. closed on an item.
 
         Args:
-            width: m, told to a tenth of a millimetre.
+            width: m between the pads, rounded to 0.1 mm.
 
         Returns:
             The state, e.g. ``w_0.0450``.
@@ -57,40 +57,39 @@ class ToolState:
 
     @property
     def width(self) -> float | None:
-        """The width in m that the name tells; None for a state that the cell names."""
+        """Width in m if the state is a gripper's width; None for a state named by the cell."""
         return float(self.name[len(_WIDTH) :]) if _WIDTH_NAME.fullmatch(self.name) else None
 
 
-# On the way from any state to any other: the tool may be anywhere in between, so that what is free in this
-# state is free in every state. No cell may give this name to a state of its own.
+# Between any two states: the tool may be at any position in its range, so that a configuration that is free
+# in this state is free in every state. Cells may not use this name.
 MOVING = ToolState("moving")
 
-# The state of a tool that has only one, where the cell names none.
+# The only state of a tool without states in the cell file.
 FIXED = ToolState("fixed")
 
 
 @dataclass(frozen=True, eq=False)
 class Tool:
-    """What is mounted on the flange: a lance with a suction cup, or a hand with two fingers.
+    """The tool on the flange: a lance with a suction cup, or a hand with two fingers.
 
-    Of a suction tool the cup may be moved by a joint of its own, and the tool frame sits at the tip of the
-    uncompressed cup, +z out of it along its axis. Of a gripper it sits between the pads (``gripper.py``): a
-    link without a shape, fixed to the hand, ends the chain there. Where nothing is mounted, all three links
-    are the flange, and the tool frame is its frame.
+    Suction tool: the cup may be moved by a joint; the tool frame is at the tip of the uncompressed cup, +z
+    outwards along its axis. Gripper: the tool frame is between the pads (``gripper.py``), as a link without a
+    shape that is fixed to the hand and ends the chain. Bare flange: all three links are the flange, and the
+    tool frame is the flange's.
 
     Attributes:
-        flange_link: The robot's last own link.
-        lance_link: Fixed to the flange: the lance, or the hand.
-        last_link: The last link of the chain: the cup, moved by ``joint`` if there is one; of a gripper that
-            between the pads.
-        joint: The joint of the chain that the state moves, its last; None where the state moves none of it.
-        positions: What each state is, in the order of the cell file: position in rad (of a prismatic joint:
-            m) of the joint, width in m of a gripper, 0 without either. The first is the state where nothing
-            else is said.
-        T_lance_tip: Pose (4, 4) of the tool frame on the lance, by state: in the flange link as the tool is
-            mounted on it, whose z runs along the lance; of a gripper the tool frame itself.
+        flange_link: The robot's last link before the tool.
+        lance_link: The lance or the hand, fixed to the flange.
+        last_link: The last link of the chain: the cup, moved by ``joint`` if there is one; of a gripper the
+            frame between the pads.
+        joint: The last joint of the chain, if the tool's state moves it; else None.
+        positions: By state, in the order of the cell file: position of the joint in rad (prismatic: m), width
+            of a gripper in m, or 0. The first state is the default.
+        T_lance_tip: By state, pose (4, 4) of the tool frame in the flange link as the tool is mounted on it,
+            with z along the lance; of a gripper the identity.
         T_last_tip: Pose (4, 4) of the tool frame in the last link.
-        grip: What holds items, of a kind of tool; a ``BareFlange`` where nothing is mounted.
+        grip: The cup or gripper; a ``BareFlange`` without a tool.
     """
 
     flange_link: str
@@ -104,35 +103,35 @@ class Tool:
 
     @classmethod
     def bare(cls, flange_link: str) -> Tool:
-        """Nothing on the flange.
+        """Return the tool of a flange on which nothing is mounted.
 
         Args:
             flange_link: The last link of the chain.
 
         Returns:
-            A tool with one state, whose frame is that of the flange.
+            A tool with one state, whose frame is the flange's.
         """
         link, grip = flange_link, BareFlange(flange_link)
         return cls(link, link, link, None, {FIXED: 0.0}, {FIXED: np.eye(4)}, np.eye(4), grip)
 
     @property
     def is_bare(self) -> bool:
-        """Whether nothing is mounted."""
+        """Whether no tool is mounted."""
         return isinstance(self.grip, BareFlange)
 
     @property
     def suction_cup(self) -> SuctionCup | None:
-        """The cup; None where none is mounted."""
+        """The cup; None for other tools."""
         return self.grip if isinstance(self.grip, SuctionCup) else None
 
     @property
     def gripper(self) -> ParallelGripper | None:
-        """The gripper; None where none is mounted."""
+        """The gripper; None for other tools."""
         return self.grip if isinstance(self.grip, ParallelGripper) else None
 
     @property
     def cup(self) -> SuctionCup:
-        """The cup. Raises InputError where none is mounted."""
+        """The cup. Raises InputError for other tools."""
         if self.suction_cup is None:
             raise InputError(
                 f"no suction cup is mounted on {self.flange_link}: picks need one; add `tool` to the cell"
@@ -141,37 +140,37 @@ class Tool:
 
     @property
     def contact_speed(self) -> float:
-        """The fastest final approach, m/s; without limit where nothing is mounted."""
+        """Largest speed of the final approach, m/s; infinite without a tool."""
         return self.grip.contact_speed
 
     @property
     def mover(self) -> DeviceKind:
-        """The kind of device that changes its state."""
+        """Kind of the device that changes the state."""
         return self.grip.mover
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of the joints that the state moves: the cup's, or those of the fingers."""
+        """Names of the joints moved by the state: the cup's, or those of the fingers."""
         return self.grip.finger_joints if self.joint is None else (self.joint,)
 
     @property
     def contact_links(self) -> tuple[str, ...]:
-        """Names of the links that may touch what is grasped: the cup, or the fingers."""
+        """Names of the links that may touch the grasped item: the cup, or the fingers."""
         return self.grip.finger_links or (self.last_link,)
 
     @property
     def states(self) -> tuple[ToolState, ...]:
-        """The states that the tool can rest in, in the order of the cell file."""
+        """States that the tool can rest in, in the order of the cell file."""
         return tuple(self.positions)
 
     @property
     def shapes(self) -> tuple[ToolState, ...]:
-        """Everything that the robot's shape can depend on: the states, and MOVING."""
+        """All states that change the robot's shape: ``states`` and MOVING."""
         return (*self.positions, MOVING)
 
     @property
     def default_state(self) -> ToolState:
-        """The state where nothing else is said: the first of the cell file."""
+        """The default state: the first one in the cell file."""
         return next(iter(self.positions))
 
     @property
@@ -180,7 +179,7 @@ class Tool:
         return min(self.positions.values()), max(self.positions.values())
 
     def knows(self, state: ToolState) -> bool:
-        """Whether the tool can rest in a state: one that the cell names, or a width between two of those.
+        """Whether the tool can rest in a state: one named by the cell, or a width within their range.
 
         Args:
             state: State of the tool.
@@ -193,33 +192,33 @@ class Tool:
         return state in self.positions or is_between
 
     def position(self, state: ToolState) -> float:
-        """Position of the joint in a state, or width of a gripper; MOVING counts as the default state.
+        """Return the joint position or gripper width of a state; MOVING counts as the default state.
 
         Args:
             state: State of the tool.
 
         Returns:
-            rad, or m of a prismatic joint and of a width.
+            rad; m for a prismatic joint or a width.
         """
         if self.grip.takes_widths and state.width is not None and state not in self.positions:
             return state.width
         return self.positions[self.default_state if state == MOVING else state]
 
     def command(self, state: ToolState) -> str:
-        """The action of the device that moves the tool which leads to a state.
+        """Return the action of the tool's actuator that leads to a state.
 
         Args:
             state: State of the tool.
 
         Returns:
-            The state's name; for a width on an item that of the narrowest state, which ends on the item.
+            Name of the state; for a width the narrowest state, as the fingers stop on the item.
         """
         if state in self.positions:
             return state.name
         return min(self.positions, key=self.positions.__getitem__).name
 
     def joint_position(self, joint: str, state: ToolState) -> float:
-        """Position of one of the joints that the state moves.
+        """Return the position of one of the joints that the state moves.
 
         Args:
             joint: Name of the joint.
@@ -231,7 +230,7 @@ class Tool:
         return self._joint_at(joint, self.position(state))
 
     def joint_range(self, joint: str) -> tuple[float, float]:
-        """Least and greatest position that one of these joints takes over all states.
+        """Return the least and greatest position of one of these joints over all states.
 
         Args:
             joint: Name of the joint.
@@ -246,10 +245,10 @@ class Tool:
         return self.grip.joint_position(joint, position)
 
     def tip_on_lance(self, state: ToolState) -> Array:
-        """Pose of the tool frame in a frame whose z runs along the lance.
+        """Return the pose of the tool frame in a frame with z along the lance.
 
         Args:
-            state: State of the tool; one that the cell does not name counts as the default state.
+            state: State of the tool; states not named by the cell count as the default state.
 
         Returns:
             (4, 4).
@@ -257,7 +256,7 @@ class Tool:
         return self.T_lance_tip.get(state, self.T_lance_tip[self.default_state])
 
     def lance_axis(self, state: ToolState) -> Array:
-        """Direction of the lance, away from the flange.
+        """Return the direction of the lance, away from the flange.
 
         Args:
             state: State of the tool.
@@ -275,24 +274,24 @@ class Tool:
             axis: (3,) unit vector in the tool frame.
 
         Returns:
-            True if it does.
+            True if it does, within 11 degrees.
         """
         return bool(self.lance_axis(state) @ axis >= _SAME_DIRECTION)
 
     def tip_to_lance(self, state: ToolState) -> Array:
-        """The way from the tip straight to the axis of the lance.
+        """Compute the shortest vector from the tip to the axis of the lance.
 
         Args:
             state: State of the tool.
 
         Returns:
-            (3,) m, in the tool frame.
+            (3,) m in the tool frame.
         """
         T = self.tip_on_lance(state)
         return np.asarray(np.round(T[:3, :3].T @ (-T[0, 3], -T[1, 3], 0.0), _DIGITS) + 0.0)
 
     def state_with_lance(self, axis: Array) -> ToolState | None:
-        """The first state in which the lance points along an axis.
+        """Return the first state in which the lance points along an axis.
 
         Args:
             axis: (3,) unit vector in the tool frame.
@@ -303,7 +302,7 @@ class Tool:
         return next((state for state in self.states if self.has_lance(state, axis)), None)
 
     def R_tip_lance(self, state: ToolState) -> Array:
-        """Axes of the lance in the tool frame: x along the lance, y nearly the tool's.
+        """Compute the lance axes in the tool frame: x along the lance, y close to the tool's.
 
         Args:
             state: State of the tool.

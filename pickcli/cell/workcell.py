@@ -1,4 +1,4 @@
-"""A cell with all its arms: one moves at a time, the others stand and are obstacles in their real shape."""
+"""A cell with all its arms: one arm moves at a time, the others are stationary obstacles."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from pickcli.errors import InputError, UnknownNameError
 
 @dataclass(frozen=True)
 class Parking:
-    """What a cell states of an arm besides its joints and its tool.
+    """Parking configuration and preference of an arm.
 
     Attributes:
         arm: Name of the arm.
-        parked: Name of the configuration in which it stands while another one moves.
-        preference: Among arms that can do a thing, the one with the least does it.
+        parked: Name of the configuration in which it stands while another arm moves.
+        preference: Among the arms suitable for a task, the one with the least value is chosen.
     """
 
     arm: str
@@ -31,16 +31,16 @@ class Parking:
 class Workcell:
     """A cell with all its arms.
 
-    Planner, verifier and stored files know one arm each: the cell of that arm, in which the other ones are
-    links that no joint moves. Where these stand is part of its fingerprint.
+    Planner, verifier and stored files handle one arm each: they use the cell of that arm, in which the other
+    arms are links that no joint moves. The joint positions of the others are part of its fingerprint.
 
     Attributes:
-        arms: The cell of every arm by name, all others parked, the preferred arm first; the only one of a
-            cell without ``arms`` has the name "".
-        parked: Where each arm stands while another one moves, by name; empty where there is only one.
-        preferences: By name of the arm.
+        arms: The cell of every arm by name, all others parked, the preferred arm first; a single arm has the
+            name "".
+        parked: Parked state of each arm by name; empty with a single arm.
+        preferences: Preference by name of the arm.
         tree: The robot with all tools.
-        posture: Positions in rad or m of the joints that are of no arm.
+        posture: Positions in rad or m of the joints that belong to no arm.
     """
 
     arms: dict[str, Cell]
@@ -53,16 +53,16 @@ class Workcell:
     def of(
         cls, cells: Mapping[str, Cell], arms: Sequence[Parking], tree: Urdf, posture: Mapping[str, float]
     ) -> Workcell:
-        """Put the cells of several arms together.
+        """Combine the cells of several arms.
 
         Args:
             cells: By arm, each with the other arms parked, without fingerprints.
-            arms: What the cell states of each; none for a cell with one arm.
+            arms: Parking of each arm; empty for a cell with one arm.
             tree: The robot with all tools.
-            posture: Positions in rad or m of the joints that are of no arm.
+            posture: Positions in rad or m of the joints that belong to no arm.
 
         Returns:
-            The whole.
+            The workcell.
         """
         parked = {arm.arm: _state_in(cells[arm.arm], arm) for arm in arms}
         preferences = {arm.arm: arm.preference for arm in arms}
@@ -89,22 +89,22 @@ class Workcell:
 
     @property
     def preferred(self) -> Cell:
-        """The cell as the preferred arm sees it."""
+        """The cell as seen by the preferred arm."""
         return next(iter(self.arms.values()))
 
     def cell(self, arm: str | None = None, standing: Iterable[ArmState] = ()) -> Cell:
-        """The cell as one arm sees it.
+        """Return the cell as seen by one arm.
 
         Args:
-            arm: Name of the arm; None in a cell that has only one.
-            standing: Where other arms stand; those that are not named are parked.
+            arm: Name of the arm; None if the cell has only one.
+            standing: States of other arms; arms not listed are parked.
 
         Returns:
             The cell.
 
         Raises:
-            InputError: Several arms and none is named, or one arm and one is; or the arm that moves is said
-                to stand somewhere.
+            InputError: The cell has several arms and none is named, or it has one and a name is given; or
+                ``standing`` lists the arm itself.
             UnknownNameError: There is no such arm.
         """
         name = self.known(arm)
@@ -119,16 +119,16 @@ class Workcell:
         return replace(moved, fingerprint=fingerprint(moved))
 
     def known(self, arm: str | None) -> str:
-        """The name under which an arm is found.
+        """Return the key of an arm in ``arms``.
 
         Args:
-            arm: Name of the arm; None in a cell that has only one.
+            arm: Name of the arm; None if the cell has only one.
 
         Returns:
-            The name; "" for the only arm of a cell.
+            Its name; "" for a single arm.
 
         Raises:
-            InputError: Several arms and none is named, or one arm and one is.
+            InputError: The cell has several arms and none is named, or it has one and a name is given.
             UnknownNameError: There is no such arm.
         """
         names = [name for name in self.arms if name]
@@ -153,7 +153,7 @@ def _state_in(cell: Cell, arm: Parking) -> ArmState:
 def _beside(
     cell: Cell, others: tuple[ArmState, ...], cells: Mapping[str, Cell], tree: Urdf, rest: Mapping[str, float]
 ) -> Cell:
-    """The cell of an arm with the others where they are said to stand; its fingerprint is left as it is."""
+    """The cell of an arm with the others in the given states; its fingerprint is left unchanged."""
     if not others:
         return cell
     posture = dict(rest)

@@ -1,6 +1,6 @@
-"""What a cell must agree with, and what is allowed and hardly meant.
+"""Checks of a cell file: consistency, which is enforced, and plausibility, which gives warnings.
 
-Read `consistency`, by `references`, `robot_consistency`, `tool_consistency`, `gripper_consistency` and
-`station_consistency`; `arm_consistency` where there are several arms. `plausibility` and
-`configuration_check` end in `cell_warnings`.
+Start with `consistency`, which uses `references`, `robot_consistency`, `tool_consistency`,
+`gripper_consistency` and `station_consistency`; `arm_consistency` handles several arms. The kinds of warnings
+of `plausibility` and `configuration_check` are listed in `cell_warnings`.
 """

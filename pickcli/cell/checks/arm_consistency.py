@@ -1,4 +1,4 @@
-"""What a cell file says of several arms: which joints, configurations and devices are whose."""
+"""Consistency of cell files with several arms: owners of joints, configurations and devices."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from pickcli.files.yaml_reader import Key, Source
 
 @dataclass
 class ArmSource(Source):
-    """A cell file as one of its arms sees it: mistakes are told where the arm stands in the file.
+    """A cell file as seen by one of its arms; mistakes are reported at the arm's position in the file.
 
     Attributes:
         arm: Name of the arm.
-        configurations: Where each of the arm's configurations stands in the file's list.
-        elsewhere: Joints of other arms, which are judged with these.
+        configurations: Indices of the arm's configurations in the file's list.
+        elsewhere: Joints of other arms. Mistakes in their posture are ignored here.
     """
 
     arm: str = ""
@@ -36,7 +36,7 @@ class ArmSource(Source):
         """Note a mistake.
 
         Args:
-            key: Where the value would stand in the file of a cell with this arm alone.
+            key: Key of the value in the file of a cell with only this arm.
             text: What is wrong and what to do about it.
         """
         if key[:2] == ("robot", "posture") and key[-1] in self.elsewhere:
@@ -44,13 +44,13 @@ class ArmSource(Source):
         super().add(self.stated(key), text)
 
     def stated(self, key: Key) -> Key:
-        """Where a value of the arm stands in the file.
+        """Map a key of the single-arm view to the key in the file.
 
         Args:
-            key: Where it would stand in the file of a cell with this arm alone.
+            key: Key of the value in the file of a cell with only this arm.
 
         Returns:
-            Where it stands.
+            Its key in the file.
         """
         if key[:2] in (("robot", "joints"), ("robot", "tip")):
             return ("arms", self.arm, *key[1:])
@@ -62,7 +62,7 @@ class ArmSource(Source):
 
 
 def check_arms(source: Source, model: CellModel) -> None:
-    """Check that every joint and every configuration is of one arm, and that each arm has a place to park.
+    """Check that each joint and each configuration belongs to one arm, and that each arm can park.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -91,13 +91,13 @@ def check_arms(source: Source, model: CellModel) -> None:
 
 
 def check_each_arm(source: Source, model: CellModel, robot: Urdf, items: Collection[Item]) -> None:
-    """Check what the parts of a cell file must agree on, for each of its arms.
+    """Check the consistency of a cell file for each of its arms.
 
     Args:
         source: The file, for places in messages.
         model: The cell as it stands in the file.
-        robot: Its robot with all tools.
-        items: The items that there are.
+        robot: The robot with all tools.
+        items: The known items.
 
     Raises:
         InputError: With every disagreement.
@@ -105,7 +105,7 @@ def check_each_arm(source: Source, model: CellModel, robot: Urdf, items: Collect
     for name in model.arms:
         others = frozenset(_posture_of_others(model, name, robot))
         seen = replace(source_of_arm(source, name), elsewhere=others)
-        with suppress(InputError):  # what is wrong with the other arms is told too
+        with suppress(InputError):  # mistakes of the other arms are reported too
             alone = model_of_arm(model, name, robot)
             check_consistency(seen, alone, robot)
             check_stroke(seen, alone, items)
@@ -114,7 +114,7 @@ def check_each_arm(source: Source, model: CellModel, robot: Urdf, items: Collect
 
 
 def source_of_arm(source: Source, arm: str) -> ArmSource:
-    """A cell file as one of its arms sees it, without mistakes so far.
+    """Return a cell file as seen by one of its arms, without mistakes so far.
 
     Args:
         source: The file.
@@ -129,16 +129,16 @@ def source_of_arm(source: Source, arm: str) -> ArmSource:
 
 
 def model_of_arm(model: CellModel, name: str, robot: Urdf) -> CellModel:
-    """The model of a cell file that states only one of the arms.
+    """Return the model of a cell file with only one of its arms.
 
     Args:
         model: The cell as it stands in the file.
-        name: Of the arm.
-        robot: Its robot with all tools.
+        name: Name of the arm.
+        robot: The robot with all tools.
 
     Returns:
-        The cell without ``arms``, the joints of the other ones in ``robot.posture``: all at 0, as where they
-        stand may change.
+        The cell without ``arms``. The joints of other arms are in ``robot.posture``, all at 0, because the
+        parked positions may change.
     """
     arm, others = model.arms[name], _posture_of_others(model, name, robot)
     robot_of_arm = model.robot.model_copy(
@@ -162,7 +162,7 @@ def model_of_arm(model: CellModel, name: str, robot: Urdf) -> CellModel:
 
 
 def _posture_of_others(model: CellModel, name: str, robot: Urdf) -> dict[str, float]:
-    """The joints of all arms but one and of their tools, at 0."""
+    """Positions 0 for the joints of all other arms and of their tools."""
     found = [
         joint
         for other, arm in model.arms.items()
@@ -179,7 +179,7 @@ def _joints_of_tool(tool: SuctionModel | GripperModel | None, robot: Urdf) -> tu
 
 
 def _check_one_owner(source: Source, model: CellModel) -> None:
-    """What is of one arm is stated with it, and with no other."""
+    """Check that per-arm values are stated under ``arms`` and that no joint has two owners."""
     for key, is_stated in (
         (("robot", "joints"), bool(model.robot.joints)),
         (("robot", "tip"), model.robot.tip is not None),
@@ -200,7 +200,7 @@ def _check_one_owner(source: Source, model: CellModel) -> None:
 
 
 def _check_robots(source: Source, model: CellModel) -> None:
-    """One robot is stated under robot, several under robots, each with its arms."""
+    """Check that a single robot is stated under robot, and several under robots with arms."""
     own = {"urdf": model.robot.urdf, "T_world_base": model.robot.T_world_base, "srdf": model.robot.srdf}
     for key, value in own.items():
         if model.robots and value is not None:
@@ -213,14 +213,14 @@ def _check_robots(source: Source, model: CellModel) -> None:
 
 
 def check_side_by_side(source: Source, robots: Mapping[str, Urdf]) -> None:
-    """Check that no two robots of a cell have a link or a joint of the same name.
+    """Check that link and joint names are unique among the robots of a cell.
 
     Args:
         source: The file, for places in messages.
-        robots: By name, under the names that the cell gives their links and joints.
+        robots: The robots by name, with their links and joints prefixed.
 
     Raises:
-        InputError: With every robot that has a name of another one.
+        InputError: With every robot that shares a name with another one.
     """
     owners: dict[str, str] = {f"link {WORLD!r}": "the cell"}
     for name, robot in robots.items():
@@ -235,7 +235,7 @@ def check_side_by_side(source: Source, robots: Mapping[str, Urdf]) -> None:
 
 
 def _owners(model: CellModel) -> Iterator[tuple[Key, str | None]]:
-    """Everything that may name an arm, with its place in the file."""
+    """Yield the owner arm, if stated, of everything that may have one, with its key in the file."""
     for i, configuration in enumerate(model.configurations):
         yield ("configurations", i, "arm"), configuration.arm
     for name, device in model.devices.items():

@@ -1,6 +1,6 @@
-"""The kinds of warnings about a cell, by which its file accepts those that are meant."""
+"""Kinds of warnings about a cell, by which a cell file can accept intended values."""
 
-# Every kind of warning about a cell file, and what it is about.
+# Every kind of warning about a cell file, with its subject.
 CELL_WARNINGS = {
     "slow_device": "a device's lead",
     "useless_device": "a device that no plan could switch",

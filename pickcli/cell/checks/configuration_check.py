@@ -1,7 +1,7 @@
-"""Named configurations against the places that they are named for: far from them, one of the two is wrong.
+"""Warnings for named configurations whose tip is far from their place.
 
-A base that is turned away from its shelf, moved or upside down, an axis of the wrong sign, a pod in another
-frame: each puts the tool of every configuration somewhere else, whatever the figures look like.
+A base that is turned, moved or upside down, an axis with the wrong sign, or a pod in another frame shows up
+in the tip poses of all configurations, however plausible the single values look.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.yaml_reader import Key
 from pickcli.geometry import Array, inverse
 
-ASTRAY = 0.6  # m from the mouth of its place to the tip; Team Delft's wait 0.3 m before the bins
-BEHIND = -0.2  # cosine between where the tool points and the way into the place: it points away below this
-WAITING = ("bin", "tote", "drop")  # kinds of configurations from which a place is entered
+ASTRAY = 0.6  # m from the mouth of the place to the tip; Team Delft waits 0.3 m in front of the bins
+BEHIND = -0.2  # least cosine between the tool's direction and the direction into the place
+WAITING = ("bin", "tote", "drop")  # kinds of configurations from which the arm enters a place
 
 
 def warn_of_configurations(warnings: FileWarnings, cell: Cell) -> None:
@@ -38,11 +38,11 @@ def warn_of_configurations(warnings: FileWarnings, cell: Cell) -> None:
 
 
 def warn_of_missing_configurations(warnings: FileWarnings, cell: Cell) -> None:
-    """Warn of bins without a configuration, and of a cell without home.
+    """Warn of bins without a configuration, and of a cell without a home configuration.
 
     Args:
         warnings: Collects them.
-        cell: The cell, of its only arm.
+        cell: The cell, with a single arm.
     """
     if not cell.places or cell.robot.tool.suction_cup is None:
         return
@@ -60,7 +60,7 @@ def warn_of_missing_configurations(warnings: FileWarnings, cell: Cell) -> None:
 
 
 def _place_of(cell: Cell, named: NamedConfiguration) -> Place | None:
-    """The place that a configuration waits at, if it is one of those."""
+    """The place that a configuration is meant for, or None if its kind is not in ``WAITING``."""
     if named.kind not in WAITING:
         return None
     if named.kind == "bin" or named.name in cell.places:
@@ -69,7 +69,7 @@ def _place_of(cell: Cell, named: NamedConfiguration) -> Place | None:
 
 
 def _why_astray(cell: Cell, named: NamedConfiguration, place: Place) -> str:
-    """How far the tip is from the place's mouth, or that it points away; "" where it may enter."""
+    """Why a configuration is implausible for its place: tip far away or pointing away; "" if it is not."""
     T_world_tip = _tip(cell, named)
     access = place.access
     T_mouth_tip = inverse(cell.T_world_place(place) @ access.T_place_mouth) @ T_world_tip
@@ -86,7 +86,7 @@ def _why_astray(cell: Cell, named: NamedConfiguration, place: Place) -> str:
 
 
 def _tip(cell: Cell, named: NamedConfiguration) -> Array:
-    """(4, 4) pose of the tip in the world, by the joints from the root to the cup."""
+    """Compute the (4, 4) pose of the tip in the world by forward kinematics."""
     robot = cell.robot
     positions = dict(zip(robot.joint_names, named.q, strict=True))
     if robot.tool.joint is not None:

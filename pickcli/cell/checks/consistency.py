@@ -1,6 +1,6 @@
-"""What the parts of a cell file must agree on: names that refer to each other, figures that fit together.
+"""Consistency of a cell file: references by name, and figures that must fit together.
 
-Each part has a file of its own: `robot_consistency`, `tool_consistency` and `station_consistency`.
+Details are in `robot_consistency`, `tool_consistency` and `station_consistency`.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from pickcli.cell.schemas.cell_schema import CellModel, JointLimitModel
 from pickcli.cell.schemas.tool_schema import ToolModel
 from pickcli.files.yaml_reader import Key, Source
 
-FAR = 10.0  # m, beyond which a position of a joint was written in another unit
+FAR = 10.0  # m; a joint position beyond this was probably written in another unit
 
 
 def check_parts(
     source: Source, model: CellModel, robot: Urdf, tools: Mapping[Key, tuple[ToolModel, Urdf | None]]
 ) -> None:
-    """Check that what the cell takes off the robot is there, and that its tools can be mounted on it.
+    """Check that links under ``robot.without`` exist, and that the tools can be mounted on the robot.
 
     Args:
         source: The file, for places in messages.
         model: The cell as it stands in the file.
-        robot: Its robot.
-        tools: By their places in the file: its tools, each with its URDF if it has one of its own.
+        robot: The robot.
+        tools: The tools by their keys in the file, each with its separate URDF or None.
 
     Raises:
         InputError: With every disagreement.
@@ -65,19 +65,19 @@ def check_parts(
 
 
 def check_consistency(source: Source, model: CellModel, robot: Urdf) -> None:
-    """Check what the parts of a cell file must agree on, among each other and with the robot.
+    """Check that the parts of a cell file are consistent with each other and with the robot.
 
     Args:
         source: The file, for places in messages.
         model: The cell as it stands in the file.
-        robot: Its robot with the tool.
+        robot: The robot with the tool.
 
     Raises:
         InputError: With every disagreement.
     """
     if model.tool is not None:
         check_tool(source, model.tool, robot)
-    source.check()  # without the end of the chain there is none
+    source.check()  # the further checks need a valid tip
     check_robot(source, model, robot)
     if model.pod is not None:
         check_pod(source, model.pod)
@@ -105,7 +105,7 @@ def _check_pairs(source: Source, model: CellModel, robot: Urdf) -> None:
 
 
 def _check_names(source: Source, model: CellModel, robot: Urdf) -> None:
-    """Contacts and allowed pairs name links and what stands in the cell: no name means two things."""
+    """Check that names of links, bodies and obstacles are unique, as contacts and allowed pairs use them."""
     pod = () if model.pod is None else build_pod(model.pod).bodies
     tote = () if model.tote is None else build_tote(model.tote).bodies
     shelf = {body.name for body in (*pod, *tote)}
@@ -161,14 +161,14 @@ def _check_configurations(source: Source, model: CellModel, robot: Urdf) -> None
 
 
 def _position_advice(unit: str, value: float) -> str:
-    """What to do about a position beyond its limits: far off, it was meant in another unit."""
+    """Advice on a position beyond its limits; a position far beyond was probably meant in another unit."""
     if abs(value) > (tau if unit == "rad" else FAR):
         return "angles are in rad, not degrees" if unit == "rad" else "lengths are in m, not mm"
     return "correct it; numbers stand in the order of robot.joints"
 
 
 def _narrowed(limit: JointLimitModel | None, lower: float, upper: float) -> tuple[float, float]:
-    """Position limits of a joint, rad or m, as the cell narrows them."""
+    """Position limits of a joint, rad or m, narrowed by those of the cell file."""
     low = None if limit is None else limit.min_position
     high = None if limit is None else limit.max_position
     return lower if low is None else low, upper if high is None else high

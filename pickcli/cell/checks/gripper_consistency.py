@@ -1,4 +1,4 @@
-"""What a cell file says of a parallel gripper, held against the URDF: fingers, joints, pads and widths."""
+"""Consistency of a parallel gripper with its URDF: fingers, joints, pads and widths."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from pickcli.cell.tool import MOVING
 from pickcli.files.yaml_reader import Source
 from pickcli.geometry import Array, inverse
 
-ALONG = 0.999  # cosine from which a direction counts as that of an axis: 2.5 degrees
-INSIDE = 0.001  # m behind a pad's face that is asked about: there the finger must be solid
-BESIDE = 0.0005  # m that a pad may stand out of the finger's shapes: figures are rounded
-IN_FRONT = 0.002  # m before a pad's face that is asked about: there the finger must be nowhere
+ALONG = 0.999  # least cosine between a direction and an axis that it is along: 2.5 degrees
+INSIDE = 0.001  # m behind a pad's face, at which the finger must be solid
+BESIDE = 0.0005  # m by which a pad may be larger than the finger's shapes, for rounded figures
+IN_FRONT = 0.002  # m in front of a pad's face, at which there must be no part of the finger
 _ROUNDING = 1e-9
 
 
 def check_hand(source: Source, tool: GripperModel, robot: Urdf) -> None:
-    """Check that the gripper's links are there, and that its fingers slide in its hand.
+    """Check that the gripper's links exist, and that its fingers slide in its hand.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -33,7 +33,7 @@ def check_hand(source: Source, tool: GripperModel, robot: Urdf) -> None:
         robot: The robot with the tool, without the frame between the pads.
 
     Raises:
-        InputError: With every mistake: without these links there is no gripper to look at.
+        InputError: With every mistake; further checks need these links.
     """
     names = list(robot.links)
     refer(source, ("tool", "flange_link"), "link", tool.flange_link, names)
@@ -60,7 +60,7 @@ def check_hand(source: Source, tool: GripperModel, robot: Urdf) -> None:
 
 
 def check_gripper(source: Source, tool: GripperModel, robot: Urdf) -> None:
-    """Check that the chain ends flange, hand, tip, and that fingers, pads and widths fit together.
+    """Check that the chain ends with flange, hand and tip, and that fingers, pads and widths are consistent.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -97,10 +97,10 @@ def check_stroke(source: Source, model: CellModel, items: Iterable[Item]) -> Non
     Args:
         source: Collects the mistakes with their places in the file.
         model: The cell as it stands in the file.
-        items: The items that there are.
+        items: The known items.
 
     Raises:
-        InputError: It does not.
+        InputError: The gripper does not open wide enough.
     """
     if not isinstance(model.tool, GripperModel):
         return
@@ -114,7 +114,7 @@ def check_stroke(source: Source, model: CellModel, items: Iterable[Item]) -> Non
 
 
 def finger_joints(model: CellModel, robot: Urdf) -> tuple[str, ...]:
-    """Names of the joints of a gripper's fingers, none for any other tool.
+    """Names of the joints of a gripper's fingers, empty for any other tool.
 
     Args:
         model: The cell as it stands in the file.
@@ -142,7 +142,7 @@ def finger_joint(robot: Urdf, link: str) -> Joint:
 
 
 def finger_sign(tool: GripperModel, robot: Urdf, link: str) -> float:
-    """On which side of the tool frame a finger is, by the middle of its shapes where its joint stands at 0.
+    """Side of the tool frame that a finger is on, by the mean of its shapes at joint position 0.
 
     Args:
         tool: The tool as it stands in the file.
@@ -158,7 +158,7 @@ def finger_sign(tool: GripperModel, robot: Urdf, link: str) -> float:
 
 
 def opening_sign(tool: GripperModel, robot: Urdf, link: str) -> float:
-    """Whether the position of a finger's joint grows as the gripper opens.
+    """Sign with which a finger's joint moves when the gripper opens.
 
     Args:
         tool: The tool as it stands in the file.
@@ -166,7 +166,7 @@ def opening_sign(tool: GripperModel, robot: Urdf, link: str) -> float:
         link: The finger's link.
 
     Returns:
-        +1 if it does, else -1.
+        +1 if its position increases, else -1.
     """
     return float(np.sign(_axis(tool, robot, link)[1])) * finger_sign(tool, robot, link)
 
@@ -179,13 +179,13 @@ def _axis(tool: GripperModel, robot: Urdf, link: str) -> Array:
 
 
 def _T_tip_finger(tool: GripperModel, robot: Urdf, link: str, position: float) -> Array:
-    """Pose (4, 4) of a finger in the tool frame at a position in m of its joint."""
+    """Pose (4, 4) of a finger in the tool frame at a joint position in m."""
     joint = finger_joint(robot, link)
     return np.asarray(inverse(tool.T_hand_tip.T) @ joint.T_parent_joint @ joint_motion(joint, position))
 
 
 def _check_mirrored(source: Source, tool: GripperModel, robot: Urdf) -> None:
-    """What mimics moves as far as the other, to the other side; without a mimic both are driven so."""
+    """Check that a finger that mimics the other one mirrors its motion."""
     joints = {finger_joint(robot, link).name: link for link in tool.fingers}
     for name, link in joints.items():
         mimic = robot.mimics.get(name)
@@ -207,7 +207,7 @@ def _check_mirrored(source: Source, tool: GripperModel, robot: Urdf) -> None:
 
 
 def _check_widths(source: Source, tool: GripperModel, robot: Urdf) -> None:
-    """Every state is a width that both joints allow, and no two are the same."""
+    """Check that the width of every state is within the joint limits, and that widths differ."""
     least, most = 0.0, np.inf
     for link in tool.fingers:
         joint, sign = finger_joint(robot, link), opening_sign(tool, robot, link)
@@ -222,7 +222,7 @@ def _check_widths(source: Source, tool: GripperModel, robot: Urdf) -> None:
 
 
 def _check_pad(source: Source, tool: GripperModel, robot: Urdf, k: int, link: str) -> None:
-    """A finger is solid behind its pad, and not before it."""
+    """Check that a finger is solid behind its pad and does not reach over the pad's face."""
     T_finger_tip = inverse(_T_tip_finger(tool, robot, link, 0.0))
     side, half = finger_sign(tool, robot, link), np.array(tool.pad_size) / 2 - BESIDE
     face, shapes = side * tool.pad_gap / 2, robot.links[link].shapes
@@ -244,7 +244,7 @@ def _check_pad(source: Source, tool: GripperModel, robot: Urdf, k: int, link: st
 
 
 def _holds(body: Body, p: Array) -> bool:
-    """Whether a solid holds a point (4,) of its parent's frame."""
+    """Whether a solid contains a point (4,), given in its parent's frame."""
     x = (inverse(body.T_parent_shape) @ p)[:3]
     kind, size = body.shape.kind, body.shape.size
     if kind is ShapeKind.BOX:
@@ -259,7 +259,7 @@ def _holds(body: Body, p: Array) -> bool:
 
 def _in_hull(corners: Array, x: Array) -> bool:
     """Whether a point (3,) is in the convex hull of points (V, 3)."""
-    from scipy.spatial import ConvexHull  # only where a finger has meshes
+    from scipy.spatial import ConvexHull  # slow to import; only for fingers with meshes
 
     planes = ConvexHull(corners).equations
     return bool((planes[:, :3] @ x + planes[:, 3] <= _ROUNDING).all())

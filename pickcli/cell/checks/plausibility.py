@@ -1,4 +1,4 @@
-"""Figures that a cell may have and hardly any has: told as warnings, with what is probably meant."""
+"""Warnings for valid but implausible figures of a cell, with what was probably meant."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.yaml_reader import Key
 from pickcli.geometry import transform_points
 
-SLOW = 5.0  # s, of a device; an ejector builds its vacuum up in less
-ATMOSPHERE = 101_325.0  # Pa: no cup is held by more
-WEAK = 10_000.0  # Pa, of a cup: a tenth of what ejectors reach
+SLOW = 5.0  # s, lead of a device; an ejector builds up its vacuum faster
+ATMOSPHERE = 101_325.0  # Pa, upper bound of a cup's vacuum
+WEAK = 10_000.0  # Pa, of a cup: a tenth of an ejector's vacuum
 LARGE_CUP = {"cup_radius": 0.1, "cup_stroke": 0.05, "cup_length": 0.3}  # m
-NEAR_CLEARANCE, FAR_CLEARANCE = 0.0005, 0.03  # m: what a robot's repeatability takes, and a finger's room
-FAST = {"m": (5.0, 100.0), "rad": (15.0, 200.0)}  # speed and acceleration of the quickest arms that are sold
-STRONG = 10_000.0  # N or Nm, above the largest arms' shoulders
-FIRM, STICKY = 500.0, 1.2  # N of a pad, and friction of one
+NEAR_CLEARANCE, FAR_CLEARANCE = 0.0005, 0.03  # m: a robot's repeatability, and the room around a finger
+FAST = {"m": (5.0, 100.0), "rad": (15.0, 200.0)}  # velocity and acceleration of the fastest arms on sale
+STRONG = 10_000.0  # N or Nm, more than the shoulder of the largest arms
+FIRM, STICKY = 500.0, 1.2  # N, force of a pad, and its friction
 LEAN = 0.1  # rad
 INTRUSION = 0.005  # m
 
-# What a pick commands: kinds of devices, and the actions that each has to have.
+# Kinds of devices that a pick commands, with the actions that each needs.
 NEEDED = {DeviceKind.PUMP: ("on", "off"), DeviceKind.VALVE: ("on", "off"), DeviceKind.SENSOR: ("read",)}
 
 
 def warn_of_figures(warnings: FileWarnings, cell: Cell, model: CellModel) -> None:
-    """Warn of figures that are possible and probably not meant.
+    """Warn of figures that are possible but probably not meant.
 
     Args:
         warnings: Collects them.
         cell: The cell.
-        model: As it stands in the file.
+        model: The cell as it stands in the file.
     """
     _devices(warnings, cell)
     if isinstance(model.tool, SuctionModel):
@@ -138,10 +138,10 @@ def _limits(warnings: FileWarnings, cell: Cell) -> None:
 
 
 def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
-    """Note the links that are moved, have a shape and weigh nothing: that concerns the simulation alone.
+    """Warn of moving links that have shapes but no mass, which matters only in simulation.
 
     Args:
-        warnings: Gets them.
+        warnings: Collects them.
         cell: The cell.
     """
     moved: set[str] = set()
@@ -167,7 +167,7 @@ def _pod(warnings: FileWarnings, cell: Cell) -> None:
 
 
 def _blocked(warnings: FileWarnings, cell: Cell) -> None:
-    """Obstacles that reach into the room of a place."""
+    """Warn of obstacles that reach into the room of a place."""
     for i, body in enumerate(cell.obstacles.bodies):
         into = [name for name, place in cell.places.items() if _reaches_into(cell, place, body)]
         if into:
@@ -176,7 +176,7 @@ def _blocked(warnings: FileWarnings, cell: Cell) -> None:
 
 
 def _reaches_into(cell: Cell, place: Place, body: Body) -> bool:
-    """Whether the boxes around a place's room and around a body, along the world's axes, share some depth."""
+    """Whether the world-aligned boxes around a place's room and a body overlap by more than ``INTRUSION``."""
     T_world_place = cell.T_world_place(place)
     middle = transform_points(T_world_place, (place.room.low + place.room.high)[None] / 2)[0]
     half = Shape(ShapeKind.BOX, tuple(place.room.size)).reach(T_world_place[:3, :3])

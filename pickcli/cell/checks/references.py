@@ -1,4 +1,4 @@
-"""Names in a cell file that refer to each other: each must exist, and exist once."""
+"""Checks of names in a cell file: referenced names must exist, and names must be unique."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pickcli.name_suggestion import shortened, suggestion
 
 
 def refer(source: Source, key: Key, kind: str, name: str, known: Sequence[str]) -> None:
-    """Note a name that does not exist.
+    """Report a reference to a name that does not exist.
 
     Args:
         source: Collects the mistakes with their places in the file.
         key: Where the name stands.
-        kind: What the name should be of, e.g. "link".
+        kind: Kind of the named thing, e.g. "link".
         name: The name.
         known: Names that exist.
     """
@@ -24,11 +24,11 @@ def refer(source: Source, key: Key, kind: str, name: str, known: Sequence[str]) 
 
 
 def unique(source: Source, keys: Sequence[Key], names: Sequence[str]) -> None:
-    """Note names that stand twice.
+    """Report names that occur twice.
 
     Args:
         source: Collects the mistakes with their places in the file.
-        keys: Where each name stands.
+        keys: Key of each name in the file.
         names: The names.
     """
     seen: set[str] = set()

@@ -1,4 +1,4 @@
-"""What a cell file says of its robot, held against the URDF: joints, postures, shapes and limits."""
+"""Consistency of a cell file with the robot's URDF: joints, postures, shapes and limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pickcli.cell.robots.urdf_origin import MAX_TURN
 from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.files.yaml_reader import Source
 
-# The most of any joint that is built: m/s or rad/s, and their derivatives.
+# Limits that no real joint exceeds: m/s or rad/s, and their derivatives.
 LINEAR = {"max_velocity": 20.0, "max_acceleration": 500.0, "max_jerk": 1e5}
 ANGULAR = {"max_velocity": 60.0, "max_acceleration": 2000.0, "max_jerk": 1e6}
 
@@ -23,7 +23,7 @@ def check_robot(source: Source, model: CellModel, robot: Urdf) -> None:
     Args:
         source: Collects the mistakes with their places in the file.
         model: The cell as it stands in the file.
-        robot: Its robot with the tool.
+        robot: The robot with the tool.
     """
     _check_joints(source, model, robot)
     _check_posture(source, model, robot)
@@ -32,7 +32,7 @@ def check_robot(source: Source, model: CellModel, robot: Urdf) -> None:
 
 
 def _check_joints(source: Source, model: CellModel, robot: Urdf) -> None:
-    """Planned joints are the moving ones of the chain in its order, but the tool's and those that stand."""
+    """Check that the planned joints are the chain's moving ones in order, without tool and fixed joints."""
     tool_joint, moving = model.tool_joint, robot.driven(robot.way(model.tip))
     expected = [name for name in moving if name != tool_joint and name not in model.robot.posture]
     if list(model.robot.joints) != expected:
@@ -50,7 +50,7 @@ def _check_joints(source: Source, model: CellModel, robot: Urdf) -> None:
 
 
 def _check_posture(source: Source, model: CellModel, robot: Urdf) -> None:
-    """Every joint that is not planned stands somewhere, within its limits."""
+    """Check that every joint that is not planned has a position within its limits."""
     posture, of_tool = model.robot.posture, {model.tool_joint, *finger_joints(model, robot)}
     free = robot.driven(robot.joints.values())
     chain = {joint.name for joint in robot.way(model.tip)} | {*model.robot.joints, *of_tool}
@@ -76,7 +76,7 @@ def _check_posture(source: Source, model: CellModel, robot: Urdf) -> None:
 
 
 def _check_shapes(source: Source, model: CellModel, robot: Urdf) -> None:
-    """No link passes as free because nothing of it is tested."""
+    """Check that no link is ignored in collision checks because it has no collision shape."""
     accepted = model.robot.unshaped
     for i, name in enumerate(accepted):
         refer(source, ("robot", "unshaped", i), "link", name, list(robot.links))
@@ -87,7 +87,7 @@ def _check_shapes(source: Source, model: CellModel, robot: Urdf) -> None:
                 f"line {line}: link {name!r} is drawn but has no collision shape, so nothing of it would be "
                 "tested; add <collision>, or name it in robot.unshaped",
             )
-    moved: dict[str, list[str]] = {}  # links by the planned joint that moves them last
+    moved: dict[str, list[str]] = {}  # links by the last planned joint that moves them
     for name in robot.links:
         movers = [joint.name for joint in robot.way(name) if joint.name in model.robot.joints]
         if movers:
@@ -136,7 +136,7 @@ def _check_limits(source: Source, model: CellModel, robot: Urdf) -> None:
 
 
 def _check_magnitudes(source: Source, model: CellModel, joints: Mapping[str, Joint]) -> None:
-    """Refuse limits that no joint reaches: they were written in another unit."""
+    """Refuse limits above any real joint's, which were probably written in another unit."""
     for name, limit in model.joint_limits.items():
         is_linear = name in joints and joints[name].type is JointType.PRISMATIC
         most, unit = (LINEAR, "m, not mm") if is_linear else (ANGULAR, "rad, not degrees")

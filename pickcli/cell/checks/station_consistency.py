@@ -1,4 +1,4 @@
-"""What a cell file says of its pod, its tote and its places: figures and names that must fit together."""
+"""Consistency of a cell's pod, tote and places: figures and names."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pickcli.files.yaml_reader import Key, Source
 
 
 def check_pod(source: Source, pod: PodModel) -> None:
-    """Check that a pod's walls, boards and lips lie in their order, and that no two bins share a name.
+    """Check that a pod's walls, boards and lips are in order, and that no two bins share a name.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -51,7 +51,7 @@ def check_pod(source: Source, pod: PodModel) -> None:
 
 
 def _ascending(source: Source, *places: tuple[str, float]) -> None:
-    """Note every place, on the way outwards or inwards, that does not lie beyond the one before."""
+    """Report each figure that is not greater than the one before."""
     for (before, low), (name, high) in pairwise(places):
         if not low < high:
             text = f"puts it at {high:.4g} m, expected beyond {low:.4g} m ({before}); correct one of the two"
@@ -59,7 +59,7 @@ def _ascending(source: Source, *places: tuple[str, float]) -> None:
 
 
 def check_tote(source: Source, tote: ToteModel) -> None:
-    """Check that the tote's flange runs around its rim, outside of the walls.
+    """Check that the tote's flange surrounds its rim, outside the walls.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -77,7 +77,7 @@ def check_tote(source: Source, tote: ToteModel) -> None:
 
 
 def check_places(source: Source, model: CellModel) -> None:
-    """Check that places have names of their own, that bodies which carry exist, and that meshes can be read.
+    """Check that names of places are unique, that supporting bodies exist, and that meshes can be read.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -108,7 +108,7 @@ def check_places(source: Source, model: CellModel) -> None:
 
 
 def _check_meshes(source: Source, name: str, place: BodiesModel) -> None:
-    """Note meshes that lie outside of the cell's folder or that cannot be read."""
+    """Report meshes that are outside the cell's folder or cannot be read."""
     folder = source.path.parent
     for i, part in enumerate(place.bodies):
         if part.mesh is None:
@@ -124,14 +124,14 @@ def _check_meshes(source: Source, name: str, place: BodiesModel) -> None:
 
 
 def own_bodies(source: Source, model: CellModel) -> dict[str, tuple[Body, ...]]:
-    """The bodies of the places that a cell names, by the name of what they are part of.
+    """Return the bodies of the carriers that a cell lists under ``places``.
 
     Args:
         source: The cell's file.
         model: The cell as it stands in the file, its places checked.
 
     Returns:
-        The bodies.
+        The bodies, by name of the carrier.
     """
     folder = source.path.parent
     return {name: build_carrier(name, place, folder).bodies for name, place in model.places.items()}

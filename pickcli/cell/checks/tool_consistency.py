@@ -1,4 +1,4 @@
-"""What a cell file says of its tool, held against the URDF: links, states, devices that change them."""
+"""Consistency of a cell's tool with the URDF: links, states, and the devices that change states."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pickcli.files.yaml_reader import Key, Source
 
 
 def check_tip(source: Source, key: Key, tip: str | None, robot: Urdf) -> None:
-    """Check that an arm without a tool says where its chain ends.
+    """Check that an arm without a tool names the last link of its chain.
 
     Args:
         source: Collects the mistakes with their places in the file.
-        key: Where the last link of the chain stands in the file.
-        tip: Its name; None where the file has none.
+        key: Key of the last link in the file.
+        tip: Name of the last link; None if the file has none.
         robot: The robot's URDF.
     """
     if tip is None:
@@ -32,14 +32,14 @@ def check_tip(source: Source, key: Key, tip: str | None, robot: Urdf) -> None:
 def check_mount(
     source: Source, key: Key, stated: ToolModel, robot: Urdf, tool: Urdf | None, mounted: Sequence[Urdf]
 ) -> None:
-    """Check that a tool with a URDF of its own can be mounted on the robot.
+    """Check that a tool with a separate URDF can be mounted on the robot.
 
     Args:
         source: Collects the mistakes with their places in the file.
-        key: Where the tool stands in the file.
-        stated: The tool as it stands there.
+        key: Key of the tool in the file.
+        stated: The tool as it stands in the file.
         robot: The robot's URDF.
-        tool: The tool's, if it has one of its own.
+        tool: The tool's URDF, or None if it is part of the robot's.
         mounted: The robot, and the tools of other arms.
     """
     if tool is None:
@@ -71,7 +71,7 @@ def check_tool(source: Source, tool: SuctionModel | GripperModel, robot: Urdf) -
 
 
 def _check_suction_tool(source: Source, tool: SuctionModel, robot: Urdf) -> None:
-    """Check that the chain ends flange, lance, cup, and that the states are positions of its joint."""
+    """Check that the chain ends with flange, lance and cup, and that states are positions of its joint."""
     names = list(robot.links)
     for role in ("flange_link", "lance_link", "cup_link"):
         refer(source, ("tool", role), "link", getattr(tool, role), names)
@@ -85,7 +85,7 @@ def _check_suction_tool(source: Source, tool: SuctionModel, robot: Urdf) -> None
 
 
 def tool_states(model: CellModel) -> list[str]:
-    """Names of the states that the tool of a cell can rest in.
+    """Return the names of the states that the tool of a cell can rest in.
 
     Args:
         model: The cell as it stands in the file.
@@ -98,7 +98,7 @@ def tool_states(model: CellModel) -> list[str]:
 
 
 def _check_states(source: Source, tool: SuctionModel, robot: Urdf) -> None:
-    """The states of the tool are positions of the last joint of the chain."""
+    """Check that the states of the tool are positions of the last joint of the chain."""
     name, positions = tool.joint, tool.states
     if name is None or positions is None:
         if name is not None:
@@ -123,7 +123,7 @@ def _check_states(source: Source, tool: SuctionModel, robot: Urdf) -> None:
 
 
 def check_devices(source: Source, model: CellModel) -> None:
-    """Check that what moves the tool is commanded by the names of its states, to each of them.
+    """Check that the tool's actuators have one action for each of its states.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -148,7 +148,7 @@ def check_devices(source: Source, model: CellModel) -> None:
 
 
 def _check_lead(source: Source, tool: GripperModel, device: str, lead: float) -> None:
-    """The lead of what moves the fingers is at least what the widest way between two states takes."""
+    """Check that the lead of a gripper covers the largest change of width between two states."""
     least = (max(tool.states.values()) - min(tool.states.values())) / tool.closing_speed
     if lead < least:
         text = f"expected at least {least:.3g} s, which the fingers need for the way between their states at "

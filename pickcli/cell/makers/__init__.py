@@ -1,4 +1,4 @@
-"""From figures to solids and places: the makers of shelves and boxes, told apart by nobody behind them.
+"""Makers of shelves, boxes and tables: solids and places from the figures in a cell file.
 
-Read `carrier_builder`, which asks `pod`, `tote` and `grid`.
+Start with `carrier_builder`, which uses `grid`; `pod` and `tote` build the two standard carriers.
 """

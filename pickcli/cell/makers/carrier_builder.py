@@ -1,4 +1,4 @@
-"""Carriers of the user's own, from the figures in the cell file to solids and places."""
+"""Builds the carriers that a cell file lists under ``places``, with their solids and places."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from pickcli.cell.station import Carrier
 from pickcli.geometry import Array, pose
 from pickcli.meshes.mesh_pieces import mesh_pieces
 
-BESIDE = 0.5  # m beside a table's top by which the way onto it is wider than the top: no wall stands there
+BESIDE = 0.5  # m on each side by which the access to a table is wider than its top, as there are no walls
 
 
 def build_carrier(name: str, figures: PlaceModel, folder: Path) -> Carrier:
-    """Solids and places of what a cell names under ``places``.
+    """Build the solids and places of a carrier.
 
     Args:
-        name: Its name there.
-        figures: As they stand in the cell file.
-        folder: The cell's, in which meshes lie.
+        name: Name of the carrier in the cell file.
+        figures: The carrier as it stands in the cell file.
+        folder: The cell's folder, which contains meshes.
 
     Returns:
         The carrier.
 
     Raises:
-        InputError: If a mesh cannot be read.
+        InputError: A mesh cannot be read.
     """
     T = pose(figures.T_world_place.xyz, rpy=figures.T_world_place.rpy)
     own = figures.displacement
@@ -58,7 +58,7 @@ def build_carrier(name: str, figures: PlaceModel, folder: Path) -> Carrier:
 
 
 def _box(name: str, figures: BoxModel) -> tuple[list[Body], Place]:
-    """A box, its origin in the middle of the inner floor."""
+    """Build a box with its origin in the middle of the inner floor."""
     x, y, height = figures.inner
     w = figures.wall_thickness
     outer = (x / 2 + w, y / 2 + w)
@@ -70,7 +70,7 @@ def _box(name: str, figures: BoxModel) -> tuple[list[Body], Place]:
 
 
 def _table(name: str, figures: TableModel) -> tuple[list[Body], Place]:
-    """A board, its origin in the middle of the upper face."""
+    """Build a table top with its origin in the middle of the upper face."""
     x, y, thickness = figures.size
     top = box(f"{name}_top", (-x / 2, -y / 2, -thickness), (x / 2, y / 2, 0.0))
     access = Access.from_above(x + 2 * BESIDE, y + 2 * BESIDE, 0.0)
@@ -78,7 +78,7 @@ def _table(name: str, figures: TableModel) -> tuple[list[Body], Place]:
 
 
 def _of_bodies(name: str, figures: BodiesModel, folder: Path) -> tuple[list[Body], Place]:
-    """Bodies as they are stated, and the room between them."""
+    """Build the stated bodies, and a place in the room between them."""
     bodies = [body for part in figures.bodies for body in _part(part, folder)]
     support = tuple(
         body.name for part in figures.bodies if part.name in figures.support for body in _part(part, folder)
@@ -98,7 +98,7 @@ def _of_bodies(name: str, figures: BodiesModel, folder: Path) -> tuple[list[Body
 
 
 def _part(part: PartModel, folder: Path) -> list[Body]:
-    """The body, or of a mesh the boxes around its convex pieces, which are numbered."""
+    """Build the body of a part; of a mesh, numbered boxes around its convex pieces."""
     T = pose(part.xyz, rpy=part.rpy)
     if part.box is not None:
         return [Body(part.name, Shape(ShapeKind.BOX, part.box), T)]
@@ -110,7 +110,7 @@ def _part(part: PartModel, folder: Path) -> list[Body]:
 
 
 def _around(name: str, points: Array, T: Array) -> Body:
-    """The box, along the axes of the frame T (4, 4), around points (V, 3) in that frame."""
+    """The box around points (V, 3) in the frame T (4, 4), along its axes."""
     low, high = points.min(axis=0), points.max(axis=0)
     size = tuple(float(v) for v in high - low)
     return Body(name, Shape(ShapeKind.BOX, size), T @ pose((low + high) / 2))

@@ -1,4 +1,4 @@
-"""A shelf of rows and columns, from the figures in the cell file to boards, walls and places."""
+"""Builds a shelf of rows and columns from the figures in a cell file: boards, walls and places."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from pickcli.geometry import Array, pose
 
 
 def build_grid(name: str, figures: GridModel, T_world_carrier: Array, displacement: Displacement) -> Carrier:
-    """Boards, walls and places of a shelf by a grid.
+    """Build the boards, walls and places of a grid shelf.
 
-    Its frame: origin in the middle of the lower front edge, +x into the shelf, +y left as the robot sees it.
+    Shelf frame: origin in the middle of the lower front edge, +x into the shelf, +y left as seen by the
+    robot.
 
     Args:
-        name: Of the shelf.
+        name: Name of the shelf.
         figures: The shelf as it stands in the cell file.
-        T_world_carrier: (4, 4) where it stands.
-        displacement: How far it may stand from there.
+        T_world_carrier: (4, 4) nominal pose of the shelf.
+        displacement: Bounds of its displacement from that pose.
 
     Returns:
         The shelf.
@@ -39,14 +40,14 @@ def build_grid(name: str, figures: GridModel, T_world_carrier: Array, displaceme
 
 
 def place_names(name: str, figures: GridModel) -> tuple[tuple[str, ...], ...]:
-    """Names of the places of a grid.
+    """Return the names of the places of a grid.
 
     Args:
-        name: Of the shelf.
+        name: Name of the shelf.
         figures: The shelf as it stands in the cell file.
 
     Returns:
-        A tuple for each row from the top, each from the left: as stated, else by row and column from 1.
+        A tuple for each row from the top, each from the left: the stated names, else row and column from 1.
     """
     if figures.names is not None:
         return figures.names
@@ -55,13 +56,13 @@ def place_names(name: str, figures: GridModel) -> tuple[tuple[str, ...], ...]:
 
 
 def _drop(figures: GridModel) -> float:
-    """M by which every board drops from front to back."""
+    """Drop of every board from front to back, m."""
     return float(figures.depth * np.tan(figures.floor_slope))
 
 
 def _floors(figures: GridModel) -> list[float]:
-    """Z of the floor of each row from the top, m, at the front."""
-    # The lowest point is the lower edge of the lowest board at the back.
+    """Front height of each row's floor, m, from the top row down."""
+    # The shelf's lowest point is the lower back edge of the lowest board.
     z = figures.board_thickness + _drop(figures)
     floors = []
     for height in reversed(figures.rows):
@@ -75,7 +76,7 @@ def _wall(figures: GridModel) -> float:
 
 
 def _edges(figures: GridModel) -> list[tuple[float, float]]:
-    """Clear inside of every column from the left: its lesser and its greater y, m."""
+    """Lesser and greater y of the clear inside of every column, m, from the left."""
     wall = _wall(figures)
     y = (sum(figures.columns) + (len(figures.columns) - 1) * wall) / 2
     edges = []
@@ -86,7 +87,7 @@ def _edges(figures: GridModel) -> list[tuple[float, float]]:
 
 
 def _walls(name: str, figures: GridModel) -> list[Body]:
-    """Sides, back, and the dividers between columns, all as high as the shelf."""
+    """Sides, back, and the dividers between columns, all of the shelf's full height."""
     wall, edges, back = _wall(figures), _edges(figures), figures.depth
     top = _floors(figures)[0] + figures.rows[0] + figures.board_thickness
     left, right = edges[0][1], edges[-1][0]
@@ -103,10 +104,10 @@ def _walls(name: str, figures: GridModel) -> list[Body]:
 
 
 def _board(name: str, figures: GridModel, underside: float) -> Body:
-    """A board from side to side, of which the lower front edge is ``underside`` m high."""
+    """A board across the shelf with its lower front edge at height ``underside``, m."""
     edges, slope = _edges(figures), figures.floor_slope
     width = edges[0][1] - edges[-1][0]
-    thickness = figures.board_thickness * np.cos(slope)  # board_thickness is upright
+    thickness = figures.board_thickness * np.cos(slope)  # board_thickness is measured vertically
     middle = np.array([figures.depth / 2, (edges[0][1] + edges[-1][0]) / 2, underside - _drop(figures) / 2])
     normal = np.array([np.sin(slope), 0.0, np.cos(slope)])
     size = (float(figures.depth / np.cos(slope)), float(width), float(thickness))
@@ -115,7 +116,7 @@ def _board(name: str, figures: GridModel, underside: float) -> Body:
 
 
 def _lip(name: str, figures: GridModel, floor: float) -> list[Body]:
-    """The bar on the front edge of a board, if the shelf has one."""
+    """The bar on the front edge of a board, empty if the shelf has no lips."""
     if figures.lip is None:
         return []
     left, right = _edges(figures)[0][1], _edges(figures)[-1][0]
@@ -124,7 +125,7 @@ def _lip(name: str, figures: GridModel, floor: float) -> list[Body]:
 
 
 def _place(name: str, figures: GridModel, floor: float, i: int, j: int, board: str) -> Place:
-    """The place in row i and column j, from 0."""
+    """The place in row i and column j, counted from 0."""
     low, high = _edges(figures)[j]
     lip = 0.0 if figures.lip is None else figures.lip.height
     height, drop, half = figures.rows[i], _drop(figures), (high - low) / 2

@@ -1,8 +1,8 @@
-"""The shelf: from the figures in the cell file to oriented boxes and bins.
+"""Builds the pod from the figures in a cell file: oriented boxes and bins.
 
-Every board is a sloped slab, a flat slab behind it, and its front edge: a lip that stands above the floor
-and one that hangs below the underside. What lies below the lowest board, above the highest and behind the
-back wall is solid: nothing of the robot belongs there.
+Every board is a sloped slab, a flat slab behind it, and two bars at the front edge: a lip above the floor and
+one that hangs below the underside. The volumes below the lowest board, above the highest one and behind the
+back wall are solid, to keep the robot out.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ BELOW = "body_below"  # the body under the lowest board
 
 
 def build_pod(figures: PodModel) -> Pod:
-    """Boxes (pod frame) and bins of the shelf.
+    """Build the boxes (in the pod frame) and bins of the shelf.
 
     Args:
         figures: The shelf as it stands in the cell file.
@@ -40,7 +40,7 @@ def build_pod(figures: PodModel) -> Pod:
 
 
 def row_name(row: RowModel) -> str:
-    """Name of a row: ``row_ABC`` for the bins bin_A, bin_B, bin_C.
+    """Return the name of a row: ``row_ABC`` for the bins bin_A, bin_B, bin_C.
 
     Args:
         row: The row.
@@ -52,7 +52,7 @@ def row_name(row: RowModel) -> str:
 
 
 def flat_from(figures: PodModel) -> float:
-    """Where the floor's slope ends.
+    """Return the x at which the floor's slope ends.
 
     Args:
         figures: The shelf as it stands in the cell file.
@@ -64,7 +64,7 @@ def flat_from(figures: PodModel) -> float:
 
 
 def floor_names(row: RowModel) -> tuple[str, str]:
-    """Names of the two bodies that carry what lies in a row.
+    """Return the names of the two bodies that support the items in a row.
 
     Args:
         row: The row.
@@ -98,7 +98,7 @@ def _row_bodies(figures: PodModel, i: int) -> list[Body]:
 
 
 def _board(figures: PodModel, top: float, names: tuple[str, str]) -> list[Body]:
-    """The sloped and the flat slab of a board whose upper face begins at height ``top``."""
+    """Sloped and flat slab of a board whose upper face begins at height ``top``, m."""
     slope, thickness, width = figures.floor_slope, figures.board_thickness, 2 * figures.side_wall
     x_0, x_1 = figures.lip_depth, flat_from(figures)
     middle = np.array([(x_0 + x_1) / 2, 0.0, top - figures.floor_drop / 2])
@@ -118,7 +118,7 @@ def _front(figures: PodModel, name: str, depth: float, low: float, high: float) 
 
 
 def _frame_bodies(figures: PodModel) -> list[Body]:
-    """Sides with their posts, back, and what closes the shelf above and below."""
+    """Sides with their posts, back, and the solids that close the shelf above and below."""
     half, back, wall = figures.width / 2, figures.back_wall, figures.side_wall
     top_row, bottom_row = figures.rows[0], figures.rows[-1]
     ceiling = top_row.ceiling_front + figures.board_thickness
@@ -143,7 +143,7 @@ def _frame_bodies(figures: PodModel) -> list[Body]:
 def _span(
     x_0: float, x_1: float, y_0: float, y_1: float, height: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Corners of an upright box from the ground up."""
+    """Corners of an upright box that stands on the ground."""
     return (x_0, min(y_0, y_1), 0.0), (x_1, max(y_0, y_1), height)
 
 
@@ -172,6 +172,6 @@ def _bin(
         floor_flat_from=flat_from(figures),
     )
     access = Access.from_front(mouth[1] - mouth[0], row.hanging_lip - z)
-    # Under the lowest board, which is thin, the pod's body is as near to what lies on it.
+    # The lowest board is thin: the pod's body under it is in contact tolerance of the items too.
     support = (*floor_names(row), *((BELOW,) if row is figures.rows[-1] else ()))
     return Place(name, POD, pose((0.0, y, z)), access, room, support)

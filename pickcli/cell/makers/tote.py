@@ -1,4 +1,4 @@
-"""The tote, from the figures in the cell file to boxes: floor, four walls, and the flange around the rim."""
+"""Builds the tote from the figures in a cell file: floor, four walls, and the flange around the rim."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pickcli.geometry import pose
 
 
 def build_tote(figures: ToteModel) -> Tote:
-    """Boxes in the world frame, and the frame at the centre of the inner floor.
+    """Build the tote's boxes in the world frame, and its place at the centre of the inner floor.
 
     Args:
         figures: The tote as it stands in the cell file.

@@ -1,4 +1,4 @@
-"""Where the meshes that a URDF names lie: in the cell's folder, or in that of a package that it states."""
+"""Resolves mesh file names of a URDF, in the cell's folder or in those of ROS packages."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _PACKAGE, _FILE = "package://", "file://"
 
 @dataclass(frozen=True)
 class MeshNames:
-    """Finds the files that a URDF names.
+    """Resolver of the mesh file names in a URDF.
 
     Attributes:
-        urdf: The URDF's own path.
-        folder: Of the cell: files named by a path must lie in it, or in a package.
-        packages: Folders by the name that ``package://`` calls them.
+        urdf: Path of the URDF.
+        folder: The cell's folder. Files named by a path must be in it or in a package.
+        packages: Folders of the packages, by name as in ``package://``.
     """
 
     urdf: Path
@@ -28,7 +28,7 @@ class MeshNames:
     packages: Mapping[str, Path]
 
     def find(self, mesh: Element) -> Path:
-        """The file of a mesh.
+        """Find the file of a mesh.
 
         Args:
             mesh: An element with a ``filename``: ``package://NAME/PATH``, or a path from the URDF's folder.
@@ -37,8 +37,8 @@ class MeshNames:
             Its path.
 
         Raises:
-            InputError: The package is unknown, there is no such file, or it lies outside of every folder
-                that may be read.
+            InputError: The package is unknown, there is no such file, or it is outside the folders that may
+                be read.
         """
         name = mesh.text("filename")
         if name.startswith(_PACKAGE):

@@ -1,4 +1,4 @@
-"""The part of a robot that a cell plans: the tree of its URDF, all other joints fixed where they stand."""
+"""Selects the planned joints of a robot and fixes all others in their posture."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pickcli.geometry import Array
 
 
 def mounted(robot: Urdf, tool: Urdf, flange: str, T_flange_tool: Array) -> Urdf:
-    """A robot with a tool that has a URDF of its own.
+    """Mount a tool with a separate URDF on a robot.
 
     Args:
         robot: The robot.
-        tool: The tool; none of its links or joints has a name of the robot's.
-        flange: The robot's link that carries it.
+        tool: The tool; its link and joint names differ from the robot's.
+        flange: Name of the robot link that carries the tool.
         T_flange_tool: (4, 4) pose of the tool's root link in the flange.
 
     Returns:
@@ -45,13 +45,13 @@ def mounted(robot: Urdf, tool: Urdf, flange: str, T_flange_tool: Array) -> Urdf:
 
 
 def with_tip(robot: Urdf, hand: str, tip: str, T_hand_tip: Array) -> Urdf:
-    """A robot with a frame between the fingers of its hand, as a link without a shape.
+    """Add a frame between the fingers of a hand, as a link without a shape.
 
     Args:
         robot: The robot.
-        hand: Name of the link of the hand.
-        tip: Name of the new link, none of the robot's.
-        T_hand_tip: (4, 4) its pose in the hand.
+        hand: Name of the hand's link.
+        tip: Name of the new link, different from the robot's.
+        T_hand_tip: (4, 4) pose of the new link in the hand.
 
     Returns:
         The robot with the link.
@@ -71,14 +71,14 @@ def with_tip(robot: Urdf, hand: str, tip: str, T_hand_tip: Array) -> Urdf:
 
 
 def stripped(robot: Urdf, without: Iterable[str]) -> Urdf:
-    """A robot without some links and all that hangs on them.
+    """Remove links with everything that is attached to them.
 
     Args:
         robot: The robot.
         without: Names of links, none of them the root.
 
     Returns:
-        What is left.
+        The remaining robot.
     """
     removed = set(without)
     gone = {name for name in robot.links if removed & {name, *(j.child for j in robot.way(name))}}
@@ -96,20 +96,20 @@ def stripped(robot: Urdf, without: Iterable[str]) -> Urdf:
 def planning_group(
     robot: Urdf, tip: str, moving: Iterable[str], posture: Mapping[str, float]
 ) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
-    """Links and joints of a robot in which only the joints of one chain move.
+    """Return the links and joints of a robot in which only the joints of one chain move.
 
-    Every other joint becomes a fixed one, at its position in the posture; one that mimics another follows it.
-    Off the chain, links that carry no shape are left out.
+    All other joints become fixed, at their position in the posture or as their mimic relation gives it. Links
+    outside the chain that carry no shape are left out.
 
     Args:
         robot: The robot.
         tip: Name of the link at the end of the chain.
-        moving: Names of the joints that stay as they are: of the chain, and of the tool's fingers.
-        posture: Positions in rad or m of all other joints that neither are fixed nor mimic one.
+        moving: Names of the joints that stay movable: those of the chain and of the tool's fingers.
+        posture: Positions in rad or m of all other joints that are neither fixed nor mimics.
 
     Returns:
-        The links, and the joints that carry them: ``links[i + 1]`` is the child of ``joints[i]``. Both are
-        ordered from the root outwards, branches before the chain goes on, so that the tip comes last.
+        The links and their parent joints: ``links[i + 1]`` is the child of ``joints[i]``. Both are ordered
+        from the root outwards, side branches before the rest of the chain, so that the tip comes last.
     """
     kept = set(moving)
     on_chain = {joint.child for joint in robot.way(tip)}
@@ -121,7 +121,7 @@ def planning_group(
 
 
 def _outwards(robot: Urdf, link: str, on_chain: set[str]) -> Iterator[Joint]:
-    """The joints behind a link, those of the chain after all others."""
+    """Yield the joints below a link, those of the chain after all others."""
     for joint in sorted(robot.children(link), key=lambda joint: joint.child in on_chain):
         behind = tuple(_outwards(robot, joint.child, on_chain))
         if behind or joint.child in on_chain or robot.links[joint.child].shapes:

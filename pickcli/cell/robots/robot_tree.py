@@ -1,4 +1,4 @@
-"""Several robots of one cell as one tree: each on its own root link, side by side in the world."""
+"""Joins several robots of a cell into one tree under a common root link."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from pickcli.cell.robot import Joint, JointType, Link
 from pickcli.cell.robots.urdf import Urdf
 from pickcli.geometry import Array
 
-WORLD = "world"  # the root link that all robots of a cell hang on
+WORLD = "world"  # root link to which all robots of a cell are attached
 
 
 def prefixed(robot: Urdf, prefix: str) -> Urdf:
-    """A robot with other names, so that two of one kind may stand side by side.
+    """Prefix the names of a robot, so that two robots of the same kind fit in one tree.
 
     Args:
         robot: The robot.
-        prefix: What is put before the name of every link and joint.
+        prefix: Prefix of every link and joint name.
 
     Returns:
-        The robot under the new names.
+        The renamed robot.
     """
 
     def joint(old: Joint) -> Joint:
@@ -42,15 +42,15 @@ def prefixed(robot: Urdf, prefix: str) -> Urdf:
 
 
 def side_by_side(name: str, robots: Mapping[str, tuple[Urdf, Array]]) -> Urdf:
-    """Several robots as one tree.
+    """Join several robots into one tree.
 
     Args:
-        name: Of the whole.
-        robots: By name, each with the pose (4, 4) of its root link in the world; no two have a link or a
-            joint of the same name.
+        name: Name of the tree.
+        robots: By name, each with the pose (4, 4) of its root link in the world; link and joint names must be
+            unique among all.
 
     Returns:
-        The tree, its root a link without a shape in the origin of the world.
+        The tree; its root is a link without a shape at the world's origin.
     """
     parts = [robot for robot, _ in robots.values()]
     mounts = {

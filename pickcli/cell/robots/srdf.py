@@ -1,4 +1,4 @@
-"""SRDF files: what MoveIt's users say about a robot besides its URDF."""
+"""Reads SRDF files: groups, group states, end effectors and disabled collision pairs of a robot."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pickcli.files.xml_reader import Element, read_xml
 
 @dataclass(frozen=True)
 class Group:
-    """A planning group: joints, links, chains and other groups together.
+    """A planning group: union of joints, links, chains and other groups.
 
     Attributes:
         joints: Names of joints.
-        links: Names of links, each for the joint that moves it.
+        links: Names of links, each standing for its parent joint.
         chains: Pairs of a base link and a tip link.
         groups: Names of other groups.
     """
@@ -28,11 +28,11 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class GroupState:
-    """A posture of a group with a name.
+    """A named posture of a group.
 
     Attributes:
-        name: Of the posture.
-        group: Name of the group; empty where the file states none.
+        name: Name of the posture.
+        group: Name of the group; empty if the file states none.
         positions: rad or m, by joint.
     """
 
@@ -43,12 +43,12 @@ class GroupState:
 
 @dataclass(frozen=True)
 class EndEffector:
-    """What a group carries.
+    """An end effector of a robot.
 
     Attributes:
-        name: Of the end effector.
-        group: Name of the group of its own links.
-        parent_link: The link that carries it.
+        name: Name of the end effector.
+        group: Name of the group of its links.
+        parent_link: The link that it is attached to.
     """
 
     name: str
@@ -58,12 +58,12 @@ class EndEffector:
 
 @dataclass(frozen=True)
 class DisabledPair:
-    """Two links that are never tested against each other.
+    """Two links that are exempt from collision checks against each other.
 
     Attributes:
         a: Name of one link.
         b: Name of the other.
-        reason: In the words of the file.
+        reason: As stated in the file.
     """
 
     a: str
@@ -73,10 +73,10 @@ class DisabledPair:
 
 @dataclass(frozen=True, eq=False)
 class Srdf:
-    """What an SRDF says.
+    """Content of an SRDF.
 
     Attributes:
-        groups: By name.
+        groups: Groups by name.
         states: In the order of the file.
         end_effectors: In the order of the file.
         disabled: In the order of the file.
@@ -89,7 +89,7 @@ class Srdf:
 
 
 def read_srdf(path: Path) -> Srdf:
-    """Read an SRDF file. What planning here has no use for, e.g. virtual joints, is left out.
+    """Read an SRDF file; elements that are not used here, e.g. virtual joints, are ignored.
 
     Args:
         path: The file.
@@ -98,7 +98,7 @@ def read_srdf(path: Path) -> Srdf:
         Its content.
 
     Raises:
-        InputError: Naming file, line and element of what is missing.
+        InputError: Something is missing: with file, line and element.
     """
     robot = read_xml(path, SRDF)
     if robot.tag != "robot":

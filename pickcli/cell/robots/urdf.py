@@ -1,8 +1,8 @@
-"""URDF to a tree of links and joints. Nothing that matters is defaulted: what is missing is named.
+"""Reads a URDF into a tree of links and joints. Missing values are reported, not defaulted.
 
-Read are links with mass and collision shapes (box, cylinder, sphere, mesh: `urdf_link`) and joints with
-origin, axis, limits and what they mimic (`urdf_joint`). Visuals are ignored, but a link that has nothing else
-is noted; loops and second roots are refused. All mistakes of a file are told at once.
+Links are read with mass and collision shapes (box, cylinder, sphere, mesh: `urdf_link`), joints with origin,
+axis, limits and mimics (`urdf_joint`). Visuals are ignored, but links with visuals and without collision
+shapes are listed. Loops and second roots are refused. All mistakes of a file are reported at once.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from pickcli.files.xml_reader import Element, read_xml
 
 @dataclass(frozen=True, eq=False)
 class Urdf:
-    """A robot as a URDF describes it: a tree of links.
+    """A robot as described by a URDF: a tree of links.
 
     Attributes:
-        name: Of the robot.
-        root: Name of the link that no joint moves.
+        name: Name of the robot.
+        root: Name of the root link.
         links: By name, in the order of the file.
-        joints: By name of the link that each moves, in the order of the file.
-        mimics: What a joint follows, by its name.
-        unshaped: Lines of the links that are drawn but have no collision shape, by name.
+        joints: By name of the child link, in the order of the file.
+        mimics: Mimic relations by name of the following joint.
+        unshaped: Line numbers of the links that have visuals but no collision shape, by name.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Urdf:
     unshaped: dict[str, int]
 
     def way(self, tip: str) -> tuple[Joint, ...]:
-        """The joints from the root to a link.
+        """Return the joints from the root to a link.
 
         Args:
             tip: Name of the link.
@@ -56,7 +56,7 @@ class Urdf:
         return tuple(reversed(found))
 
     def children(self, link: str) -> tuple[Joint, ...]:
-        """The joints that hang on a link.
+        """Return the joints whose parent is a link.
 
         Args:
             link: Name of the link.
@@ -67,13 +67,13 @@ class Urdf:
         return tuple(joint for joint in self.joints.values() if joint.parent == link)
 
     def driven(self, joints: Iterable[Joint]) -> dict[str, Joint]:
-        """The joints that move by themselves: neither fixed nor following another.
+        """Return the joints that are neither fixed nor mimics.
 
         Args:
             joints: Joints of this robot.
 
         Returns:
-            Those that do by name, in their order.
+            The joints by name, in the order given.
         """
         return {j.name: j for j in joints if j.type is not JointType.FIXED and j.name not in self.mimics}
 
@@ -83,15 +83,15 @@ def read_urdf(path: Path, folder: Path | None = None, packages: Mapping[str, Pat
 
     Args:
         path: The file.
-        folder: Where meshes that are named by a path must lie, besides the packages: the file's own unless
-            stated.
-        packages: Folders by the name that ``package://`` calls them.
+        folder: Folder that must contain meshes named by a path, unless a package does; by default the
+            folder of the file.
+        packages: Folders of the packages, by name as in ``package://``.
 
     Returns:
         The robot.
 
     Raises:
-        InputError: Naming file, line and element of everything that is missing or refused.
+        InputError: With file, line and element of everything that is missing or refused.
     """
     robot = read_xml(path)
     if robot.tag != "robot":
@@ -142,7 +142,7 @@ def _by_name(robot: Element, tag: str, mistakes: XmlMistakes) -> dict[str, Eleme
 def _by_child(
     joints: dict[str, Joint], elements: dict[str, Element], mistakes: XmlMistakes
 ) -> dict[str, Joint]:
-    """The joints by the link that each moves; a link that two of them move is a mistake."""
+    """The joints by child link; a link with two parent joints is a mistake."""
     found: dict[str, Joint] = {}
     for joint in joints.values():
         if joint.child in found:
@@ -161,7 +161,7 @@ def _check_links(element: Element, joint: Joint, links: dict[str, Link], mistake
 def _root(
     robot: Element, links: dict[str, Element], elements: dict[str, Element], by_child: dict[str, Joint]
 ) -> str:
-    """Name of the root link. Raises InputError unless all links hang on it."""
+    """Return the root link's name. Raise InputError unless all links are connected to it."""
     roots = [name for name in links if name not in by_child]
     if not roots:
         raise robot.error("has no root: its joints form a loop; remove one")

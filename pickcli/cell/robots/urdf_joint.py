@@ -1,4 +1,4 @@
-"""A joint of a URDF: what it connects, how it moves, within which limits, and what it follows."""
+"""Reads a joint of a URDF: parent and child, type, axis, limits, and the joint that it mimics."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from pickcli.files.xml_mistakes import XmlMistakes
 from pickcli.files.xml_reader import Element
 from pickcli.geometry import Array
 
-ENDLESS = 1e4  # rad either way: written for a joint without limits
-MAX_TRAVEL = 100.0  # m, of a rail; beyond it the limit was written in another unit
+ENDLESS = 1e4  # rad either way; larger limits mean a joint without limits
+MAX_TRAVEL = 100.0  # m, longest rail; larger limits were written in another unit
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,8 @@ class Mimic:
     """A joint that follows another: its position is ``multiplier`` times the other's, plus ``offset``.
 
     Attributes:
-        joint: Name of the joint that leads.
-        multiplier: Of its position.
+        joint: Name of the joint that it follows.
+        multiplier: Factor on the position of that joint.
         offset: rad or m.
     """
 
@@ -42,7 +42,7 @@ def read_joint(element: Element, mistakes: XmlMistakes) -> Joint:
         mistakes: Collects what is wrong with it.
 
     Returns:
-        The joint, with stand-ins for what is wrong with it.
+        The joint, with placeholders for wrong values.
     """
     kind = mistakes.tried(lambda: _kind(element), JointType.FIXED)
     lower, upper = mistakes.tried(lambda: _limits(element, kind), (0.0, 0.0))
@@ -98,14 +98,14 @@ def _limits(element: Element, kind: JointType) -> tuple[float, float]:
 
 
 def read_mimics(elements: dict[str, Element], mistakes: XmlMistakes) -> Iterator[tuple[str, Mimic]]:
-    """Read which joints follow another. What a fixed joint mimics means nothing.
+    """Read which joints mimic another. Mimics of fixed joints are ignored.
 
     Args:
         elements: The joint elements by name.
         mistakes: Collects what is wrong with them.
 
     Yields:
-        Names of joints with what each follows.
+        Name and mimic relation of each following joint.
     """
     for name, element in elements.items():
         if element.attributes.get("type") != JointType.FIXED:

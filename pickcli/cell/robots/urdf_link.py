@@ -1,4 +1,4 @@
-"""A link of a URDF: its mass and where that is, and its collision shapes, a mesh as convex pieces."""
+"""Reads a link of a URDF: mass, centre of mass, and collision shapes, with meshes as convex pieces."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pickcli.files.xml_reader import Element
 from pickcli.geometry import Array, transform_points
 from pickcli.meshes.mesh_pieces import mesh_pieces
 
-MAX_MASS = 1e4  # kg; beyond it the mass was written in another unit
+MAX_MASS = 1e4  # kg; larger masses were written in another unit
 
 
 def read_link(element: Element, meshes: MeshNames, mistakes: XmlMistakes) -> Link:
@@ -24,11 +24,11 @@ def read_link(element: Element, meshes: MeshNames, mistakes: XmlMistakes) -> Lin
 
     Args:
         element: The link element.
-        meshes: Finds the files of its meshes.
+        meshes: Resolves the names of mesh files.
         mistakes: Collects what is wrong with it.
 
     Returns:
-        The link, without what is wrong with it.
+        The link, without wrong values.
     """
     name = element.text("name")
     bodies: list[Body] = []
@@ -39,7 +39,7 @@ def read_link(element: Element, meshes: MeshNames, mistakes: XmlMistakes) -> Lin
 
 
 def _mass(link: Element) -> float:
-    """kg; none stated, or 0, is none."""
+    """Mass in kg, 0 if none is stated."""
     inertial = link.optional("inertial")
     if inertial is None:
         return 0.0
@@ -59,7 +59,7 @@ def _T_link_inertia(link: Element) -> Array:
 
 
 def _bodies(collision: Element, default_name: str, meshes: MeshNames) -> list[Body]:
-    """One body, or of a mesh its convex pieces, which share a name."""
+    """Body of a collision element; of a mesh its convex pieces, which share a name."""
     name = collision.attributes.get("name", default_name)
     geometry, T_link_shape = collision.one("geometry"), read_origin(collision)
     if len(geometry.children) != 1:

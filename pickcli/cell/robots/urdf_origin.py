@@ -1,4 +1,4 @@
-"""URDF's origin: where a collision shape, a centre of mass or a joint stands in its link."""
+"""Reads origins of a URDF: poses of joints, collision shapes and centres of mass in their links."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ import numpy as np
 from pickcli.files.xml_reader import Element
 from pickcli.geometry import Array, pose
 
-# Beyond these a figure was written in another unit.
-MAX_SIZE = 10.0  # m, of a link, and from a joint to the next
-MAX_TURN = 12.6  # rad, of a joint either way: two turns
+# Larger figures were written in another unit.
+MAX_SIZE = 10.0  # m, size of a link and distance between joints
+MAX_TURN = 12.6  # rad, position of a joint either way: two turns
 
 
 def read_origin(element: Element) -> Array:
-    """Read the origin of an element; leaving it out means none, as the format says.
+    """Read the origin of an element; a missing origin means identity, as in the format.
 
     Args:
         element: A joint, inertial or collision element.
 
     Returns:
-        Pose (4, 4) of the element in the frame that it stands in.
+        Pose (4, 4) of the element in its parent frame.
 
     Raises:
-        InputError: It is not six finite numbers in m and rad.
+        InputError: The origin is not six finite numbers in m and rad.
     """
     origin = element.optional("origin")
     if origin is None:

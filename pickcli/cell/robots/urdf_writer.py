@@ -1,4 +1,4 @@
-"""A robot written as URDF: its links, shapes and joints as elements of XML."""
+"""Writes links, shapes and joints of a robot as URDF elements."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from pickcli.cell.robot import Joint, JointType, Link
 from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.geometry import Array, to_rpy
 
-DENSITY = 1000.0  # kg/m^3 of the boxes around a link whose mass its URDF does not state
+DENSITY = 1000.0  # kg/m^3, assumed for links without a mass, over the boxes around their shapes
 LEAST_MASS = 1e-3  # kg; physics engines divide by masses
-_DIGITS = 12  # of angles: those that a file states with fewer come out as they went in
+_DIGITS = 12  # of angles, enough to reproduce the angles of the file that was read
 
 
 def add_link(root: ElementTree.Element, link: Link, T_link_inertia: Array) -> ElementTree.Element:
@@ -32,7 +32,7 @@ def add_link(root: ElementTree.Element, link: Link, T_link_inertia: Array) -> El
     volume = sum(float(np.prod(body.shape.extents)) for body in link.shapes)
     mass = link.mass or max(LEAST_MASS, DENSITY * volume)
     ElementTree.SubElement(inertial, "mass", value=repr(mass))
-    # Figures that readers want and do not use: inertia follows from mass and shapes.
+    # Readers require an inertia but do not use it: they compute it from mass and shapes.
     zeros = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0")
     ElementTree.SubElement(inertial, "inertia", zeros)
     return element
@@ -45,7 +45,7 @@ def add_shape(link: ElementTree.Element, tag: str, body: Body, mesh: str = "") -
         link: The link's element.
         tag: "visual" or "collision".
         body: The shape, in the link frame.
-        mesh: Name of the file that holds a hull.
+        mesh: Name of the mesh file of a hull.
     """
     element = ElementTree.SubElement(link, tag, name=body.name)
     _add_origin(element, body.T_parent_shape)
@@ -61,7 +61,7 @@ def add_shape(link: ElementTree.Element, tag: str, body: Body, mesh: str = "") -
 
 
 def add_joint(root: ElementTree.Element, joint: Joint) -> None:
-    """Add a joint. Its limits of force and speed are 0: they are stated elsewhere.
+    """Add a joint. Its effort and velocity limits are written as 0, as they are stated elsewhere.
 
     Args:
         root: The robot's element.
@@ -79,13 +79,13 @@ def add_joint(root: ElementTree.Element, joint: Joint) -> None:
 
 
 def spaced(numbers: tuple[float, ...] | list[float]) -> str:
-    """Numbers as URDF writes them.
+    """Format numbers as in URDF.
 
     Args:
         numbers: The numbers.
 
     Returns:
-        All their digits, with blanks between them.
+        The numbers with all their digits, separated by blanks.
     """
     return " ".join(map(repr, numbers))
 

@@ -1,5 +1,5 @@
-"""What the files of a cell may say: fields, types and ranges.
+"""Schemas of a cell's files: fields, types and ranges.
 
-Read `cell_schema` with `tool_schema`, `place_schema` and `pose_schema`; `items_file` and `joint_limits_file`
-are files of their own; `items_text` writes the former.
+Start with `cell_schema`, which uses `tool_schema`, `place_schema` and `pose_schema`. `items_file` reads files
+of items and `items_text` writes them; `joint_limits_file` reads ROS's joint_limits.yaml.
 """

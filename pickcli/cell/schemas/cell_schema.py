@@ -43,7 +43,7 @@ def _not_nothing(part: Part) -> Part:
 
 
 class RobotModel(FileModel):
-    """Which URDF, where it stands, which joints are planned."""
+    """The robot: URDF, base pose, planned joints."""
 
     urdf: FilePath | None = Field(None, description="the URDF's path, where there is one robot")
     srdf: FilePath | None = Field(
@@ -71,7 +71,7 @@ class RobotModel(FileModel):
 
 
 class PlacedRobotModel(FileModel):
-    """One of several robots: its URDF, the names of what is in it, where it stands."""
+    """One of several robots: URDF, name prefix, base pose."""
 
     urdf: FilePath = Field(description="the URDF's path, from this file's folder")
     srdf: FilePath | None = Field(
@@ -84,7 +84,7 @@ class PlacedRobotModel(FileModel):
 
 
 class JointLimitModel(FileModel):
-    """ROS's joint_limits.yaml keys of one joint. All three limits must be stated."""
+    """Limits of one joint by the keys of ROS's joint_limits.yaml. All three limits must be stated."""
 
     min_position: Number | None = Field(None, description="m or rad, narrows the URDF's")
     max_position: Number | None = Field(None, description="m or rad, narrows the URDF's")
@@ -101,7 +101,7 @@ class JointLimitModel(FileModel):
 
 
 class ArmModel(FileModel):
-    """One of several arms: its joints, what it carries, where it stands while another one moves."""
+    """One of several arms: joints, tool and parking configuration."""
 
     joints: Joints = Field(description="the arm's joints, base outwards")
     tip: Text | None = Field(None, description="the last link of its chain, where it has no tool")
@@ -118,7 +118,7 @@ class ArmModel(FileModel):
 
 
 class RowModel(FileModel):
-    """One row of bins; heights over the floor of the hall at the front of the row."""
+    """One row of bins; heights are above the floor of the hall, at the front of the row."""
 
     bins: Annotated[tuple[Name, ...], Len(3, 3)] = Field(description="three bin names, left to right")
     lip_top: Size = Field(description="m, top of the bottom lip")
@@ -138,7 +138,7 @@ class RowModel(FileModel):
 
 
 class DisplacementModel(FileModel):
-    """How far the pod may stand from its place, either way, on the floor."""
+    """Displacement bounds of the pod, either way."""
 
     x: Annotated[float, Field(ge=0, le=0.5)] = Field(0.05, description="m, 0 to 0.5")
     y: Annotated[float, Field(ge=0, le=0.5)] = Field(0.05, description="m, 0 to 0.5")
@@ -146,7 +146,7 @@ class DisplacementModel(FileModel):
 
 
 class PodModel(FileModel):
-    """The shelf's figures, pod frame."""
+    """Dimensions of the shelf in the pod frame."""
 
     T_world_pod: PoseModel = Field(description="where the pod nominally stands")
     displacement: DisplacementModel = Field(
@@ -179,7 +179,7 @@ class ToteModel(FileModel):
 
 
 class ObstacleModel(BoundsModel):
-    """A box that stands still, world frame."""
+    """A stationary box, in the world frame."""
 
     name: Name = Field(description="a name of its own")
 
@@ -194,7 +194,7 @@ class DeviceModel(FileModel):
 
 
 class AllowedPairModel(FileModel):
-    """Two bodies never tested against each other."""
+    """Two bodies that are exempt from collision checks against each other."""
 
     a: Text = Field(description="a link's name")
     b: Text = Field(description="a link's or an obstacle's name")
@@ -276,32 +276,32 @@ class CellModel(FileModel):
 
     @property
     def tip(self) -> str:
-        """Name of the last link of the chain: the cup's, or the flange's where nothing is mounted."""
+        """Name of the last link of the chain: the tool's last link, or ``robot.tip`` without a tool."""
         return self.robot.tip or "" if self.tool is None else self.tool.last_link
 
     @property
     def tool_joint(self) -> str | None:
-        """Name of the joint of the chain that moves the tool, if one does."""
+        """Name of the chain's joint that moves the tool; None without one."""
         return self.tool.joint if isinstance(self.tool, SuctionModel) else None
 
 
 class SuctionCellModel(CellModel):
-    """A cell file whose tool is a suction tool, or that has none."""
+    """A cell file with a suction tool or without a tool."""
 
     tool: SuctionModel | None = Field(None, description="the tool, if one is mounted")
 
 
 class GripperCellModel(CellModel):
-    """A cell file whose tool is a parallel gripper."""
+    """A cell file with a parallel gripper."""
 
     tool: GripperModel | None = Field(None, description="the tool, if one is mounted")
 
 
 def cell_model(data: Any) -> type[CellModel]:
-    """The model of a cell file by the kind of its tool, so that mistakes are told of that kind alone.
+    """Choose the model of a cell file by the kind of its tool, so that mistakes refer to that kind only.
 
     Args:
-        data: The values of the file, whatever they are.
+        data: Values of the file, possibly malformed.
 
     Returns:
         The model.

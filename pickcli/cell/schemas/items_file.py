@@ -1,4 +1,4 @@
-"""Item files under data/items: one file per year. See docs/formats/items.md."""
+"""Reads item files, such as those under data/items: one file per year. See docs/formats/items.md."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from pickcli.files.yaml_reader import read_yaml
 
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Interval = Annotated[tuple[Number, ...], Len(2, 2)]
-ItemSize = Annotated[float, Field(ge=1e-4, le=2)]  # m: from foil to what a shelf and one arm have to do with
-LIGHT, HEAVY = 10.0, 4000.0  # kg/m3: of foam, and of metal that fills most of its box
-WARNINGS = ("odd_density",)  # the kinds of warnings about a file of items
+ItemSize = Annotated[float, Field(ge=1e-4, le=2)]  # m: from foil to what a single arm can handle
+LIGHT, HEAVY = 10.0, 4000.0  # kg/m3: foam, and metal that fills most of its bounding box
+WARNINGS = ("odd_density",)  # kinds of warnings about item files
 ItemName = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[a-z0-9_]+$")]
 
 
 class ItemModel(FileModel):
-    """One item. Exactly one of box, cylinder and sphere."""
+    """One item, with exactly one of box, cylinder and sphere."""
 
     box: Annotated[tuple[ItemSize, ...], Len(3, 3)] | None = Field(None, description="extents [x, y, z] in m")
     cylinder: Annotated[tuple[ItemSize, ...], Len(2, 2)] | None = Field(
@@ -90,17 +90,17 @@ class ItemModel(FileModel):
 
     @property
     def shape(self) -> Shape:
-        """The one shape that is stated."""
+        """The stated shape."""
         if self.box is not None:
             return Shape(ShapeKind.BOX, self.box)
         if self.cylinder is not None:
             return Shape(ShapeKind.CYLINDER, self.cylinder)
-        assert self.sphere is not None  # the schema lets exactly one stand
+        assert self.sphere is not None  # ensured by the schema
         return Shape(ShapeKind.SPHERE, self.sphere)
 
     @property
     def shares(self) -> dict[str, float]:
-        """How well each face of the shape seals."""
+        """Share of full vacuum by face of the shape."""
         return {face: self.seals.get(face, self.seal) for face in self.shape.face_names}
 
 
@@ -123,17 +123,17 @@ class ItemsModel(FileModel):
 
 
 def load_items(own: Path | None = None) -> dict[tuple[str, int], Item]:
-    """Load the items that come with the package, and a user's own beside them.
+    """Load the items of the package, and further ones from a user's files.
 
     Args:
-        own: A file, or a folder of files, if there are any.
+        own: A file, or a folder of files; None for none.
 
     Returns:
         Items by (name, year).
 
     Raises:
-        InputError: With every mistake in a file and its place; an item that two files state; or a folder
-            without any file.
+        InputError: With every mistake in a file and its position; or two files state the same item; or the
+            folder contains no item file.
     """
     items: dict[tuple[str, int], Item] = {}
     stated: dict[tuple[str, int], Path] = {}
@@ -151,7 +151,7 @@ def load_items(own: Path | None = None) -> dict[tuple[str, int], Item]:
 
 
 def _files(path: Path) -> list[Path]:
-    """The files of items that a path means: itself, or those in it. Raises InputError where there is none."""
+    """Item files at a path: itself or those in the folder. Raise InputError if a folder has none."""
     if not path.is_dir():
         return [path]
     found = sorted(file for file in path.iterdir() if file.suffix in (".yaml", ".yml"))
@@ -163,7 +163,7 @@ def _files(path: Path) -> list[Path]:
 
 
 def read_items(path: Path) -> dict[tuple[str, int], Item]:
-    """Read the items of one file. What is probably wrong in it is logged as warnings.
+    """Read the items of one file, and log warnings about implausible values.
 
     Args:
         path: The file.
@@ -172,7 +172,7 @@ def read_items(path: Path) -> dict[tuple[str, int], Item]:
         Items by (name, year).
 
     Raises:
-        InputError: With every mistake and its place.
+        InputError: With every mistake and its position.
     """
     source = read_yaml(path, ITEMS)
     model = validate(source, ItemsModel)
@@ -184,7 +184,7 @@ def read_items(path: Path) -> dict[tuple[str, int], Item]:
 
 
 def _warn_of_density(warnings: FileWarnings, name: str, item: ItemModel) -> None:
-    """Warn of a mass that does not go with the size."""
+    """Warn of a mass that is implausible for the size."""
     density = item.mass / item.shape.volume
     if not LIGHT <= density <= HEAVY:
         size = " x ".join(f"{1e3 * side:.3g}" for side in item.shape.extents)

@@ -1,4 +1,4 @@
-"""Items as the text of a file of items, which ``read_items`` reads to the same items."""
+"""Writes items as an item file, such that ``read_items`` reads back equal items."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def items_text(items: Sequence[Item], comment: str = "") -> str:
 
     Args:
         items: The items, at least one, all of the same year.
-        comment: Lines for who reads the file.
+        comment: Lines of comment for the head of the file.
 
     Returns:
         The text.
@@ -28,7 +28,7 @@ def items_text(items: Sequence[Item], comment: str = "") -> str:
 
 
 def _lines(item: Item) -> Iterator[str]:
-    """The keys of an item, as docs/formats/items.md has them."""
+    """Yield the keys of an item, as in docs/formats/items.md."""
     yield f"{item.shape.kind.value}: [{', '.join(map(repr, item.shape.size))}]"
     yield f"mass: {item.mass!r}"
     if item.mass_error != 0.1:
@@ -53,5 +53,5 @@ def _lines(item: Item) -> Iterator[str]:
 
 
 def _text(text: str) -> str:
-    """A text in quotes, whatever stands in it."""
+    """Quote a text."""
     return quoted(text) if not text.replace(" ", "a").replace("_", "a").isalnum() else f'"{text}"'

@@ -1,4 +1,4 @@
-"""ROS's joint_limits.yaml files: what they state is taken into a cell where the cell says nothing itself."""
+"""Reads ROS's joint_limits.yaml files, whose limits complete those stated in a cell file."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pickcli.files.yaml_reader import Source, read_yaml
 from pickcli.name_suggestion import suggestion
 
 ROOT = "joint_limits"
-_FIGURES = {  # that a cell takes, by the switch without which ROS ignores them
+_FIGURES = {  # figures used by a cell, by the switch without which ROS ignores them
     "has_position_limits": ("min_position", "max_position"),
     "has_velocity_limits": ("max_velocity",),
     "has_acceleration_limits": ("max_acceleration",),
     "has_jerk_limits": ("max_jerk",),
 }
-_OTHERS = (  # that ROS and MoveIt read besides
+_OTHERS = (  # further keys of ROS and MoveIt
     "angle_wraparound", "has_deceleration_limits", "max_deceleration", "has_effort_limits", "max_effort",
     "has_soft_limits", "k_position", "k_velocity", "soft_lower_limit", "soft_upper_limit",
 )  # fmt: skip
@@ -26,16 +26,16 @@ _KEYS = (*_FIGURES, *(figure for figures in _FIGURES.values() for figure in figu
 
 
 def read_joint_limits(path: Path) -> Source:
-    """Read a ``joint_limits.yaml``, and refuse what ROS would pass over in silence.
+    """Read a ``joint_limits.yaml``, and refuse mistakes that ROS would ignore silently.
 
     Args:
         path: The file.
 
     Returns:
-        Its values: under ``joint_limits`` an object for each joint.
+        The values: an object for each joint, under ``joint_limits``.
 
     Raises:
-        InputError: With every mistake and its place: a key that ROS does not know, a figure that is not
+        InputError: With every mistake and its position: a key that ROS does not know, a figure that is not
             switched on, a limit without its figure.
     """
     source = read_yaml(path, JOINT_LIMITS)
@@ -53,14 +53,14 @@ def read_joint_limits(path: Path) -> Source:
 
 
 def refuse_unknown_joints(limits: Source, joints: Collection[str]) -> None:
-    """Refuse a file of limits that names a joint which the robot does not have.
+    """Refuse a file of limits that names joints which the robot does not have.
 
     Args:
         limits: The file.
         joints: Names of all joints of the robot, planned or not.
 
     Raises:
-        InputError: With every such name and its place.
+        InputError: With every such name and its position.
     """
     for name in limits.data[ROOT]:
         refer(limits, (ROOT, name), "joint", name, list(joints))
@@ -68,45 +68,45 @@ def refuse_unknown_joints(limits: Source, joints: Collection[str]) -> None:
 
 
 def stated_limits(limits: Source, joint: str) -> dict[str, Any]:
-    """What a file of limits states of a joint.
+    """Return the limits that a file states for a joint.
 
-    A limit that the file switches off (``has_jerk_limits: false``), as MoveIt writes it where it knows none,
-    is not stated.
+    Limits that the file switches off (``has_jerk_limits: false``), as MoveIt does for unknown limits, are
+    left out.
 
     Args:
         limits: The file.
         joint: Name of the joint.
 
     Returns:
-        Values by key, as they stand in the entry of a cell.
+        Values by key, as in a cell file.
     """
     entry, found = limits.data[ROOT].get(joint, {}), dict[str, Any]()
     for switch, figures in _FIGURES.items():
         if entry.get(switch) is True:
             found |= {key: entry[key] for key in (switch, *figures) if key in entry}
-    found.pop("has_position_limits", None)  # a cell says it by the figures alone
+    found.pop("has_position_limits", None)  # a cell has no such switch
     return found
 
 
 def add_joint_limits(cell: Source) -> Source | None:
-    """Add the limits of the file that a cell names to those in the cell itself, which come first.
+    """Add the limits of the file that a cell names to the cell file, whose own values take precedence.
 
-    What the file does not state is not assumed either: the cell is asked for it.
+    Limits that neither file states are not assumed; the validation of the cell reports them.
 
     Args:
-        cell: The cell file; gets the limits of its planned joints, with their places in the file.
+        cell: The cell file; receives the limits of its planned joints, with their positions in the file.
 
     Returns:
         The file; None if the cell names none.
 
     Raises:
-        InputError: The file cannot be read, has mistakes or lies outside of the cell's folder.
+        InputError: The file cannot be read, has mistakes, or is outside the cell's folder.
     """
     robot = cell.data.get("robot") if isinstance(cell.data, dict) else None
     name = robot.get(ROOT) if isinstance(robot, dict) else None
     joints = _planned(cell.data) if isinstance(name, str) else []
     if not isinstance(name, str) or "\0" in name or not joints:
-        return None  # none is named, or what is wrong is told with all else
+        return None  # none is named, or validation of the cell reports the mistake
     folder = cell.path.parent
     if not (folder / name).resolve().is_relative_to(folder.resolve()):
         cell.add(("robot", ROOT), f"expected a path inside the cell's folder, got {name!r}")
@@ -125,7 +125,7 @@ def add_joint_limits(cell: Source) -> Source | None:
 
 
 def _planned(cell: dict[str, Any]) -> list[Any]:
-    """What stands for the planned joints in a cell file: those of the robot, or of each arm."""
+    """Values given as planned joints in a cell file, of the robot or of each arm."""
     arms = cell.get("arms")
     owners = [cell["robot"], *(arms.values() if isinstance(arms, dict) else ())]
     stated = [owner.get("joints") for owner in owners if isinstance(owner, dict)]
@@ -133,7 +133,7 @@ def _planned(cell: dict[str, Any]) -> list[Any]:
 
 
 def _check_entry(limits: Source, joint: str, entry: dict[str, Any]) -> None:
-    """Note what is wrong with the limits of a joint."""
+    """Report mistakes in the limits of a joint."""
     for key in entry.keys() - set(_KEYS):
         limits.add((ROOT, joint, key), f"unknown key; {suggestion(key, _KEYS)}")
     for switch, figures in _FIGURES.items():

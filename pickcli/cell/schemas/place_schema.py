@@ -1,4 +1,4 @@
-"""Schema of the places that a cell names under ``places``: by a grid, boxes, tables, bodies of one's own."""
+"""Schema of the carriers that a cell lists under ``places``: grids, boxes, tables and user-defined bodies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pickcli.cell.schemas.pose_schema import BoundsModel, Name, PoseModel
 from pickcli.files.schema import Angles, Coordinate, FileModel, Size, Text, Thickness, Vector
 
 MAX_PLACES = 100
-MAX_LINES = 32  # rows, and columns, of a grid
+MAX_LINES = 32  # rows or columns of a grid
 MAX_BODIES = 200
 LEVEL = 1e-9  # rad
 ORIGIN = (0.0, 0.0, 0.0)
@@ -20,7 +20,7 @@ Scale = Annotated[tuple[Annotated[float, Field(ge=1e-4, le=1e4)], ...], Len(3, 3
 
 
 class CarrierDisplacementModel(FileModel):
-    """How far something may stand from its place, either way, on the floor."""
+    """Displacement bounds of a carrier, either way."""
 
     x: Annotated[float, Field(ge=0, le=0.5)] = Field(0.0, description="m, 0 to 0.5")
     y: Annotated[float, Field(ge=0, le=0.5)] = Field(0.0, description="m, 0 to 0.5")
@@ -28,7 +28,7 @@ class CarrierDisplacementModel(FileModel):
 
 
 class CarrierModel(FileModel):
-    """What all kinds have in common."""
+    """Fields of all kinds of carriers."""
 
     T_world_place: PoseModel = Field(description="where it nominally stands, upright")
     displacement: CarrierDisplacementModel = Field(
@@ -100,7 +100,7 @@ class GridModel(CarrierModel):
 
 
 class BoxModel(CarrierModel):
-    """A box that is open above: a crate, a carton."""
+    """A box open above, such as a crate or carton."""
 
     kind: Literal["box"] = Field(description="box")
     inner: Sizes = Field(description="m, clear inside [x, y, z], z from the inner floor to the rim")
@@ -108,7 +108,7 @@ class BoxModel(CarrierModel):
 
 
 class TableModel(CarrierModel):
-    """The top of a table: no walls."""
+    """A table top without walls."""
 
     kind: Literal["table"] = Field(description="table")
     size: Sizes = Field(description="m, of the top [x, y, thickness]")
@@ -116,7 +116,7 @@ class TableModel(CarrierModel):
 
 
 class PartModel(FileModel):
-    """One body of a place of one's own: a box, a cylinder or a mesh."""
+    """One user-defined body: a box, a cylinder or a mesh."""
 
     name: Name = Field(description="a name of its own")
     box: Sizes | None = Field(None, description="m, a box [x, y, z]")
@@ -138,7 +138,7 @@ class PartModel(FileModel):
 
 
 class BodiesModel(CarrierModel):
-    """A place between bodies of one's own."""
+    """A place between user-defined bodies."""
 
     kind: Literal["bodies"] = Field(description="bodies")
     bodies: Annotated[tuple[PartModel, ...], Len(1, MAX_BODIES)] = Field(description="its bodies")

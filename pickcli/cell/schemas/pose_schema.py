@@ -1,4 +1,4 @@
-"""Schema of what the parts of a cell file share: names, poses, boxes between two corners."""
+"""Common schema parts of a cell file: names, poses and axis-aligned boxes."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ Width = Annotated[float, Field(ge=0, le=0.5)]
 
 
 class ToolModel(FileModel):
-    """What every tool says of itself."""
+    """Fields of all kinds of tools."""
 
     kind: str = Field("suction", description="suction or gripper")
     urdf: FilePath | None = Field(None, description="the tool's own URDF, where the robot's has no tool")
@@ -103,7 +103,7 @@ def _kind_of_tool(tool: Any) -> str:
     return "[gripper]" if kind == "gripper" else "[suction]"
 
 
-# Told apart by its kind, so that mistakes are told of that kind alone.
+# Discriminated by kind, so that mistakes refer to that kind only.
 AnyTool = Annotated[
     Annotated[SuctionModel, Tag("[suction]")] | Annotated[GripperModel, Tag("[gripper]")],
     Discriminator(_kind_of_tool),

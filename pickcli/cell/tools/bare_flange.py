@@ -1,4 +1,4 @@
-"""A flange on which nothing is mounted: it holds nothing, and says so to all that asks."""
+"""A flange without a tool, as a grip model that cannot hold items."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pickcli.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class BareFlange:
-    """What stands for a tool where a cell has none.
+    """Grip model of a cell without a tool.
 
     Attributes:
         flange_link: The robot's last link.
@@ -24,68 +24,68 @@ class BareFlange:
 
     @property
     def kind(self) -> str:
-        """The kind of tool in words: that there is none."""
+        """Kind of the tool in words: none."""
         return "none"
 
     @property
     def holder(self) -> str:
-        """What would hold an item, in a word."""
+        """Word for the link in messages."""
         return "flange"
 
     @property
     def limits(self) -> GripLimits:
-        """What a hold bears at most. Raises InputError, for nothing can be held."""
+        """Limits of a hold. Raises InputError, as nothing can be held."""
         raise InputError(
             f"no suction cup is mounted on {self.flange_link}: picks need one; add `tool` to the cell"
         )
 
     @property
     def contact_speed(self) -> float:
-        """The fastest final approach, m/s: infinite, as a flange meets nothing on purpose."""
+        """Largest speed of the final approach, m/s: infinite, as a flange makes no planned contact."""
         return np.inf
 
     @property
     def mover(self) -> DeviceKind:
-        """The kind of device that would change the state of a tool."""
+        """Kind of device that would change a tool's state."""
         return DeviceKind.TOOL_ACTUATOR
 
     @property
     def holds_by_vacuum(self) -> bool:
-        """Whether it holds by vacuum: no."""
+        """Whether it holds items by vacuum: False."""
         return False
 
     @property
     def tip_radius(self) -> float:
-        """Radius in m around the tip within which what is held begins: 0."""
+        """Radius in m around the tip in which a held item may begin: 0."""
         return 0.0
 
     @property
     def gives_way(self) -> float:
-        """How far in m it gives way along its axis: 0."""
+        """Compliant travel along the axis in m: 0."""
         return 0.0
 
     @property
     def stiffness(self) -> float:
-        """N/m with which it gives way: infinite, it is rigid."""
+        """Stiffness along the axis in N/m: infinite."""
         return np.inf
 
     @property
     def takes_widths(self) -> bool:
-        """Whether the tool rests at widths between its states: no."""
+        """Whether the tool can rest at widths between its states: False."""
         return False
 
     @property
     def finger_joints(self) -> tuple[str, ...]:
-        """Names of the joints of fingers: there are none."""
+        """Names of finger joints: none."""
         return ()
 
     @property
     def finger_links(self) -> tuple[str, ...]:
-        """Names of the links of fingers: there are none."""
+        """Names of finger links: none."""
         return ()
 
     def joint_position(self, joint: str, stated: float) -> float:
-        """Position of a joint that a state moves, as the cell states it.
+        """Return the position of a joint, which is the stated one.
 
         Args:
             joint: Name of a joint.
@@ -97,9 +97,9 @@ class BareFlange:
         return stated
 
     def motion_figures(self) -> dict[str, Any]:
-        """What stored motions depend on, for fingerprints: nothing."""
+        """Return the figures that stored motions depend on, for fingerprints: none."""
         return {}
 
     def limit_figures(self) -> dict[str, Any]:
-        """What the hold bears, for the hash of a scene: nothing."""
+        """Return the figures of the limits, for the hash of a scene: none."""
         return {}

@@ -1,10 +1,12 @@
-"""What a suction cup bears: limits on the wrench between it and the item, stated once for a cell.
+"""Load limits of a suction cup: limits on the wrench between cup and item.
 
 The wrench is w = (fx, fy, fz, tx, ty, tz), force in N and torque in Nm that the cup exerts on the item, at
-the tip of the uncompressed cup, in the tool frame (+z out of the cup, into the item). Two things end a hold:
+the tip of the uncompressed cup, in the tool frame (+z out of the cup, into the item). A hold fails in two
+ways:
 
-- *Separation of the lip.* The vacuum presses the lip on with a force; pull takes from it everywhere, bending
-  takes from one side and adds to the other. The lip lifts where the sum of both eats it up.
+- *Separation of the lip.* The vacuum presses the lip onto the item. Pull reduces that pressure everywhere;
+  bending reduces it on one side and increases it on the other. The lip lifts if the sum of both exceeds the
+  pressure.
 - *Slip.* Friction of the lip bears shear and twist together, inside an elliptic limit surface: S. Goyal,
   A. Ruina, J. Papadopoulos, "Planar sliding with dry friction", Wear 143 (1991); R. D. Howe and
   M. R. Cutkosky, "Practical force-motion models for sliding manipulation", IJRR 15(6), 1996. The same two
@@ -19,18 +21,18 @@ import numpy as np
 
 from pickcli.geometry import Array
 
-UNIFORM_DISC = 2.0 / 3.0  # torque over force times radius that friction bears under a uniform pressure
+UNIFORM_DISC = 2.0 / 3.0  # largest torque over force times radius, by friction under uniform pressure
 
 
 @dataclass(frozen=True)
 class CupLimits:
-    """Limits at full vacuum; all of them fall in proportion with the vacuum that the seal keeps.
+    """Limits at full vacuum; they decrease in proportion to the vacuum that the seal keeps.
 
     Attributes:
         max_pull: N along the cup's axis, away from it.
-        max_shear: N across it.
-        max_moment: Nm of bending, about any axis across it.
-        max_twist: Nm about it.
+        max_shear: N perpendicular to the axis.
+        max_moment: Nm of bending, about any axis perpendicular to the cup's.
+        max_twist: Nm about the cup's axis.
     """
 
     max_pull: float
@@ -40,27 +42,27 @@ class CupLimits:
 
     @property
     def bearer(self) -> str:
-        """The words for who bears the load, in reasons."""
+        """Subject of sentences about the load, for messages."""
         return "the cup bears"
 
     @property
     def bears_push(self) -> bool:
-        """True: what is pushed into the cup is pressed on."""
+        """True: a push into the cup increases the pressure of the lip."""
         return True
 
     def along_axis(self, wrench: Array) -> Array:
-        """The wrench in axes whose last one is the cup's: those of the tool frame.
+        """Return the wrench in axes whose last one is the cup's, which are those of the tool frame.
 
         Args:
             wrench: (..., 6) at the tip, in the tool frame.
 
         Returns:
-            (..., 6), the same.
+            (..., 6), unchanged.
         """
         return wrench
 
     def lip(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
-        """Share of the lip's force that pull and bending take up, at full vacuum share ``vacuum_share``.
+        """Compute the share of the lip's contact force that pull and bending use up.
 
         Args:
             wrench: (..., 6) at the tip, in the tool frame, exerted by the cup on the item.
@@ -74,7 +76,7 @@ class CupLimits:
         return _over(pull / self.max_pull + bending / self.max_moment, vacuum_share)
 
     def slip(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
-        """Share of the friction that shear and twist take up.
+        """Compute the share of the friction that shear and twist use up.
 
         Args:
             wrench: (..., 6) at the tip, in the tool frame, exerted by the cup on the item.
@@ -87,7 +89,7 @@ class CupLimits:
         return _over(np.hypot(shear / self.max_shear, wrench[..., 5] / self.max_twist), vacuum_share)
 
     def figures(self, wrench: Array) -> Array:
-        """What of a wrench the limits speak of.
+        """Compute the components of a wrench that the limits apply to.
 
         Args:
             wrench: (..., 6) at the tip, in the tool frame, exerted by the cup on the item.
@@ -100,7 +102,7 @@ class CupLimits:
         return np.stack([pull, shear, moment, twist])
 
     def ratio(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
-        """The load on the cup over what it bears: it holds up to 1.
+        """Compute the load on the cup over its limits; the cup holds up to 1.
 
         Homogeneous of degree 1 in the wrench, and the same for a wrench turned about the cup's axis.
 
@@ -109,13 +111,13 @@ class CupLimits:
             vacuum_share: Vacuum under the cup over full vacuum, a number or an array (...).
 
         Returns:
-            (...) the worse of ``lip`` and ``slip``, >= 0; infinite where there is no vacuum.
+            (...) the larger of ``lip`` and ``slip``, >= 0; infinite without vacuum.
         """
         return np.maximum(self.lip(wrench, vacuum_share), self.slip(wrench, vacuum_share))
 
 
 def twist_of(max_shear: float, cup_radius: float) -> float:
-    """The twist that a cup bears whose cell does not state it: friction of a uniformly pressed disc.
+    """Estimate the limit of twist if the cell states none, by the friction of a uniformly pressed disc.
 
     Args:
         max_shear: N.
@@ -129,7 +131,7 @@ def twist_of(max_shear: float, cup_radius: float) -> float:
 
 def _over(load: Array, share: Array | float) -> Array:
     """Quotient of load and share, infinite where the share is not positive."""
-    if isinstance(share, float):  # asked every millisecond of a simulation
+    if isinstance(share, float):  # called every millisecond in simulation
         return np.asarray(load / share if share > 0.0 else np.full_like(load, np.inf))
     share = np.asarray(share, dtype=np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):

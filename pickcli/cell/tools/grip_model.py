@@ -1,7 +1,7 @@
-"""What every kind of tool says of how it holds items: who asks here need not know which kind is mounted.
+"""Protocols of the figures and limits that every kind of tool has, for code that is independent of the kind.
 
-A kind of tool is a class with these figures (``SuctionCup``, ``ParallelGripper``). How items are grasped with
-it, verified and simulated is stated once in each of those rooms, in one class for each kind.
+A kind of tool is a class with these figures (``SuctionCup``, ``ParallelGripper``). The rooms for grasping,
+verification and simulation have one class each per kind.
 """
 
 from __future__ import annotations
@@ -16,35 +16,35 @@ class GripLimits(Protocol):
     """Limits on the wrench between a tool and the item that it holds.
 
     The wrench is w = (fx, fy, fz, tx, ty, tz), N and Nm, that the tool exerts on the item, about the tip, in
-    the tool frame. Of every kind there is an axis of the hold; forces along it pull, torques about it twist.
+    the tool frame. Every hold has an axis: forces along it are pull, torques about it are twist.
     """
 
     @property
     def max_pull(self) -> float:
-        """N of pull, along the axis of the hold."""
+        """Limit of pull, N along the axis of the hold."""
 
     @property
     def max_shear(self) -> float:
-        """N of shear, across the axis of the hold."""
+        """Limit of shear, N perpendicular to the axis of the hold."""
 
     @property
     def max_moment(self) -> float:
-        """Nm of bending, about any axis across that of the hold."""
+        """Limit of bending, Nm about any axis perpendicular to that of the hold."""
 
     @property
     def max_twist(self) -> float:
-        """Nm of twist, about the axis of the hold."""
+        """Limit of twist, Nm about the axis of the hold."""
 
     @property
     def bearer(self) -> str:
-        """The words for who bears the load, in reasons: "the cup bears"."""
+        """Subject of sentences about the load, for messages: "the cup bears"."""
 
     @property
     def bears_push(self) -> bool:
-        """Whether a push along the axis loads nothing; else it counts as a pull does."""
+        """Whether a push along the axis is no load; otherwise it counts as pull."""
 
     def along_axis(self, wrench: Array) -> Array:
-        """The wrench in axes whose last one is that of the hold.
+        """Return the wrench in axes whose last one is that of the hold.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame.
@@ -54,29 +54,29 @@ class GripLimits(Protocol):
         """
 
     def lip(self, wrench: Array, share: Array | float = 1.0) -> Array:
-        """Share of what presses tool and item together that pull and bending take up.
+        """Compute the share of the contact pressure that pull and bending use up.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame.
-            share: Of the limits that may be used.
+            share: Usable share of the limits.
 
         Returns:
-            (...) the hold opens above 1.
+            (...) share; the hold opens above 1.
         """
 
     def slip(self, wrench: Array, share: Array | float = 1.0) -> Array:
-        """Share of the friction that shear and twist take up.
+        """Compute the share of the friction that shear and twist use up.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame.
-            share: Of the limits that may be used.
+            share: Usable share of the limits.
 
         Returns:
-            (...) the hold slips above 1.
+            (...) share; the hold slips above 1.
         """
 
     def figures(self, wrench: Array) -> Array:
-        """What of a wrench the limits speak of.
+        """Compute the components of a wrench that the limits apply to.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame.
@@ -86,81 +86,81 @@ class GripLimits(Protocol):
         """
 
     def ratio(self, wrench: Array, share: Array | float = 1.0) -> Array:
-        """The load over what the tool bears: it holds up to 1.
+        """Compute the load over the limits; the tool holds up to 1.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame.
-            share: Of the limits that may be used.
+            share: Usable share of the limits.
 
         Returns:
-            (...) the worse of ``lip`` and ``slip``, >= 0.
+            (...) the larger of ``lip`` and ``slip``, >= 0.
         """
 
 
 class GripModel(Protocol):
-    """The figures of what holds items, of one kind of tool."""
+    """Figures of one kind of tool for holding items."""
 
     @property
     def kind(self) -> str:
-        """The kind of tool in words: "suction cup"."""
+        """Kind of the tool in words: "suction cup"."""
 
     @property
     def holder(self) -> str:
-        """The word for what holds an item: "cup"."""
+        """Word for the part that holds an item: "cup"."""
 
     @property
     def limits(self) -> GripLimits:
-        """What a hold bears at most."""
+        """Load limits of a hold."""
 
     @property
     def contact_speed(self) -> float:
-        """The fastest final approach, m/s."""
+        """Largest speed of the final approach, m/s."""
 
     @property
     def mover(self) -> DeviceKind:
-        """The kind of device that changes the state of the tool."""
+        """Kind of the device that changes the tool's state."""
 
     @property
     def holds_by_vacuum(self) -> bool:
-        """Whether it holds by vacuum, which pump and valve switch, and not by where its parts stand."""
+        """Whether it holds by vacuum, switched by pump and valve, and not by finger positions."""
 
     @property
     def tip_radius(self) -> float:
-        """Radius in m around the tip within which what is held begins."""
+        """Radius in m around the tip in which a held item may begin."""
 
     @property
     def gives_way(self) -> float:
-        """How far in m what meets an item gives way along the tool's axis; 0 where it does not."""
+        """Compliant travel along the tool's axis in m; 0 if rigid."""
 
     @property
     def stiffness(self) -> float:
-        """N/m with which it gives way."""
+        """Stiffness along the tool's axis in N/m."""
 
     @property
     def takes_widths(self) -> bool:
-        """Whether the tool rests in states between those that the cell names: at widths, in m."""
+        """Whether the tool can rest at widths in m between the states named by the cell."""
 
     @property
     def finger_joints(self) -> tuple[str, ...]:
-        """Names of the joints beside the chain that the state of the tool moves."""
+        """Names of the joints outside the chain that the tool's state moves."""
 
     @property
     def finger_links(self) -> tuple[str, ...]:
-        """Names of the links that may touch an item, where that is not the last one of the chain."""
+        """Names of the links that may touch an item, if these are not the last link of the chain."""
 
     def joint_position(self, joint: str, stated: float) -> float:
-        """Position of one of the joints that the state moves.
+        """Return the position of one of the joints that the state moves.
 
         Args:
             joint: Name of the joint.
-            stated: What the cell states of the state: rad or m.
+            stated: Value of the state in the cell file: rad or m.
 
         Returns:
             rad, or m of a prismatic joint.
         """
 
     def motion_figures(self) -> dict[str, Any]:
-        """What stored motions depend on, for fingerprints: names and figures as JSON has them, unrounded."""
+        """Return the figures that stored motions depend on, for fingerprints: as for JSON, unrounded."""
 
     def limit_figures(self) -> dict[str, Any]:
-        """What the hold bears, for the hash of a scene: names and figures as JSON has them, unrounded."""
+        """Return the figures of the limits, for the hash of a scene: as for JSON, unrounded."""

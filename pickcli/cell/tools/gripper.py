@@ -1,7 +1,7 @@
-"""A parallel gripper as data: two fingers that mirror each other, their pads, how hard and fast they close.
+"""A parallel gripper: two fingers that mirror each other, pads, force and speeds.
 
-The width of a gripper is the distance between its pads. The tool frame sits between them: its origin in the
-middle of the pads, +z out of the hand, y along which the fingers close.
+The width of a gripper is the distance between its pads. Tool frame: origin in the middle between the pads, +z
+out of the hand, y along the closing direction.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class Finger:
     Attributes:
         link: Name of its link.
         joint: Name of the prismatic joint that moves it in the hand.
-        side: +1 if its pad is on the +y side of the tool frame, -1 on the other.
-        opening: +1 if its joint's position grows as the gripper opens, else -1.
+        side: +1 if its pad is on the +y side of the tool frame, else -1.
+        opening: +1 if its joint's position increases when the gripper opens, else -1.
     """
 
     link: str
@@ -38,12 +38,12 @@ class ParallelGripper:
     """The figures of a parallel gripper.
 
     Attributes:
-        fingers: Both fingers; each moves by half of what the width changes.
+        fingers: Both fingers; each moves by half of a change of width.
         pad: (a, b) m, sides of the pads along x and z of the tool frame.
-        gap: m, width at which both joints stand at 0.
-        limits: What the pads bear when they are closed on something.
-        closing_speed: m/s at which the width changes.
-        contact_speed: m/s, fastest final approach, the fingers on either side of the item.
+        gap: m, width with both joints at 0.
+        limits: Load limits of the closed gripper.
+        closing_speed: m/s, rate of change of the width.
+        contact_speed: m/s, largest speed of the final approach with a finger on either side of the item.
     """
 
     fingers: tuple[Finger, Finger]
@@ -55,42 +55,42 @@ class ParallelGripper:
 
     @property
     def kind(self) -> str:
-        """The kind of tool in words."""
+        """Kind of the tool in words."""
         return "gripper"
 
     @property
     def holder(self) -> str:
-        """The word for what holds an item."""
+        """Word for the part that holds an item."""
         return "gripper"
 
     @property
     def mover(self) -> DeviceKind:
-        """What moves the fingers."""
+        """Kind of the device that moves the fingers."""
         return DeviceKind.GRIPPER
 
     @property
     def holds_by_vacuum(self) -> bool:
-        """False: the fingers hold by where they stand."""
+        """False: the fingers hold by their positions."""
         return False
 
     @property
     def tip_radius(self) -> float:
-        """The longer half of a pad."""
+        """Half of the longer side of a pad, m."""
         return max(self.pad) / 2
 
     @property
     def gives_way(self) -> float:
-        """How far in m it gives way along its axis: 0, as pads close on an item and press on nothing."""
+        """Compliant travel along the axis in m: 0, as the pads do not press along it."""
         return 0.0
 
     @property
     def stiffness(self) -> float:
-        """N/m with which it gives way along its axis: infinite."""
+        """Stiffness along the axis in N/m: infinite."""
         return np.inf
 
     @property
     def takes_widths(self) -> bool:
-        """True: on an item the fingers stand between open and closed."""
+        """True: closed on an item, the fingers rest between two states."""
         return True
 
     @property
@@ -104,16 +104,16 @@ class ParallelGripper:
         return tuple(finger.link for finger in self.fingers)
 
     def motion_figures(self) -> dict[str, Any]:
-        """Where the pads go with the joints: stored motions do not depend on what they bear."""
+        """Return the geometry of fingers and pads; stored motions do not depend on load limits."""
         fingers = [[f.link, f.joint, [f.side, f.opening]] for f in self.fingers]
         return {"gripper": [fingers, [*self.pad, self.gap]]}
 
     def limit_figures(self) -> dict[str, Any]:
-        """What the pads bear."""
+        """Return the figures of the pads' load limits."""
         return {"pinch limits": [self.limits.force, self.limits.friction, *self.limits.pad]}
 
     def joint_position(self, joint: str, stated: float) -> float:
-        """Position of a finger's joint at a width.
+        """Compute the position of a finger's joint at a width.
 
         Args:
             joint: Name of the joint.
@@ -126,7 +126,7 @@ class ParallelGripper:
         return finger.opening * (stated - self.gap) / 2
 
     def width_at(self, positions: Array) -> float:
-        """The width where the fingers' joints stand.
+        """Compute the width from the positions of the finger joints.
 
         Args:
             positions: (2,) m, of the joints of both fingers.

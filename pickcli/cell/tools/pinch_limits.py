@@ -1,16 +1,16 @@
-"""What two finger pads bear: limits on the wrench between a parallel gripper and the item, stated for a cell.
+"""Load limits of two finger pads: limits on the wrench between a parallel gripper and the item.
 
 The wrench is w = (fx, fy, fz, tx, ty, tz), force in N and torque in Nm that the pads exert on the item, about
-the middle between the pads, in the tool frame: z out of the hand, y along which the fingers close. Both pads
-press with the same force F, evenly over a rectangle of a x b. Two things end a hold:
+the middle between the pads, in the tool frame: z out of the hand, y along the closing direction. Both pads
+press with the same force F, evenly over a rectangle of a x b. A hold fails in two ways:
 
 - *Slip.* Friction of both pads bears shear along them and twist about y together, inside an elliptic limit
-  surface. Each pad is a soft finger: its friction bears a twist of mu F times the mean distance of the pad
+  surface. Each pad is a soft finger: its friction bears a twist of mu F times the mean distance of its points
   from its middle. S. Goyal, A. Ruina, J. Papadopoulos, "Planar sliding with dry friction", Wear 143 (1991);
   R. D. Howe and M. R. Cutkosky, "Practical force-motion models for sliding manipulation", IJRR 15(6), 1996.
-- *Opening.* A force along y adds to one pad what it takes from the other, and a torque across y shifts the
-  pressure towards an edge of each: by F b / 2 at most for each pad, b being the pad's shorter side. A pad
-  lifts where both eat up its pressure.
+- *Opening.* A force along y shifts pressure from one pad to the other, and a torque across y shifts it
+  towards an edge of each pad, by at most F b / 2 per pad, with b the pad's shorter side. A pad lifts if both
+  together exceed its pressure.
 """
 
 from __future__ import annotations
@@ -40,36 +40,36 @@ class PinchLimits:
 
     @property
     def bearer(self) -> str:
-        """The words for who bears the load, in reasons."""
+        """Subject of sentences about the load, for messages."""
         return "the pads bear"
 
     @property
     def bears_push(self) -> bool:
-        """False: along the axis a push loads one pad as a pull loads the other."""
+        """False: a push along the axis loads one pad as a pull loads the other."""
         return False
 
     @property
     def max_shear(self) -> float:
-        """N along the pads, in any direction."""
+        """Limit of shear along the pads, N in any direction."""
         return N_PADS * self.friction * self.force
 
     @property
     def max_twist(self) -> float:
-        """Nm about the axis along which the fingers close."""
+        """Limit of twist, Nm about the closing direction."""
         return self.max_shear * mean_distance(*self.pad)
 
     @property
     def max_pull(self) -> float:
-        """N along the axis along which the fingers close, either way."""
+        """Limit of force along the closing direction, N either way."""
         return N_PADS * self.force
 
     @property
     def max_moment(self) -> float:
-        """Nm of bending, about any axis across that one."""
+        """Limit of bending, Nm about any axis perpendicular to the closing direction."""
         return N_PADS * self.force * min(self.pad) / 2
 
     def along_axis(self, wrench: Array) -> Array:
-        """The wrench in axes whose last one is that along which the fingers close.
+        """Return the wrench in axes whose last one is the closing direction.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame.
@@ -80,11 +80,11 @@ class PinchLimits:
         return np.asarray(wrench[..., [2, 0, 1, 5, 3, 4]])
 
     def lip(self, wrench: Array, share: Array | float = 1.0) -> Array:
-        """Share of a pad's pressure that force along y and bending take up.
+        """Compute the share of a pad's pressure that force along y and bending use up.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame, exerted by the pads on the item.
-            share: Of the limits that may be used.
+            share: Usable share of the limits.
 
         Returns:
             (...) |fy| / max_pull + bending / max_moment over the share; a pad lifts above 1.
@@ -93,11 +93,11 @@ class PinchLimits:
         return np.asarray((np.abs(wrench[..., 1]) / self.max_pull + bending / self.max_moment) / share)
 
     def slip(self, wrench: Array, share: Array | float = 1.0) -> Array:
-        """Share of the friction that shear and twist take up.
+        """Compute the share of the friction that shear and twist use up.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame, exerted by the pads on the item.
-            share: Of the limits that may be used.
+            share: Usable share of the limits.
 
         Returns:
             (...) length of (shear / max_shear, twist / max_twist) over the share; the pads slip above 1.
@@ -106,7 +106,7 @@ class PinchLimits:
         return np.asarray(np.hypot(shear / self.max_shear, wrench[..., 4] / self.max_twist) / share)
 
     def figures(self, wrench: Array) -> Array:
-        """What of a wrench the limits speak of.
+        """Compute the components of a wrench that the limits apply to.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame, exerted by the pads on the item.
@@ -118,22 +118,22 @@ class PinchLimits:
         return np.stack([np.abs(wrench[..., 1]), shear, bending, np.abs(wrench[..., 4])])
 
     def ratio(self, wrench: Array, share: Array | float = 1.0) -> Array:
-        """The load on the pads over what they bear: they hold up to 1.
+        """Compute the load on the pads over their limits; they hold up to 1.
 
         Homogeneous of degree 1 in the wrench.
 
         Args:
             wrench: (..., 6) about the tip, in the tool frame, exerted by the pads on the item.
-            share: Of the limits that may be used.
+            share: Usable share of the limits.
 
         Returns:
-            (...) the worse of ``lip`` and ``slip``, >= 0.
+            (...) the larger of ``lip`` and ``slip``, >= 0.
         """
         return np.maximum(self.lip(wrench, share), self.slip(wrench, share))
 
 
 def mean_distance(a: float, b: float) -> float:
-    """Mean distance of the points of a rectangle from its middle.
+    """Compute the mean distance of a rectangle's points from its centre.
 
     Args:
         a: m, one side.

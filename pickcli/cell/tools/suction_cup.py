@@ -1,4 +1,4 @@
-"""A suction cup as data: its size, how its bellows give way, how fast it may go, and what its seal bears."""
+"""A suction cup: size, stiffness of the bellows, speeds, and load limits of the seal."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ class SuctionCup:
 
     Attributes:
         radius: m.
-        stroke: m, how far the bellows compress.
-        stiffness: N/m along the axis while relaxed.
-        tilt: rad, how far from square on a face the lip still seals.
-        limits: What the seal bears.
-        contact_speed: m/s, fastest final approach.
-        take_up: m of a lift in which the sealed cup gives way until it bears the item's weight.
-        take_up_speed: m/s, fastest in that stretch where the weight bends the cup.
-        seal_time: s at rest on the item before it is moved, for the vacuum to build up under the cup.
+        stroke: m, compression of the bellows.
+        stiffness: N/m of the relaxed bellows along the axis.
+        tilt: rad, largest angle to a face's normal at which the lip seals.
+        limits: Load limits of the seal.
+        contact_speed: m/s, largest speed of the final approach.
+        take_up: m at the start of a lift in which the sealed cup stretches until it bears the item's weight.
+        take_up_speed: m/s, largest speed in that stretch if the weight bends the cup.
+        seal_time: s at rest on the item before it is moved, while the vacuum builds up under the cup.
     """
 
     radius: float
@@ -37,54 +37,54 @@ class SuctionCup:
 
     @property
     def kind(self) -> str:
-        """The kind of tool in words."""
+        """Kind of the tool in words."""
         return "suction cup"
 
     @property
     def holder(self) -> str:
-        """The word for what holds an item."""
+        """Word for the part that holds an item."""
         return "cup"
 
     @property
     def mover(self) -> DeviceKind:
-        """What moves the joint of the cup, if it has one."""
+        """Kind of the device that moves the cup's joint, if there is one."""
         return DeviceKind.TOOL_ACTUATOR
 
     @property
     def holds_by_vacuum(self) -> bool:
-        """Whether it holds by vacuum: yes."""
+        """True: it holds items by vacuum."""
         return True
 
     @property
     def tip_radius(self) -> float:
-        """That of the lip."""
+        """Radius of the lip, m."""
         return self.radius
 
     @property
     def gives_way(self) -> float:
-        """How far the bellows compress."""
+        """Compression of the bellows, m."""
         return self.stroke
 
     @property
     def takes_widths(self) -> bool:
-        """False: the cup rests in the states that the cell names."""
+        """False: the cup rests only in the states named by the cell."""
         return False
 
     @property
     def finger_joints(self) -> tuple[str, ...]:
-        """None: the joint of the cup is the last of the chain."""
+        """Empty: the cup's joint is part of the chain."""
         return ()
 
     @property
     def finger_links(self) -> tuple[str, ...]:
-        """None: the cup is the last link of the chain."""
+        """Empty: the cup is the last link of the chain."""
         return ()
 
     def joint_position(self, joint: str, stated: float) -> float:
-        """Position of the joint of the cup, which is what the cell states.
+        """Return the position of the cup's joint, which is the stated one.
 
         Args:
-            joint: Its name.
+            joint: Name of the joint.
             stated: rad or m.
 
         Returns:
@@ -93,9 +93,9 @@ class SuctionCup:
         return stated
 
     def motion_figures(self) -> dict[str, Any]:
-        """The cup's size and how it gives way: stored motions do not depend on what it bears."""
+        """Return size, stroke and tilt; stored motions do not depend on load limits."""
         return {"cup": [self.radius, self.stroke, self.tilt]}
 
     def limit_figures(self) -> dict[str, Any]:
-        """What the seal bears."""
+        """Return the figures of the seal's load limits."""
         return {"cup limits": list(astuple(self.limits))}

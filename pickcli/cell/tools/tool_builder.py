@@ -1,4 +1,4 @@
-"""The tool of an arm, made from what a cell file states of it."""
+"""Builds the tool of an arm from a cell file."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from pickcli.geometry import Array, inverse, pose
 
 
 def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) -> Tool:
-    """Make the tool of an arm.
+    """Build the tool of an arm.
 
     Args:
-        tool: What the cell states of it; None where nothing is mounted.
-        tip: Name of the chain's last link, which is the tip where nothing is mounted.
+        tool: The tool as it stands in the cell file; None without a tool.
+        tip: Name of the chain's last link, used as the tip without a tool.
         robot: The robot with the tool.
 
     Returns:
@@ -46,7 +46,7 @@ def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) 
 
 
 def _gripper_tool(tool: GripperModel, robot: Urdf) -> Tool:
-    """The tool whose frame is the last link of the chain, wherever the fingers stand."""
+    """Build a gripper, whose tool frame is the last link of the chain, independent of the width."""
     states = {ToolState(name): width for name, width in tool.states.items()}
     along, deep = tool.pad_size
     return Tool(
@@ -94,7 +94,7 @@ def _cup(tool: SuctionModel) -> SuctionCup:
 
 
 def _T_lance_last(tool: SuctionModel, robot: Urdf, position: float) -> Array:
-    """Pose (4, 4) of the cup in the flange as the tool is mounted on it, at a position in rad or m."""
+    """Pose (4, 4) of the cup in the flange as the tool is mounted on it, at a joint position in rad or m."""
     fixed, last = robot.way(tool.last_link)[-2:]
     T_flange_tool = np.eye(4) if tool.T_flange_tool is None else tool.T_flange_tool.T
     T_flange_last = fixed.T_parent_joint @ last.T_parent_joint @ joint_motion(last, position)
