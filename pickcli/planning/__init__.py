@@ -1,7 +1,7 @@
 """Online queries, from a scene to a proven, timed plan with its events.
 
-Read `pick` with `pick_problem`, then its `stages` in their order, with what they hand to each other in
-`pick_motion`, then `assembly`, where what the stages prove becomes a plan. `move` and `recovery` are the
-other queries; `arm_choice` says which of several arms to ask. All need the `planning_context`, the
-`start_state` and the figures in `pick_settings`.
+Read `pick` with `pick_problem`, then its `stages` in their order, with the results that they pass on in
+`pick_motion`, then `assembly`, which makes a plan of the proven segments. `move` and `recovery` are the
+other queries; `arm_choice` selects one of several arms. All need the `planning_context`, the `start_state`
+and the parameters in `pick_settings`.
 """

@@ -1,4 +1,4 @@
-"""Which arm picks an item: by what its tool holds, by what it reaches, and by the preference of the cell."""
+"""Choice of the arm for a pick: by what its tool can hold, what it reaches, and the cell's preference."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
 
-MOST_GRASPS = 24  # the best ones that are asked about: enough to tell an arm that reaches a bin from another
-SEEDS = 16  # of inverse kinematics, for each of them
+MOST_GRASPS = 24  # best grasps that are tested: enough to find out whether an arm reaches a bin
+SEEDS = 16  # of inverse kinematics, for each grasp
 
 
 @dataclass(frozen=True)
 class ArmSuitability:
-    """What speaks for and against an arm for one pick.
+    """Suitability of an arm for one pick.
 
     Attributes:
         arm: Name of the arm.
-        preference: Of the cell: the least goes first.
-        n_grasps: Grasps by which its tool would hold the item, the best of them at most.
-        n_reached: How many of these its tip reaches, whatever is in the way.
+        preference: Preference stated by the cell; the lowest comes first.
+        n_grasps: Number of tested grasps by which its tool would hold the item, best first.
+        n_reached: Number of these that its tip reaches, obstacles ignored.
         against: Why its tool would not hold the item; None if it would.
     """
 
@@ -42,12 +42,12 @@ class ArmSuitability:
 
     @property
     def reason(self) -> Reason:
-        """Why the arm cannot do it, where it is not able."""
+        """Why the arm cannot pick the item, if it is not able."""
         far = Reason("out of reach", f"arm {self.arm}", f"none of {self.n_grasps} grasps is reached")
         return far if self.against is None else self.against.within(f"arm {self.arm}")
 
     def __str__(self) -> str:
-        """One line for people."""
+        """Summarise the suitability in one line."""
         if self.against is not None:
             return f"arm {self.arm}: cannot hold it: {self.against}"
         reach = f"{self.n_reached or 'none'} of {self.n_grasps} grasps"
@@ -61,13 +61,13 @@ def rank_arms(
 
     Args:
         scenes: The scene as each arm sees it.
-        preferences: By name of the arm.
-        query: The pick that is asked for.
+        preferences: Preference by name of the arm.
+        query: The requested pick.
         seed: Seed of all random choices.
 
     Returns:
-        Those that are able first, the preferred one before the others, and of two that are preferred alike
-        the one that reaches more; then those that are not.
+        Able arms first, by preference, then by the number of grasps that they reach; then the arms that are
+        not able.
     """
     judged = [_judged(scene, preferences[scene.cell.arm], query, seed) for scene in scenes]
     return tuple(sorted(judged, key=lambda arm: (not arm.is_able, arm.preference, -arm.n_reached)))

@@ -1,4 +1,4 @@
-"""``plan_move``: KTH's move primitive, with the empty tool."""
+"""``plan_move``: a move of the empty tool (KTH's move primitive)."""
 
 from __future__ import annotations
 
@@ -28,17 +28,16 @@ def plan_move(
     label: str = "move",
     recorder: ExperienceRecorder | None = None,
 ) -> Plan:
-    """Plan a move of the empty tool from rest to rest, in the tool state that it is in.
+    """Plan a move of the empty tool from rest to rest, in its current tool state.
 
     Args:
         context: The cell, its models and its precomputed files.
         scene: Poses as perceived; their noise bounds inflate the shapes.
         start: Configuration and tool state in which the robot is at rest.
-        q_goal: (n,) configuration where it ends, continuous joints up to whole turns: it goes the short way
-            there.
+        q_goal: (n,) goal configuration; continuous joints take the shorter way, up to whole turns.
         seed: Seed of all random choices.
-        label: Name of the plan, in messages too.
-        recorder: Gets what coarse queries found that was not stored; None drops it.
+        label: Name of the plan, also in messages.
+        recorder: Records experience of coarse queries; None discards it.
 
     Returns:
         The plan, uncertified.

@@ -1,4 +1,4 @@
-"""``plan_pick``: from leaving for the bin to the item let go, in the tote or in another bin."""
+"""``plan_pick``: from the start configuration to the item released in the tote or in another bin."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 
-MOST_REJECTED = 4  # plans of one query that may be rejected before it is given up
+MOST_REJECTED = 4  # rejected plans of one query after which planning fails
 
 
 def plan_pick(
@@ -32,24 +32,24 @@ def plan_pick(
 ) -> Plan:
     """Plan one pick.
 
-    Whoever is to certify the plan may be handed in: then what is rejected gives way to the next candidate.
+    If ``certify`` rejects a plan, the next candidate is tried.
 
     Args:
         context: The cell, its models and its precomputed files.
         scene: Poses as perceived; their noise bounds inflate the shapes.
-        query: The pick that is asked for.
+        query: The requested pick.
         start: Configuration and tool state in which the robot is at rest.
         seed: Seed of all random choices.
-        recorder: Gets what coarse queries found that was not stored; None drops it.
-        certify: Gives the plan its certificate, or says why not; None for none (``verification.verify``
-            gives it).
+        recorder: Records experience of coarse queries; None discards it.
+        certify: Returns the plan with its certificate, or the reasons for its rejection; None leaves plans
+            uncertified (see ``verification.verify``).
 
     Returns:
-        The plan, with its time of computation in ms under ``statistics``.
+        The plan, with its computation times in ms under ``statistics``.
 
     Raises:
-        UnknownNameError: If a bin or item of the query is not there.
-        NoPlanError: If the start is not free, or no candidate leads to a whole motion that is certified; with
+        UnknownNameError: If a place or item of the query does not exist.
+        NoPlanError: If the start is not free, or no candidate leads to a complete, certified motion; with
             every reason.
     """
     began = time.perf_counter()
@@ -74,9 +74,9 @@ def plan_pick(
 def _candidates(
     problem: PickProblem, query: PickQuery, start: Start, recorder: ExperienceRecorder, began: float
 ) -> Iterator[Plan | Failures]:
-    """Uncertified plans of a pick, each of another grasp, the best first; and why others came to nothing.
+    """Yield uncertified plans of a pick, one per grasp, the best first, and the failures of other grasps.
 
-    began: s by ``time.perf_counter`` at which the query was asked
+    began: s by ``time.perf_counter`` at the start of the query
     """
     grasps, failures = feasible_grasps(problem, query.exclude)
     grasped = time.perf_counter()

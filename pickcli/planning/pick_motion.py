@@ -1,4 +1,4 @@
-"""What the stages of a pick hand to each other, in the order in which it is made: values only."""
+"""Data that the stages of a pick pass on, in the order in which it is computed."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from pickcli.scene.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class ToolLines:
-    """What the tool alone can do for one grasp.
+    """Tool motions of one grasp, planned for the tool without the arm.
 
     Attributes:
-        grasp: Where the tool takes the target.
-        modes: What each stage of the grasp must be free for, without the target.
-        inward: Ways to the contact, the plainest first.
-        outward: Ways out of the place that leave the tool room, and on which it holds.
+        grasp: Grasp of the target.
+        modes: Modes of the grasp's segments, without the target.
+        inward: Ways to the contact, the simplest first.
+        outward: Ways out of the place with clearance for the tool, on which it holds the target.
     """
 
     grasp: Grasp
@@ -36,19 +36,19 @@ class ToolLines:
 
     @property
     def contact(self) -> Array:
-        """(4, 4) pose of the tool in the world where it takes the target."""
+        """(4, 4) pose of the tool in the world at the grasp."""
         return self.inward[0].contact
 
 
 @dataclass(frozen=True, eq=False)
 class GraspMotion:
-    """All segments of one grasp inside its place. Each starts where the one before ends.
+    """All segments of one grasp inside its place. Each starts at the end of the one before.
 
     Attributes:
-        grasp: Where the tool takes the target.
-        attached: The target in the tool.
-        inward: Pre-approach, approach and contact, with the empty tool. Where fingers close, the contact has
-            no length.
+        grasp: Grasp of the target.
+        attached: The target, attached to the tool.
+        inward: Pre-approach, approach and contact, with the empty tool. For fingers, the contact has no
+            length.
         outward: First stretch of the lift, lift and retreat, with the target.
     """
 
@@ -73,14 +73,14 @@ class GraspMotion:
         return self.outward[-1].mode.tool_state
 
     def turned_towards(self, limits: Limits, q: Array) -> GraspMotion:
-        """The motion turned by whole turns, to start within half a turn of a configuration in every joint.
+        """Shift the motion by whole turns, to start within half a turn of a configuration in every joint.
 
         Args:
             limits: Limits of the n joints.
-            q: (n,) the configuration that it is reached from.
+            q: (n,) the configuration from which it is reached.
 
         Returns:
-            The motion, turned by whole turns.
+            The shifted motion.
         """
         by = turned_towards(limits, self.start, q) - self.start
         if not by.any():
@@ -95,9 +95,9 @@ class GraspTransit:
 
     Attributes:
         taking: The motion inside the place, to the item and out with it.
-        transit: From the start to where that begins.
-        cost: s, about the time to the end of the retreat, and what the grasp's score is worth.
-        experience: What was found on the way to it that was not stored, also of grasps that were not chosen.
+        transit: From the start configuration to the start of ``taking``.
+        cost: s, estimated time to the end of the retreat, plus the cost of the grasp's score.
+        experience: New experience of the search for transits, also to grasps that were not chosen.
     """
 
     taking: GraspMotion
@@ -108,13 +108,13 @@ class GraspTransit:
 
 @dataclass(frozen=True, eq=False)
 class PlaceMotion:
-    """One way to let the item go. Each segment starts where the one before ends.
+    """One way to place the item. Each segment starts at the end of the one before.
 
     Attributes:
-        scene: The scene when the item has been let go.
+        scene: The scene after the release.
         inward: With the item, to the release.
-        away: With the empty tool, in that scene. Where fingers open, the first has no length.
-        cost: s that a better place would be worth.
+        away: With the empty tool, in ``scene``. For fingers, the first has no length.
+        cost: s, penalty of the placement.
     """
 
     scene: Scene
@@ -124,18 +124,18 @@ class PlaceMotion:
 
     @property
     def start(self) -> Array:
-        """Configuration (n,) in which the transfer arrives."""
+        """Configuration (n,) at the end of the transfer."""
         return self.inward[0].start
 
     def turned_towards(self, limits: Limits, q: Array) -> PlaceMotion:
-        """The motion turned by whole turns, to start within half a turn of a configuration in every joint.
+        """Shift the motion by whole turns, to start within half a turn of a configuration in every joint.
 
         Args:
             limits: Limits of the n joints.
-            q: (n,) the configuration that it is reached from.
+            q: (n,) the configuration from which it is reached.
 
         Returns:
-            The motion, turned by whole turns.
+            The shifted motion.
         """
         by = turned_towards(limits, self.start, q) - self.start
         if not by.any():
@@ -146,14 +146,14 @@ class PlaceMotion:
 
 @dataclass(frozen=True, eq=False)
 class PickMotion:
-    """The geometry of a whole pick.
+    """All segments of a pick, not yet timed.
 
     Attributes:
-        transit: From where the robot is to the pre-approach.
+        transit: From the start configuration to the pre-approach.
         taking: Inside the place, to the item and out with it.
-        transfer: From the end of the retreat to where the placement begins.
-        placement: To the release, and away from there.
-        experience: What the search for the transfer found that was not stored.
+        transfer: From the end of the retreat to the start of the placement.
+        placement: To the release, and away from it.
+        experience: New experience of the search for the transfer.
     """
 
     transit: MotionSegment

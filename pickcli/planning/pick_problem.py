@@ -1,4 +1,4 @@
-"""One pick: what is asked, and the planning problem that follows from it."""
+"""A pick: the query, and the planning problem that it poses."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from pickcli.planning.stages.extraction import Extraction
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.seeds import derived_seed
 
-SAME_PRESS = 1e-9  # m, and share of a unit vector: turned about its axis, a tool presses as before
-Certify = Callable[[Plan], Plan | Failures]  # gives a plan its certificate, or says why it gets none
+SAME_PRESS = 1e-9  # m, and share of a unit vector: turns about the tool's axis do not change a press
+Certify = Callable[[Plan], Plan | Failures]  # returns the certified plan, or why it is rejected
 
 
 @dataclass(frozen=True)
 class PickQuery:
-    """What is asked of a pick.
+    """A requested pick.
 
     Attributes:
         out_of: Place that is picked from.
         item: Instance id or name of the target.
-        into: Place where the item is brought.
+        into: Place that the item is brought to.
         exclude: Grasps that failed before, or kinds of them.
-        neighbours: What motions inside the place do about other items.
+        neighbours: How motions inside the place treat other items.
     """
 
     out_of: str
@@ -45,15 +45,15 @@ class PickQuery:
 
 @dataclass(frozen=True, eq=False)
 class PickProblem:
-    """Taking one target out of the place that it is in, to another.
+    """The problem of moving one target from its place to another.
 
     Attributes:
         context: The cell, its models and its precomputed files.
         scene: Poses as perceived; their noise bounds inflate the shapes.
-        place: Where the target is.
+        place: Place of the target.
         target: The item that is picked.
-        destination: Where the target is brought.
-        neighbours: What motions inside the place do about other items.
+        destination: Place that the target is brought to.
+        neighbours: How motions inside the place treat other items.
         seed: Seed of all random choices.
     """
 
@@ -67,19 +67,19 @@ class PickProblem:
 
     @classmethod
     def of(cls, context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
-        """The problem that a query poses.
+        """Build the problem of a query.
 
         Args:
             context: The cell, its models and its precomputed files.
             scene: Poses as perceived.
-            query: The pick that is asked for.
+            query: The requested pick.
             seed: Seed of all random choices.
 
         Returns:
-            The problem, with the places and the target that the query names.
+            The problem, with the places and the target named by the query.
 
         Raises:
-            UnknownNameError: If a place or the item is not there.
+            UnknownNameError: If a place or the item does not exist.
         """
         places = context.cell.places
         for name in (query.out_of, query.into):
@@ -90,41 +90,41 @@ class PickProblem:
         return cls(context, scene, place, target, destination, query.neighbours, seed)
 
     def back_from(self, placed: PlacedItem) -> PickProblem:
-        """The pick that undoes this one.
+        """Return the pick that would undo this one.
 
         Args:
-            placed: The target where it was set down at the destination.
+            placed: The target as set down at the destination.
 
         Returns:
-            The pick of the target from there to where it is now.
+            The pick of the target from there back to its current place.
         """
         moved = self.scene.moved(placed)
         return replace(self, scene=moved, place=self.destination, target=placed, destination=self.place)
 
     @property
     def label(self) -> str:
-        """Name of the pick, in plans and messages: "pick ITEM from PLACE", and where to if not the tote."""
+        """Name of the pick in plans and messages: "pick ITEM from PLACE", plus "into PLACE" if not the tote."""
         told = f"pick {self.target.id} from {self.place.name}"
         return told if self.destination.name == TOTE else f"{told} into {self.destination.name}"
 
     @cached_property
     def T_world_entry(self) -> Array:
-        """(4, 4) frame of the way into the place, as that really stands: x leads in."""
+        """(4, 4) frame of the way into the place at its actual pose; x points inwards."""
         return np.asarray(self.scene.T_world_place(self.place) @ self.place.T_place_entry)
 
     @cached_property
     def T_entry_item(self) -> Array:
-        """(4, 4) pose of the target in the frame of the way in."""
+        """(4, 4) pose of the target in the entry frame."""
         return np.asarray(inverse(self.T_world_entry) @ self.target.T_world_item)
 
     @property
     def uncertainty(self) -> float:
-        """How far any point of the target may be from where its pose says, m."""
+        """Upper bound of the distance of any point of the target from its stated position, m."""
         return self.scene.noise.bound(self.target.item)
 
     @property
     def ignored(self) -> frozenset[str]:
-        """Ids of the neighbours that count as not there."""
+        """Ids of the neighbours that are ignored."""
         if self.neighbours is Neighbours.AVOID:
             return frozenset()
         here = self.scene.in_location(self.place.name)
@@ -132,17 +132,17 @@ class PickProblem:
 
     @cached_property
     def picks_back(self) -> dict[bytes, tuple[PickProblem, ...] | Failures]:
-        """By how the target stands there: picks from where it could be set down, as far as was asked."""
+        """Cache of picks from set-down placements (or failures) by the target's orientation there."""
         return {}
 
     def contact_speed(self, grasp: Grasp) -> float | None:
-        """The fastest that the tool may meet the target, worked out once for all turns about the tool's axis.
+        """Return the highest speed at which the tool may meet the target, cached for all turns of the tool.
 
         Args:
-            grasp: Where the tool takes the target.
+            grasp: Grasp of the target.
 
         Returns:
-            m/s; None where the tool tips the target at any useful speed.
+            m/s; None if the tool tips the target at any useful speed.
         """
         at = np.rint(grasp.T_item_tip[:3, 2:] / SAME_PRESS).astype(np.int64).tobytes()
         press = (grasp.kind, grasp.face, grasp.tool_state, at)
@@ -156,13 +156,13 @@ class PickProblem:
 
     @cached_property
     def contacts(self) -> PickContacts:
-        """Which contacts are allowed, stage by stage."""
+        """The allowed contacts of each stage."""
         stretch = self.context.settings.lift_contact
         return PickContacts(self.scene, self.target, frozenset(self.place.support), self.ignored, stretch)
 
     @cached_property
     def extraction(self) -> Extraction:
-        """The ways out of the place for the target by itself."""
+        """The extraction of the target, considered as a free flyer."""
         shape = self.target.item.shape.inflated(self.uncertainty)
         free = FreeItem(
             self.target.item, self.target.T_world_item, self.T_world_entry[:3, :3], self.uncertainty

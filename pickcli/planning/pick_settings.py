@@ -1,23 +1,23 @@
-"""The figures that shape a pick. Lengths in m, speeds in m/s, times in s."""
+"""Parameters of a pick. Lengths in m, speeds in m/s, times in s."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
 
-SLOWER_THAN_ALLOWED = 0.98  # of a limit of the tool's speed: timing bounds it between points, nearly
+SLOWER_THAN_ALLOWED = 0.98  # of a limit of the tool's speed: between points timing bounds it only roughly
 
 
 class Neighbours(StrEnum):
-    """What the lines inside the bin do about other items."""
+    """How lines inside the bin treat other items."""
 
     AVOID = "avoid"  # Delft: no contact with neighbours except for the stated first stretch of the lift
-    IGNORE = "ignore"  # KTH: collisions with the bin's content are not considered
+    IGNORE = "ignore"  # KTH: collisions with other items in the bin are ignored
 
 
 @dataclass(frozen=True)
 class PickSettings:
-    """How a pick is shaped and how long the search goes on (counted, never timed).
+    """Shape of a pick and effort of the search (counted, not timed).
 
     Attributes:
         approach_offset: m, length of the approach along the tool axis.
@@ -26,11 +26,11 @@ class PickSettings:
         preapproach_speed: m/s of the tool from the pre-approach into the bin.
         lift_speed: m/s of the tool on the lift.
         retreat_speed: m/s of the tool on the retreat.
-        place_speed: m/s of the tool where the item is set down.
-        release_time: s at rest where the item is let go, for the cup to be vented, and no longer: what lands
-            on an edge turns over, and its other end comes up.
+        place_speed: m/s of the tool while the item is set down.
+        release_time: s at rest at the release, while the cup is vented. Not longer: an item that lands on an
+            edge turns over, and its other end rises.
         load_ratio: Share of what the cup bears that planned motion may use.
-        load_worth: s that a grasp without load gains over one that takes up all that the cup bears.
+        load_worth: s of cost difference between a grasp without load and one with all that the cup bears.
         wanted: Number of feasible grasps among which the best whole motion is chosen.
         solutions_per_grasp: Number of inverse-kinematics branches followed per grasp.
         shortcuts: Number of shortcuts tried on a coarse motion.

@@ -1,4 +1,4 @@
-"""What every query of one process shares: the cell, its models and the precomputed files."""
+"""State that all queries of one process share: the cell, its models and the precomputed files."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from pickcli.scene.scene import Scene
 
-RESERVE = 0.003  # m that coarse motions are planned with on top of the clearance: they are fast, and blended
+RESERVE = 0.003  # m of additional clearance for coarse motions: they are fast, and blended
 
 
 @dataclass(frozen=True, eq=False)
 class PlanningContext:
-    """What online queries need, warm and never changed: ``dataclasses.replace`` gives one with other files.
+    """Immutable data of online queries; ``dataclasses.replace`` makes one with other files.
 
     Attributes:
-        cell: The cell that is planned for.
-        stored: The cell's roadmap; without one coarse queries have nothing to search.
+        cell: The cell.
+        stored: The cell's roadmap; without one, coarse queries have no roadmap to search.
         database: The cell's trajectory database, if it is built.
-        settings: How picks are planned.
-        learned: Motions that are asked for where ``database`` has none.
+        settings: Settings of picks.
+        learned: Motions that are looked up if ``database`` has none.
     """
 
     cell: Cell
@@ -44,7 +44,7 @@ class PlanningContext:
 
     @cached_property
     def roadmap(self) -> Roadmap:
-        """The roadmap that coarse queries search, empty where none is stored."""
+        """The roadmap that coarse queries search, empty if none is stored."""
         return self.stored or Roadmap.empty(self.cell.robot.joint_names)
 
     @cached_property
@@ -59,7 +59,7 @@ class PlanningContext:
 
     @cached_property
     def method(self) -> GraspMethod:
-        """How the cell's tool takes items, holds them and lets them go."""
+        """The method by which the cell's tool grasps, holds and releases items."""
         return grasp_method(self.cell.robot.tool)
 
     @cached_property
@@ -69,29 +69,29 @@ class PlanningContext:
 
     @cached_property
     def checkers(self) -> CheckerCache:
-        """The checkers of the cell's model, of which the last ones are kept."""
+        """Cache of recently used checkers of the cell's model."""
         return CheckerCache(self.model)
 
     def configurations_at(self, place: Place) -> list[Array]:
-        """Configurations that the cell names for a place.
+        """Return the configurations that the cell names for a place.
 
         Args:
             place: The place.
 
         Returns:
-            (n,) each: above a place with access from above, else in front of its mouth. A cell need not name
+            (n,) each: above a place with access from above, else in front of its mouth. A cell may name none.
             any.
         """
         return [named.q for named in self.cell.configurations_at(place)]
 
     def checker_for(self, scene: Scene, mode: Mode) -> SceneChecker:
-        """The checker of motions of the robot in one mode in a scene.
+        """Return the checker for motions of the robot in one mode in a scene.
 
         Args:
-            scene: What stands around the robot.
-            mode: What the motions must be free for.
+            scene: The planning scene.
+            mode: Tool state, attached item and allowed contacts.
 
         Returns:
-            The checker, a kept one if there is one.
+            The checker, from the cache if it is there.
         """
         return self.checkers.robot(scene, mode)

@@ -1,4 +1,4 @@
-"""Where the robot is when a query is asked (MoveIt: the start state)."""
+"""State of the robot at the start of a query (MoveIt: the start state)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pickcli.geometry import Array
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """State of the robot at rest, from which a query starts.
+    """State of the robot at rest at the start of a query.
 
     Attributes:
         q: (n,) configuration, m and rad.

@@ -1,4 +1,4 @@
-"""Runs that are timed and proven: one stitched motion between two stops, timed under what the cup bears."""
+"""Timed and proven runs: one stitched motion between two stops, timed within what the cup bears."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from pickcli.timing.path_constraint import PathConstraint
 from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.wrench_limit import WrenchLimit
 
-BETWEEN = 1e-3  # share of the load that may be added between the states at which the timing checked it
+BETWEEN = 1e-3  # share of the load by which it may exceed the limit between the states that timing checks
 LEVEL = np.cos(np.pi / 4)  # sine of a cup's slope under which it holds an item by its side
-TURNS = 0.25  # share of what the cup bears from which on the weight's torque has to be taken up slowly
-MENDS = 5  # times that a run is timed, with narrower blends or slower, to keep what is promised of lines
+TURNS = 0.25  # share of what the cup bears from which on the torque of the weight must be taken up slowly
+MENDS = 5  # times that a run is timed again, with narrower blends or slower, to keep its promises
 
 
 @dataclass(frozen=True, eq=False)
 class CertifiedRun:
-    """A run with an item, and what the cup feels.
+    """A timed run with an item, and the load on the cup.
 
     Attributes:
         run: The timed run.
-        load: The worst load on the cup over it.
+        load: The worst load on the cup during the run.
     """
 
     run: TimedRun
@@ -48,11 +48,11 @@ class CertifiedRun:
 def proven_run(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment]
 ) -> TimedRun | Failures:
-    """One run whose timed motion is proven free.
+    """Time one run and prove the timed motion free.
 
     Args:
         context: The cell with the models that time and prove the run.
-        scene: What stands around it.
+        scene: The planning scene.
         segments: Segments of the run, from rest to rest.
 
     Returns:
@@ -74,17 +74,17 @@ def proven_run(
 def carried_run(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
 ) -> CertifiedRun | Failures:
-    """One run with an item, nowhere faster than the cup holds under gravity and acceleration.
+    """Time one run with an item so that the cup holds under gravity and acceleration.
 
-    Where the motion without a load keeps what the cup bears, that is the answer. Else it is timed again, with
-    the wrench among its limits.
+    If the run timed without regard to the load keeps within what the cup bears, it is returned. Else it is
+    timed again, with the wrench among its limits.
 
     Args:
         context: The cell with the models that time and prove the run.
-        scene: What stands around it.
+        scene: The planning scene.
         segments: Segments of the run, from rest to rest.
-        grasp: Where the cup sits on the item.
-        hold: The item as it hangs in the cup.
+        grasp: Grasp of the item.
+        hold: The item as the cup holds it.
 
     Returns:
         The run with the load on the cup, or every reason why the cup would not hold or the motion is not
@@ -123,17 +123,17 @@ def carried_run(
 def carried_runs(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
 ) -> tuple[CertifiedRun, ...] | Failures:
-    """The motion with the item: where that must be slow, the take-up of its weight is a run by itself.
+    """Time the motion with the item, as two runs if the cup must take up the weight slowly.
 
     Args:
         context: The cell with the models that time and prove the runs.
-        scene: What stands around them.
-        segments: From where the item was grasped to where it is let go.
-        grasp: Where the cup sits on the item.
-        hold: The item as it hangs in the cup.
+        scene: The planning scene.
+        segments: From the grasp of the item to its release.
+        grasp: Grasp of the item.
+        hold: The item as the cup holds it.
 
     Returns:
-        One run, or two of which the first ends within the first segment; or every reason why there is none.
+        One run, or two of which the first ends within the first segment; or every reason for failure.
     """
     divided = divided_lift(context.arm, context.method, segments[0], hold)
     parts = (segments,) if divided is None else (divided[:1], (divided[1], *segments[1:]))
@@ -149,20 +149,20 @@ def carried_runs(
 def divided_lift(
     arm: Arm, method: GraspMethod, lift: MotionSegment, hold: Hold
 ) -> tuple[MotionSegment, MotionSegment] | None:
-    """Divide the lift where the cup has taken the weight up, if it has to do so slowly.
+    """Divide the lift at the end of the take-up of the weight, if that has to be slow.
 
-    The cup gives way until it bears what stood on its support. So the weight comes on as a ramp of some
-    duration T, and an item that swings on the cup at the rate w overshoots it by up to 1 / (w T) of itself
-    (docs/simulation.md). Under its cup an item hangs by the stiff axis, beside it by the soft tilt.
+    The cup gives way until it bears the weight that was on its support. So the load rises as a ramp of some
+    duration T, and an item that swings on the cup with angular frequency w overshoots by up to 1 / (w T) of
+    its weight (docs/simulation.md). An item below its cup loads the stiff axis, one beside it the soft tilt.
 
     Args:
         arm: Kinematics of the arm.
         method: How the tool holds the item.
-        lift: With the item in the cup, from where it was grasped.
-        hold: The item as it hangs in the cup.
+        lift: The lift with the item, from the grasp on.
+        hold: The item as the cup holds it.
 
     Returns:
-        The take-up, at its speed, and the rest of the lift; None where the weight hardly turns the cup.
+        The take-up, at its speed, and the rest of the lift; None if the weight hardly turns the cup.
     """
     if method.take_up == 0.0:
         return None
@@ -197,7 +197,7 @@ def _timed(
     checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None = None,
 ) -> TimedRun | Failures:
-    """One run that keeps what is promised of lines and contact, or what it breaks however it is mended."""
+    """Time a run so that it keeps its promises of lines and contact; else return the one it still breaks."""
     coming = context.method.contact_limit
     run = _timed_once(context, segments, checkers, limit)
     for _ in range(MENDS):
@@ -217,9 +217,10 @@ def _timed_once(
     checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None,
 ) -> TimedRun | Failures:
-    """One run, with corners as round as asked for, or only as round as the checkers prove free.
+    """Time a run once, with blends as wide as requested, or only as wide as the checkers prove free.
 
-    The former is nearly always free and is proven afterwards, with its time; the latter costs another proof.
+    Requested blends are nearly always free and are proven afterwards, with their timing; the other way costs
+    an additional proof.
     """
     most = context.cell.max_tool_speed
     cap = None if most is None else SLOWER_THAN_ALLOWED * most
@@ -232,7 +233,7 @@ def _timed_once(
         assert checkers is not None
         return checkers[part].first_invalid_edge(chords, slack)
 
-    # A cell's own limit holds for both places of the cup, whichever it is in.
+    # The cell's speed limit holds for every tool state.
     states = [segments[-1].mode.tool_state] if most is None else context.cell.robot.tool.states
 
     def tool_speed(Q: Array, dQ: Array) -> Array:
@@ -246,10 +247,10 @@ def _timed_once(
 
 
 def _lower(*speeds: float | None) -> float | None:
-    """The lowest of several limits of speed, m/s; None is no limit."""
+    """Return the lowest of several speed limits, m/s; None stands for no limit."""
     return min((speed for speed in speeds if speed is not None), default=None)
 
 
 def _tip_travel(arm: Arm, Q: Array, dQ: Array, tool_state: ToolState) -> Array:
-    """(M,) m that the tip goes per unit of a path, at Q (M, n) in the direction of dQ (M, n)."""
+    """Return (M,) m of tip travel per unit of a path, at Q (M, n) in the direction of dQ (M, n)."""
     return np.asarray(np.linalg.norm(arm.tip_motion(Q, dQ, np.zeros_like(Q), tool_state).velocity, axis=1))

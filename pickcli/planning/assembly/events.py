@@ -1,4 +1,4 @@
-"""The events of a pick, resolved on its timed motion."""
+"""Scheduling of the events of a pick on its timed motion."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def schedule(
 ) -> Schedule | Failures:
     """Bind the events of a pick to its timed motion.
 
-    Where a lead is longer than the motion before its anchor (a pump that takes 2 s, an item that is near),
-    the robot holds still first, for as long as is missing.
+    If a lead is longer than the motion before its anchor (a pump that takes 2 s, a near item), the robot
+    first waits for the missing time.
 
     Args:
         context: The cell, its models and its precomputed files.
         segments: The segments with their times.
         trajectory: The timed motion.
-        rests: How long the arm rests where the item is taken and where it is let go.
+        rests: How long the arm rests when the item is taken and when it is released.
 
     Returns:
         Segments, trajectory and events with their times; or every event that cannot be bound.

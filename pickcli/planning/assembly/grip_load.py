@@ -1,4 +1,4 @@
-"""Whether the tool holds the item on the planned motion: the load on it over paths and trajectories."""
+"""Load on the tool along paths and trajectories, to decide whether it holds the item."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STEP = (
 
 
 def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: Hold) -> GripLoad:
-    """The worst load on the tool over a trajectory, at its points and between them.
+    """Compute the worst load on the tool over a trajectory, at its points and between them.
 
     Args:
         arm: Kinematics of the arm.
@@ -26,7 +26,7 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
         hold: The item as the tool holds it.
 
     Returns:
-        The worst of each figure.
+        The worst value of each component.
     """
     n = max(3, int(np.ceil(trajectory.duration / STEP)) + 1)
     t = np.union1d(np.linspace(0.0, trajectory.duration, n), trajectory.times)
@@ -35,7 +35,7 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
 
 
 def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> GripLoad:
-    """The worst load at rest over configurations: no slower motion loads the tool less.
+    """Compute the worst load at rest over configurations, which no slower motion can undercut.
 
     Args:
         arm: Kinematics of the arm.
@@ -44,6 +44,6 @@ def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> 
         hold: The item as the tool holds it.
 
     Returns:
-        The worst of each figure.
+        The worst value of each component.
     """
     return hold.at_rest(arm.tips(waypoints, tool_state)[:, :3, :3])

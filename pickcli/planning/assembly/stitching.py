@@ -1,7 +1,7 @@
-"""From lines and coarse motions to one timed, proven plan with its events.
+"""Stitching of lines and coarse motions into one timed, proven plan with its events.
 
-Delft, section 3: the segments are stitched into one motion plan, timed as a whole, and the events follow
-the key waypoints. The motion stops only on the item and over the tote.
+Delft, section 3: the segments are stitched into one motion plan, timed as a whole, and the events follow the
+key waypoints. The motion stops only to grasp and to release.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
 
     Args:
         problem: The pick.
-        motion: Its geometry.
+        motion: Its segments, not yet timed.
 
     Returns:
-        The plan, uncertified; every reason when the cup cannot hold at any speed or a proof fails.
+        The plan, uncertified; or every reason, if the cup cannot hold at any speed or a proof fails.
     """
     context, grasp = problem.context, motion.taking.grasp
     item, scene = problem.target.item, problem.scene
@@ -89,17 +89,17 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
 def stitch_run(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], label: str, seed: int
 ) -> Plan | Failures:
-    """Time and prove one run of the empty tool, without events.
+    """Time and prove one run of the empty tool, as a plan without events.
 
     Args:
         context: The cell with the models that time and prove the run.
-        scene: What stands around it.
+        scene: The planning scene.
         segments: Segments of the run, from rest to rest.
         label: Name of the plan.
-        seed: Seed that is noted in the plan.
+        seed: Seed recorded in the plan.
 
     Returns:
-        The plan, uncertified; every reason when start and goal are one or a proof fails.
+        The plan, uncertified; or every reason, if start and goal coincide or a proof fails.
     """
     segments = _moving(context, segments)
     if not segments:
@@ -116,14 +116,14 @@ def stitch_run(
 
 
 def _with_rests(segments: tuple[Segment, ...], rests: GraspTimes, motion: PickMotion) -> tuple[Segment, ...]:
-    """The segments, with those in which only fingers move cut off the ends of the ones before.
+    """Split off the rests in which only the fingers move as segments.
 
     Args:
-        segments: Those that move; the arm rests at the end of the last before the item is held, and of the
-            last that holds it.
-        rests: How long it rests there.
-        motion: The pick of a tool that closes at rest: its way in ends with the segment in which it does, its
-            way away begins with the one in which it opens.
+        segments: Segments that move; the arm rests at the end of the last one before the item is held, and of
+            the last one that holds it.
+        rests: Durations of these rests.
+        motion: The pick of a tool that closes at rest: its way in ends with the segment in which the fingers
+            close, its way away begins with the one in which they open.
     """
     closing, opening = motion.taking.inward[-1], motion.placement.away[0]
     held = [k for k, segment in enumerate(segments) if segment.held is not None]
@@ -138,20 +138,20 @@ def _with_rests(segments: tuple[Segment, ...], rests: GraspTimes, motion: PickMo
 
 
 def _cut(segment: Segment, rest: float, at_rest: MotionSegment) -> tuple[Segment, Segment]:
-    """A segment without its last seconds, and those as a segment of their own."""
+    """Split a segment before its last seconds; these become a segment at rest."""
     t = segment.t_end - rest
     return replace(segment, t_end=t), at_rest.timed(t, segment.t_end)
 
 
 def _moving(context: PlanningContext, segments: Iterable[MotionSegment]) -> list[MotionSegment]:
-    """The segments that move at all, at the cell's speed."""
+    """Return the segments that have a length, at the cell's speed."""
     return [segment.scaled(context.cell.speed_scale) for segment in segments if segment.has_length]
 
 
 def _joined(
     segments: Sequence[MotionSegment], runs: Sequence[TimedRun], rests: Sequence[float]
 ) -> tuple[Trajectory, tuple[Segment, ...]]:
-    """All runs as one trajectory, and its segments; the hold after a run belongs to its last segment."""
+    """Join all runs to one trajectory with its segments; a rest after a run belongs to its last segment."""
     joined = concatenate(runs, rests)
     starts = np.concatenate([run.part_times[:-1] + t for run, t in zip(runs, joined.starts, strict=True)])
     starts[0] = 0.0
@@ -161,5 +161,5 @@ def _joined(
 
 
 def _joined_at(segments: tuple[Segment, ...], k: int) -> tuple[Segment, ...]:
-    """The segments, the one with index k and the one after it as one."""
+    """Merge the segment with index k and the next one."""
     return (*segments[:k], replace(segments[k], t_end=segments[k + 1].t_end), *segments[k + 2 :])

@@ -1,4 +1,4 @@
-"""Proof of a timed motion: every instant of it is free, not only the path that it was timed on."""
+"""Proof that a timed motion is free at every instant, not only the path that was timed."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from pickcli.timing.trajectory_chords import trajectory_chords
 def prove(
     run: TimedRun, segments: Sequence[MotionSegment], checkers: Sequence[SceneChecker]
 ) -> Reason | None:
-    """Prove the timed motion itself free, quintic by quintic, by the checker of the segment it lies in.
+    """Prove the timed motion free, quintic by quintic, by the checker of its segment.
 
-    What reaches into two segments is proven by both.
+    A quintic that extends into two segments is proven by both checkers.
 
     Args:
         run: The timed run.
         segments: Segments of the run, one for each of its parts.
-        checkers: What proves each segment.
+        checkers: Checker of each segment.
 
     Returns:
-        What is not proven, and when; None when all is free.
+        What is not proven, and when; None if all is free.
     """
     chords, slack = trajectory_chords(run.trajectory)
     times = run.trajectory.times

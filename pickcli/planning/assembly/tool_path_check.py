@@ -1,7 +1,7 @@
-"""What the planner promises of the tool's way, checked on the final curve: straight lines, contact speed.
+"""Checks of the tool's path on the final trajectory: straight lines and contact speed.
 
-Waypoints lie on their lines and blends have a bound in joint units; what both make of the tool's way in the
-end is measured here, before anybody is told of the plan, and mended by narrower blends or a lower speed.
+Waypoints lie on their lines and blends are bounded in joint units; the resulting path of the tool is measured
+here before the plan is returned, and corrected by narrower blends or a lower speed.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.timed_run import TimedRun
 from pickcli.timing.trajectory_sampling import states_at
 
-CURVED = (SegmentKind.TRANSIT, SegmentKind.TRANSFER)  # everything else is a straight line
+CURVED = (SegmentKind.TRANSIT, SegmentKind.TRANSFER)  # all other segments are straight lines
 STEP = 0.006  # s between two measured poses
-OFF_LINE = 0.0018  # m; 0.002 are promised
-OFF_ANGLE = np.radians(0.9)  # 1 degree is promised
-NARROWER = 0.4  # of a blend, where the tool left its line
-SLOWER = 0.98  # beyond what the excess asks for
-RELEASE_SPEED = 0.095  # m/s from the command to let go on; 0.1 are promised
+OFF_LINE = 0.0018  # m; the verifier allows 0.002
+OFF_ANGLE = np.radians(0.9)  # the verifier allows 1 degree
+NARROWER = 0.4  # factor of a blend if the tool left its line
+SLOWER = 0.98  # additional factor of a speed that was exceeded
+RELEASE_SPEED = 0.095  # m/s from the release command on; the verifier allows 0.1
 SPEED_STEP = 1e-3  # s over which a speed is measured
 
 
 def mended(
     arm: Arm, coming: ContactLimit, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> list[MotionSegment] | None:
-    """Find the segments to be timed again because a run breaks a promise.
+    """Adjust the limits of segments if a run breaks a promise.
 
     Args:
         arm: Kinematics of the tool.
-        coming: How fast the tool may come to an item.
-        run: The segments as they are timed.
-        segments: What the run was made of.
+        coming: Limit of the speed at which the tool approaches an item.
+        run: The timed run.
+        segments: Segments that the run was timed from.
 
     Returns:
         All segments of the run, with narrower blends on and beside a line that is not straight, and a lower
-        speed where the contact is too fast; None where the run keeps all promises.
+        speed for a contact that is too fast; None if the run keeps all promises.
     """
     limits = [segment.limits for segment in segments]
     for k, _ in not_straight(arm, run, segments):
@@ -66,16 +66,16 @@ def mended(
 def broken_promise(
     arm: Arm, coming: ContactLimit, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> Reason | None:
-    """Find the first promise that a run breaks.
+    """Return the first promise that a run breaks.
 
     Args:
         arm: Kinematics of the tool.
-        coming: How fast the tool may come to an item.
-        run: The segments as they are timed.
-        segments: What the run was made of.
+        coming: Limit of the speed at which the tool approaches an item.
+        run: The timed run.
+        segments: Segments that the run was timed from.
 
     Returns:
-        The promise, where and by how much; None if the run keeps all.
+        The promise, the segment and the amount; None if the run keeps all.
     """
     for k, off in not_straight(arm, run, segments):
         return Reason("not straight", f"{segments[k].kind}", off)
@@ -87,7 +87,7 @@ def broken_promise(
 
 
 def thrown(arm: Arm, plan: Plan, devices: Mapping[str, Device]) -> Reason | None:
-    """Whether the tool still moves fast when the command to let go is given.
+    """Check that the tool is slow when the release command is given.
 
     Args:
         arm: Kinematics of the tool.
@@ -95,7 +95,7 @@ def thrown(arm: Arm, plan: Plan, devices: Mapping[str, Device]) -> Reason | None
         devices: Devices of the cell by name.
 
     Returns:
-        How fast it is there; None if it is slow enough, or nothing is let go.
+        The fault with the speed; None if it is slow enough, or nothing is released.
     """
     last = next((s for s in reversed(plan.segments) if s.held is not None), None)
     for event in plan.events:
@@ -116,18 +116,18 @@ def not_straight(arm: Arm, run: TimedRun, segments: Sequence[MotionSegment]) -> 
 
     Args:
         arm: Kinematics of the tool.
-        run: The segments as they are timed.
-        segments: What the run was made of.
+        run: The timed run.
+        segments: Segments that the run was timed from.
 
     Yields:
-        Index of the segment, and in words how far the tool is off.
+        Index of the segment, and a text that says how far the tool is off.
     """
     spans = list(zip(run.part_times[:-1], run.part_times[1:], strict=True))
     lines = [k for k, (start, end) in enumerate(spans) if segments[k].kind not in CURVED and end > start]
     if not lines:
         return
     times = [np.linspace(*spans[k], int(np.diff(spans[k])[0] / STEP) + 2) for k in lines]
-    # The cup turns on coarse motions only: all lines of a run have it in the same place.
+    # The tool changes its state on coarse motions only: all lines of a run have the same state.
     tips = _tips(arm, run.trajectory, np.concatenate(times), segments[lines[0]].mode.tool_state)
     for k, mine in zip(lines, np.split(tips, np.cumsum([len(t) for t in times])[:-1]), strict=True):
         distance, angle = line_deviation(mine)
@@ -138,7 +138,7 @@ def not_straight(arm: Arm, run: TimedRun, segments: Sequence[MotionSegment]) -> 
 def _too_fast(
     arm: Arm, coming: ContactLimit, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> Iterator[tuple[int, float]]:
-    """Index of every way to an item that is faster than allowed, and its greatest speed in m/s."""
+    """Yield the index of every approach that is faster than allowed, and its greatest speed in m/s."""
     for k, segment in enumerate(segments):
         if segment.kind is not coming.kind:
             continue
@@ -151,5 +151,5 @@ def _too_fast(
 
 
 def _tips(arm: Arm, trajectory: Trajectory, times: Array, tool_state: ToolState) -> Array:
-    """Poses (N, 4, 4) of the tool on a trajectory."""
+    """Return poses (N, 4, 4) of the tool on a trajectory."""
     return arm.tips(states_at(trajectory, times, highest=0)[0], tool_state)

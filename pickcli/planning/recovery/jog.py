@@ -1,4 +1,4 @@
-"""The last level of recovery: some millimetres that take apart what is near. See docs/recovery.md."""
+"""The last level of recovery: a jog of some millimetres that separates near pairs. See docs/recovery.md."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.assembly.stitching import stitch_run
 from pickcli.planning.recovery.recovery_rules import RecoveryRules
 
-JOG = 0.012  # m that the link or tool that moves farthest goes in a jog
-JOG_STEP = 1e-4  # rad or m, of the differences that give the direction of a jog
-JOG_GAIN = 0.001  # m that the nearest pair must come apart by a jog
+JOG = 0.012  # m that the fastest link or the tool moves in a jog
+JOG_STEP = 1e-4  # rad or m, of the finite differences that give the direction of a jog
+JOG_GAIN = 0.001  # m by which a jog must increase the smallest distance
 
 
 def plan_jog(rules: RecoveryRules, label: str, seed: int) -> Plan | Failures:
-    """Plan a short straight edge in joint space that takes the nearest pair apart farthest.
+    """Plan a short straight edge in joint space that increases the smallest distance most.
 
     Args:
-        rules: What holds on the level, and where the robot stands.
+        rules: Rules of the level and state of the robot.
         label: Name of the plan.
-        seed: Seed that is noted in the plan.
+        seed: Seed recorded in the plan.
 
     Returns:
-        The plan, or why none of the edges will do.
+        The plan, or why none of the edges is accepted.
     """
     q, all_pairs = rules.start.q, rules.all_pairs
     before = all_pairs.clearance(q)
@@ -58,7 +58,7 @@ def plan_jog(rules: RecoveryRules, label: str, seed: int) -> Plan | Failures:
 
 
 def _jogs(rules: RecoveryRules, all_pairs: SceneChecker) -> Iterator[Array]:
-    """Joint steps (n,) within the limits: up the gradient of the least distance, and the tool every way."""
+    """Yield joint steps (n,) within the limits: up the gradient of the distance, and along tool axes."""
     arm, q, tool_state = rules.context.arm, rules.start.q, rules.start.tool_state
     unit = np.eye(arm.n)
     ahead = np.array([all_pairs.clearance(q + JOG_STEP * e).distance for e in unit])
@@ -79,7 +79,7 @@ def _jogs(rules: RecoveryRules, all_pairs: SceneChecker) -> Iterator[Array]:
 
 
 def _farthest(rules: RecoveryRules, step: Array) -> float:
-    """How far, in m, a small joint step (n,) moves the frame, or the tool, that goes farthest."""
+    """Return the largest distance (m) that a small joint step (n,) moves any link frame or the tool."""
     arm, q, tool_state = rules.context.arm, rules.start.q, rules.start.tool_state
     chain = arm.chain(tool_state)
     moved = np.asarray(chain.fk(q + step))[:, :3, 3] - np.asarray(chain.fk(q))[:, :3, 3]

@@ -1,8 +1,8 @@
-"""A safe way out from where a motion stopped, on one of several levels. See docs/recovery.md.
+"""Recovery motions from where a motion stopped, on one of several levels. See docs/recovery.md.
 
-Delft's and KTH's systems start over from a place in front of the shelf; a robot that stopped on a proven
-path gets there by lines and coarse motions that are proven again, for the tool as it is now. Where the rules
-of every plan leave no way, each level gives up a little more of them, and says so in the plan.
+Delft's and KTH's systems start over from a place in front of the shelf; a robot that stopped on a proven path
+gets there by lines and coarse motions that are proven again, for the current state of the tool. If the usual
+rules allow no way, each level relaxes them a little more, and the plan states its level.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ from pickcli.seeds import derived_seed
 
 SAFE = "home"
 
-# m up, or back along the tool, in which the cup may still touch what it touches. Up over what it lies on is
-# the shortest; a cup that came from the side would scrape along.
+# m up, or back along the tool, in which the cup may still touch its contacts. Up is the shortest way off a
+# support; a cup that came from the side would scrape along.
 FIRST_UP = (0.02,)
 FIRST_BACK = (0.02, 0.04)
-ASIDE = 0.02  # m to either side, or down, on the levels that take apart what is near
+ASIDE = 0.02  # m to either side, or down, on the levels that separate near pairs
 
-RISES = (0.0, 0.02, 0.04, 0.07, 0.10)  # m from there, tried in this order
-MOST_WAYS_HOME = 3  # ways out of the pod from which a way home is searched: one in vain costs a whole search
+RISES = (0.0, 0.02, 0.04, 0.07, 0.10)  # m up after the first step, tried in this order
+MOST_WAYS_HOME = 3  # ways out of the pod from which a way home is searched: each failure costs a whole search
 
 
 def plan_recovery(
@@ -59,19 +59,19 @@ def plan_recovery(
 
     Args:
         context: The planning context.
-        scene: The scene as it is seen now.
-        start: Configuration (n,) and tool state in which the robot stands.
+        scene: The current scene.
+        start: Configuration (n,) and tool state of the stopped robot.
         seed: Seed of the coarse motion.
-        level: What the plan may claim. ``AS_PLANNED`` and ``OPENING`` lead home; ``BACKWARDS`` to where the
-            stopped motion began; ``SLOWLY`` out of the pod; ``JOG`` some millimetres away from what is near.
-        stopped: The motion that stopped, which ``BACKWARDS`` goes along.
-        recorder: Gets what coarse queries found that was not stored; None drops it.
+        level: Level of recovery. ``AS_PLANNED`` and ``OPENING`` lead home; ``BACKWARDS`` to where the stopped
+            motion began; ``SLOWLY`` out of the pod; ``JOG`` some millimetres away from near solids.
+        stopped: The motion that stopped, which ``BACKWARDS`` follows.
+        recorder: Records experience of coarse queries; None discards it.
 
     Returns:
-        The plan, uncertified, with ``level`` as its claim.
+        The plan, uncertified, with ``level`` as its recovery level.
 
     Raises:
-        NoPlanError: Nothing was found on that level.
+        NoPlanError: If nothing was found on that level.
     """
     label = f"recover {level}"
     found: Plan | Failures
@@ -90,12 +90,12 @@ def plan_recovery(
             found = _out(rules, label, seed, recorder or ExperienceRecorder())
     if isinstance(found, Failures):
         raise NoPlanError(label, found)
-    # The robot stands in the scene as it is, whatever the level makes of it.
+    # The plan is for the scene as it is, even if the level's rules modified it.
     return replace(found, scene_hash=scene_hash(scene), recovery=level)
 
 
 def _out(rules: RecoveryRules, label: str, seed: int, recorder: ExperienceRecorder) -> Plan | Failures:
-    """Out of the pod by lines, and home; on the level SLOWLY only out, for stricter levels to continue."""
+    """Plan out of the pod by lines, then home; on the level SLOWLY only out (stricter levels continue)."""
     context, failures = rules.context, Failures()
     n_ways_home = 0
     for out in _ways_out_of_the_pod(rules):
@@ -122,7 +122,7 @@ def _out(rules: RecoveryRules, label: str, seed: int, recorder: ExperienceRecord
 def _home(
     rules: RecoveryRules, q: Array, seed: int, recorder: ExperienceRecorder
 ) -> MotionSegment | Failures:
-    """The coarse motion home, by the rules of every plan where the arm is clear by now."""
+    """Plan the coarse motion home, by the usual rules if the arm is clear by then."""
     context, mode = rules.context, Mode(rules.start.tool_state)
     if not context.checker_for(rules.scene, mode).is_valid(q):
         mode = rules.mode()
@@ -138,7 +138,7 @@ def _home(
 
 
 def _ways_out_of_the_pod(rules: RecoveryRules) -> Iterator[tuple[list[MotionSegment], Array] | Failures]:
-    """Lines up and out along the pod's axis, the least rise first; none where nothing is near."""
+    """Yield lines up and out along the pod's axis, the least rise first; no lines if nothing is near."""
     context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
     tip = context.arm.tip(start.q, start.tool_state)
     depth = float((inverse(T_world_pod) @ tip)[0, 3]) + PREAPPROACH_DISTANCE
@@ -149,7 +149,7 @@ def _ways_out_of_the_pod(rules: RecoveryRules) -> Iterator[tuple[list[MotionSegm
 
 
 def _first_steps(rules: RecoveryRules, tip: Array) -> list[Array]:
-    """Ways (3,) in the world that may free the tool from what it is near to."""
+    """Return displacements (3,) in the world that may free the tool from near solids."""
     T_world_pod = rules.scene.T_world_pod
     out, left, up, back = -T_world_pod[:3, 0], T_world_pod[:3, 1], T_world_pod[:3, 2], -tip[:3, 2]
     steps = [length * up for length in FIRST_UP] + [length * back for length in FIRST_BACK]
@@ -162,7 +162,7 @@ def _first_steps(rules: RecoveryRules, tip: Array) -> list[Array]:
 def _risen_and_out(
     rules: RecoveryRules, tip: Array, first: Array, rise: float, depth: float
 ) -> tuple[list[MotionSegment], Array] | Failures:
-    """First away from what is near, then up, then out."""
+    """Follow lines: first away from near solids, then up, then out."""
     context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
     freed = shifted(tip, first)
     lifted = shifted(freed, rise * T_world_pod[:3, 2])

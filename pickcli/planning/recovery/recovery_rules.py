@@ -1,4 +1,4 @@
-"""What holds on one level of recovery, from where a motion stopped. See docs/recovery.md."""
+"""Rules of one level of recovery, for the place where a motion stopped. See docs/recovery.md."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 
 SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
-SLOW = 0.095  # of all limits, where the verifier allows a tenth of the velocity
-CLOSING = 5e-4  # m that the nearest pair may come nearer on a way out, sampled as below
+SLOW = 0.095  # of all limits; the verifier allows a tenth of the velocity
+CLOSING = 5e-4  # m that the nearest pair may come nearer on a recovery motion, sampled as below
 SAMPLES = 6  # between two waypoints
-TOUCH_MARGIN = 2e-4  # m that slow motions keep from what they are not near to
+TOUCH_MARGIN = 2e-4  # m that slow motions keep from solids that they are not near at the start
 MOST_NEAR = 24  # pairs
 
 
 @dataclass(frozen=True, eq=False)
 class RecoveryRules:
-    """What holds on one level of recovery from one start.
+    """Rules of one level of recovery from one start.
 
     Attributes:
         context: The cell, its models and its precomputed files.
-        scene: The scene as it is seen now.
-        start: Where the robot stands.
+        scene: The current scene.
+        start: State of the stopped robot.
         level: The level.
-        touching: Names of what the cup may touch on the first line.
+        touching: Names that the cup may touch on the first line.
         opening: Pairs (part of the robot, solid) that are near at the start and need only come apart.
         reserve: m on top of the cell's clearance.
         scale: Factor of all limits.
@@ -51,14 +51,14 @@ class RecoveryRules:
 
     @property
     def seen(self) -> Scene:
-        """The scene in which what is near at the start must open: on a slow level items as they were seen."""
+        """The scene in which near pairs must open: on a slow level, without errors of item poses."""
         return replace(self.scene, noise=PoseNoise()) if self.level in SLOW_LEVELS else self.scene
 
     def mode(self, touching: frozenset[str] = frozenset()) -> Mode:
-        """The mode of the empty tool as it stands.
+        """Return the mode of the empty tool in its current state.
 
         Args:
-            touching: Names of what the cup may touch.
+            touching: Names that the cup may touch.
 
         Returns:
             The mode.
@@ -66,10 +66,10 @@ class RecoveryRules:
         return Mode(self.start.tool_state, None, while_coming_free(touching, self.opening), self.reserve)
 
     def checker(self, touching: frozenset[str] = frozenset()) -> SceneChecker:
-        """The checker of motions of the empty tool as it stands.
+        """Return the checker for motions of the empty tool in its current state.
 
         Args:
-            touching: Names of what the cup may touch.
+            touching: Names that the cup may touch.
 
         Returns:
             The checker.
@@ -78,18 +78,18 @@ class RecoveryRules:
 
     @property
     def all_pairs(self) -> SceneChecker:
-        """The checker that measures all near pairs, those that are allowed to be near included."""
+        """The checker that measures all near pairs, also those that are allowed to be near."""
         mode = Mode(self.start.tool_state, reserve=self.reserve)
         return self.context.checker_for(self.seen, mode)
 
     def closes(self, waypoints: Array) -> Reason | None:
-        """Why a polyline brings together what is near at the start.
+        """Explain if a polyline brings pairs together that are near at the start.
 
         Args:
             waypoints: (N, n) configurations.
 
         Returns:
-            What comes nearer, and by how much; None where nothing does.
+            The pair that comes nearer, and by how much; None if none does.
         """
         if not self.opening:
             return None
@@ -109,12 +109,12 @@ class RecoveryRules:
 def rules_at(
     context: PlanningContext, scene: Scene, start: Start, level: RecoveryLevel
 ) -> RecoveryRules | Reason:
-    """Find what a level allows where the robot stands.
+    """Determine the rules of a level where the robot stopped.
 
     Args:
         context: The cell, its models and its precomputed files.
-        scene: The scene as it is seen now.
-        start: Where the robot stands.
+        scene: The current scene.
+        start: State of the stopped robot.
         level: The level.
 
     Returns:
@@ -135,7 +135,7 @@ def rules_at(
 
 
 def _near_the_cup(rules: RecoveryRules) -> frozenset[str] | Reason:
-    """What is within the clearance of the cup where the robot stopped."""
+    """Return the names within the clearance of the cup where the robot stopped."""
     touching: frozenset[str] = frozenset()
     for _ in range(MOST_NEAR):
         checker = rules.checker(touching)
@@ -149,7 +149,7 @@ def _near_the_cup(rules: RecoveryRules) -> frozenset[str] | Reason:
 
 
 def _near(rules: RecoveryRules) -> frozenset[tuple[str, str]] | Reason:
-    """The pairs of a link and what stands within the clearance of it where the robot stopped."""
+    """Return the pairs of a link and a solid within its clearance where the robot stopped."""
     opening: frozenset[tuple[str, str]] = frozenset()
     for _ in range(MOST_NEAR):
         checker = replace(rules, opening=opening).checker()

@@ -1,7 +1,7 @@
-"""Along the path of a motion that stopped: back the way it came, or on to where it would have let go.
+"""Retracing of a motion that stopped: back along its path, or on to its release.
 
-Where a robot has just been it can be again: the shortest way to safety is proven ground as long as nothing
-has moved, and the verifier says whether it has.
+The path that a robot just followed is the shortest proven way to safety as long as nothing has moved, and the
+verifier checks whether it has.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pickcli.scene.scene import HeldItem, PlacedItem, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.stopping_trajectory import resume
 
-FINE = 1e-3  # s between samples by which times of two trajectories along one path are told apart
+FINE = 1e-3  # s between samples by which times of two trajectories along one path are matched
 LEAST_WAY = 1e-3  # joint units; a shorter way counts as no motion
 
 # Kind of each segment when it is traversed backwards with the empty tool.
@@ -42,19 +42,19 @@ _BACKWARDS = {
 
 
 class ItemRecovery(StrEnum):
-    """Where an item that may be in the cup is brought after a stop."""
+    """Destination of an item that may be in the cup after a stop."""
 
-    ON = "on"  # to where the stopped motion would have let it go
+    ON = "on"  # to where the stopped motion would have released it
     BACK = "back"  # to where it was taken
 
 
 @dataclass(frozen=True, eq=False)
 class StoppedMotion:
-    """A plan that was not carried out to its end.
+    """A plan whose execution stopped.
 
     Attributes:
-        plan: What was being carried out.
-        path_time: Where the robot came to rest, as a time of the plan's trajectory, s.
+        plan: The executed plan.
+        path_time: s, time of the plan's trajectory at which the robot came to rest.
     """
 
     plan: Plan
@@ -67,26 +67,26 @@ class StoppedMotion:
 
     @property
     def let_go_at(self) -> float | None:
-        """Time in s of the plan's trajectory at which it lets its item go, None if it never does."""
+        """Time in s of the plan's trajectory at which it releases its item, None if it never does."""
         held = [s.t_end for s in self.plan.segments if s.held is not None]
         return held[-1] if held else None
 
     @property
     def has_moved(self) -> bool:
-        """Whether the robot came to rest anywhere but where the motion began."""
+        """Whether the robot came to rest away from the start of the motion."""
         if self.path_time < FINE:
             return False
         return bool(_way(_cut(self.plan.trajectory, 0.0, self.path_time), 0.0)[-1] >= LEAST_WAY)
 
     def held_item(self, robot: Robot, placed: PlacedItem) -> HeldItem:
-        """The item that the motion took, if it took it as planned: a cup is pressed on beyond the surface.
+        """Return the item that the motion grasped, assuming that it was grasped as planned.
 
         Args:
             robot: The robot.
-            placed: The item where it lay when the motion was planned.
+            placed: The item as placed when the motion was planned.
 
         Returns:
-            The item, with its pose in the tool frame.
+            The item, with its pose in the tool frame, which includes the press of the cup.
         """
         assert self.plan.grasp is not None
         T_tip_item = inverse(self.plan.grasp.T_item_tip)
@@ -101,14 +101,14 @@ class StoppedMotion:
 def back_to_start(
     stopped: StoppedMotion, tool_state: ToolState, scene: Scene, limits: Limits, seed: int
 ) -> Plan | Reason:
-    """Plan with the empty tool along the whole way that it came, to where the stopped plan began.
+    """Plan with the empty tool back along the whole path, to the start of the stopped plan.
 
     Args:
         stopped: The motion that stopped.
-        tool_state: State in which the tool stands by now: fingers that held something were opened since.
-        scene: The scene as it is seen now.
+        tool_state: Current state of the tool; fingers that held something were opened since.
+        scene: The current scene.
         limits: Limits of the joints.
-        seed: Seed that is noted in the plan.
+        seed: Seed recorded in the plan.
 
     Returns:
         The plan, uncertified, or why there is none.
@@ -120,21 +120,21 @@ def back_to_start(
 def bring_item(
     stopped: StoppedMotion, bringing: ItemRecovery, scene: Scene, limits: Limits, seed: int
 ) -> Plan:
-    """Plan with the item to where it can be let go: it is still in the cup, at rest, at the end.
+    """Plan with the item to where it can be released; at the end it is still held, at rest.
 
     Args:
-        stopped: The motion that stopped while, for all that is known, it carried its item, be it beyond where
-            it was to let it go.
-        bringing: To where it was to let the item go, or back to where it took it.
-        scene: The scene as it is seen now, and with the item that the cup holds.
+        stopped: The motion that stopped, presumably while it carried its item, possibly after the planned
+            release.
+        bringing: To the planned release, or back to where the item was taken.
+        scene: The current scene, with the item that the cup holds.
         limits: Limits of the joints.
-        seed: Seed that is noted in the plan.
+        seed: Seed recorded in the plan.
 
     Returns:
         The plan, uncertified.
 
     Raises:
-        NoPlanError: If the motion does not carry anything where it stopped, or the cup would not bear it.
+        NoPlanError: If the motion carries nothing where it stopped, or the cup would not bear the item.
     """
     where = f"{bringing} with the item of {stopped.plan.query}"
     taken, let_go = stopped.taken_at, stopped.let_go_at
@@ -150,7 +150,7 @@ def bring_item(
 
 
 def _loaded(plan: Plan, scene: Scene) -> Plan | Reason:
-    """The plan with the load on the cup of this motion, which is not that of the one that stopped."""
+    """Add the load of this motion to the plan; it differs from that of the one that stopped."""
     assert plan.grasp is not None and scene.held is not None
     robot, grasp = scene.cell.robot, plan.grasp
     hold = grasp_method(robot.tool).hold(scene.held.item, grasp.face, scene.held.T_tip_item)
@@ -170,9 +170,9 @@ def _retraced(
     empty: ToolState | None,
     where: str,
 ) -> Plan | Reason:
-    """From rest where the motion stopped to rest at another time of its trajectory, without events.
+    """Plan from rest where the motion stopped to rest at another time of its trajectory, without events.
 
-    empty: state of the tool that carries nothing any more; None for a tool that carries what it carried
+    empty: state of the tool if it no longer carries anything; None for a tool that still carries its item
     """
     plan, at = stopped.plan, stopped.path_time
     is_back = until < at
@@ -208,7 +208,7 @@ def _retraced(
 def _segments(
     passed: Sequence[Segment], ends: Sequence[float], is_back: bool, held: str | None, tool_state: ToolState
 ) -> tuple[Segment, ...]:
-    """The segments that were traversed, with their new times; pieces without any duration are left out."""
+    """Return the traversed segments with their new times; those without any duration are left out."""
     carries = held is not None
     segments: list[Segment] = []
     t = 0.0
@@ -218,7 +218,7 @@ def _segments(
         kind = old.kind
         if is_back and not carries:
             kind = _BACKWARDS.get(old.kind, old.kind)
-        elif is_back and kind is SegmentKind.DEPART:  # what was not let go goes down again
+        elif is_back and kind is SegmentKind.DEPART:  # an item that was not released is set down again
             kind = SegmentKind.PLACE
         is_off = kind is SegmentKind.DEPART and not segments
         keeps_contact = carries or is_off
@@ -229,9 +229,9 @@ def _segments(
 
 
 def _times(new: Trajectory, whole: Trajectory, begin: float, marks: Sequence[float]) -> list[float]:
-    """When ``new``, which goes along ``whole`` from ``begin``, passes the configurations at times ``marks``.
+    """Return when ``new``, which follows ``whole`` from ``begin``, passes its states at times ``marks``.
 
-    Both follow one path, so that the way gone so far tells where they are; the last mark is the end.
+    Both follow one path, so the path length identifies the positions; the last mark is the end.
     """
     there = _way(whole, begin)
     old_times = np.linspace(begin, whole.duration, len(there))
@@ -239,20 +239,20 @@ def _times(new: Trajectory, whole: Trajectory, begin: float, marks: Sequence[flo
     here *= there[-1] / max(here[-1], 1e-12)
     new_times = np.linspace(0.0, new.duration, len(here))
     ways = np.interp(marks, old_times, there)
-    moves = np.concatenate([[True], np.diff(here) > 1e-12])  # of a rest the moment at which it ends
+    moves = np.concatenate([[True], np.diff(here) > 1e-12])  # of a rest, the time at which it ends
     times = [float(t) for t in np.interp(ways, here[moves], new_times[moves])]
     return [*times[:-1], new.duration]
 
 
 def _way(trajectory: Trajectory, begin: float) -> Array:
-    """(N,) joint units gone since ``begin``, at even times to the end."""
+    """Return (N,) path length in joint units since ``begin``, at even times to the end."""
     n = max(2, int(np.ceil((trajectory.duration - begin) / FINE)) + 1)
     q = trajectory.sample(np.linspace(begin, trajectory.duration, n))
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
 
 
 def _cut(trajectory: Trajectory, t0: float, t1: float) -> Trajectory:
-    """The part between two times, times from 0; where it rests in between its end is one of the rest."""
+    """Return the part between two times, starting at time 0; an end within a rest is at rest."""
     inner = (trajectory.times > t0 + FINE / 2) & (trajectory.times < t1 - FINE / 2)
     times = np.concatenate([[t0], trajectory.times[inner], [t1]])
     q, v, a = (trajectory.sample(times, d) for d in range(3))
@@ -260,7 +260,7 @@ def _cut(trajectory: Trajectory, t0: float, t1: float) -> Trajectory:
 
 
 def _reversed(trajectory: Trajectory) -> Trajectory:
-    """A trajectory reversed: from its end to its start."""
+    """Reverse a trajectory in time."""
     return replace(
         trajectory,
         times=trajectory.duration - trajectory.times[::-1],

@@ -1,4 +1,4 @@
-"""Where an item is dropped into a place that walls surround: low over the least pile, between the walls."""
+"""Placements for dropping an item into a walled place: low over the lowest pile, between the walls."""
 
 from __future__ import annotations
 
@@ -25,33 +25,31 @@ from pickcli.scene.pile import Pile
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
 
-WALL = 0.02  # m between the held item's box and the walls, where there is room
+WALL = 0.02  # m between the held item's box and the walls, if there is enough room
 LEAST_WALL = 0.008
 ABOVE_PILE = 0.025  # m between the item and what lies below it when it is released
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
-LEAST_RISE = 0.05  # m of straight way down to the release and up again: on a shorter one no speed is gathered
-LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim when the lance lies level over the place
-LANCE_TURN_COST = 0.03  # m of drop that a turn of 1 rad is worth
+LEAST_RISE = 0.05  # m of straight way to the release and back: on a shorter one the tool gains no speed
+LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim if the lance is level over the place
+LANCE_TURN_COST = 0.03  # m of drop that equal the cost of a turn of 1 rad
 PER_ORIENTATION = 2
-REACH_COST = (
-    0.2  # m of drop that a metre farther from the shoulder is worth, where several arms share a place
-)
-MOST_SHARED = 90  # placements that are tried there
+REACH_COST = 0.2  # m of drop per metre of distance from the shoulder, if several arms share a place
+MOST_SHARED = 90  # placements that are tried then
 MAX_DROP = 0.28  # m from the item's lowest point to the floor (the rules: 0.3)
 YAWS = np.radians(np.arange(-180, 180, 15))
-WANTED = 4  # motions among which the best whole one is chosen
-DROP_COST = 2.0  # s that a metre of a drop's cost is worth
-LEVEL_LANCE = np.radians(105.0)  # how far a level lance may turn away from pointing across the place
+WANTED = 4  # motions from which the best is chosen
+DROP_COST = 2.0  # s per metre of a drop's cost
+LEVEL_LANCE = np.radians(105.0)  # largest angle of a level lance from pointing across the place
 
 
 @dataclass(frozen=True, eq=False)
 class DropPlacement:
-    """One way to release the item.
+    """One pose for releasing the item.
 
     Attributes:
         release: (4, 4) pose of the tool frame in the world at release.
         rise: m of the straight way down to it and up again.
-        cost: m, height of the pile and turns of the wrist weighed together; the least is best.
+        cost: m, height of the pile and turns of the wrist weighted together; the least is best.
     """
 
     release: Array
@@ -66,22 +64,24 @@ class DropPlacement:
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
-    """Release poses for A tool orientations at G places each. In m, in the frame of the pile."""
+    """Release poses for A tool orientations at G positions each. In m, in the frame of the pile."""
 
     centres: Array  # (A, G, 2) of the item
     tip: Array  # (A, G) height of the tip
     drop: Array  # (A, G) from the item's lowest point to the floor
     rise: Array  # (A, G) of the straight way up again
-    cost: Array  # (A, G), infinite where no place is tried
+    cost: Array  # (A, G), infinite if the position is not tried
 
     @classmethod
     def of(cls, pile: Pile, T_item: Array, reach: Array, room: Array, prices: Array, is_level: bool) -> _Grid:
-        """Weigh the height of the pile, the drop, the lever, the way up and the turn of the wrist.
+        """Weigh the height of the pile, the drop, the lever, the rise and the turn of the wrist.
 
-        What is met beside its middle turns over, and the near end comes up to the tool. A rod of half length
-        l that is stopped at the lever a has that end thrown up at a (l - a) / (l^2/3 + a^2) of the speed of
-        the fall: at half of it where a is l/3, and at none where a is 0. So a lever counts like a drop, and
-        where nothing is low the item is let go with its middle over what carries it.
+        An item that lands beside its middle turns over, and its near end rises towards the tool. The end of a
+        rod of half length l that is stopped at the lever a is thrown up at a (l - a) / (l^2/3 + a^2) of the
+        speed of the
+        fall: half of it if a is l/3, and 0 if a is 0. So a lever counts like a drop, and if no pile is low
+            the
+        item is released with its middle over its support.
 
         T_item: (A, 4, 4) of the item, the tip at the origin; reach: (A, 3) half extents of the item;
         room: (A, 2) to either side of the middle; prices: (A,) of the turns
@@ -100,13 +100,13 @@ class _Grid:
         return cls(centres, tip, lowest - pile.floor, rise, np.where(are_tried, cost, np.inf))
 
     def near(self, shoulder: Array) -> _Grid:
-        """A grid whose places also cost what they are away from the shoulder (2,)."""
+        """Return a grid whose costs include the distance to the shoulder (2,)."""
         return replace(self, cost=self.cost + REACH_COST * np.linalg.norm(self.centres - shoulder, axis=-1))
 
     def best(self, orientations: NDArray[np.intp], n_each: int) -> list[tuple[int, int]]:
-        """Orientation and place of the best few of each orientation that do not drop too far, best first.
+        """Return (orientation, position) of the best that do not drop too far, best first.
 
-        orientations: those that count; n_each: most places of each
+        orientations: those that are considered; n_each: most positions of each
         """
         cost = np.where(self.drop <= MAX_DROP, self.cost, np.inf)[orientations]
         few = np.argsort(cost, axis=1, kind="stable")[:, :n_each]
@@ -115,23 +115,23 @@ class _Grid:
         return [(int(orientations[k // few.shape[1]]), int(few.flat[k])) for k in order]
 
     def placement(self, R_world_place: Array, R: Array, T_item: Array, a: int, g: int) -> DropPlacement:
-        """Orientation a at its place g."""
+        """Return the placement of orientation a at its position g."""
         release = pose([*(self.centres[a, g] - T_item[:2, 3]), self.tip[a, g]], R=R)
         return DropPlacement(pose(R=R_world_place) @ release, float(self.rise[a, g]), float(self.cost[a, g]))
 
 
 def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
-    """Find motions that let the item go over its destination, straight down between the walls and up again.
+    """Find motions that release the item over its destination, straight down between the walls and up again.
 
     Args:
         problem: The pick.
-        chosen: How the item is held.
+        chosen: Motion of the chosen grasp.
 
     Returns:
-        The motions, the best placement first; or every reason why there is none.
+        The motions, the best placement first; or every reason for failure.
     """
     context, state, destination = problem.context, chosen.holding_state, problem.destination
-    # What is taken out of its destination no longer lies there.
+    # An item that is moved within its place no longer lies there.
     without = problem.scene.without(problem.target.id)
     placements = drop_placements(without, destination, chosen.attached, state)
     if isinstance(placements, Failures):
@@ -157,7 +157,7 @@ def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
 def _dropped(
     problem: PickProblem, spot: DropPlacement, seeds: Array, carrying: Mode, empty: ToolState
 ) -> PlaceMotion | Failures:
-    """Down to one placement and up again, from the first of the arm's solutions above it that can."""
+    """Plan down to one placement and up again, from the first feasible arm configuration above it."""
     context, checker = problem.context, problem.context.checker_for(problem.scene, carrying)
     solutions = context.arm.solve(spot.above, carrying.tool_state, seeds)
     if len(solutions) == 0:
@@ -177,7 +177,7 @@ def _dropped(
 def _lowered(
     problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode, empty: ToolState
 ) -> PlaceMotion | Failures:
-    """Down to one placement and up again, from a configuration (n,) above it. empty: state on the way up."""
+    """Plan down to one placement and up again, from q (n,) above it. empty: tool state on the way up."""
     context, state = problem.context, carrying.tool_state
     checker = context.checker_for(problem.scene, carrying)
     down = follow_line(context.arm, checker, spot.above, spot.release, state, q, "place")
@@ -187,7 +187,7 @@ def _lowered(
     place = MotionSegment(SegmentKind.PLACE, down, limits, mode=carrying)
     after = problem.contacts.after_dropping()
     depart = replace(place.backwards(SegmentKind.DEPART), mode=Mode(empty, None, after))
-    if empty == state:  # then it is the way down without the item: a part of the volume just proven free
+    if empty == state:  # then it is the way down without the item, in volume that was just proven free
         return PlaceMotion(problem.scene, (place,), (depart,), DROP_COST * spot.cost)
     opening = at_rest(SegmentKind.DEPART, depart.start, Mode(MOVING, None, after))
     for segment in (opening, depart):
@@ -198,7 +198,7 @@ def _lowered(
 
 
 def _why_not_opened(checker: SceneChecker, depart: MotionSegment) -> Failures:
-    """What fingers that open, or have opened, meet on the way up, looked up when somebody asks."""
+    """Explain what open or opening fingers collide with on the way up; evaluated lazily."""
     k = checker.first_invalid_edge(depart.waypoints)
     q = depart.waypoints[max(0, k)]
     return Failures((lambda: (checker.explain(q).at("place, with open fingers"),),))
@@ -209,18 +209,18 @@ def drop_placements(
 ) -> tuple[DropPlacement, ...] | Failures:
     """Find where the item fits between the walls of a place that is open above.
 
-    Of each tool orientation only the best few are kept: what the arm cannot reach in one turn of the wrist it
-    cannot reach next to it either.
+    Only the best few positions of each tool orientation are kept: if the arm cannot reach one with a given
+    turn of the wrist, it cannot reach the ones beside it either.
 
     Args:
         scene: Poses as perceived.
-        place: Where the item is brought.
-        held: The item in the cup.
+        place: Place that the item is brought to.
+        held: The item, attached to the tool.
         tool_state: State of the tool.
         n_most: Most placements.
 
     Returns:
-        The placements, lowest pile first; or why there is none.
+        The placements, lowest pile first; or the reasons for failure.
     """
     pile = Pile.of(scene, place)
     is_level = not scene.cell.robot.tool.has_lance(tool_state, IN_LINE)
@@ -231,7 +231,7 @@ def drop_placements(
     room = pile.half_room - reach[:, :2]
     grid = _Grid.of(pile, T_item, reach, room - np.clip(0.8 * room, LEAST_WALL, WALL), prices, is_level)
     n_each = PER_ORIENTATION
-    if scene.cell.others:  # each arm reaches a part of the place: of all that there is, the nearest first
+    if scene.cell.others:  # each arm reaches a part of the place: of all positions, the nearest first
         grid, n_each, n_most = grid.near(shoulder[:2]), grid.cost.shape[1], MOST_SHARED
     chosen = grid.best(np.flatnonzero(room.min(axis=1) >= LEAST_WALL), n_each)
     if not chosen:
@@ -242,13 +242,13 @@ def drop_placements(
 
 @cache
 def _orientations(is_level: bool, is_from_left: bool) -> tuple[Array, Array]:
-    """Tool orientations (A, 3, 3) in the place, the cup pointing straight down, after what each costs (A,).
+    """Return tool orientations (A, 3, 3) in the place, the cup pointing down, and the cost (A,) of each.
 
-    A level lance that points across the place, as the arm comes, is the easiest to reach.
+    A level lance that points across the place, in the direction of the arm, is the easiest to reach.
 
     Args:
-        is_level: Whether the lance lies level then, or stands upright.
-        is_from_left: Whether the shoulder is on the +y side of the place, where a level lance comes from.
+        is_level: Whether the lance is level then, or upright.
+        is_from_left: Whether the shoulder is on the +y side of the place, from which a level lance comes.
     """
     down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the place
     if is_level and not is_from_left:
@@ -259,16 +259,16 @@ def _orientations(is_level: bool, is_from_left: bool) -> tuple[Array, Array]:
 
 
 def _posed(R: Array) -> Array:
-    """Poses (A, 4, 4) at the origin with orientations (A, 3, 3)."""
+    """Return poses (A, 4, 4) at the origin with orientations (A, 3, 3)."""
     T = np.tile(np.eye(4), (len(R), 1, 1))
     T[:, :3, :3] = R
     return T
 
 
 def _places(room: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Places (G, 2) to try as shares of the room (A, 2) to either side, and which are tried (A, G).
+    """Return positions (G, 2) as shares of the room (A, 2) to either side, and which are tried (A, G).
 
-    Where there is hardly any room, the first place along that side is as good as the others.
+    If there is hardly any room along a side, only the first position along it is tried.
     """
     x, y = np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 3)
     shares = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -277,7 +277,7 @@ def _places(room: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def _why_none(held: AttachedItem, reach: Array, grid: _Grid, pile: Pile, place: Place) -> Iterator[Reason]:
-    """Why each orientation has no place; reach: (A, 2) half extents of the item."""
+    """Explain why each orientation has no position; reach: (A, 2) half extents of the item."""
     for a, half in enumerate(reach):
         if (pile.half_room - half).min() < LEAST_WALL:
             size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)

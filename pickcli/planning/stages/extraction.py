@@ -1,6 +1,6 @@
-"""The ways out of a bin for one item: few simple ones first, more where no grasp can go those.
+"""Extraction of one item from a bin: a few simple ways out first, more if no grasp can follow those.
 
-Found for the item by itself, so that one that is buried fails before any grasp is tried.
+They are found for the item as a free flyer, so that a buried item fails before any grasp is tried.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from pickcli.errors import Failures
 from pickcli.geometry import Array
 from pickcli.planning.stages.planned_extraction import planned_corridors
 
-N_FEW, N_MANY = 4, 40  # simple ways out at most
+N_FEW, N_MANY = 4, 40  # most simple ways out
 
 
 class CorridorSet(Enum):
-    """How many ways out a grasp may choose from."""
+    """Size of the set of ways out that a grasp may choose from."""
 
     FEW = "the shortest simple ones"
     MANY = "all simple ones, and planned ones"
@@ -29,15 +29,15 @@ class CorridorSet(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Extraction:
-    """The ways out of one item in one bin.
+    """Extraction of one item from one bin.
 
     Attributes:
-        place: Where the item is.
-        T_world_entry: (4, 4) frame of the way into the place, x leading in.
+        place: Place of the item.
+        T_world_entry: (4, 4) frame of the way into the place, x pointing inwards.
         T_entry_item: (4, 4) pose of the item in that frame.
-        shape: Shape of the item, grown by its uncertainty.
-        leaving: The item while it may touch what it rests on, over the first stretch.
-        carrying: The item when it may touch nothing any more.
+        shape: Shape of the item, enlarged by its uncertainty.
+        leaving: Checker of the item in the first stretch, in which it may touch its support.
+        carrying: Checker of the item after that, when it may touch nothing.
         first: m, length of the first stretch.
         seed: Seed of planned ways.
     """
@@ -53,21 +53,21 @@ class Extraction:
 
     @cached_property
     def corridors(self) -> tuple[Corridor, ...] | Failures:
-        """The ways out for the item by itself: the shortest simple ones, else planned ones."""
+        """The ways out for the item as a free flyer: the shortest simple ones, else planned ones."""
         simple = self._simple(N_FEW)
         if isinstance(simple, Failures):
             return self._planned or simple
         return simple
 
     def pushes(self, ways: CorridorSet) -> tuple[Array, ...] | Failures:
-        """What each way out does to the tool.
+        """Return the displacements of each way out, as they move the tool.
 
         Args:
-            ways: How many ways to choose from.
+            ways: Set of ways to choose from.
 
         Returns:
-            (K, 4, 4) for each way, as from ``cartesian.corridor.pushes``; or why the item cannot leave
-            even by itself.
+            (K, 4, 4) for each way, as from ``cartesian.corridor.pushes``; or why the item cannot leave even
+            as a free flyer.
         """
         if isinstance(self.corridors, Failures):
             return self.corridors

@@ -1,8 +1,8 @@
-"""Where an item can be set down: free floor, level, behind a mouth at the back and beside a wall.
+"""Placements for setting an item down: on free, level floor, at the back behind a mouth and beside a wall.
 
-The item keeps the way it stands to the way in, so that whatever can hold it where it is can set it down
-there. It must keep its balance there, and what can roll must lie on level ground. What is too thin to stand
-by itself leans back on what is behind it, be that the wall or another item, as books in a shelf.
+The item keeps its orientation relative to the way in, so that any tool that can hold it now can set it down
+there. It must keep its balance, and an item that can roll must lie on level ground. An item that is too thin
+to stand by itself leans back on a wall or another item, like books on a shelf.
 """
 
 from __future__ import annotations
@@ -30,33 +30,33 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 from pickcli.seeds import derived_rng
 
-STEP = 0.02  # m between spots that are tried
+STEP = 0.02  # m between tried spots
 FROM_MOUTH = 0.01  # m that stay free behind the mouth
-BEHIND_LIP = 0.03  # m that stay free where a lip, 20 mm deep, stands before the floor
-HOVER = 0.001  # m over the floor, on top of how much lower the item may be than its pose says
-WANTED = 2  # motions among which the best whole one is chosen
-NEXT_COST = 0.1  # s that the next best place is worth
-LEAN = np.radians(4.0)  # by which what leans back does so beyond standing on its edge with its middle over it
-BESIDE = 0.008  # m to the walls on either side of what leans, on top of how uncertain its pose is
-N_HALVINGS = 5  # of a step in which it meets what it leans on
+BEHIND_LIP = 0.03  # m that stay free behind a 20 mm deep lip in front of the floor
+HOVER = 0.001  # m over the floor, besides how much lower the item may be than its pose says
+WANTED = 2  # motions from which the best is chosen
+NEXT_COST = 0.1  # s of additional cost of each next placement
+LEAN = np.radians(4.0)  # angle of a leaning item beyond the one at which its centre is over its edge
+BESIDE = 0.008  # m to the walls on either side of a leaning item, besides the uncertainty of its pose
+N_HALVINGS = 5  # bisections of the step in which it meets its support
 QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
 APART = 0.06  # m between the spots that are tried first
-N_EXPLAINED = 16  # about, of the spots where none is free
-LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is thinner falls over
+N_EXPLAINED = 16  # about, of the spots if none is free
+LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: a thinner item falls over
 
 
 def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
     """Find motions that set the item down on the floor of its destination.
 
-    It goes by a pick from there, backwards: what leads to an item lying there and brings it out also brings
-    it in and leads away from it, so the lines, their proofs and the reasons for failures are those of a pick.
+    A pick from there is planned and reversed: a motion that leads to an item lying there and takes it out
+    also brings it in, so lines, proofs and reasons for failures are those of a pick.
 
     Args:
         problem: The pick.
-        chosen: How the item is held.
+        chosen: Motion of the chosen grasp.
 
     Returns:
-        The motions, the best placement first; or every reason why there is none.
+        The motions, the best placement first; or every reason for failure.
     """
     target, destination = problem.target, problem.destination
     backs: list[PickProblem] = []
@@ -84,7 +84,7 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
 
 
 def _picks_from(problem: PickProblem, R_place_item: Array) -> tuple[PickProblem, ...] | Failures:
-    """The picks from where the item could be set down standing so (3, 3), found once for all grasps."""
+    """Return the picks from all placements with an orientation (3, 3), computed once for all grasps."""
     known, key = problem.picks_back, np.round(_levelled(R_place_item), 6).tobytes()
     if key not in known:
         context, scene, target = problem.context, problem.scene, problem.target
@@ -94,7 +94,7 @@ def _picks_from(problem: PickProblem, R_place_item: Array) -> tuple[PickProblem,
 
 
 def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> GraspMotion | Failures:
-    """The lines of a pick from where the item is set down, held as it is."""
+    """Plan the lines of a pick from where the item is set down, with the same grasp."""
     ways_out = back.extraction.pushes(CorridorSet.FEW)
     if isinstance(ways_out, Failures):
         return ways_out
@@ -105,10 +105,10 @@ def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> G
 
 
 def _orientations(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
-    """How the target may stand at its destination, (3, 3) each: as it stands where it is taken from.
+    """Return orientations (3, 3) for the target at its destination; by default its current one.
 
-    What is taken out of a place from above goes into a bin with the side that the cup holds straight to the
-    front, and may be turned about the way in. On a table that side is up.
+    An item taken from above is put into a bin with the grasped side to the front, turned about the way in by
+    any quarter turn. On a table that side is up.
     """
     if problem.destination.access.is_from_above:
         return _hanging(problem, chosen)
@@ -121,7 +121,7 @@ def _orientations(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
 
 
 def _hanging(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
-    """How the target may stand where the cup points down, turned as little as can be, or by quarter turns."""
+    """Return orientations for a cup that points down: the least turn, and quarter turns from it."""
     R_place_world = problem.scene.T_world_place(problem.destination)[:3, :3].T
     R_place_item = R_place_world @ problem.target.T_world_item[:3, :3]
     down = np.array([0.0, 0.0, -1.0])
@@ -130,7 +130,7 @@ def _hanging(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
 
 
 def _leant_on(back: PickProblem) -> frozenset[str]:
-    """Names of what the item is beside and keeps its balance by: it may touch that where it is set down."""
+    """Return names of solids beside the item that it needs for balance; it may touch them when set down."""
     balance, item = back.contacts.supports.balance, back.target.id
     if not back.contacts.near_off_floor or not balance.stays(item):
         return frozenset()
@@ -138,7 +138,7 @@ def _leant_on(back: PickProblem) -> frozenset[str]:
 
 
 def _too_close(back: PickProblem, names: frozenset[str], where: str) -> Failures:
-    """What else than the floor, and what it leans on, the item would touch where it is set down."""
+    """Return a reason for each solid, except floor and those it leans on, that the item would touch."""
     items = frozenset(placed.id for placed in back.scene.items)
     return Failures(
         tuple(Reason("too close", where, name, name if name in items else "") for name in sorted(names))
@@ -146,11 +146,11 @@ def _too_close(back: PickProblem, names: frozenset[str], where: str) -> Failures
 
 
 def _set_down(back: PickProblem, picked: GraspMotion, cost: float) -> PlaceMotion:
-    """The segments of a pick from there, each backwards."""
+    """Reverse the segments of a pick from the placement."""
     kinds = {SegmentKind.RETREAT: SegmentKind.INSERT, SegmentKind.LIFT: SegmentKind.PLACE}
     inward = tuple(segment.backwards(kinds[segment.kind]) for segment in reversed(picked.outward))
     off, *rest = (segment.backwards(SegmentKind.DEPART) for segment in reversed(picked.inward))
-    # Away from the item the cup need not be as slow as it meets it.
+    # Away from the item the cup need not be as slow as during contact.
     off = replace(off, limits=SegmentLimits(max_tool_speed=back.context.settings.approach_speed))
     return PlaceMotion(back.scene, inward, (off, *rest), cost)
 
@@ -163,18 +163,18 @@ def floor_placements(
     place: Place,
     n_most: int = 8,
 ) -> tuple[PlacedItem, ...] | Failures:
-    """Find where on the floor of a place an item could be let go.
+    """Find placements of an item on the floor of a place.
 
     Args:
         context: The cell, its models and its precomputed files.
         scene: Poses as perceived.
-        placed: The item where it is now.
-        R_place_item: (3, 3) how it is to stand, before it is levelled.
-        place: Where it is brought.
+        placed: The item at its current pose.
+        R_place_item: (3, 3) its orientation at the destination, before it is levelled.
+        place: The destination.
         n_most: Most placements.
 
     Returns:
-        The item at each placement, the best first; or why there is none.
+        The item at each placement, the best first; or the reasons for failure.
     """
     R = _levelled(R_place_item)
     reach = placed.item.shape.reach(R)
@@ -196,10 +196,10 @@ def floor_placements(
 def _leaning(
     context: PlanningContext, scene: Scene, placed: PlacedItem, R: Array, place: Place, n_most: int
 ) -> tuple[PlacedItem, ...] | Failures:
-    """Where an item that would fall over can lean back, on the wall or on what stands before it.
+    """Find placements at which an item that would fall over can lean back on the wall or on another item.
 
-    From every free spot that is the last one before something, the item goes on backwards until it would
-    touch that. R: (3, 3) how it stands, levelled
+    From the last free spot before an obstacle, the item moves backwards until it would touch that.
+    R: (3, 3) its orientation, levelled
     """
     reach = placed.item.shape.reach(R)
     size = " x ".join(f"{2e3 * e:.0f}" for e in reach)
@@ -233,9 +233,9 @@ def _leaning(
 
 
 def _leaning_spots(place: Place, half: Array, gap: float) -> Array:
-    """(J, K, 6) displacements of what leans back: columns, each from behind the back wall to the mouth.
+    """Return (J, K, 6) displacements of a leaning item: columns, each from behind the back wall to the mouth.
 
-    half: (3,) of the box around the item, level. gap: m between its lower edge and the floor
+    half: (3,) of the box around the level item. gap: m between its lower edge and the floor
     """
     (front, back), (low, high) = place.room.x_range, place.room.y_range
     pitch = float(np.arctan2(half[0], half[2])) + LEAN
@@ -249,7 +249,7 @@ def _leaning_spots(place: Place, half: Array, gap: float) -> Array:
 
 
 def _spread(spots: list[PlacedItem]) -> list[PlacedItem]:
-    """Spots in a new order, those apart from all before them first: one next to a spot fails as that does."""
+    """Reorder spots, those apart from all before them first: neighbouring spots fail for the same reason."""
     at = np.array([spot.T_world_item[:3, 3] for spot in spots]).reshape(-1, 3)
     first: list[int] = []
     for k, p in enumerate(at):
@@ -259,7 +259,7 @@ def _spread(spots: list[PlacedItem]) -> list[PlacedItem]:
 
 
 def _occupied(place: Place, spots: Array, flying: FreeItemChecker) -> Failures:
-    """What stands on some of the spots (K, 6), none of which is free."""
+    """Explain what occupies some of the spots (K, 6), none of which is free."""
     what, tried = "no free place on the floor", f"{len(spots)} places tried"
     met = [flying.clearance(d) for d in spots[:: 1 + len(spots) // N_EXPLAINED]]
     if not met:
@@ -269,14 +269,14 @@ def _occupied(place: Place, spots: Array, flying: FreeItemChecker) -> Failures:
 
 
 def _stays(scene: Scene, spot: PlacedItem) -> bool:
-    """Whether an item stays where it is let go, as poses may be off."""
+    """Whether an item stays where it is released, within pose errors."""
     beside = (p for p in scene.in_location(spot.location) if p.id != spot.id)
     supports = supports_of(replace(scene, items=(*beside, spot)))
     return supports.balance.stays(spot.id) or supports.balance.lies_level(spot.id)
 
 
 def _levelled(R: Array) -> Array:
-    """The least turn away from R (3, 3) that makes the item's most vertical axis vertical."""
+    """Return R (3, 3) after the least turn that makes the item's most vertical axis vertical."""
     axis = int(np.argmax(np.abs(R[2])))
     up = np.sign(R[2, axis]) * np.array([0.0, 0.0, 1.0])
     across = np.cross(R[:, axis], up)
@@ -287,10 +287,10 @@ def _levelled(R: Array) -> Array:
 
 
 def _spots(place: Place, half: Array, hover: float) -> Array:
-    """(K, 6) displacements from the place's origin to spots on its floor, as of a free flyer.
+    """Return (K, 6) displacements from the place's origin to spots on its floor, as of a free flyer.
 
-    Behind a mouth as far back and as near a wall as possible first, on a table as near its middle: what
-    stands there is easiest to reach. half: (3,) of the box around the item, level
+    Behind a mouth, spots far back and near a wall come first; on a table, those near its middle, which are
+    the easiest to reach. half: (3,) of the box around the level item
     """
     (front, back), (low, high) = place.room.x_range, place.room.y_range
     is_from_above = place.access.is_from_above
@@ -299,7 +299,7 @@ def _spots(place: Place, half: Array, hover: float) -> Array:
     along_y = _grid(low + half[1], high - half[1])
     x, y = (axis.ravel() for axis in np.meshgrid(along_x, along_y, indexing="ij"))
     height, pitch = place.room.rest(x, half[0])
-    # An item that hovers over the floor, parallel to what it will lie on.
+    # The item hovers over the floor, parallel to its surface.
     above = half[2] + hover
     none = np.zeros(len(x))
     at = (x + above * np.sin(pitch), y, height + above * np.cos(pitch), none, pitch, none)

@@ -1,4 +1,4 @@
-"""The motion inside a place for one grasp: key waypoints first, then every line, proven, or the reason.
+"""Motion inside a place for one grasp: key waypoints are checked first, then every line is proven.
 
 Delft, section 2.2: (1) the grasp and the key waypoints are checked one after the other, (2) then each
 linear segment; the first thing that fails discards the candidate.
@@ -29,23 +29,23 @@ from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
 
-N_SEEDS, N_ALONG = 12, 4  # of inverse kinematics at the contact, and of those along the rails
+N_SEEDS, N_ALONG = 12, 4  # of inverse kinematics at the contact, and how many of these vary along the rails
 _Poses = TypeVar("_Poses")
 
 
 def plan_grasp_motion(
     problem: PickProblem, ways: ToolLines, contact_speed: float, rng: np.random.Generator
 ) -> GraspMotion | Failures:
-    """Find the first solution for one grasp, over the branches and redundancy of the arm.
+    """Find the first feasible motion for one grasp, over the branches and redundancy of the arm.
 
     Args:
         problem: The pick.
-        ways: What the tool alone can do for the grasp.
-        contact_speed: m/s, the fastest that the tool may meet the target.
+        ways: Tool motions of the grasp, planned without the arm.
+        contact_speed: m/s, highest speed at which the tool may meet the target.
         rng: Source of the arm's random seeds.
 
     Returns:
-        The motion in the place, or every reason why there is none.
+        The motion in the place, or every reason for failure.
     """
     context, grasp, contact, where = problem.context, ways.grasp, ways.contact, str(ways.grasp)
     solutions = context.arm.solve(contact, grasp.tool_state, _seeds(problem, rng))
@@ -70,9 +70,9 @@ def plan_grasp_motion(
 
 
 def _seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
-    """Configurations in front of the place, the first also elsewhere along the rails, and random ones."""
+    """Return configurations in front of the place, the first also moved along the rails, and random ones."""
     arm, fronts = problem.context.arm, problem.context.configurations_at(problem.place)
-    if not fronts:  # chance then has to do alone
+    if not fronts:  # then all are random
         return arm.random_seeds(rng, N_SEEDS)
     elsewhere = arm.along_rails(fronts[0], N_ALONG)
     return np.vstack([fronts, elsewhere, arm.random_seeds(rng, N_SEEDS - 1 - len(elsewhere))])
@@ -80,7 +80,7 @@ def _seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """A straight line of the tool that is to be followed: what for, in which mode, from where, how fast."""
+    """A straight line for the tool to follow: segment kind, mode, end poses and speed."""
 
     kind: SegmentKind
     mode: Mode
@@ -94,12 +94,12 @@ class _Lines:
     """Follows the lines of one grasp, each in its mode.
 
     Attributes:
-        context: What proves them.
-        scene: The scene as it is seen.
-        contact: (4, 4) pose of the tool in the world where it takes the target.
-        where: The grasp, as reasons call it.
-        attached: The target in the tool.
-        modes: What each stage must be free for, with the target where it is held.
+        context: Context with the checkers that prove them.
+        scene: The planning scene.
+        contact: (4, 4) pose of the tool in the world at the grasp.
+        where: Name of the grasp in reasons.
+        attached: The target, attached to the tool.
+        modes: Modes of the segments, with the target attached once it is held.
         contact_speed: m/s at which the tool may meet the target.
     """
 
@@ -114,7 +114,7 @@ class _Lines:
     @classmethod
     def of(cls, problem: PickProblem, ways: ToolLines, contact_speed: float) -> _Lines:
         context, scene, target = problem.context, problem.scene, problem.target
-        # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
+        # The held item stays where the cup met it: the bellows take up the overtravel.
         T_tip_item = inverse(ways.contact) @ target.T_world_item
         attached = AttachedItem(target.item, T_tip_item, problem.uncertainty, target.id)
         modes = ways.modes.holding(attached)
@@ -122,15 +122,15 @@ class _Lines:
 
     @property
     def closes(self) -> bool:
-        """Whether the tool closes on the target, at rest."""
+        """Whether the tool closes on the target at rest."""
         return self.context.method.closes_at_rest
 
     def checker(self, mode: Mode) -> SceneChecker:
-        """What proves lines in one mode."""
+        """Return the checker of lines in one mode."""
         return self.context.checker_for(self.scene, mode)
 
     def inward(self, poses: PickPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
-        """Pre-approach, approach and contact, followed backwards from the contact configuration."""
+        """Follow contact, approach and pre-approach backwards from the contact configuration."""
         settings, kind, modes = self.context.settings, SegmentKind, self.modes
         contact_speed = SLOWER_THAN_ALLOWED * self.contact_speed
         approach, preapproach = settings.approach_speed, settings.preapproach_speed
@@ -148,7 +148,7 @@ class _Lines:
         return (*inward, at_rest(kind.CONTACT, q_contact, modes.taking)) if self.closes else inward
 
     def outward(self, poses: LiftPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
-        """Lift and retreat with the target; free of all contact once the first stretch has ended."""
+        """Follow lift and retreat with the target, free of all contact after the first stretch."""
         settings, kind, modes = self.context.settings, SegmentKind, self.modes
         first = _Line(kind.LIFT, modes.lifting, self.contact, poses.first_stretch, settings.lift_speed)
         freeing = self._followed((first,), q_contact)
@@ -166,7 +166,7 @@ class _Lines:
         return rest if isinstance(rest, Failures) else (*freeing, *rest)
 
     def _followed(self, lines: Iterable[_Line], q: Array) -> tuple[MotionSegment, ...] | Failures:
-        """The lines one after the other as segments, from a configuration (n,) at the start of the first."""
+        """Follow lines one after the other, from a configuration (n,) at the start of the first."""
         found: list[MotionSegment] = []
         arm = self.context.arm
         for line in lines:
@@ -185,7 +185,7 @@ def _first(
     follow: Callable[[_Poses, Array], tuple[MotionSegment, ...] | Failures],
     q: Array,
 ) -> tuple[MotionSegment, ...] | Failures:
-    """The segments of the first of several ways that the arm can follow from a configuration (n,)."""
+    """Return the segments of the first of several ways that the arm can follow from a configuration (n,)."""
     failures = Failures()
     for poses in options:
         segments = follow(poses, q)
@@ -196,7 +196,7 @@ def _first(
 
 
 def _invalid(checker: SceneChecker, q: Array, where: str) -> Failures:
-    """Why a configuration (n,) is not valid, looked up when somebody asks."""
+    """Explain why a configuration (n,) is not valid; evaluated lazily."""
     return Failures((lambda: [checker.explain(q).at(where)],))
 
 

@@ -1,4 +1,4 @@
-"""The grasps of a target whose lines in the bin are proven: of few, and of many where none of those goes."""
+"""Selection of grasps with proven lines in the bin: from few candidates, and from many if none succeeds."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from pickcli.planning.stages.target_check import check_target
 from pickcli.planning.stages.tool_clearance import tool_lines, with_tool_clearance
 from pickcli.seeds import derived_rng
 
-SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where it failed
-MOST_FOLLOWED = 25  # grasps that the arm may fail to follow; of 596 picks none was found after the 22nd
+SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from a failed grasp
+MOST_FOLLOWED = 25  # grasps that the arm may fail to follow; in 596 picks none succeeded after the 22nd
 
 
 def feasible_grasps(
@@ -65,7 +65,7 @@ def _candidates(
 
 
 def _ways_out(problem: PickProblem, corridors: CorridorSet) -> tuple[Array, ...] | Failures:
-    """The ways out for the target by itself, or what speaks against picking it with any grasp."""
+    """Return the ways out for the target as a free flyer, or the reasons against picking it at all."""
     if (against := check_target(problem)).reasons:
         return against
     return problem.extraction.pushes(corridors)
@@ -104,7 +104,7 @@ def _tried(
 
 
 def _in_turns(grasps: list[Grasp]) -> list[Grasp]:
-    """The best of every kind, the second best of every kind, ...: where one kind has no room others may."""
+    """Order grasps as the best of every kind, the second best of every kind, ..., to try all kinds soon."""
     rank: Counter[str] = Counter()
     ranked = []
     for grasp in grasps:
@@ -114,7 +114,7 @@ def _in_turns(grasps: list[Grasp]) -> list[Grasp]:
 
 
 def _same(a: Grasp, b: Grasp | GraspKind) -> bool:
-    """Whether two grasps put the cup on the same place in the same way, or one is of a kind."""
+    """Whether two grasps put the cup on the same place in the same way, or a grasp is of a given kind."""
     if isinstance(b, GraspKind):
         return (a.kind, a.face) == (b.kind, b.face)
     near = float(np.linalg.norm(a.T_item_tip[:3, 3] - b.T_item_tip[:3, 3])) < SAME_GRASP

@@ -1,4 +1,4 @@
-"""Transit: the coarse motion of the empty tool to one of several grasps, the fastest whole way in first."""
+"""Transit: the coarse motion of the empty tool to one of several grasps, the fastest whole way first."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.seeds import derived_seed
 
-SCORE_COST = 0.2  # s that a grasp's score of 1 is worth
+SCORE_COST = 0.2  # s of cost per unit of a grasp's score
 
 
 def transits_to_grasps(
@@ -28,8 +28,8 @@ def transits_to_grasps(
 ) -> Iterator[GraspTransit | Failures]:
     """Order grasps by the fastest whole way in, each with the transit to it.
 
-    All grasps with one tool state go to the planner as one goal set. Losers stay as fallbacks, planned when
-    they are asked for.
+    All grasps with one tool state are planned as one goal set. The others remain as fallbacks, planned on
+    demand.
 
     Args:
         problem: The pick.
@@ -65,9 +65,9 @@ def transits_to_grasps(
 
 
 def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -> GraspTransit | Failures:
-    """The fastest way into one of several grasps with one tool state."""
+    """Plan the fastest way to one of several grasps with one tool state."""
     context, state = problem.context, group[0].grasp.tool_state
-    # While the tool changes its state on the way, the volume that it sweeps must be free.
+    # While the tool changes its state on the way, its whole swept volume must be free.
     mode = Mode(state if state == start.tool_state else MOVING, reserve=RESERVE)
     goals = np.stack([f.start for f in group])
     extra = [_cost(problem, f) for f in group]
@@ -82,7 +82,7 @@ def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -
 
 
 def _cost(problem: PickProblem, f: GraspMotion) -> float:
-    """About the seconds from the pre-approach to the end of the retreat, and what the grasp is worth."""
+    """Estimate the seconds from the pre-approach to the end of the retreat, plus the grasp's penalties."""
     space, worth = problem.context.space, problem.context.settings.load_worth
     segments = (*f.inward, *f.outward)
     duration = float(sum(estimated_duration(space, segment.waypoints) for segment in segments))

@@ -1,6 +1,7 @@
-"""First stretches: short ways of an item by itself, away from all that it touches where it lies.
+"""First stretches of a lift: short displacements of an item that end all its contacts.
 
-Drawn at random; where hardly any of those ends free (a mailer between two walls), climbed to.
+They are sampled at random; if hardly any of those is free (a mailer between two walls), a search climbs to
+one.
 """
 
 from __future__ import annotations
@@ -10,33 +11,33 @@ import numpy as np
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.geometry import Array
 
-# Largest displacements that are drawn: m along the bin's axes; rad of yaw, pitch and roll.
+# Largest sampled displacements: m along the bin's axes; rad of yaw, pitch and roll.
 MOST_DRAWN = np.array([0.04, 0.03, 0.045, 0.15, 0.1, 0.3])
 N_SAMPLES = 4000
-N_LEAVING = 100  # of those that end free, of which it is asked whether they begin so
+N_LEAVING = 100  # samples with a free end, of which the start is checked
 N_DRAWN = 8
 
 MOST_CLIMBED = 1.5 * MOST_DRAWN
 CLIMBS, ROUNDS = 6, 10
-N_TRIED, N_KEPT = 60, 8  # displacements of a round, and the best of them, around which the next ones lie
-N_PUSHED = 3  # of these, of which it is asked whether they begin free: the others are much alike
+N_TRIED, N_KEPT = 60, 8  # samples of a round, and the best of them, around which the next are drawn
+N_PUSHED = 3  # of these whose start is checked: the others are much alike
 LEAST_SPREAD = 1e-4  # m or rad around those
-HOPELESS = 0.02  # m of room that may be missing half-way through a climb
+HOPELESS = 0.02  # m of clearance that may be missing half-way through a climb
 
 
 def drawn(
     leaving: FreeItemChecker, carrying: FreeItemChecker, first: float, rng: np.random.Generator
 ) -> list[Array]:
-    """Draw first stretches at random.
+    """Sample first stretches at random.
 
     Args:
-        leaving: The item while it may touch what it rests on.
-        carrying: The item when it may touch nothing any more.
+        leaving: Checker of the item while it may touch its support.
+        carrying: Checker of the item when it may touch nothing.
         first: m, most length of the first stretch.
-        rng: Source of the draws.
+        rng: Source of the samples.
 
     Returns:
-        Displacements (6,), in m and rad, after which the item touches nothing any more; [] if none was found.
+        Displacements (6,), in m and rad, after which the item touches nothing; [] if none was found.
     """
     D = rng.uniform(-1.0, 1.0, size=(N_SAMPLES, 6)) * MOST_DRAWN
     D[:, 2] = np.abs(D[:, 2])
@@ -54,18 +55,19 @@ def drawn(
 def climbed(
     leaving: FreeItemChecker, carrying: FreeItemChecker, first: float, rng: np.random.Generator
 ) -> list[Array]:
-    """Find first stretches by climbing to where the item has more room than anywhere around.
+    """Find first stretches by climbing to displacements with the largest clearance.
 
-    Source: the cross-entropy method, R. Rubinstein, D. Kroese (2004): draw, keep the best, draw around those.
+    Source: the cross-entropy method, R. Rubinstein, D. Kroese (2004): sample, keep the best, sample around
+        those.
 
     Args:
-        leaving: The item while it may touch what it rests on.
-        carrying: The item when it may touch nothing any more.
+        leaving: Checker of the item while it may touch its support.
+        carrying: Checker of the item when it may touch nothing.
         first: m, most length of the first stretch.
-        rng: Source of the draws.
+        rng: Source of the samples.
 
     Returns:
-        Displacements (6,), in m and rad, after which the item touches nothing any more; [] if none was found.
+        Displacements (6,), in m and rad, after which the item touches nothing; [] if none was found.
     """
     found: list[Array] = []
     for _ in range(CLIMBS):
@@ -85,12 +87,12 @@ def climbed(
 
 
 def _leads(leaving: FreeItemChecker, d: Array) -> bool:
-    """Whether the straight push to a displacement (6,) is proven."""
+    """Whether the straight push to a displacement (6,) is proven free."""
     return leaving.is_valid_path(np.stack([np.zeros(6), d]))
 
 
 def _within(D: Array, first: float) -> Array:
-    """Displacements (N, 6) brought within what may be climbed to, ``first`` m long at most; none sinks."""
+    """Clip displacements (N, 6) to the range of the climb and to a length of ``first`` m; none goes down."""
     D = np.clip(D, -MOST_CLIMBED, MOST_CLIMBED)
     D[:, 2] = np.maximum(D[:, 2], 0.0)
     D[:, :3] *= (first / np.maximum(np.linalg.norm(D[:, :3], axis=1), first))[:, None]

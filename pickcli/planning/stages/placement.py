@@ -1,4 +1,4 @@
-"""Letting an item go at its destination, by the way that leads into that."""
+"""Placement of an item at its destination: dropped from above or set down, by the place's access."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pickcli.planning.stages.floor_placements import plan_set_downs
 
 
 def plan_placement(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
-    """Find motions that let the item go at its destination, all proven.
+    """Find proven motions that release the item at its destination.
 
     Args:
         problem: The pick.
-        chosen: How the item is held.
+        chosen: Motion of the chosen grasp.
 
     Returns:
-        The motions, the best placement first; or every reason why there is none.
+        The motions, the best placement first; or every reason for failure.
     """
     if problem.destination.is_open_box:
         return plan_drops(problem, chosen)

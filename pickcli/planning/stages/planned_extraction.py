@@ -1,7 +1,7 @@
-"""Corridors with corners: planned for the item by itself where no simple one is free.
+"""Planned corridors with several turns, for an item as a free flyer, if no simple corridor is free.
 
-Still nothing but straight pushes inside the bin (KTH, section IV-A.2), but which ones RRT-Connect finds, in
-the six dimensions in which an item that hangs on a cup is pushed: along the bin's axes, yaw, pitch and roll.
+They consist of straight pushes inside the bin (KTH, section IV-A.2), found by RRT-Connect in the six
+dimensions in which an item on a cup is pushed: along the bin's axes, yaw, pitch and roll.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from pickcli.planning.stages.lift_sampling import climbed, drawn
 NAMES = ("x", "y", "z", "yaw", "pitch", "roll")
 LOWER = np.array([-0.8, -0.15, -0.1, -0.5, -0.15, -1.7])  # m and rad, bounds of the pushes
 UPPER = np.array([0.04, 0.15, 0.2, 0.5, 0.15, 1.7])
-# How far each goes in the time of a metre: weighs the pushes. Roll turns nothing but the wrist.
+# Weights of the pushes: distance of each in the time of a metre. Roll turns only the wrist.
 SPEED = np.array([1.0, 1.0, 1.0, 3.0, 3.0, 6.0])
-ROLLS = (0.0, np.pi / 2, -np.pi / 2)  # in which the item may come out
+ROLLS = (0.0, np.pi / 2, -np.pi / 2)  # orientations in which the item may come out
 SHORTCUTS = 60
-N_FINE = 3  # of the drawn first stretches, from which a narrow way is looked for
-MOST_PUSHES = 5  # more turns than that are no line of a tool any more
+N_FINE = 3  # of the sampled first stretches, from which a narrow way is searched
+MOST_PUSHES = 5  # a line of the tool with more turns is rejected
 
 
 COARSE = PlannerOptions(max_iterations=1500, step=0.1)
-# What hardly fits through the mouth goes by short edges only; of 14 fresh scenes no pick took more than 2000.
+# An item that hardly fits through the mouth needs short edges; in 14 new scenes no pick took more than 2000.
 FINE = PlannerOptions(max_iterations=4000, step=0.01)
 
 
@@ -48,10 +48,10 @@ def planned_corridors(
     """Find corridors by RRT-Connect from several first stretches.
 
     Args:
-        T_bin_item: (4, 4) item in the frame of the way into the place.
-        shape: Shape of the item, grown by its uncertainty.
-        leaving: The item where it may touch what it rests on.
-        carrying: The item where it may touch nothing.
+        T_bin_item: (4, 4) pose of the item in the entry frame of the place.
+        shape: Shape of the item, enlarged by its uncertainty.
+        leaving: Checker of the item while it may touch its support.
+        carrying: Checker of the item when it may touch nothing.
         first: m, length of the stretch in which touching is allowed.
         seed: Seed of all random choices: equal arguments give equal corridors.
 
@@ -73,7 +73,7 @@ def planned_corridors(
 def _through(
     carrying: FreeItemChecker, starts: Sequence[Array], goals: Array, search: PlannerOptions, seed: int
 ) -> tuple[Corridor, ...]:
-    """Corridors from the ends of first stretches (6,) to places outside (G, 6), shortest first."""
+    """Plan corridors from the ends of first stretches (6,) to poses outside (G, 6), shortest first."""
     space = JointSpace(NAMES, LOWER, UPPER, SPEED, SPEED)
     found: list[tuple[float, Corridor]] = []
     for k, first_stretch in enumerate(starts):
@@ -87,7 +87,7 @@ def _through(
 
 
 def _outside(T_bin_item: Array, shape: Shape, carrying: FreeItemChecker) -> Array:
-    """(G, 6) places in front of the mouth, at several heights, where the whole item is outside."""
+    """Return (G, 6) free displacements in front of the mouth, with the whole item outside."""
     reach = float(np.linalg.norm(shape.reach(T_bin_item[:3, :3])[:2]))
     x = -float(T_bin_item[0, 3]) - reach - RETREAT_DISTANCE
     heights, aside = (0.04, 0.08, 0.12, 0.0, -0.04), (0.0, 0.05, -0.05)

@@ -1,4 +1,4 @@
-"""What speaks against picking a target: others need it, or its pose cannot be right."""
+"""Checks of a target before any grasp: whether other items need it, or its pose contradicts others."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from pickcli.scene.solid_overlap import TOUCH
 
 
 def check_target(problem: PickProblem) -> Failures:
-    """Find every reason not to pick the target as the scene is seen.
+    """Find every reason not to pick the target, as the scene is perceived.
 
     Args:
         problem: The pick.
 
     Returns:
-        The reasons, what must be cleared first at the head; empty if nothing speaks against it.
+        The reasons, with the items that must be cleared first at the head; empty if there are none.
     """
     return Failures((*_blocking(problem), *_contradictions(problem)))
 
 
 def _blocking(problem: PickProblem) -> tuple[Reason, ...]:
-    """Items that would fall or roll away if the target went."""
+    """Return the items that would fall or roll away if the target were removed."""
     supports, target = problem.contacts.supports, problem.target.id
     lying = supports.graph.lying_on(target)
     return tuple(
@@ -38,7 +38,7 @@ def _blocking(problem: PickProblem) -> tuple[Reason, ...]:
 
 
 def _contradictions(problem: PickProblem) -> tuple[Reason, ...]:
-    """What the target overlaps with, as its pose says, deeper than poses may be off."""
+    """Return the solids that the target overlaps by more than pose errors explain."""
     scene = problem.scene
     bound = {placed.id: scene.noise.bound(placed.item) for placed in scene.items}
     bound |= {
@@ -58,6 +58,6 @@ def _contradictions(problem: PickProblem) -> tuple[Reason, ...]:
 
 
 def _from_axis(T_world_carrier: Array, placed: PlacedItem) -> float:
-    """How far from the z axis of a carrier at a pose (4, 4) any point of an item may be, m."""
+    """Bound the distance of any point of an item from the z axis of a carrier at a pose (4, 4), m."""
     p = (inverse(T_world_carrier) @ placed.T_world_item)[:2, 3]
     return float(np.linalg.norm(p)) + float(np.linalg.norm(placed.item.shape.extents)) / 2

@@ -1,7 +1,7 @@
-"""What the tool alone could do for one grasp: ways to the item, and ways out that leave the lance room.
+"""Planning for the tool without the arm: ways to the item, and ways out with clearance for the lance.
 
-Asked before any inverse kinematics, of the tool as it flies through the bin by itself: most grasps that fail
-do so here, for a hundredth of what following a line with the arm costs.
+It is done before any inverse kinematics, for the tool as a free flyer: most infeasible grasps fail here, for
+a hundredth of the cost of following a line with the arm.
 """
 
 from __future__ import annotations
@@ -23,29 +23,29 @@ from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
 
-# m along y and z of the bin, by which the pre-approach begins off the straight way; the least first.
+# m along y and z of the bin, offsets of the start of the pre-approach from the straight way; the least first.
 SIDEWAYS, UPWARDS = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)
 ASIDE = sorted(product(SIDEWAYS, UPWARDS), key=lambda yz: float(np.hypot(*yz)))
 STRAIGHT_IN = (0.0, 0.0)
 N_WAYS = 2  # that the arm tries to follow
-N_EXPLAINED = 32  # of the grasps without room, about, from the best to the last
-LONGEST_TOUCH = 0.054  # m of the tool's way on the first stretch of the lift; 0.055 are promised
-LEAST_APPROACH = 0.005  # m along the tool's axis, however short the way in
-LIFTED = 1  # where the pushes of a way out have the end of the lift
+N_EXPLAINED = 32  # about, of the grasps without clearance, from the best to the last
+LONGEST_TOUCH = 0.054  # m of the tool's path in the first stretch of the lift; the verifier allows 0.055
+LEAST_APPROACH = 0.005  # m along the tool's axis, at least
+LIFTED = 1  # index of the end of the lift in the poses of a way out
 
 
 def with_tool_clearance(
     problem: PickProblem, grasps: Sequence[Grasp], ways_out: Sequence[Array]
 ) -> tuple[list[Grasp], Failures]:
-    """Find the grasps with room for the tool at the target and where it has been lifted.
+    """Find the grasps with clearance for the tool at the target and after the lift.
 
     Args:
         problem: The pick.
         grasps: Grasps of the target.
-        ways_out: What each way out for the target by itself does to the tool, (K, 4, 4), at least one.
+        ways_out: Displacements (K, 4, 4) of each way out for the target as a free flyer, at least one.
 
     Returns:
-        The grasps with room, in their order, and why some of the others have none.
+        The grasps with clearance, in their order, and why some of the others have none.
     """
     T = problem.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
     has_room = np.zeros(len(grasps), dtype=bool)
@@ -68,7 +68,7 @@ def with_tool_clearance(
 def _can_be_lifted(
     problem: PickProblem, grasp: Grasp, T: Array, ways_out: Sequence[Array]
 ) -> NDArray[np.bool_]:
-    """(N,) whether a tool that holds the target at T (N, 4, 4) has room at the end of any lift."""
+    """Return (N,) whether the tool with the target at T (N, 4, 4) has clearance at the end of any lift."""
     tool = _carrying(problem, grasp)
     lifted = np.stack([pushed[LIFTED] for pushed in ways_out]) @ T[:, None]
     is_free = _are_valid(tool, lifted.reshape(-1, 4, 4))
@@ -85,15 +85,15 @@ def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, ways_out: Sequenc
 
 
 def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) -> ToolLines | Failures:
-    """Find what the tool alone can do for one grasp.
+    """Find the tool's ways in and out for one grasp.
 
     Args:
         problem: The pick.
-        grasp: Where the tool takes the target.
-        ways_out: What each way out for the target by itself does to the tool, (K, 4, 4), at least one.
+        grasp: Grasp of the target.
+        ways_out: Displacements (K, 4, 4) of each way out for the target as a free flyer, at least one.
 
     Returns:
-        Ways in and out, or what is in the way.
+        Ways in and out, or the obstacles.
     """
     modes = problem.context.method.modes(problem.contacts, grasp, problem.context.model.tip_excess)
     inward = _ways_in(problem, grasp, modes)
@@ -106,7 +106,7 @@ def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) ->
 
 
 def _ways_in(problem: PickProblem, grasp: Grasp, modes: GraspModes) -> tuple[PickPoses, ...] | Failures:
-    """Ways to the contact, the plainest first."""
+    """Find ways to the contact, the simplest first."""
     empty = _checker(problem, modes.approaching)
     slow = 0.0 if problem.context.method.closes_at_rest else CONTACT_DISTANCE
     overtravel = modes.overtravel
@@ -139,10 +139,10 @@ def _ways_in(problem: PickProblem, grasp: Grasp, modes: GraspModes) -> tuple[Pic
 def _ways_out(
     problem: PickProblem, grasp: Grasp, contact: Array, ways_out: Sequence[Array]
 ) -> tuple[LiftPoses, ...] | Failures:
-    """Ways out on which the tool keeps clear of everything and holds the target."""
+    """Find ways out on which the tool keeps clear of everything and holds the target."""
     tool = _carrying(problem, grasp)
     found = [pushed @ contact for pushed in ways_out]
-    # A push that turns the item moves the tool farther than the item's middle.
+    # A push that turns the item moves the tool farther than the item's centre.
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= LONGEST_TOUCH]
     if not found:
         what = "the tool swings out too far where the item turns"
@@ -165,7 +165,7 @@ def _checker(problem: PickProblem, mode: Mode) -> FreeToolChecker:
 
 
 def _at_target(problem: PickProblem, grasp: Grasp) -> tuple[FreeToolChecker, ...]:
-    """What the tool has to be valid for at the target."""
+    """Return the checkers of the tool at the target."""
     modes = problem.context.method.at_target(problem.contacts, grasp)
     return tuple(_checker(problem, mode) for mode in modes)
 
@@ -175,23 +175,23 @@ def _carrying(problem: PickProblem, grasp: Grasp) -> FreeToolChecker:
 
 
 def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:
-    """(N,) whether the tool has room at poses (N, 4, 4)."""
+    """Return (N,) whether the tool has clearance at poses (N, 4, 4)."""
     return tool.are_valid(tool.displacements(T))
 
 
 def _all_valid(tool: FreeToolChecker, ways: Sequence[Array]) -> NDArray[np.bool_]:
-    """(W,) whether the tool has room at all poses (K, 4, 4) of each of W ways."""
+    """Return (W,) whether the tool has clearance at all poses (K, 4, 4) of each of W ways."""
     starts = np.cumsum([0, *(len(poses) for poses in ways[:-1])])
     return np.asarray(np.logical_and.reduceat(_are_valid(tool, np.concatenate(ways)), starts))
 
 
 def _is_valid_path(tool: FreeToolChecker, *poses: Array) -> bool:
-    """Whether the tool has room on the straight ways from pose to pose (4, 4)."""
+    """Whether the tool has clearance on the straight ways from pose to pose (4, 4)."""
     return tool.is_valid_path(tool.displacements(np.stack(poses)))
 
 
 def _blocked(problem: PickProblem, tool: FreeToolChecker, T: Array, where: str) -> Failures:
-    """What is nearest to the tool at a pose (4, 4), looked up when somebody asks."""
+    """Explain what is nearest to the tool at a pose (4, 4); evaluated lazily."""
 
     def nearest() -> Iterator[Reason]:
         contact = tool.clearance(tool.displacements(T[None])[0])

@@ -1,4 +1,4 @@
-"""Transfer: the coarse motion with the item to the placement that makes the whole motion fastest."""
+"""Transfer: the coarse motion with the item to the placement with the fastest complete motion."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from pickcli.seeds import derived_seed
 
 
 def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | Failures:
-    """Complete the motion for one grasp, with the best placement that can be reached.
+    """Complete the motion for one grasp, with the best reachable placement.
 
     Args:
         problem: The pick.
         reached: The grasp with the transit to it.
 
     Returns:
-        The geometry of the whole pick, or every reason why there is none.
+        All segments of the pick, or every reason for failure.
     """
     context, taking = problem.context, reached.taking
     placements = plan_placement(problem, taking)

@@ -1,8 +1,8 @@
-"""Coarse motions outside the bins: to whichever of several goals the whole motion is fastest.
+"""Coarse motions outside the bins, to the one of several goals with the fastest complete motion.
 
-A straight edge first, then what was precomputed, then the planner (KTH, section IV-A.1; Delft, section 1):
-``roadmap.query`` does the searching and proves every stored edge again in the scene as it is. Here the
-goals are weighed by what the rest of the motion costs from each of them.
+A straight edge is tried first, then precomputed motions, then the planner (KTH, section IV-A.1; Delft,
+section 1). ``roadmap.query`` searches and proves every stored edge again in the current scene. This module
+weighs the goals by the cost of the rest of the motion from each of them.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.trajectory_database import PayloadClass
 
 COARSE = SegmentLimits(blend_tolerance=0.05)
-PROMISING = 3  # goals that a search is worth: those with the least time if nothing were in the way
+PROMISING = 3  # goals that are searched first: those with the least estimated time without obstacles
 
 
 @dataclass(frozen=True, eq=False)
 class CoarsePath:
-    """A proven polyline to one of several goals.
+    """A proven path to one of several goals.
 
     Attributes:
         waypoints: (N, n) configurations.
-        goal: Index into the goals that were given.
+        goal: Index into the given goals.
         duration: s, estimated.
-        source: What found it: "straight edge", "database", "roadmap" or "planner".
-        experience: What the search for it found that was not stored, if it was searched for at all.
+        source: Its origin: "straight edge", "database", "roadmap" or "planner".
+        experience: New experience of the search for it; empty if there was no search.
     """
 
     waypoints: Array
@@ -48,7 +48,7 @@ class CoarsePath:
     experience: tuple[QueryExperience, ...] = ()
 
     def segment(self, kind: SegmentKind, mode: Mode) -> MotionSegment:
-        """The motion as a segment that is proven in a mode.
+        """Make a segment of the path.
 
         Args:
             kind: Kind of the segment.
@@ -73,22 +73,22 @@ def plan_coarse(
 
     Args:
         context: The cell, its models and its precomputed files.
-        checker: What proves the motion.
+        checker: Checker that proves the motion.
         q_start: (n,) configuration at the start.
         goals: (G, n) configurations.
-        extra: (G,) s that the motion still takes after each goal, so that the best whole motion wins.
+        extra: (G,) s, cost of the rest of the motion after each goal, so that the best complete motion wins.
         seed: Seed of all random choices.
-        where: The motion, as reasons call it.
+        where: Name of the motion in reasons.
 
     Returns:
-        The motion, or why there is none.
+        The motion, or the reasons for failure.
     """
     space = context.space
     least = [estimated_duration(space, np.stack([q_start, g])) for g in goals]
     order = np.argsort([d + e for d, e in zip(least, extra, strict=True)], kind="stable")
     straight = _straight(checker, q_start, goals, least, order)
     if straight is not None and straight.goal == order[0]:
-        return straight  # nothing can beat a straight edge to the best goal
+        return straight  # no other motion can be faster
     searched = _searched(context, checker, q_start, goals[order[:PROMISING]], seed, where)
     if isinstance(searched, Failures) and straight is None:
         searched = _searched(context, checker, q_start, goals[order], seed, where)
@@ -106,7 +106,7 @@ def plan_coarse(
 def _straight(
     checker: SceneChecker, q_start: Array, goals: Array, least: Sequence[float], order: NDArray[np.intp]
 ) -> CoarsePath | None:
-    """The fastest goal that a straight edge reaches."""
+    """Return the straight edge to the fastest goal that one reaches, or None."""
     for g in order:
         if checker.is_valid_edge(q_start, goals[g]):
             return CoarsePath(np.stack([q_start, goals[g]]), int(g), least[g], "straight edge")
@@ -116,7 +116,7 @@ def _straight(
 def _searched(
     context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
 ) -> CoarsePath | Failures:
-    """The path that the roadmap has, else one that the planner finds, else the reasons of both."""
+    """Return a stored motion, else one of the roadmap or the planner, else the reasons of both."""
     stored = _stored(context, checker, q_start, goals)
     if stored is not None:
         return stored
@@ -135,7 +135,7 @@ def _searched(
 def _stored(
     context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array
 ) -> CoarsePath | None:
-    """A stored motion between two named configurations, if it is proven in the scene as it is."""
+    """Return a stored motion between two named configurations, if it is proven free in the current scene."""
     for database in filter(None, (context.database, context.learned)):
         for g, goal in enumerate(goals):
             motion = database.between(q_start, goal, _payload(checker))
