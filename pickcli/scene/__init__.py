@@ -1,8 +1,8 @@
-"""What stands in the cell now, how well that is known, and what rests on what.
+"""The planning scene: carriers and items at their current poses, pose uncertainty, contacts and support.
 
-Read `scene` with the `cloud` that a sensor saw; then `scene_file` and `cloud_file`, with `scene_schema`,
-`scene_checks` and `scene_warnings`. How solids meet: `touching`, `solid_overlap` and `patches`, from which
-`solid_contact` follows. What rests on what: `contact_graph` has all contacts of a scene, `balance` the
-statics of its items, and `supports` what falls or rolls when one is taken away. What lies in a box is seen
-from above as a `pile`.
+Start with `scene` and the `cloud` of a sensor; then `scene_file` and `cloud_file`, with `scene_schema`,
+`scene_checks` and `scene_warnings`. Contacts between solids: `touching`, `solid_overlap` and `patches`, which
+`solid_contact` builds on. Support: `contact_graph` collects all contacts of a scene, `balance` solves the
+statics of single items, and `supports` predicts which items fall or roll when another is removed. `pile` is a
+height map of the items in an open box.
 """

@@ -1,9 +1,9 @@
-"""Whether contacts keep an item in balance: statics of a single body.
+"""Statics of single items: whether the contacts of an item keep it in balance.
 
-An item stays where it lies if the contacts that are left can balance its weight, within cones of friction
-(Mason, Mechanics of Robotic Manipulation, 2001, ch. 7), and still can when the world is tilted by a little to
-any side, and when what lies on it presses on any corner of where it touches: poses are uncertain. What stays
-by that rule stays; what does not may stay all the same.
+An item stays if its remaining contacts can balance its weight within their friction cones (Mason, Mechanics
+of Robotic Manipulation, 2001, ch. 7), also if the world is tilted slightly in any direction and if items on
+it press on any corner of their contacts, because poses are uncertain. The test is conservative: an item that
+fails it may still stay.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from pickcli.scene.solid_contact import (
     missing_to_balance,
 )
 
-LEAST_TILT = np.radians(1.0)  # of the world, on top of the angle that poses may be off
-CHOCKED = np.radians(10.0)  # for what can roll: what keeps it must be more than a bend of the floor
-LEVEL = np.radians(1.0)  # slope of the ground up to which nothing begins to roll
-SETTLED = np.radians(1.5)  # rad by which a face that lies on another may be askew, on top of that
-EXPLAINED = 2e-3  # weights that may be missing to a balance by poses that are hardly off; more is kept else
-WORSE = 1e-3  # weights by which that must grow to count
-N_TILTS = 8  # directions in which the world is tilted
+LEAST_TILT = np.radians(1.0)  # tilt of the world, in addition to the angular error of poses
+CHOCKED = np.radians(10.0)  # tilt for items that can roll, so that a slight step does not count as a chock
+LEVEL = np.radians(1.0)  # largest slope of the ground on which nothing begins to roll
+SETTLED = np.radians(1.5)  # rad, misalignment of faces in contact, in addition to the angular error
+EXPLAINED = 2e-3  # weights; a lack of balance up to this is explained by small pose errors
+WORSE = 1e-3  # weights by which the lack must increase to count
+N_TILTS = 8  # number of directions in which the world is tilted
 _UP = np.array([0.0, 0.0, 1.0])
-_NO_PUSH = np.zeros((6, 1))  # of what touches nothing
+_NO_PUSH = np.zeros((6, 1))  # for a body without contacts
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +49,11 @@ class Balance:
     graph: ContactGraph
 
     def stays(self, item_id: str, without: Iterable[str] = ()) -> bool:
-        """Whether an item keeps its balance on what it touches when others are gone.
+        """Whether an item keeps its balance after others are removed.
 
         Args:
             item_id: Id of the item.
-            without: Ids of the items that are gone.
+            without: Ids of the removed items.
 
         Returns:
             True if it does.
@@ -64,12 +64,12 @@ class Balance:
         return self._known[item_id, gone]
 
     def stays_under(self, item_id: str, force: Array, point: Array) -> bool:
-        """Whether an item, as light as it may be, keeps its balance on what it touches while pressed on.
+        """Whether an item at its least mass keeps its balance while a force presses on it.
 
         Args:
             item_id: Id of the item.
-            force: (3,) N with which it is pressed, world axes.
-            point: (3,) m in the world, where it is pressed.
+            force: (3,) N, the pressing force, world axes.
+            point: (3,) m in the world, at which it acts.
 
         Returns:
             True if it does.
@@ -77,7 +77,7 @@ class Balance:
         placed = self.graph.items[item_id]
         centre, weight = placed.T_world_item[:3, 3], placed.item.lightest * GRAVITY * _UP
         both = (-weight, centre), (force, point)
-        for contact in self.graph.touching[item_id]:  # mostly one bears both by itself
+        for contact in self.graph.touching[item_id]:  # usually a single contact bears both
             if contact.carries and all(bears(self._patch(contact), -contact.normal, *at) for at in both):
                 return True
         borne = weight - force
@@ -85,15 +85,15 @@ class Balance:
         return can_balance(self._holding(item_id, frozenset()), wrench, _half_size(placed))
 
     def footing(self, item_id: str, is_sure: bool = True) -> Array:
-        """Where an item stands on what carries it.
+        """Return the corners of the contacts that carry an item.
 
         Args:
             item_id: Id of the item.
-            is_sure: Whether only what is there wherever poses may be off.
+            is_sure: Whether to return only the area that is in contact for every allowed pose error.
 
         Returns:
-            (N, 3) m in the world, corners of all contacts that carry it. Where poses may put it beside all of
-            them, as the poses say: on something it stands.
+            (N, 3) m in the world, corners of all contacts that carry it. If no area is sure, the contacts by
+            the nominal poses, as it must stand on something.
         """
         carrying = [contact for contact in self.graph.touching[item_id] if contact.carries]
         sure = np.concatenate([np.empty((0, 3)), *(self._patch(contact) for contact in carrying)])
@@ -102,14 +102,14 @@ class Balance:
         return np.concatenate([self._found_patch(contact, inset=0.0) for contact in carrying])
 
     def lies_level(self, item_id: str, without: Set[str] = frozenset()) -> bool:
-        """Whether an item that can roll lies on nothing but ground that is level where it could roll to.
+        """Whether an item that can roll lies only on ground that is level in the rolling direction.
 
-        With nothing on it, it then stays unless it is pushed. A lying cylinder rolls across its axis only: on
-        ground that slopes along it, friction holds it.
+        Such an item stays unless it is pushed, if nothing lies on it. A lying cylinder rolls only across its
+        axis: on ground that slopes along the axis, friction holds it.
 
         Args:
             item_id: Id of the item.
-            without: Ids of the items that are gone.
+            without: Ids of the removed items.
 
         Returns:
             True if it does.
@@ -124,14 +124,14 @@ class Balance:
         return bool(max(slopes) <= np.sin(LEVEL))
 
     def is_tipping(self, item_id: str, without: str) -> bool:
-        """Whether what lies on an item keeps it in balance, and no longer does without one of these.
+        """Whether the items on an item keep it in balance, and no longer do if one of them is removed.
 
-        It does where all weights balance, and those that are left do not. Where poses may be off it
-        may do so too, by a press anywhere that it touches it.
+        This is so if all weights balance and the remaining ones do not. With uncertain poses it is also
+        assumed if some forces anywhere in the contacts balance the item, and the remaining contacts cannot.
 
         Args:
             item_id: Id of the item.
-            without: Id of an item that lies on it, or on what lies on it.
+            without: Id of an item that lies on it, directly or indirectly.
 
         Returns:
             True if it loses its counterweight.
@@ -148,7 +148,7 @@ class Balance:
         return can_balance(with_it, own, size) and not can_balance(left, own, size)
 
     def _weights(self, placed: PlacedItem) -> Array:
-        """(K, 3) unit vectors against which an item's weight may act: straight down, and tilted."""
+        """Unit vectors (K, 3) opposite to an item's weight: straight up, and tilted."""
         tilt = self.graph.scene.noise.angle + (CHOCKED if placed.can_roll else LEAST_TILT)
         turns = 2 * np.pi * np.arange(N_TILTS) / N_TILTS
         aside = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(N_TILTS)])
@@ -156,25 +156,25 @@ class Balance:
 
     @cached_property
     def _known(self) -> dict[tuple[str, frozenset[str]], bool]:
-        """Who stays without whom, as far as it was asked."""
+        """Cache of ``stays`` by item and removed items."""
         return {}
 
     @cached_property
     def _patches(self) -> dict[tuple[str, str, bytes], Array]:
-        """Corners of contacts, as far as they were asked for."""
+        """Cache of contact patches."""
         return {}
 
     def _patch(self, contact: SolidContact) -> Array:
-        """(N, 3) corners of where a presses on b."""
+        """Corners (N, 3) of the patch in which a presses on b."""
         key = contact.a, contact.b, contact.normal.tobytes()
         if key not in self._patches:
             self._patches[key] = self._found_patch(contact, self._inset(contact))
         return self._patches[key]
 
     def _inset(self, contact: SolidContact) -> float:
-        """How far (m) inside of an item another must lie to be on it wherever poses may be off.
+        """Margin (m) inside an item's face within which another item lies on it for every allowed pose error.
 
-        What is carried by a body of the pod is carried wherever it lies on it.
+        It is 0 on bodies of carriers.
         """
         a, b = self.graph.index[contact.a], self.graph.index[contact.b]
         return (
@@ -191,7 +191,7 @@ class Balance:
         return patch(mine, theirs, contact.normal, inset)
 
     def _is_balanced(self, name: str, gone: frozenset[str]) -> bool:
-        """Whether contacts with what is left can balance an item, however the world is tilted."""
+        """Whether the remaining contacts can balance an item for every tilt of the world."""
         left = [c for c in self.graph.touching[name] if c.b not in gone]
         centre, cones = self.graph.items[name].T_world_item[:3, 3], self._holding(name, gone)
         size = _half_size(self.graph.items[name])
@@ -201,7 +201,7 @@ class Balance:
         return all(can_balance(cones, wrench, size) for wrench in wrenches)
 
     def _holding(self, name: str, gone: frozenset[str]) -> Array:
-        """(6, 4 N) unit wrenches about an item's centre of what is left around it and not on it."""
+        """Unit wrenches (6, 4 N) about an item's centre by the remaining contacts, except of items on it."""
         left = [c for c in self.graph.touching[name] if c.b not in gone and not c.flipped.carries]
         centre = self.graph.items[name].T_world_item[:3, 3]
         return np.concatenate(
@@ -209,7 +209,7 @@ class Balance:
         )
 
     def _touched(self, name: str, gone: frozenset[str]) -> Array:
-        """(6, 4 N) unit wrenches about an item's centre of all that is left and touches it, as poses say."""
+        """Unit wrenches (6, 4 N) about an item's centre by all remaining contacts, at the nominal poses."""
         left = [c for c in self.graph.touching[name] if c.b not in gone]
         centre = self.graph.items[name].T_world_item[:3, 3]
         return np.concatenate(
@@ -221,9 +221,9 @@ class Balance:
         )
 
     def _pressed(self, contact: SolidContact, centre: Array) -> Iterator[Array]:
-        """Wrenches (6,) that hold an item up on which another lies, for each place where the other may press.
+        """Wrenches (6,) that hold up an item on which another lies, one per point where the other may press.
 
-        contact: between the two, seen from the one below
+        contact: between the two, as seen from the lower one
         """
         mass, places = self._pile(contact)
         share = mass / (mass + self.graph.items[contact.a].item.mass)
@@ -231,12 +231,12 @@ class Balance:
             yield np.concatenate([_UP, np.cross(place - centre, share * _UP)])
 
     def _missing(self, name: str, lifted: Set[str]) -> float:
-        """Weights that are missing to the balance of an item with all that lies on it.
+        """Weights by which the balance of an item with all items on it fails.
 
-        What touches nothing else presses with its whole weight in its middle; what does, with any part of it
-        anywhere.
+        Items that touch nothing else press with their whole weight at their centre of mass; others with any
+        part of it at any point of their contact.
 
-        lifted: ids of what no longer lies on it
+        lifted: ids of removed items
         """
         mine = self.graph.items[name]
         centre, borne = mine.T_world_item[:3, 3], np.concatenate([_UP, np.zeros(3)])
@@ -256,31 +256,31 @@ class Balance:
         return missing_to_balance(cones, borne, _half_size(mine), limits)
 
     def _is_held_elsewhere(self, name: str, others: Set[str]) -> bool:
-        """Whether an item, or what lies on it, touches more than these others."""
+        """Whether an item, or items on it, touch more than these others."""
         pile = {name, *self.graph.chain(self.graph.lying_on, name)} - others
         return any(c.b not in pile and c.b not in others for one in pile for c in self.graph.touching[one])
 
     def _pile(self, contact: SolidContact, lifted: Set[str] = frozenset()) -> tuple[float, Array]:
-        """Mass (kg) of what lies on an item at one contact, and (N, 3) where in the world it may press.
+        """Mass (kg) of the items on an item at one contact, and points (N, 3) where it may press.
 
-        contact: between the two, seen from the one below. lifted: ids of what no longer belongs to it
+        contact: between the two, as seen from the lower one. lifted: ids of removed items
         """
         names = {contact.b, *self.graph.chain(self.graph.lying_on, contact.b)} - lifted
         pile = [self.graph.items[name] for name in sorted(names)]
         masses = np.array([placed.item.mass for placed in pile])
         if len(self.graph.carriers(contact.b)) > 1:
             return float(masses.sum()), self._patch(contact.flipped)
-        middles = np.array([placed.T_world_item[:3, 3] for placed in pile])  # all goes straight down
+        middles = np.array([placed.T_world_item[:3, 3] for placed in pile])  # all weight acts downwards
         return float(masses.sum()), (masses @ middles / masses.sum())[None]
 
 
 def _half_size(placed: PlacedItem) -> float:
-    """m, at which moments count as forces."""
+    """Half of the item's largest extent, m, which scales moments to forces."""
     return float(placed.item.shape.extents.max()) / 2
 
 
 def _slope_to_roll(placed: PlacedItem, normal: Array) -> float:
-    """Sine of the slope down which an item would roll on ground with a normal, (3,) in the world."""
+    """Sine of the slope in an item's rolling direction, on ground with a normal, (3,) in the world."""
     if placed.item.shape.kind is ShapeKind.SPHERE:
         return float(np.hypot(normal[0], normal[1]))
     return float(abs(np.cross(placed.T_world_item[:3, 2], normal)[2]))

@@ -1,4 +1,4 @@
-"""Clouds: what a sensor saw of the surroundings, as points."""
+"""Point clouds: sensor measurements of the surroundings, as obstacles."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ import numpy as np
 from pickcli.errors import InputError
 from pickcli.geometry import Array, transform_points
 
-FAR = 100.0  # m from the origin of their frame; beyond it points are in another unit
-AROUND = 15.0  # m from there; where half of the points are beyond it, they are too
+FAR = 100.0  # m from the sensor; farther points are in another unit
+AROUND = 15.0  # m from the sensor; if half of the points are farther, all are in another unit
 
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """Points that nothing may touch.
+    """A point cloud, whose points are obstacles.
 
     Attributes:
-        file: Where they were read from.
-        T_world_sensor: (4, 4) pose of the frame that the file has them in.
-        measured: (N, 3) m, in that frame.
-        radius: m around each that counts as solid: of what lies between two neighbouring points.
-        error: m that any of them may be off.
+        file: The file it was read from.
+        T_world_sensor: (4, 4) pose of the sensor frame.
+        measured: (N, 3) m, in the sensor frame.
+        radius: m around each point that counts as solid, to close the space between neighbouring points.
+        error: m, bound of the position error of every point.
     """
 
     file: Path
@@ -35,7 +35,7 @@ class Cloud:
     error: float
 
     def __post_init__(self) -> None:
-        """Refuse what are no points around a robot. Raises InputError."""
+        """Validate the points. Raises InputError if they cannot be around a robot."""
         if self.measured.ndim != 2 or self.measured.shape[1] != 3 or not len(self.measured):
             raise InputError(f"{self.file}: expected points of shape (N, 3), got {self.measured.shape}")
         is_finite = np.isfinite(self.measured).all(axis=1)
@@ -60,5 +60,5 @@ class Cloud:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the points as they were measured, hexadecimal digits."""
+        """SHA-256 of the measured points, as hexadecimal digits."""
         return sha256(self.measured.tobytes()).hexdigest()

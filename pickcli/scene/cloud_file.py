@@ -1,4 +1,4 @@
-"""Files of clouds: NPY, NPZ and PLY, read into memory whole and never trusted."""
+"""Reads point clouds from NPY, NPZ and PLY files, with size limits and without unpickling."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ def read_points(path: Path) -> Array:
     """Read the points of a cloud.
 
     Args:
-        path: An NPY file with an array (N, 3), an NPZ file with such an array alone or called ``points``, or
-            a PLY file with x, y and z of its vertices.
+        path: An NPY file with an array (N, 3), an NPZ file with a single such array or one named ``points``,
+            or a PLY file with the x, y and z of its vertices.
 
     Returns:
         (N, 3) m.
 
     Raises:
-        InputError: It cannot be read, is of another kind, damaged or too large.
+        InputError: The file cannot be read, has another format, or is damaged or too large.
     """
     readers = {".npy": _from_npy, ".npz": _from_npz, ".ply": _from_ply}
     reader = readers.get(path.suffix.lower())
@@ -94,7 +94,7 @@ def _from_ply(content: bytes) -> Array:
 
 
 def _vertices(lines: list[list[str]]) -> tuple[int, list[tuple[str, str]]]:
-    """Number of vertices, which come first, and kind and name of each of their properties."""
+    """Number of vertices, which must come first, and type and name of each of their properties."""
     starts = [i for i, line in enumerate(lines) if line[:1] == ["element"]]
     if not starts or lines[starts[0]][1] != "vertex":
         raise ValueError("its vertices do not come first")

@@ -1,4 +1,4 @@
-"""Which solids of a scene touch, across which direction, and what rests on what by that."""
+"""Contact graph of a scene: pairs of touching solids with contact normals, and support derived from them."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class ContactGraph:
-    """The contacts of one scene: items and solids as nodes, what touches or may touch as edges.
+    """The contacts of a scene: items and bodies are nodes, actual or possible contacts are edges.
 
     Attributes:
-        scene: Items, the carriers where they really stand, and the bounds of the error of the items' poses.
-        solids: The scene's items in their order, then everything that stands.
-        gaps: All pairs of an item and a solid that may touch.
+        scene: Items, carriers at their actual poses, and bounds of the items' pose errors.
+        solids: The scene's items in their order, then all stationary bodies.
+        gaps: All pairs of an item and a solid that may be in contact.
     """
 
     scene: Scene
@@ -32,18 +32,18 @@ class ContactGraph:
 
     @classmethod
     def of(cls, scene: Scene) -> ContactGraph:
-        """All pairs that are no farther apart than errors of poses allow for solids that touch.
+        """Find all pairs that may be in contact within the pose errors.
 
         Args:
             scene: The scene.
 
         Returns:
-            Its contacts.
+            The contact graph.
         """
         solids = PosedSolids.of(scene, scene.items, scene.standing)
         places = np.array([placed.location for placed in scene.items] + [""] * len(scene.standing))
         a, b = solids.near(len(scene.items), TOUCH)
-        is_possible = (places[a] == places[b]) | (places[b] == "")  # a board is between items of two bins
+        is_possible = (places[a] == places[b]) | (places[b] == "")  # a board may touch items of two bins
         found = gaps(solids, a[is_possible], b[is_possible])
         close = found.width <= TOUCH + solids.bound[found.a] + solids.bound[found.b]
         return cls(
@@ -52,7 +52,7 @@ class ContactGraph:
 
     @cached_property
     def touching(self) -> Mapping[str, tuple[SolidContact, ...]]:
-        """By item id: all contacts that it has or may have, seen from it."""
+        """All certain or possible contacts by item id, as seen from the item."""
         found: dict[str, list[SolidContact]] = {placed.id: [] for placed in self.scene.items}
         names = self.solids.names
         for a, b, gap, normal in zip(
@@ -70,7 +70,7 @@ class ContactGraph:
         return {name: tuple(contacts) for name, contacts in found.items()}
 
     def carriers(self, item_id: str) -> tuple[str, ...]:
-        """What an item rests on: wholly where there is but one.
+        """Return what an item rests on; a single carrier bears all of it.
 
         Args:
             item_id: Id of the item.
@@ -81,7 +81,7 @@ class ContactGraph:
         return tuple(c.b for c in self.touching[item_id] if c.carries)
 
     def lying_on(self, item_id: str) -> tuple[str, ...]:
-        """What rests on an item, wholly or partly.
+        """Return the items that rest on an item, entirely or in part.
 
         Args:
             item_id: Id of the item.
@@ -95,14 +95,14 @@ class ContactGraph:
     def near(
         self, item_id: str, reach: float, also: frozenset[str] = frozenset()
     ) -> tuple[SolidContact, ...]:
-        """All solids whose gap to an item may be below a reach, as poses may be off.
+        """Find all solids whose gap to an item may be below a threshold within the pose errors.
 
-        Bodies of carriers count as grown to wherever the errors of their poses may put them.
+        Bodies of carriers are grown by the errors of their poses.
 
         Args:
             item_id: Id of the item.
-            reach: m.
-            also: Names of solids that are reported wherever they stand.
+            reach: m, the threshold.
+            also: Names of solids that are reported at any distance.
 
         Returns:
             Contacts, seen from the item.
@@ -122,14 +122,14 @@ class ContactGraph:
         )
 
     def chain(self, following: Callable[[str], Iterable[str]], name: str) -> frozenset[str]:
-        """Ids of the items that follow an item, and of what follows those: all on it, or all under it.
+        """Collect the items reachable from an item by a relation: all on it, or all under it.
 
         Args:
             following: ``carriers`` or ``lying_on``.
             name: Id of the item.
 
         Returns:
-            Ids, without its own.
+            Ids, without the item's own.
         """
         found: set[str] = set()
         todo = [name]
@@ -146,16 +146,16 @@ class ContactGraph:
 
     @cached_property
     def index(self) -> Mapping[str, int]:
-        """By name of an item or body: its number in ``solids``."""
+        """Index in ``solids`` by item id or body name."""
         return {name: k for k, name in enumerate(self.solids.names)}
 
     @cached_property
     def _grown(self) -> PosedSolids:
-        """All solids as ``solids`` has them, but bodies of carriers grown by the errors of their poses."""
+        """All solids in the order of ``solids``, with carrier bodies grown by the errors of their poses."""
         return PosedSolids.of(self.scene, self.scene.items, self.scene.grown)
 
     def _below(self, name: str) -> Iterator[SolidContact]:
-        """What an item that seems to hang in the air would fall onto: its support was seen elsewhere."""
+        """Contact of an item without support with the nearest solid below: one of the two poses is off."""
         solids, k = self.solids, self.index[name]
         half = solids.upright
         apart = np.abs(solids.T[:, :2, 3] - solids.T[k, :2, 3]) < half[:, :2] + half[k, :2]

@@ -1,4 +1,4 @@
-"""Where two solids press on each other: the patch in which their faces, edges or corners meet."""
+"""Contact patches: areas in which faces, edges or corners of two solids meet."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ import numpy as np
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, perpendiculars
 
-RIM = 16  # points that stand for the rim of a cylinder's end
+RIM = 16  # points that approximate the rim of a cylinder's end
 _SAME = 1e-9  # m
 
 
 def feature(shape: Shape, T: Array, direction: Array, tolerance: float) -> Array:
-    """The outermost face, edge or corner of a solid, as points in the world.
+    """Return the outermost face, edge or corner of a solid in a direction, as points in the world.
 
     Args:
         shape: Box, cylinder or sphere.
-        T: (4, 4) where it stands.
+        T: (4, 4) pose of the shape.
         direction: (3,) unit vector in the world.
-        tolerance: rad by which a face or an edge may be askew and still counts as lying across the direction.
+        tolerance: rad by which a face or an edge may deviate from perpendicular to the direction.
 
     Returns:
-        (K, 3) m: corners of a face, ends of an edge or of the line on which a cylinder lies, or a point.
+        (K, 3) m: corners of a face, ends of an edge or of a cylinder's contact line, or a point.
     """
     local = T[:3, :3].T @ direction
     flat = float(np.sin(tolerance))
@@ -49,16 +49,16 @@ def _of_cylinder(shape: Shape, local: Array, flat: float) -> Array:
 
 
 def patch(carried: Array, carrier: Array, normal: Array, inset: float) -> Array:
-    """Where two features press on each other.
+    """Compute the patch in which two features press on each other.
 
     Args:
-        carried: (K, 3) points of the feature of the one.
-        carrier: (M, 3) points of the feature of the other.
-        normal: (3,) unit vector across which they touch.
-        inset: m by which a face of the carrier counts as smaller on every side: what poses may be off aside.
+        carried: (K, 3) points of the upper feature.
+        carrier: (M, 3) points of the lower feature.
+        normal: (3,) unit contact normal.
+        inset: m by which every side of the carrier's face is moved inwards, for uncertain poses.
 
     Returns:
-        (N, 3) corners of the patch, at the height of ``carrier``; (0, 3) where they miss each other.
+        (N, 3) corners of the patch, at the height of ``carrier``; (0, 3) if the features do not meet.
     """
     basis = np.column_stack(perpendiculars(normal))
     mine, theirs = _hull(carried @ basis), _hull(carrier @ basis)
@@ -72,7 +72,7 @@ def patch(carried: Array, carrier: Array, normal: Array, inset: float) -> Array:
 
 
 def _hull(points: Array) -> Array:
-    """Corners (K, 2) of the convex hull, against the clock (Andrew's monotone chain)."""
+    """Corners (K, 2) of the convex hull, counterclockwise (Andrew's monotone chain)."""
     order = sorted({(round(x, 9), round(y, 9)) for x, y in points.tolist()})
     if len(order) <= 2:
         return np.array(order)
@@ -92,7 +92,7 @@ def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]
 
 
 def _clipped(points: Array, polygon: Array, inset: float) -> Array:
-    """A convex polygon, segment or point (K, 2) cut to a convex polygon (Sutherland and Hodgman, 1974)."""
+    """Clip a convex polygon, segment or point (K, 2) to a polygon (Sutherland and Hodgman, 1974)."""
     for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
         if len(points) == 0:
             break
@@ -106,7 +106,7 @@ def _cut(points: Array, inside: Array) -> Array:
     """The part of a polygon, segment or point on the side where ``inside`` (K,) is not negative."""
     kept: list[tuple[float, float]] = []
     n = len(points)
-    corners, sides = points.tolist(), inside.tolist()  # Python's own floats are far quicker than numpy's
+    corners, sides = points.tolist(), inside.tolist()  # Python floats are much faster here than numpy's
     for i, ((x, y), side) in enumerate(zip(corners, sides, strict=True)):
         if side >= -_SAME:
             kept.append((x, y))
@@ -119,7 +119,7 @@ def _cut(points: Array, inside: Array) -> Array:
 
 
 def _crossing(a: Array, b: Array) -> Array:
-    """Where two points or segments (1 or 2, 2) meet: a point, or the stretch that they share."""
+    """Intersection of two points or segments (1 or 2, 2): a point, or their common stretch."""
     if len(a) == 1 or len(b) == 1:
         return a if len(a) == 1 else b
     along, other = a[1] - a[0], b[1] - b[0]

@@ -1,4 +1,4 @@
-"""What lies in a place that is open above, seen from there: how high it is under a footprint."""
+"""Height map of the items in a place that is open above."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from pickcli.scene.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Pile:
-    """What lies in a place, as boxes along the place's axes, and the room around it.
+    """Items of a place as boxes along the place's axes, and the room around them.
 
-    In m, in a frame that has the origin of the world and the axes of the place.
+    In m, in a frame with the origin of the world and the axes of the place.
 
     Attributes:
-        centres: (K, 2) middles of the items.
+        centres: (K, 2) centres of the items.
         half: (K, 2) half extents of their boxes.
-        ridges: (K, 2) unit directions of their crowns, of what is as high as their tops.
-        crowns: (K, 2) half extents of these, along and across.
+        ridges: (K, 2) unit directions of their crowns, which are the areas at the height of their tops.
+        crowns: (K, 2) half extents of the crowns, along and across the ridges.
         tops: (K,) heights.
-        items: Their ids.
-        middle: (2,) of the room.
+        items: Ids of the items.
+        middle: (2,) centre of the room.
         half_room: (2,) half extents of the room.
         floor: Height of the floor.
-        rim: Height of the rim, of the mouth that is open above.
+        rim: Height of the rim around the mouth.
     """
 
     centres: Array
@@ -44,14 +44,14 @@ class Pile:
 
     @classmethod
     def of(cls, scene: Scene, place: Place) -> Pile:
-        """Look at what lies in a place.
+        """Build the height map of a place.
 
         Args:
             scene: Poses as perceived.
             place: A place that is open above.
 
         Returns:
-            The pile, its items as large as their poses may be off.
+            The pile, with items grown by the bounds of their pose errors.
         """
         placed = scene.in_location(place.name)
         room, T_world_place = place.room, scene.T_world_place(place)
@@ -74,26 +74,26 @@ class Pile:
         return cls(at[:, :2], half[:, :2], ridges, crowns, tops, items, middle, half_room, floor, rim)
 
     def heights(self, centres: Array, half: Array) -> Array:
-        """Heights of the pile under footprints.
+        """Compute the height of the pile under footprints.
 
         Args:
-            centres: (..., 2) middles of the footprints.
-            half: (..., 2) their half extents.
+            centres: (..., 2) centres of the footprints.
+            half: (..., 2) half extents of the footprints.
 
         Returns:
-            (...) height in the world of the highest item under each, else of the floor.
+            (...) height in the world of the highest item under each footprint, else of the floor.
         """
         return np.asarray(self._under(centres, half).max(axis=-1, initial=self.floor))
 
     def levers(self, centres: Array, half: Array) -> Array:
-        """How far what is set down would be held beside its middle.
+        """Compute how far off its centre an item would be supported if it were set down.
 
         Args:
-            centres: (..., 2) middles of the footprints.
-            half: (..., 2) their half extents.
+            centres: (..., 2) centres of the footprints.
+            half: (..., 2) half extents of the footprints.
 
         Returns:
-            (...) m by which the middle of each footprint is beside the crown of the highest item under it.
+            (...) m from the centre of each footprint to the crown of the highest item under it.
         """
         if not self.items:
             return np.zeros(centres.shape[:-1])
@@ -106,28 +106,28 @@ class Pile:
         return np.where(tops.max(axis=-1) > self.floor, beside, 0.0)
 
     def highest(self, centre: Array, half: Array) -> str:
-        """Name the highest item under a footprint.
+        """Return the id of the highest item under a footprint.
 
         Args:
-            centre: (2,) middle of the footprint.
-            half: (2,) its half extents.
+            centre: (2,) centre of the footprint.
+            half: (2,) half extents of the footprint.
 
         Returns:
-            Its id, "" where there is none.
+            Its id, "" if there is none.
         """
         tops = self._under(centre, half)
         return self.items[int(np.argmax(tops))] if tops.max(initial=self.floor) > self.floor else ""
 
     def _under(self, centres: Array, half: Array) -> Array:
-        """(..., K) top of each item under each footprint, the floor where it is beside it."""
+        """Top of each item under each footprint (..., K); the floor for items that are not under it."""
         apart = np.abs(self.centres - centres[..., None, :])
         return np.where((apart < self.half + half[..., None, :]).all(axis=-1), self.tops, self.floor)
 
 
 def _crown(shape: Shape, R: Array) -> Array:
-    """Direction (2,) and half extents (2,) of what is as high as the top of an item that lies at R (3, 3).
+    """Direction (2,) and half extents (2,) of the area at top height of an item with orientation R (3, 3).
 
-    Of a lying roll that is its ridge, of a ball a point, else the whole.
+    For a lying cylinder it is the ridge, for a sphere a point, else the whole footprint.
     """
     if shape.kind is ShapeKind.SPHERE:
         return np.array([[1.0, 0.0], [0.0, 0.0]])

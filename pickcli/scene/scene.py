@@ -1,4 +1,4 @@
-"""Scenes: the cell as it stands now, with items and where they lie."""
+"""Planning scenes: the cell with the current poses of carriers and items."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class PlacedItem:
 
     Attributes:
         id: Unique in the scene: the item's name, or name#2 for a second copy.
-        item: What it is.
-        location: Name of a place.
+        item: The product.
+        location: Name of the place that it is in.
         T_world_item: (4, 4) pose.
     """
 
@@ -38,18 +38,18 @@ class PlacedItem:
 
     @property
     def can_roll(self) -> bool:
-        """Whether the item rolls as it lies when it is pushed."""
+        """Whether the item rolls when pushed, in its current orientation."""
         return self.item.can_roll(self.T_world_item[:3, :3])
 
 
 @dataclass(frozen=True, eq=False)
 class HeldItem:
-    """What is in the cup.
+    """An attached item, held by the tool.
 
     Attributes:
-        id: May also stand among the scene's items: that is where it was seen.
-        item: What it is.
-        T_tip_item: (4, 4) pose in the tool frame, as it hangs.
+        id: Unique, or the id of one of the scene's items, which then states where it was seen.
+        item: The product.
+        T_tip_item: (4, 4) pose in the tool frame.
     """
 
     id: str
@@ -70,7 +70,7 @@ class PoseNoise:
     angle: float = 0.0
 
     def bound(self, item: Item) -> float:
-        """How far any point of an item can be from where its pose says.
+        """Bound the position error of any point of an item.
 
         Args:
             item: The item.
@@ -84,11 +84,11 @@ class PoseNoise:
 
 @dataclass(frozen=True, eq=False)
 class CarrierPose:
-    """Where a carrier stands now.
+    """Current pose of a carrier.
 
     Attributes:
-        T_world_carrier: (4, 4) its pose.
-        error: How far it may stand from there.
+        T_world_carrier: (4, 4) pose.
+        error: Bounds of the error of the pose.
     """
 
     T_world_carrier: Array
@@ -97,13 +97,13 @@ class CarrierPose:
 
 @dataclass(frozen=True, eq=False)
 class PosedCarrier:
-    """A carrier where it stands in a scene, or the obstacles.
+    """A carrier at its pose in a scene, or the obstacles.
 
     Attributes:
-        name: Of the carrier; OBSTACLE of what is part of none.
-        T_world_carrier: (4, 4) its pose.
+        name: Name of the carrier; OBSTACLE for bodies of no carrier.
+        T_world_carrier: (4, 4) pose.
         bodies: Its bodies, in its frame.
-        error: How far it may stand from there.
+        error: Bounds of the error of the pose.
     """
 
     name: str
@@ -113,11 +113,11 @@ class PosedCarrier:
 
     @cached_property
     def grown(self) -> tuple[Body, ...]:
-        """The bodies, each grown to wherever the error of the carrier's pose may put it."""
+        """The bodies, each replaced by its swept volume within the error of the carrier's pose."""
         return _swept(self.bodies, self.error)
 
     def uncertainty(self, body: Body) -> float:
-        """How far any point of a body may be from where its pose says.
+        """Bound the position error of any point of a body.
 
         Args:
             body: One of the bodies.
@@ -131,18 +131,18 @@ class PosedCarrier:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The cell, where its carriers stand now, items with their poses, and what the cup holds.
+    """The cell with the current poses of its carriers, the items with their poses, and the held item.
 
     Attributes:
         cell: The cell.
-        T_world_pod: (4, 4) pose of the pod now.
+        T_world_pod: (4, 4) current pose of the pod.
         items: Items in their places.
         noise: Bounds of the error of the item poses in this scene.
         seed: Seed that the scene was made with.
-        pod_error: How far the pod may stand from ``T_world_pod``.
-        held: What the cup holds, None if nothing.
-        cloud: What a sensor saw besides all this, None if nothing.
-        carriers: Where those of the cell's own carriers stand, by name, that do not stand where it says.
+        pod_error: Bounds of the error of ``T_world_pod``.
+        held: The attached item, or None.
+        cloud: Further obstacles seen by a sensor, or None.
+        carriers: Poses of user-defined carriers that differ from their nominal poses, by name.
     """
 
     cell: Cell
@@ -157,7 +157,7 @@ class Scene:
 
     @cached_property
     def posed_carriers(self) -> tuple[PosedCarrier, ...]:
-        """The pod, the tote, the cell's own carriers and the obstacles, as they stand now."""
+        """Pod, tote, user-defined carriers and obstacles, at their current poses."""
         found = [
             PosedCarrier(name, at.T_world_carrier, carrier.bodies, at.error)
             for name, carrier in self.cell.carriers.items()
@@ -166,10 +166,10 @@ class Scene:
         return (*found, PosedCarrier(OBSTACLE, np.eye(4), self.cell.obstacles.bodies))
 
     def pose_of(self, carrier: Carrier) -> CarrierPose:
-        """Where a carrier stands.
+        """Return the current pose of a carrier.
 
         Args:
-            carrier: One of the cell.
+            carrier: A carrier of the cell.
 
         Returns:
             Its pose, with the bounds of its error.
@@ -180,29 +180,29 @@ class Scene:
 
     @property
     def standing(self) -> tuple[tuple[Body, Array], ...]:
-        """Everything that stands in the cell, with the pose (4, 4) in the world of what it is part of."""
+        """All stationary bodies, each with the pose (4, 4) of its carrier in the world."""
         return tuple((body, each.T_world_carrier) for each in self.posed_carriers for body in each.bodies)
 
     @property
     def grown(self) -> tuple[tuple[Body, Array], ...]:
-        """Everything that stands, in the order of ``standing``, grown to wherever it may be by its error."""
+        """All stationary bodies in the order of ``standing``, as swept volumes within their pose errors."""
         return tuple((body, each.T_world_carrier) for each in self.posed_carriers for body in each.grown)
 
     @property
     def T_nominal_pod(self) -> Array:
-        """(4, 4) pose of the pod, seen from its nominal place."""
+        """(4, 4) pose of the pod in the frame of the nominal pod."""
         return np.asarray(inverse(self.cell.T_world_pod) @ self.T_world_pod)
 
     @property
     def is_pod_within_bounds(self) -> bool:
-        """Whether the pod stands where the cell says that it may: what holds for any such pod holds here."""
+        """Whether the pod is within its displacement bounds, so that motions proven for all poses hold."""
         return self.cell.pod.displacement.allows(self.T_nominal_pod)
 
     def T_world_place(self, place: Place) -> Array:
-        """Pose of a place's frame as its carrier stands now.
+        """Return the pose of a place's frame for the current pose of its carrier.
 
         Args:
-            place: One of the cell.
+            place: A place of the cell.
 
         Returns:
             (4, 4) in the world.
@@ -211,7 +211,7 @@ class Scene:
         return np.asarray(T_world_carrier @ place.T_carrier_place)
 
     def find(self, id_or_name: str, location: str | None = None) -> PlacedItem:
-        """Find an item by its id, or else by its name.
+        """Find an item by its id, else by its name.
 
         Args:
             id_or_name: Id of an instance, or name of an item: the first with that name.
@@ -221,7 +221,7 @@ class Scene:
             The instance.
 
         Raises:
-            UnknownNameError: If there is none.
+            UnknownNameError: No such item is there.
         """
         here = [i for i in self.items if location is None or i.location == location]
         for placed in here:
@@ -237,7 +237,7 @@ class Scene:
         raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene")
 
     def item(self, item_id: str) -> Item:
-        """What an instance is, in the cup or not.
+        """Return the product of an instance, in its place or attached.
 
         Args:
             item_id: Id of the instance.
@@ -246,14 +246,14 @@ class Scene:
             The item.
 
         Raises:
-            UnknownNameError: If there is none.
+            UnknownNameError: No instance has that id.
         """
         if self.held is not None and self.held.id == item_id:
             return self.held.item
         return self.find(item_id).item
 
     def in_location(self, location: str) -> tuple[PlacedItem, ...]:
-        """All items of a place.
+        """Return all items in a place.
 
         Args:
             location: Name of a place.
@@ -264,10 +264,10 @@ class Scene:
         return tuple(i for i in self.items if i.location == location)
 
     def moved(self, placed: PlacedItem) -> Scene:
-        """The scene with one instance replaced.
+        """Return the scene with one instance replaced.
 
         Args:
-            placed: The instance as it is now; its id tells which one it replaces.
+            placed: The instance that replaces the one with the same id.
 
         Returns:
             The changed scene.
@@ -275,7 +275,7 @@ class Scene:
         return replace(self, items=tuple(placed if i.id == placed.id else i for i in self.items))
 
     def without(self, item_id: str) -> Scene:
-        """The scene without one instance.
+        """Return the scene without one instance.
 
         Args:
             item_id: Id of the instance.
@@ -288,5 +288,5 @@ class Scene:
 
 @lru_cache(maxsize=64)
 def _swept(bodies: tuple[Body, ...], error: Displacement) -> tuple[Body, ...]:
-    """A carrier's bodies, each grown to wherever an error of its pose may put it: the same in every look."""
+    """Swept volumes of a carrier's bodies within the error of its pose; cached."""
     return tuple(map(error.swept, bodies)) if error != UNMOVED else bodies

@@ -1,4 +1,4 @@
-"""What a scene must agree with: the cell's names, its bins, and that solids neither overlap nor float."""
+"""Consistency of a scene with its cell: names, locations, and solids that overlap or float."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from pickcli.scene.scene_schema import HeldModel, PlacedItemModel, SceneModel
 from pickcli.scene.solid_overlap import TOUCH, PosedSolid, overlap_depth
 from pickcli.scene.touching import PosedSolids, gaps
 
-Mistake: TypeAlias = tuple[Key, str]  # where it stands in the file, and what is wrong
+Mistake: TypeAlias = tuple[Key, str]  # key in the file, and text
 
-SUNK = 0.005  # m: as deep as an item may stand in what does not give way, beyond its uncertainty
-FLOATING = 0.01  # m: as far as an item may be from everything, beyond its uncertainty
+SUNK = 0.005  # m, tolerated depth of an item in a stationary solid, beyond pose uncertainty
+FLOATING = 0.01  # m, tolerated gap between an item and its support, beyond pose uncertainty
 CONVENTION = "positions are in m, quaternions x, y, z, w"
 ONE_POSE = f"correct its pose ({CONVENTION})"
-FEW = 3  # mistakes of one kind that are told one by one
-MANY = 20  # of which no more are looked for
-_POINT = 1e-4  # m, radius of a ball that stands for a point
-MAX_ASTRAY = 0.15  # m, how far an item's middle may be outside of its bin before the pose is called wrong
+FEW = 3  # up to this many mistakes of one kind are reported one by one
+MANY = 20  # after this many mistakes of one kind the search stops
+_POINT = 1e-4  # m, radius of a ball that represents a point
+MAX_ASTRAY = 0.15  # m, largest distance of an item's centre from its place
 
 
 def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
-    """Check that ids are unique and that items and places exist; raises at once, as other checks need them.
+    """Check that ids are unique and that items and places exist. Raises at once: other checks need them.
 
     Args:
-        source: The file, for places in messages.
+        source: The file, for positions in messages.
         model: The scene as it stands in the file.
         cell: Its cell.
 
     Raises:
-        InputError: With every mistake and its place.
+        InputError: With every mistake and its position.
     """
     locations = list(cell.places)
     seen: dict[str, PlacedItemModel] = {}
@@ -64,7 +64,7 @@ def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
 def _check_item(
     source: Source, key: tuple[str | int, ...], item: PlacedItemModel | HeldModel, cell: Cell
 ) -> None:
-    """The cell knows the item."""
+    """Check that the cell knows the item."""
     if (item.name, item.year) not in cell.items:
         source.add(
             key, f"unknown item {shortened(item.name)!r} of {item.year}{_what_is_known(source, item, cell)}"
@@ -72,7 +72,7 @@ def _check_item(
 
 
 def _what_is_known(source: Source, item: PlacedItemModel | HeldModel, cell: Cell) -> str:
-    """What to write instead of an item that the cell does not know; "" where it will not be told."""
+    """Suggest known items for an unknown one; "" if the list of mistakes is full."""
     if source.is_full:
         return ""
     known = [name for name, year in cell.items if year == item.year]
@@ -83,7 +83,7 @@ def _what_is_known(source: Source, item: PlacedItemModel | HeldModel, cell: Cell
 
 
 def check_carriers(source: Source, model: SceneModel, cell: Cell) -> None:
-    """Check that every pose is that of something in the cell, and that there is one of its pod.
+    """Check that carrier poses are for carriers of the cell, and that the pod has one.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -100,7 +100,7 @@ def check_carriers(source: Source, model: SceneModel, cell: Cell) -> None:
 
 
 def check_places(source: Source, scene: Scene) -> None:
-    """Check that every item lies about where its location says, which catches poses in another frame.
+    """Check that every item is near its stated location, which detects poses in another frame.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -116,7 +116,7 @@ def check_places(source: Source, scene: Scene) -> None:
         beside = p - np.clip(p, place.room.low, place.room.high)
         astray = float(
             np.linalg.norm(beside[:2] if is_from_above else beside)
-        )  # what falls may be high above
+        )  # items that fall may be high above
         if astray > MAX_ASTRAY:
             where = f"{placed.id} is {astray:.2f} m away from {placed.location}"
             astray_items.append((("items", i, "position"), where))
@@ -133,7 +133,7 @@ def check_places(source: Source, scene: Scene) -> None:
 
 
 def _add_alike(source: Source, mistakes: Sequence[Mistake], advice: str, if_many: str) -> None:
-    """Note mistakes of one kind; of many the first alone, as they have one cause."""
+    """Report mistakes of one kind; of many only the first, as they probably have the same cause."""
     if len(mistakes) <= FEW:
         for key, text in mistakes:
             source.add(key, f"{text}; {advice}")
@@ -143,9 +143,9 @@ def _add_alike(source: Source, mistakes: Sequence[Mistake], advice: str, if_many
 
 
 def check_held(source: Source, scene: Scene) -> None:
-    """Check that what is held begins at the tip, as far as its pose is uncertain and bellows give way.
+    """Check that the held item is at the tip, within pose uncertainty and compliance of the tool.
 
-    Between two fingers it may reach behind the tip, towards the hand.
+    Between two fingers it may extend behind the tip, towards the hand.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -169,12 +169,12 @@ def check_held(source: Source, scene: Scene) -> None:
 
 
 def _ball(radius: float, z: float) -> PosedSolid:
-    """A ball in the tool frame, its middle at z on the axis of the cup."""
+    """A ball in the tool frame with its centre at z on the tool axis."""
     return PosedSolid(Shape(ShapeKind.SPHERE, (radius,)), pose((0.0, 0.0, z)))
 
 
 def check_standing(source: Source, scene: Scene) -> None:
-    """Check that no item stands in what does not move deeper than poses are uncertain.
+    """Check that no item penetrates a stationary body deeper than pose uncertainty explains.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -199,7 +199,7 @@ def check_standing(source: Source, scene: Scene) -> None:
 
 
 def _largest_error(scene: Scene) -> float:
-    """m, how far the middle of any body of a carrier may be from where its pose says."""
+    """Largest position error, in m, of the centre of any carrier body."""
     return max(
         (
             carrier.error.bound(float(np.linalg.norm(body.T_parent_shape[:2, 3])))
@@ -211,10 +211,10 @@ def _largest_error(scene: Scene) -> float:
 
 
 def check_floating(source: Source, scene: Scene) -> None:
-    """Check that no item hangs in the air: each touches something, as far as uncertain poses tell.
+    """Check that every item touches something, within pose uncertainty.
 
-    What falls into the tote may still be above it; what the cup holds is listed where it was seen. What a
-    cloud shows besides may carry an item: then none is judged.
+    Items above an open box may be falling, and the held item is listed where it was seen. With a cloud no
+    item is checked, as it may rest on something in the cloud.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -242,7 +242,7 @@ def check_floating(source: Source, scene: Scene) -> None:
 
 
 def check_overlaps(source: Source, scene: Scene) -> None:
-    """Check that no two items stand in each other deeper than their poses are uncertain.
+    """Check that no two items overlap deeper than pose uncertainty explains.
 
     Args:
         source: Collects the mistakes with their places in the file.

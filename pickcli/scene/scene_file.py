@@ -1,6 +1,6 @@
-"""Scene files: which items lie where, as JSON. See docs/formats/scene.md.
+"""Reads and writes scene files: items with their poses, as JSON. See docs/formats/scene.md.
 
-They are the interface for anyone who has poses from elsewhere, so everything in them is checked and every
+Scene files are the interface for poses from other sources, so everything in them is checked, and every
 mistake is reported with line and column.
 """
 
@@ -44,7 +44,7 @@ from pickcli.scene.scene_checks import (
 from pickcli.scene.scene_schema import CloudModel, HeldModel, PodErrorModel, SceneModel, ScenePoseModel
 from pickcli.scene.scene_warnings import warn_of_noise
 
-_UNIT_TOLERANCE = 1e-3  # of a quaternion's length; it is normalised then
+_UNIT_TOLERANCE = 1e-3  # tolerated error of a quaternion's length, before it is normalised
 
 
 def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell] = load_cell) -> Scene:
@@ -53,16 +53,16 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     Args:
         path: The file.
         cell: The scene's cell; loaded by its name if None.
-        load: Loads a cell by its name.
+        load: Function that loads a cell by its name.
 
     Returns:
         The scene.
 
     Raises:
-        InputError: With every mistake and its place.
-        StaleError: If the file was made for another cell.
+        InputError: With every mistake and its position.
+        StaleError: The file was made for another cell.
     """
-    source = read_yaml(Path(path), SCENE, is_json=True)  # so that every value has a line and a column
+    source = read_yaml(Path(path), SCENE, is_json=True)  # keeps line and column of every value
     model = validate(source, SceneModel)
     cell = cell or _cell_named(source, model.cell.name, load)
     if model.cell.fingerprint != cell.scene_fingerprint:
@@ -93,12 +93,12 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
         held=_held(source, model.held, cell),
         cloud=_cloud(source, model.cloud),
     )
-    source.check()  # whether the poses are any, before it is asked where they are
+    source.check()  # poses must be valid before they are compared with places
     check_places(source, scene)
     check_standing(source, scene)
     check_overlaps(source, scene)
     check_held(source, scene)
-    source.check()  # an item that must move anyway is not also reported to float
+    source.check()  # an item at a wrong pose is not also reported to float
     check_floating(source, scene)
     source.check()
     warnings = FileWarnings.of(source)
@@ -108,7 +108,7 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
 
 
 def _remade(cell: Cell, name: str) -> str:
-    """What to do about a scene of another cell: without places it was written by hand, or by a camera."""
+    """Advice for a scene of another cell; scenes of cells without places are written by hand or a camera."""
     if name != cell.name and name in cell_names():
         return f"leave out --cell {cell.name}, or make a scene for it"
     if cell.places:
@@ -117,7 +117,7 @@ def _remade(cell: Cell, name: str) -> str:
 
 
 def _cell_named(source: Source, name: str, load: Callable[[str], Cell]) -> Cell:
-    """The cell that a scene names. Raises InputError where there is none."""
+    """Load the cell that a scene names. Raises InputError if it does not exist."""
     if name not in cell_names():
         hint = f"{suggestion(name, cell_names())} (for a cell elsewhere: --cell)"
         source.add(("cell", "name"), f"unknown cell {name!r}; {hint}")
@@ -126,26 +126,27 @@ def _cell_named(source: Source, name: str, load: Callable[[str], Cell]) -> Cell:
 
 
 def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
-    """Write a scene file in one step: a kill or a full disk leaves the old file or none.
+    """Write a scene file atomically: after a crash or with a full disk the old file is intact.
 
     Args:
         scene: The scene.
         path: The file.
-        replace: Whether a file that exists may be replaced.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: If the file cannot be written.
+        InputError: The file cannot be written.
     """
     write_text(Path(path), _to_text(scene, Path(path).parent), replace)
 
 
 @lru_cache(maxsize=32)
 def scene_hash(scene: Scene) -> str:
-    """SHA-256 of what the validity of a motion in a scene depends on.
+    """Compute the SHA-256 of everything in a scene that the validity of a motion depends on.
 
-    The cell, what its cup bears, where its carriers stand, the bounds of all errors, every item's figures
-    and pose, and what the cup holds; not the seed and not the order of the items. It survives writing and
-    reading.
+    Included: the cell, the load limits of its tool, carrier poses, all error bounds, figures and pose of
+        every
+    item, the held item and the cloud; not the seed or the order of the items. Writing and reading a scene
+    does not change it.
 
     Args:
         scene: The scene.
@@ -189,7 +190,7 @@ def _cloud_content(cloud: Cloud) -> list[Any]:
 
 @lru_cache(maxsize=256)
 def _figures(item: Item) -> tuple[Any, ...]:
-    """What an item is, wherever it lies."""
+    """Figures of an item, independent of its pose."""
     return (
         item.name,
         item.year,
@@ -201,7 +202,7 @@ def _figures(item: Item) -> tuple[Any, ...]:
 
 
 def _coarse(T: Array) -> list[float]:
-    """A pose rounded to 1e-7: far over the noise of turning it into a quaternion and back."""
+    """A pose rounded to 1e-7, well above the rounding of a conversion to a quaternion and back."""
     return [round(v, 7) + 0.0 for v in T[:3].ravel().tolist()]
 
 
@@ -246,7 +247,7 @@ def _cloud_values(cloud: Cloud, folder: Path) -> dict[str, Any]:
 
 
 def _to_text(scene: Scene, folder: Path) -> str:
-    """One line per item, so that scenes can be read and compared."""
+    """Format a scene with one line per item, for readability and diffs."""
     head: dict[str, Any] = {
         "format": "apc scene",
         "version": 1,
@@ -265,7 +266,7 @@ def _to_text(scene: Scene, folder: Path) -> str:
 
 
 def _carriers_values(scene: Scene) -> dict[str, Any]:
-    """Where the pod and the cell's own carriers stand, as far as the cell has them."""
+    """Poses of the pod and of user-defined carriers, if the cell has any."""
     values: dict[str, Any] = {}
     if scene.cell.pod.bins:
         values = {
@@ -281,13 +282,13 @@ def _carriers_values(scene: Scene) -> dict[str, Any]:
 
 
 def held_values(held: HeldItem) -> dict[str, Any]:
-    """What the cup holds as it stands in the file.
+    """Return the held item as JSON values.
 
     Args:
-        held: The item in the cup.
+        held: The held item.
 
     Returns:
-        Id, name, year, position and quaternion as JSON values.
+        Id, name, year, position and quaternion.
     """
     return {"id": held.id, "name": held.item.name, "year": held.item.year, **_pose_values(held.T_tip_item)}
 

@@ -14,8 +14,8 @@ from pickcli.scene.scene_warnings import WARNINGS
 
 Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
 MAX_ITEMS = 300
-# Most that the yaw of a pod may be uncertain by. Every wall counts for wherever that may put it: of twelve
-# targets seven were planned with up to 0.05 rad as with none, five with 0.08, and none with 0.2.
+# Largest yaw error of a pod. Every wall is swept by it: of twelve targets, seven were planned with up to 0.05
+# rad (as many as with 0), five with 0.08, and none with 0.2.
 MAX_POD_YAW = 0.05  # rad
 POD_YAW = f"rad, 0 to {MAX_POD_YAW}: with more, its walls take the room that picks need"
 
@@ -28,7 +28,7 @@ class ScenePoseModel(FileModel):
 
 
 class CellReference(FileModel):
-    """The cell that the scene belongs to."""
+    """Reference to the scene's cell."""
 
     name: Annotated[str, Field(max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")] = Field(
         description="the cell's name (one under data/cells; of another cell say where it is with --cell)"
@@ -52,7 +52,7 @@ class PodErrorModel(FileModel):
 
 
 class CarrierPoseModel(ScenePoseModel):
-    """Where something that the cell names under ``places`` stands."""
+    """Current pose of a carrier that the cell lists under ``places``."""
 
     error: PodErrorModel = Field(default=PodErrorModel(), description="bounds of the error of this pose")
 
@@ -67,7 +67,7 @@ class PlacedItemModel(ScenePoseModel):
 
 
 class HeldModel(ScenePoseModel):
-    """What is in the cup; the pose is that of the item's middle in the tool frame."""
+    """The held item, with the pose of its centre in the tool frame."""
 
     id: Text = Field(description="a name of its own in this scene, or that of the item where it was seen")
     name: Text = Field(description="an item's name")
@@ -75,7 +75,7 @@ class HeldModel(ScenePoseModel):
 
 
 class CloudModel(ScenePoseModel):
-    """What a sensor saw; the pose is that of the frame that the file has its points in."""
+    """A point cloud, with the pose of the frame of its points."""
 
     file: Text = Field(description="a NPY, NPZ or PLY file, from the folder of the scene")
     radius: Annotated[float, Field(ge=0.0005, le=0.1)] = Field(

@@ -1,17 +1,17 @@
-"""What a scene may say and hardly any says: told as warnings, which its file can accept."""
+"""Warnings for valid but implausible values in a scene file, which the file can accept."""
 
 from __future__ import annotations
 
 from pickcli.files.file_warnings import FileWarnings
 from pickcli.scene.scene import Scene
 
-WARNINGS = ("large_noise",)  # the kinds of warnings about a scene file
-VAGUE = 0.02  # m, rounded up from what cameras over a shelf are off by
+WARNINGS = ("large_noise",)  # kinds of warnings about scene files
+VAGUE = 0.02  # m, rounded up from the error of cameras above a shelf
 ASKEW = 0.2  # rad
 
 
 def warn_of_noise(warnings: FileWarnings, scene: Scene) -> None:
-    """Warn of poses that are stated too loosely for anything to be picked.
+    """Warn of pose errors so large that hardly anything can be picked.
 
     Args:
         warnings: Collects them.

@@ -1,4 +1,4 @@
-"""Contacts between solids: which of them carry weight, and what forces they can exert."""
+"""Contacts between solids: which of them carry weight, and the forces that they can exert."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 
 from pickcli.geometry import Array, perpendiculars
 
-CARRIES = np.sin(np.radians(20.0))  # vertical part of a contact's normal from which on it carries weight
+CARRIES = np.sin(np.radians(20.0))  # least vertical component of the normal of a contact that carries weight
 STEEP = np.sin(
     np.arctan(0.5)
-)  # level part of a contact's normal from which on no friction holds what is on it
-FRICTION = 0.2  # that is counted on; cardboard, plastic and cloth on board have 0.25 to 0.5
-MOST_FORCE = 4.0  # weights: what needs more is wedged, and wedges slip
-UNBALANCED = 1e-6  # weights, or weights times size, that may be left over
+)  # least horizontal component of the normal at which friction does not hold an item
+FRICTION = 0.2  # assumed coefficient; cardboard, plastic and cloth on board have 0.25 to 0.5
+MOST_FORCE = 4.0  # weights; larger forces mean wedging, and wedges slip
+UNBALANCED = 1e-6  # weights, or weights times size; tolerated residual
 
 
 @dataclass(frozen=True, eq=False)
 class SolidContact:
-    """Two solids that touch, or may: their poses are uncertain.
+    """Two solids that are in contact, or may be within their pose uncertainty.
 
     Attributes:
         a: Id of the item.
-        b: Id of the other item, or name of the pod's body.
-        gap: m, negative where they overlap.
+        b: Id of the other item, or name of a body.
+        gap: m, negative if they overlap.
         normal: (3,) unit vector in the world from a to b.
     """
 
@@ -36,7 +36,7 @@ class SolidContact:
 
     @property
     def flipped(self) -> SolidContact:
-        """The contact as seen from the other of the two."""
+        """The contact as seen from the other solid."""
         return SolidContact(self.b, self.a, self.gap, -self.normal)
 
     @property
@@ -46,16 +46,16 @@ class SolidContact:
 
     @property
     def is_steep(self) -> bool:
-        """Whether what lies there must be held by something else too, and so holds what it lies on."""
+        """Whether friction cannot hold an item there, so that something else must keep it from sliding."""
         return bool(np.hypot(self.normal[0], self.normal[1]) > STEEP)
 
 
 def bears(patch: Array, normal: Array, force: Array, point: Array) -> bool:
-    """Whether a contact by itself holds against a force: its line leads steeply enough through the patch.
+    """Whether a single contact resists a force: its line passes the patch inside the friction cone.
 
     Args:
-        patch: (N, 3) corners of where the contact is; none where it may as well be off aside.
-        normal: (3,) unit vector across the contact, out of what bears.
+        patch: (N, 3) corners of the contact; empty if the contact is uncertain.
+        normal: (3,) unit contact normal, out of the bearing solid.
         force: (3,) world axes.
         point: (3,) on the line of the force.
 
@@ -73,14 +73,14 @@ def bears(patch: Array, normal: Array, force: Array, point: Array) -> bool:
 
 
 def friction_cones(arms: Array, normal: Array) -> Array:
-    """Wrenches of unit forces on the edges of friction cones.
+    """Compute the wrenches of unit forces along the edges of friction cones.
 
     Args:
-        arms: (N, 3) m, from the centre of an item to the points at which it is pushed.
-        normal: (3,) direction in which they push.
+        arms: (N, 3) m, from the centre of an item to the contact points.
+        normal: (3,) direction of the normal force on the item.
 
     Returns:
-        (6, 4 N) about the centre.
+        (6, 4 N) wrenches about the centre.
     """
     u, v = perpendiculars(normal)
     forces = normal + FRICTION * np.array([u, -u, v, -v])
@@ -91,17 +91,18 @@ def friction_cones(arms: Array, normal: Array) -> Array:
 def missing_to_balance(
     cones: Array, wrench: Array, size: float, limits: Sequence[tuple[int, float]]
 ) -> float:
-    """How much of a wrench contact forces cannot make up, by a linear program.
+    """Compute the part of a wrench that contact forces cannot balance, by a linear program.
 
     Args:
         cones: (6, K) wrenches of unit forces.
         wrench: (6,) in weights of the item, and weights times m.
         size: m, half the extent of the item.
-        limits: Of what presses by its weight alone: how many of the cones, from the first on, are its, and
-            how many weights of the item they may come to in all. The others push as hard as they have to.
+        limits: For each body that presses only by its weight: the number of its cones, which come first in
+            the order of ``limits``, and the largest sum of its forces in weights of the item. Other forces
+            are unlimited.
 
     Returns:
-        Weights, the least that there may be; moments count as forces at the item's size.
+        The least sum of unbalanced components in weights; moments are divided by the item's size.
     """
     from scipy.optimize import linprog
 
@@ -122,7 +123,7 @@ def missing_to_balance(
 
 
 def can_balance(cones: Array, wrench: Array, size: float) -> bool:
-    """Whether contact forces that are not too large make up a wrench.
+    """Whether contact forces up to MOST_FORCE can balance a wrench.
 
     Args:
         cones: (6, K) wrenches of unit forces.

@@ -1,8 +1,9 @@
-"""Whether two solids overlap, and how deep.
+"""Overlap depth of two solids.
 
-The least push of the directions tried in ``touching`` is the depth: exact for boxes. Where it parts no round
-solids, they are shrunk by the tolerance and parted by Gilbert's algorithm, so bodies that merely touch are
-never called overlapping: a ball alone, which loses as much in every direction, else both by half of it each.
+The depth is the least translation that separates them, over the directions tried in ``touching``: exact for
+boxes. If no direction separates round solids, they are shrunk by the tolerance and tested with Gilbert's
+algorithm, so that solids in mere contact never count as overlapping. If one is a sphere only it is shrunk,
+which is exact; otherwise both are shrunk by half of the tolerance.
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 from pickcli.scene.touching import PosedSolids, gaps
 
-TOUCH = 0.0015  # m: as deep as settled items may stand in each other (contact margins and rounding)
+TOUCH = 0.0015  # m, overlap of settled items by contact margins and rounding
 
 _MAX_ITERATIONS = 300
-_ROUNDING = 1e-9  # m, a distance between two solids that may be rounding alone
+_ROUNDING = 1e-9  # m, distance between two solids within rounding errors
 
 
 @dataclass(frozen=True, eq=False)
 class PosedSolid:
-    """A shape where it stands.
+    """A shape with its pose.
 
     Attributes:
         shape: The shape.
@@ -39,7 +40,7 @@ class PosedSolid:
         return np.asarray(self.T[:3, 3])
 
     def support(self, direction: Array) -> Array:
-        """The point of the solid that is farthest along a direction.
+        """Compute the farthest point of the solid in a direction.
 
         Args:
             direction: (3,).
@@ -52,7 +53,7 @@ class PosedSolid:
         )
 
     def shrunk(self, by: float) -> PosedSolid:
-        """The solid with every side moved inwards (a sliver where it is thinner than that).
+        """Return the solid with every side moved inwards, or a sliver if it is thinner than that.
 
         Args:
             by: m.
@@ -65,19 +66,19 @@ class PosedSolid:
 
 
 def overlap_depth(a: PosedSolid, b: PosedSolid, tolerance: float = TOUCH) -> float:
-    """How deep two solids stand in each other.
+    """Compute the overlap depth of two solids.
 
-    Exact for two boxes. For round ones never under the true depth, except for cylinders, of which the rim may
-    stand half as deep again as the tolerance in the corner of a box and count as touching; and 0 whenever a
-    motion of the tolerance parts them.
+    Exact for two boxes. With round solids it is at least the true depth, and 0 if a translation by the
+    tolerance separates them. One exception: a cylinder's rim in the corner of a box may be 1.5 times the
+    tolerance deep and still count as touching.
 
     Args:
         a: One solid.
         b: The other, in the same frame.
-        tolerance: m of depth that does not count.
+        tolerance: m, depth that counts as contact.
 
     Returns:
-        m; 0 where it is at most the tolerance.
+        m; 0 if it is at most the tolerance.
     """
     pair = PosedSolids.standing([(solid.shape, solid.T) for solid in (a, b)])
     depth = -float(gaps(pair, np.array([0]), np.array([1])).width[0])
@@ -90,7 +91,7 @@ def overlap_depth(a: PosedSolid, b: PosedSolid, tolerance: float = TOUCH) -> flo
 
 
 def _shrunk(a: PosedSolid, b: PosedSolid, by: float) -> tuple[PosedSolid, PosedSolid]:
-    """Two solids that no motion of at most ``by`` (m) parts, if these are not apart."""
+    """Shrink two solids such that they overlap unless a translation by at most ``by`` (m) parts them."""
     if a.shape.kind is ShapeKind.SPHERE and by < a.shape.size[0]:
         return a.shrunk(by), b
     if b.shape.kind is ShapeKind.SPHERE and by < b.shape.size[0]:
@@ -99,7 +100,7 @@ def _shrunk(a: PosedSolid, b: PosedSolid, by: float) -> tuple[PosedSolid, PosedS
 
 
 def _local_support(shape: Shape, n: Array) -> Array:
-    """The farthest point (3,) of a shape along n (3,), in its own frame."""
+    """Farthest point (3,) of a shape in direction n (3,), in its own frame."""
     if shape.kind is ShapeKind.BOX:
         return np.asarray(np.copysign(shape.extents / 2, n))
     if shape.kind is ShapeKind.SPHERE:
@@ -110,14 +111,14 @@ def _local_support(shape: Shape, n: Array) -> Array:
 
 
 def _are_apart(a: PosedSolid, b: PosedSolid) -> bool:
-    """Whether two solids have no common point, by Gilbert's search for the point of A - B nearest to 0."""
+    """Whether two solids are disjoint, by Gilbert's search for the point of A - B nearest to 0."""
     x = a.center - b.center
     for _ in range(_MAX_ITERATIONS):
         if np.linalg.norm(x) <= _ROUNDING:
             return False
         s = a.support(-x) - b.support(x)
         if float(x @ s) > 0.0:
-            return True  # all of A - B lies beyond the plane through s: 0 is outside
+            return True  # A - B is beyond the plane through s, so 0 is outside
         step = s - x
-        x = x - float(x @ step) / float(step @ step) * step  # between x and s, for x @ s is about 0 or below
+        x = x - float(x @ step) / float(step @ step) * step  # x @ s <= 0, up to rounding
     return False

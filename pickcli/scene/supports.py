@@ -1,4 +1,4 @@
-"""The support relation of a scene: what falls, rolls or slumps when an item is taken away."""
+"""Support relation of a scene: which items fall, roll or slump when an item is removed."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from pickcli.scene.solid_contact import SolidContact
 
 @dataclass(frozen=True, eq=False)
 class Supports:
-    """The support relation of one scene. Make it with ``supports_of``.
+    """The support relation of a scene. Create it with ``supports_of``.
 
     Attributes:
-        graph: What touches what, and what rests on what by that.
-        balance: Whether contacts that are left keep an item in balance.
+        graph: The contacts of the scene.
+        balance: Statics of single items with their remaining contacts.
     """
 
     graph: ContactGraph
     balance: Balance
 
     def falling(self, item_id: str) -> tuple[str, ...]:
-        """Items that would fall or roll away if an item were gone.
+        """Return the items that would fall or roll away if an item were removed.
 
-        Those that lie on it or lean on it, those that lie or lean on these, and those under it that keep
-        their balance only by its weight. What can roll on a level floor and is not pushed stays: see
+        These are items that lie or lean on it, directly or indirectly, and items below it that are balanced
+        only by its weight. An item that can roll but lies on a level floor and is not pushed stays: see
         ``rolling``.
 
         Args:
-            item_id: Id of the item that is taken away.
+            item_id: Id of the removed item.
 
         Returns:
-            Ids, what must be moved first at the head.
+            Ids, in the order in which they must be moved away.
         """
         below = self.graph.chain(self.graph.carriers, item_id)
         tipping = {name for name in below if self.balance.is_tipping(name, without=item_id)}
@@ -49,14 +49,14 @@ class Supports:
         return tuple(sorted(gone - {item_id}, key=lambda name: (-self._bottom[name], name)))
 
     def slumping(self, item_id: str) -> tuple[str, ...]:
-        """Of the items that would fall without an item, those that only slump and do not keep it in.
+        """Return those of the falling items that only slump, and so do not block the removed item.
 
-        Between the walls of a box that is open above nothing falls far. What is beside the item or under it
-        gives way downwards when it is lifted out: a centre of mass that nothing lifts does not rise, and so
-        does not get over a rim that it is below. What lies on the item, on all that does, would be lifted.
+        Between the walls of an open box nothing falls far. Items beside or below the removed one give way
+        downwards: a centre of mass that is not lifted does not rise, so it stays below the rim. Items that
+        lie on the removed one, directly or indirectly, would be lifted and are not included.
 
         Args:
-            item_id: Id of the item that is taken away.
+            item_id: Id of the removed item.
 
         Returns:
             Ids, in the order of ``falling``.
@@ -70,22 +70,22 @@ class Supports:
         )
 
     def blocking(self, item_id: str) -> tuple[str, ...]:
-        """Items that must go before an item: what would fall or roll away without it, and not only slump.
+        """Return the items that must be removed before an item: those that would fall or roll.
 
         Args:
-            item_id: Id of the item that is taken away.
+            item_id: Id of the removed item.
 
         Returns:
-            Ids, what must be moved first at the head.
+            Ids, in the order in which they must be moved away.
         """
         slumping = self.slumping(item_id)
         return tuple(name for name in self.falling(item_id) if name not in slumping)
 
     def rolling(self, item_id: str) -> tuple[str, ...]:
-        """Items that stay if an item that they touch is taken away, but roll as soon as they are pushed.
+        """Return the items that stay when an item in contact with them is removed, but roll if pushed.
 
         Args:
-            item_id: Id of the item that is taken away.
+            item_id: Id of the removed item.
 
         Returns:
             Ids.
@@ -99,20 +99,20 @@ class Supports:
         )
 
     def _falls(self, name: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
-        """Whether an item comes along with one that it touches.
+        """Whether an item falls together with another that it touches.
 
-        contact: of the one that goes, seen from that. below: all that the target rests on
+        contact: as seen from the falling one. below: all items that the target rests on
         """
         if contact.flipped.carries:
-            return True  # it lies on what goes, be it only in part
+            return True  # it rests on the falling item, at least in part
         if self.balance.stays(name, gone):
             return False
-        if name in below:  # what is lifted off it may be its counterweight, or keep it on a slope
+        if name in below:  # the removed item may have been its counterweight or chock
             return self.balance.stays(name) or contact.is_steep
         return not self.balance.lies_level(name, gone)
 
     def _rim(self, item_id: str) -> float | None:
-        """Height in the world of the rim of the open box that an item is in; None where it is in none."""
+        """Height in the world of the rim of the open box that contains an item; None without one."""
         scene = self.graph.scene
         place = scene.cell.places.get(self.graph.items[item_id].location)
         if place is None or not place.is_open_box:
@@ -120,7 +120,7 @@ class Supports:
         return float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
 
     def _highest_centre(self, name: str) -> float:
-        """Height in the world of an item's centre, as high as its pose may be off."""
+        """Largest height in the world of an item's centre within its pose error."""
         placed = self.graph.items[name]
         return float(placed.T_world_item[2, 3] + self.graph.scene.noise.bound(placed.item))
 
@@ -133,10 +133,10 @@ class Supports:
 
 @lru_cache(maxsize=32)
 def supports_of(scene: Scene) -> Supports:
-    """The support relation of a scene, from the poses and how well they are known. Cached by identity.
+    """Return the support relation of a scene from its poses and their uncertainty. Cached by identity.
 
     Args:
-        scene: Items, the carriers where they really stand, and the bounds of the error of the items' poses.
+        scene: Items, carriers at their actual poses, and bounds of the items' pose errors.
 
     Returns:
         The relation.

@@ -1,9 +1,9 @@
-"""Which solids of a scene touch, as far as uncertain poses can tell, and across which direction.
+"""Gaps and contact normals between pairs of convex solids, vectorised.
 
-The gap between two convex solids across a direction is the width of the empty slab between them; the widest
-over all directions is their distance, or, where they overlap, the least push that parts them. Twenty
+The gap of two convex solids in a direction is the width of the empty slab between them; the largest over all
+directions is their distance or, if they overlap, minus the least translation that separates them. Twenty
 directions are tried at once for all pairs: the fifteen of the separating axis theorem (Gottschalk, Lin and
-Manocha, OBBTree, 1996), the line of centres, and those in which round sides give way first.
+Manocha, OBBTree, 1996), the line of centres, and four for round sides.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
 
 _KINDS = {ShapeKind.BOX: 0, ShapeKind.CYLINDER: 1, ShapeKind.SPHERE: 2}
-_NO_WAY = 1e-9  # length under which a vector is no direction
+_NO_WAY = 1e-9  # vectors shorter than this have no direction
 
 
 @dataclass(frozen=True, eq=False)
 class PosedSolids:
-    """N solids where they stand, in arrays.
+    """N posed solids, as arrays.
 
     Attributes:
         names: (N,) ids of items, names of bodies.
         shapes: (N,) shapes.
         T: (N, 4, 4) poses in the world.
-        half: (N, 3) m, half extents of the box around each in its own frame.
-        kinds: (N,) number of each shape's kind.
-        bound: (N,) m, how far any point of each may be from where its pose says.
+        half: (N, 3) m, half extents of each bounding box in the solid's own frame.
+        kinds: (N,) numbers of the shape kinds, as in ``_KINDS``.
+        bound: (N,) m, bound of the position error of any point of each solid.
     """
 
     names: tuple[str, ...]
@@ -47,12 +47,12 @@ class PosedSolids:
     def of(
         cls, scene: Scene, items: Sequence[PlacedItem], bodies: Sequence[tuple[Body, Array]]
     ) -> PosedSolids:
-        """Items and bodies of a scene.
+        """Collect items and bodies of a scene.
 
         Args:
-            scene: Its noise bounds the error of the items' poses.
+            scene: The scene, for the bounds of the items' pose errors.
             items: The items.
-            bodies: Bodies with the pose (4, 4) of what they stand in.
+            bodies: Bodies with the poses (4, 4) of their parent frames.
 
         Returns:
             The items, then the bodies.
@@ -65,7 +65,7 @@ class PosedSolids:
 
     @classmethod
     def standing(cls, solids: Sequence[tuple[Shape, Array]]) -> PosedSolids:
-        """Shapes exactly at their poses, without names.
+        """Build solids from shapes with exact poses, without names.
 
         Args:
             solids: Shapes with their poses (4, 4).
@@ -84,7 +84,7 @@ class PosedSolids:
         )
 
     def half_widths(self, of: NDArray[np.intp], directions: Array) -> Array:
-        """Distances from the centres of solids to the planes that touch them.
+        """Compute the distances from the centres of solids to their supporting planes.
 
         Args:
             of: (P,) indices of solids.
@@ -101,16 +101,16 @@ class PosedSolids:
 
     @cached_property
     def upright(self) -> Array:
-        """(N, 3) m, half extents of the boxes around them along the axes of the world."""
+        """Half extents (N, 3) in m of the boxes around the solids along the world's axes."""
         n = len(self.names)
         return self.half_widths(np.arange(n), np.broadcast_to(np.eye(3), (n, 3, 3)))
 
     def near(self, n_items: int, reach: float = 0.0) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Pairs whose upright boxes come within a reach, and both bounds, of each other.
+        """Find pairs whose world-aligned boxes are within a distance, plus both error bounds.
 
         Args:
-            n_items: How many of the solids, the first ones, are items.
-            reach: m.
+            n_items: Number of items, which are the first of the solids.
+            reach: m, the distance.
 
         Returns:
             Indices (P,) and (P,) of both; the first is an item.
@@ -124,13 +124,13 @@ class PosedSolids:
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """P pairs of solids and how far apart they are.
+    """P pairs of solids with their gaps.
 
     Attributes:
         a: (P,) indices of one solid.
         b: (P,) indices of the other.
-        width: (P,) m, the widest gap; negative where they overlap, by that much.
-        normal: (P, 3) unit vector across that gap, from ``a`` to ``b``.
+        width: (P,) m, largest gap; negative if they overlap.
+        normal: (P, 3) unit vector in the direction of that gap, from ``a`` to ``b``.
     """
 
     a: NDArray[np.intp]
@@ -140,7 +140,7 @@ class Gaps:
 
 
 def gaps(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp]) -> Gaps:
-    """The widest gap of each pair over the directions that part boxes and round solids.
+    """Compute the largest gap of each pair over the directions that can separate boxes and round solids.
 
     Args:
         solids: The solids.
@@ -165,7 +165,7 @@ def gaps(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp]) -> Gaps:
 
 
 def _directions(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp], between: Array) -> Array:
-    """(P, 20, 3) vectors that may part each pair, of any length and sign."""
+    """Candidate directions (P, 20, 3) that may separate each pair, of any length and sign."""
     axes_a, axes_b = (solids.T[of, :3, :3].transpose(0, 2, 1) for of in (a, b))
     edges = np.cross(axes_a[:, :, None], axes_b[:, None]).reshape(len(a), 9, 3)
     radial = [
@@ -177,7 +177,7 @@ def _directions(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp], b
 
 
 def _from_axis(solids: PosedSolids, of: NDArray[np.intp], other: NDArray[np.intp]) -> Array:
-    """(P, 3) from the axes of solids ``of``, where they are nearest to the others' middles, to the others."""
+    """Vectors (P, 3) from the axes of solids ``of``, where nearest to the others' centres, to the others."""
     centre, middle = solids.T[of, :3, 3], solids.T[other, :3, 3]
     axis = solids.T[of, :3, 2]
     length = np.where(solids.kinds[of] == 2, 0.0, solids.half[of, 2])
