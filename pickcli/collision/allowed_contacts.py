@@ -1,9 +1,9 @@
-"""Who may touch whom on one segment of motion, and how deep (MoveIt: an allowed collision matrix).
+"""Allowed contacts of one segment of motion, and their depth (MoveIt: an allowed collision matrix).
 
-``stage_contacts`` makes those of each stage of a motion. A neighbour that may be touched counts as it is
-perceived, without what its pose may be off, and as moved out of the way by what explains the contact: as deep
-as uncertain poses already have the two in each other, or as far as the bellows give along the cup's axis.
-What keeps clear of it there goes no deeper than that. What has no way to give may be touched at any depth;
+``stage_contacts`` builds those of each stage of a motion. A neighbour that may be touched is tested at its
+perceived pose, without the pose error, and shifted away by the depth that explains the contact: as deep as
+uncertain poses already overlap, or as far as the bellows give way along the cup's axis. A solid that the
+shifted one clears is entered no deeper than that. A solid without a shift may be touched at any depth;
 everything that is not named keeps the cell's clearance.
 """
 
@@ -22,21 +22,21 @@ from pickcli.kernel import Checker
 
 Way: TypeAlias = tuple[float, float, float]  # m in the world
 
-Touchers: TypeAlias = tuple[tuple[str, Way | None], ...]  # by name, sorted: hashable, and equal where equal
+Touchers: TypeAlias = tuple[tuple[str, Way | None], ...]  # by name, sorted: hashable and comparable
 
 
 @dataclass(frozen=True)
 class AllowedContacts:
-    """What the held item and the cup or the fingers may touch, and which items are not there at all.
+    """Solids that the held item and the cup or fingers may touch, and items that are absent.
 
     Attributes:
-        item: What the held item may touch: body or item by name, and how far it counts as moved out of the
-            way; None where it may be touched at any depth.
-        tool: What the cup or the fingers may touch: body or item by name, and how far it counts as moved out
-            of the way; None where it may be touched at any depth.
-        absent: Ids of items that are not there: the one that is held, and those a planner may ignore.
-        opening: Pairs (link of the robot or "held <item>", body or item) that are not tested: those that a
-            way out of a stop only has to take apart.
+        item: Solids that the held item may touch: body or item by name, and how far it is shifted away; None
+            if it may be touched at any depth.
+        tool: Solids that the cup or the fingers may touch: body or item by name, and how far it is shifted
+            away; None if it may be touched at any depth.
+        absent: Ids of items that are not in the world: the held one, and those that a planner ignores.
+        opening: Pairs (link of the robot or "held <item>", body or item) that are not tested, because a
+            recovery motion only has to separate them.
     """
 
     item: Touchers = ()
@@ -51,12 +51,12 @@ class AllowedContacts:
         tool: Mapping[str, Array] | None = None,
         absent: frozenset[str] = frozenset(),
     ) -> AllowedContacts:
-        """Contacts that are allowed only so deep.
+        """Build contacts of limited depth.
 
         Args:
-            item: By name, how far (3,) in m of the world what the held item may touch counts as moved.
-            tool: By name, how far (3,) in m of the world what cup or fingers may touch counts as moved.
-            absent: Ids of items that are not there.
+            item: By name, shift (3,) in m in the world of each solid that the held item may touch.
+            tool: By name, shift (3,) in m in the world of each solid that cup or fingers may touch.
+            absent: Ids of items that are absent.
 
         Returns:
             The contacts.
@@ -65,11 +65,11 @@ class AllowedContacts:
 
     @classmethod
     def at_any_depth(cls, names: Iterable[str], absent: frozenset[str] = frozenset()) -> AllowedContacts:
-        """Contacts of tool and held item that may be as deep as they like.
+        """Build contacts of tool and held item without a limit of their depth.
 
         Args:
             names: Bodies and items that may be touched.
-            absent: Ids of items that are not there.
+            absent: Ids of items that are absent.
 
         Returns:
             The contacts.
@@ -79,22 +79,22 @@ class AllowedContacts:
 
     @property
     def names(self) -> frozenset[str]:
-        """Everything that may be touched."""
+        """Names of all solids that may be touched."""
         return frozenset(name for name, _ in (*self.item, *self.tool))
 
     @property
     def of_present(self) -> AllowedContacts:
-        """The contacts left when those with items that are not there are dropped."""
+        """The contacts without those with absent items."""
         item, tool = (tuple(t for t in ts if t[0] not in self.absent) for ts in (self.item, self.tool))
         return replace(self, item=item, tool=tool)
 
     @property
     def of_empty_tool(self) -> AllowedContacts:
-        """The contacts left when nothing is held."""
+        """The contacts of the tool, without those of the held item."""
         return replace(self, item=())
 
     def ignored(self, world: CollisionWorld, tool: tuple[int, ...], item: int) -> NDArray[np.uint64]:
-        """Which frames keep no clearance from which solids.
+        """Return the frames that keep no clearance from each solid.
 
         Args:
             world: Solids of the scene.
@@ -102,10 +102,10 @@ class AllowedContacts:
             item: Frame of the held item.
 
         Returns:
-            (B,) per solid of the world the frames, as bits.
+            (B,) frames as bits, per solid of the world.
 
         Raises:
-            UnknownNameError: If the scene has nothing of a name.
+            UnknownNameError: If the scene has no solid with one of the names.
         """
         bits = np.zeros(len(world.names), np.uint64)
         for frames, touchers in ((tool, self.tool), ((item,), self.item)):
@@ -113,7 +113,7 @@ class AllowedContacts:
         return bits
 
     def enter(self, kernel: Checker, world: CollisionWorld, cup: int, item: int) -> NDArray[np.intp]:
-        """Give a checker, as its world, what may be touched only so deep, moved out of the way.
+        """Set a checker's world to the solids that may be touched to a limited depth, shifted away.
 
         Args:
             kernel: The checker.
@@ -125,7 +125,7 @@ class AllowedContacts:
             (K,) indices in ``world`` of the solids entered, in their order.
 
         Raises:
-            UnknownNameError: If the scene has nothing of a name.
+            UnknownNameError: If the scene has no solid with one of the names.
         """
         chosen: list[int] = []
         ways: list[Way] = []
@@ -147,7 +147,7 @@ class AllowedContacts:
 
     @property
     def is_limited(self) -> bool:
-        """Whether anything may be touched only so deep."""
+        """Whether any contact has a limited depth."""
         return any(way is not None for _, way in (*self.item, *self.tool))
 
 

@@ -1,4 +1,4 @@
-"""An item in the cup, and the volume that it passes through while the cup turns."""
+"""An item attached to the tool, and the volume that it sweeps while the cup turns."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class AttachedItem:
     """An item in the cup (MoveIt: an attached body).
 
     Attributes:
-        item: What is held.
+        item: The held item.
         T_tip_item: (4, 4) item frame in the tool frame.
-        inflate: m, how far any of its points may be from where that pose says.
-        id: Id of the item in its scene, "" of one that only stands for many.
+        inflate: m, bound of the error of that pose, for any point of the item.
+        id: Id of the item in its scene, "" for a stand-in of many items.
     """
 
     item: Item
@@ -35,13 +35,13 @@ class AttachedItem:
 
 @lru_cache(maxsize=32)
 def swept_cover(model: CollisionModel, attached: AttachedItem) -> Cover:
-    """Spheres around all that an attached item passes through while the cup turns.
+    """Return spheres around the volume that an attached item sweeps while the cup turns.
 
     Cached by identity of the model and the attached item.
 
     Args:
         model: The collision model of the cell.
-        attached: The item in the cup.
+        attached: The attached item.
 
     Returns:
         The spheres, in the cup's frame.

@@ -1,4 +1,4 @@
-"""The robot in a scene: one checker per scene, tool state, held item and set of allowed contacts."""
+"""Checker of the robot in a scene: one per scene, tool state, held item and set of allowed contacts."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ class SceneChecker(KernelValidator):
 
     Args:
         model: The robot of the scene's cell.
-        scene: What stands around it.
+        scene: The planning scene.
         tool_state: State of the tool.
-        held: What is in the cup, None if nothing is.
-        contacts: What cup and held item may touch, and how deep; all other links keep clear of it.
-        margin: m that everything else is kept apart, the cell's clearance by default.
+        held: The attached item, None if there is none.
+        contacts: Solids that cup and held item may touch, and how deep; all other links keep clear of them.
+        margin: m, clearance kept from everything else; the cell's by default.
 
     Attributes:
-        held: What is in the cup, None if nothing is.
+        held: The attached item, None if there is none.
 
     Raises:
         UnknownNameError: If a name in ``contacts`` is not in the scene.
-        StaleError: If the scene is one of another cell than the model.
+        StaleError: If the scene belongs to another cell than the model.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class SceneChecker(KernelValidator):
         contacts: AllowedContacts = NO_CONTACTS,
         margin: float | None = None,
     ) -> None:
-        """Enter the scene into the kernel."""
+        """Create the kernel's checkers for the scene."""
         self.held, self._model, self._tool_state = held, model, tool_state
         world = build_world(model, scene)
         contacts = contacts.of_present
@@ -56,11 +56,11 @@ class SceneChecker(KernelValidator):
 
     @property
     def _cup(self) -> int:
-        """Frame of the cup; the next is the held item's."""
+        """Frame of the cup; the next one is that of the held item."""
         return self._model.n_frames - 1
 
     def _clear_of(self, world: CollisionWorld, contacts: AllowedContacts) -> KernelWorld:
-        """The whole robot, and all solids but those it may touch."""
+        """Return the whole robot with all solids except those that it may touch."""
         item = self._cup + 1
         ignored = world.ignored | contacts.ignored(world, self._model.tool_frames, item)
         for part, name in contacts.opening:
@@ -74,7 +74,7 @@ class SceneChecker(KernelValidator):
         return KernelWorld(kernel, kept)
 
     def _touching(self, world: CollisionWorld, contacts: AllowedContacts) -> KernelWorld:
-        """What may be touched only so deep: cup and held item as they are, nothing else of the robot."""
+        """Return cup and held item, not enlarged, with the solids that they may touch to a limited depth."""
         kernel, cup = self._model.state(self._tool_state).cup.checker(), self._cup
         kept = contacts.enter(kernel, world, cup, cup + 1)
         if self.held is not None:

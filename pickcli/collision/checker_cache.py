@@ -1,4 +1,4 @@
-"""Checkers of one collision model, each made once; planners get their checkers here and nowhere else."""
+"""Cache of the checkers of one collision model; planners get all their checkers from it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ N_KEPT = 64  # of each kind: more than one query needs
 
 
 class CheckerCache:
-    """Makes checkers, and keeps those that were asked for last.
+    """Makes checkers and caches the most recently used ones.
 
-    Scenes and attached items count by identity, as the solids of a scene are kept.
+    Scenes and attached items are compared by identity, like the cached solids of a scene.
 
     Args:
         model: The collision model of one cell.
@@ -31,36 +31,36 @@ class CheckerCache:
     """
 
     def __init__(self, model: CollisionModel) -> None:
-        """Keep nothing yet."""
+        """Create an empty cache."""
         self.model = model
         self._robots = lru_cache(maxsize=N_KEPT)(self._robot)
         self._tools = lru_cache(maxsize=N_KEPT)(self._tool)
 
     def robot(self, scene: Scene, mode: Mode) -> SceneChecker:
-        """The checker of motions of the robot.
+        """Return the checker for motions of the robot.
 
         Args:
-            scene: What stands around it.
-            mode: What they must be free for.
+            scene: The planning scene.
+            mode: Tool state, attached item, allowed contacts and reserve.
 
         Returns:
-            The checker, a kept one if there is one.
+            The checker, from the cache if it is there.
         """
         return self._robots(scene, mode)
 
     def tool(
         self, scene: Scene, tool_state: ToolState, R_world_axes: Array, contacts: AllowedContacts
     ) -> FreeToolChecker:
-        """The checker of motions of the tool by itself.
+        """Return the checker for motions of the tool without the arm.
 
         Args:
-            scene: What stands around it.
+            scene: The planning scene.
             tool_state: State of the tool.
             R_world_axes: (3, 3) axes about which the tool is level.
-            contacts: What the cup may touch, here however deep.
+            contacts: Solids that the cup may touch, at any depth.
 
         Returns:
-            The checker, a kept one if there is one.
+            The checker, from the cache if it is there.
         """
         return self._tools(scene, tool_state, np.ascontiguousarray(R_world_axes).tobytes(), contacts)
 
@@ -71,13 +71,13 @@ class CheckerCache:
         contacts: AllowedContacts,
         beside: tuple[FreeItemChecker, ...] = (),
     ) -> FreeItemChecker:
-        """The checker of motions of an item by itself; of each there is but one, so that none is kept.
+        """Return the checker for motions of an item as a free flyer; not cached, because each is used once.
 
         Args:
-            scene: What stands around it.
+            scene: The planning scene.
             free: The item.
-            contacts: What it may touch, and how deep.
-            beside: The item with nothing but one neighbour each that may roll along.
+            contacts: Solids that it may touch, and how deep.
+            beside: Checkers of the item with only one neighbour each that may roll along.
 
         Returns:
             A new checker.

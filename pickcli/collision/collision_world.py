@@ -1,4 +1,4 @@
-"""The scene as solids of the kernel: carriers where they stand, obstacles, items with their uncertainty."""
+"""The scene as solids of the kernel: carriers at their poses, obstacles, items with their uncertainty."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pickcli.kernel import Checker, SolidKind
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.scene import Scene
 
-# m: points in one cell of a grid this wide become one ball, which stands out by half its diagonal at most.
+# m: points in one cell of a grid this wide become one ball, which exceeds them by half its diagonal at most.
 VOXEL = 0.01
 
 KERNEL_KINDS = {
@@ -31,24 +31,24 @@ KERNEL_KINDS = {
 
 @dataclass(frozen=True, eq=False)
 class KernelCloud:
-    """A cloud as the kernel has it: where points are close, balls around several.
+    """A cloud in the kernel; balls replace several close points.
 
     Attributes:
         points: (N, 3) m, in the world.
-        holder: A checker that has it as its cloud; others share that.
+        holder: A checker that holds the cloud; others share it.
     """
 
     points: Array
     holder: Checker
 
     def name(self, i: int) -> str:
-        """What a point is called in messages.
+        """Return the name of a point for messages.
 
         Args:
             i: Index of the point.
 
         Returns:
-            Where it is.
+            Its coordinates as a text.
         """
         x, y, z = self.points[i].tolist()
         return f"point at ({x:.3f}, {y:.3f}, {z:.3f})"
@@ -56,17 +56,17 @@ class KernelCloud:
 
 @dataclass(frozen=True, eq=False)
 class CollisionWorld:
-    """B solids, each with everything within its rounding.
+    """B solids, each enlarged by its rounding.
 
     Attributes:
-        names: (B,) body name, item id, or link name for what stands still with the base.
+        names: (B,) body name, item id, or link name for links that are fixed to the base.
         kinds: (B,) name of the carrier, "obstacle", "item" or "base".
-        T_world_box: (B, 4, 4) pose of each solid, in the middle of the box around it.
+        T_world_box: (B, 4, 4) pose of each solid, at the centre of its bounding box.
         half_extents: (B, 3) m, of the solid without its rounding.
-        shapes: (B,) kinds of solids as the kernel numbers them.
-        rounding: (B,) m, what the pose may be off.
-        ignored: (B,) bits: where bit f is set, frame f of the robot is never tested against the solid.
-        cloud: What a sensor saw besides them, None if nothing.
+        shapes: (B,) kinds of solids, as numbered by the kernel.
+        rounding: (B,) m, bound of the pose error.
+        ignored: (B,) bits: if bit f is set, frame f of the robot is never tested against the solid.
+        cloud: The scene's cloud, None if it has none.
     """
 
     names: tuple[str, ...]
@@ -79,12 +79,12 @@ class CollisionWorld:
     cloud: KernelCloud | None = None
 
     def enter(self, kernel: Checker, kept: NDArray[np.intp], ignored: NDArray[np.uint64]) -> None:
-        """Give a checker some of the solids, and the cloud, as its world.
+        """Set a checker's world to some of the solids, and the cloud.
 
         Args:
             kernel: The checker.
             kept: (K,) indices of the solids.
-            ignored: (B,) frames never tested against each solid, as bits, in place of the world's own.
+            ignored: (B,) frames never tested against each solid, as bits, instead of the world's own.
         """
         kernel.set_world(
             self.T_world_box[kept], self.half_extents[kept], ignored[kept], self.shapes[kept],
@@ -94,7 +94,7 @@ class CollisionWorld:
             kernel.share_cloud(self.cloud.holder)
 
     def indices(self, names: Iterable[str]) -> list[int]:
-        """Find solids by name.
+        """Find the indices of solids by name.
 
         Args:
             names: Names of solids.
@@ -120,13 +120,13 @@ class CollisionWorld:
         return found
 
     def is_kept(self, without: frozenset[str]) -> NDArray[np.bool_]:
-        """Which solids are left when some are taken away.
+        """Return a mask that excludes solids by name.
 
         Args:
-            without: Names of the solids that are not there.
+            without: Names of the solids to exclude.
 
         Returns:
-            (B,) False for the solids named.
+            (B,) False for the named solids.
 
         Raises:
             UnknownNameError: If no solid has one of the names.
@@ -147,17 +147,17 @@ class _Solid:
 
 @lru_cache(maxsize=32)
 def build_world(model: CollisionModel, scene: Scene) -> CollisionWorld:
-    """All solids of a scene. Cached by identity.
+    """Build the solids of a scene. Cached by identity.
 
     Args:
         model: The collision model of the scene's cell.
         scene: The scene.
 
     Returns:
-        The solids: carriers and obstacles, links that stand still with the base, items.
+        The solids: carriers and obstacles, links that are fixed to the base, items.
 
     Raises:
-        StaleError: If the scene is one of another cell than the model.
+        StaleError: If the scene belongs to another cell than the model.
     """
     ours, theirs = model.cell, scene.cell
     if ours.fingerprint != theirs.fingerprint:
@@ -209,7 +209,7 @@ def _body(kind: str, T_world_parent: Array, body: Body) -> _Solid:
 
 
 def _ignored(model: CollisionModel, solid: _Solid) -> int:
-    """Frames exempted by the cell, and for the base what keeps clear of it by itself."""
+    """Return the frames exempted by the cell and, for the base, those that cannot reach it, as bits."""
     frames = zip(model.frame_names, model.bodies, strict=True)
     return sum(
         1 << k
@@ -221,7 +221,7 @@ def _ignored(model: CollisionModel, solid: _Solid) -> int:
 
 @lru_cache(maxsize=8)
 def _clear_of_base(model: CollisionModel) -> frozenset[tuple[int, str]]:
-    """Frames of the first body that moves, each with a link of the base that it is not tested against."""
+    """Return frames of the first moving body, each with a base link that it is not tested against."""
     robot = model.state(MOVING)
     base: dict[str, list[_Solid]] = {}
     for solid in _base(model):
@@ -235,7 +235,7 @@ def _clear_of_base(model: CollisionModel) -> frozenset[tuple[int, str]]:
 
 
 def _among(robot: KernelRobot, frame: int, solids: Sequence[_Solid]) -> Checker:
-    """One frame of a robot among some solids."""
+    """Return a checker of one frame of a robot among some solids."""
     kernel = robot.of_frames([frame])
     kernel.set_world(
         np.array([solid.T_world_shape for solid in solids]),

@@ -1,8 +1,8 @@
-"""A body that flies freely: an item by itself, or the tool without its arm.
+"""Free flyers: an item without an arm, or the tool without its arm.
 
-To the kernel it is a robot of three prismatic joints and three turning ones (Pinocchio: a free flyer), so
-that its straight displacements are proven as edges of an arm are. What the body alone cannot do needs no
-inverse kinematics to be refused, which costs a hundred times as much.
+In the kernel a free flyer is a robot of three prismatic and three revolute joints (Pinocchio: a free flyer),
+so straight displacements are proven like edges of an arm. Motions that are infeasible even for the body
+without the arm are rejected without inverse kinematics, which costs a hundred times as much.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from pickcli.kernel import Chain, Checker, JointKind
 from pickcli.scene.scene import Scene
 
 N_FREE = 6  # x, y, z along the axes, then yaw about z, pitch about the turned y, roll about the turned x
-LANCE, CUP = 5, 6  # frames that move with all six: two, as only the cup may touch what is touched
-ROLL_JUMPS = 0.75 * np.pi  # rad, where the tool's roll starts again
+LANCE, CUP = 5, 6  # frames that move with all six joints: two, because only the cup may touch solids
+ROLL_JUMPS = 0.75 * np.pi  # rad, at which the tool's roll wraps around
 
-NUDGE = 0.0005  # m that an item may come nearer to what it must not push
-APART = 0.03  # m of lead over what rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
-FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only nearly
+NUDGE = 0.0005  # m that an item may come nearer to neighbours that it must not push
+APART = 0.03  # m of lead over an item that rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
+FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only approximately
 
 
 @dataclass(frozen=True, eq=False)
 class FreeItem:
-    """An item that flies freely.
+    """An item as a free flyer.
 
     Attributes:
-        item: The item that flies.
+        item: The item.
         T_world_item: (4, 4) its pose at displacement 0.
         R_world_axes: (3, 3) axes of the displacements.
-        inflate: m, uncertainty of that pose.
+        inflate: m, bound of the error of that pose.
     """
 
     item: Item
@@ -51,17 +51,17 @@ class FreeItem:
 
 
 class FreeItemChecker(KernelValidator):
-    """An item at a pose, displaced by d (6,): m along given axes, rad about their z, y, then x.
+    """Checker of an item displaced by d (6,) from a pose: m along given axes, rad about their z, y, then x.
 
-    It turns about its own centre. Nothing beside it that may roll along may be pushed: the item must never
-    come nearer to that than it starts, and end well apart from it.
+    The item turns about its own centre. It may not push neighbours that could roll along: it must never come
+    nearer to those than at the start, and must end well apart from them.
 
     Args:
         model: The collision model of the scene's cell.
-        scene: What stands around the item.
-        free: The item that flies, which must be absent from ``scene`` or by ``contacts``.
-        contacts: What it may touch as a held item, and how deep.
-        beside: The item with nothing but one neighbour each that may roll along.
+        scene: The planning scene.
+        free: The item, which must be absent from ``scene`` or by ``contacts``.
+        contacts: Solids that it may touch as a held item, and how deep.
+        beside: Checkers of the item with only one neighbour each that may roll along.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class FreeItemChecker(KernelValidator):
         contacts: AllowedContacts = NO_CONTACTS,
         beside: tuple[FreeItemChecker, ...] = (),
     ) -> None:
-        """Enter the scene into the kernel."""
+        """Create the kernel's checkers for the scene."""
         self._beside = beside
         world, item = build_world(model, scene), free.item
         chain = _floating_chain(free.T_world_item[:3, 3], free.R_world_axes)
@@ -122,7 +122,7 @@ class FreeItemChecker(KernelValidator):
         return blocked if blocked >= 0 else self._first_pursued(Q)
 
     def _first_pursued(self, Q: Array) -> int:
-        """Index of the first displacement on which something beside the item could stay with it, or -1."""
+        """Return the first displacement on which a neighbour could roll after the item, or -1."""
         for other in self._beside:
             start = other.clearance(Q[0]).distance
             for i, (a, b) in enumerate(pairwise(Q)):
@@ -134,14 +134,14 @@ class FreeItemChecker(KernelValidator):
 
 
 class FreeToolChecker(KernelValidator):
-    """Lance and cup in one tool state, in the robot's own spheres, at any pose of the tool frame.
+    """Checker of lance and cup in one tool state, by the robot's own spheres, at any pose of the tool frame.
 
     Args:
         model: The collision model of the scene's cell.
-        scene: What stands around the tool.
+        scene: The planning scene.
         tool_state: State of the tool.
         R_world_axes: (3, 3) axes about which the tool is level.
-        contacts: What the cup may touch, here however deep; the lance keeps clear of it.
+        contacts: Solids that the cup may touch, at any depth; the lance keeps clear of them.
     """
 
     def __init__(
@@ -152,9 +152,9 @@ class FreeToolChecker(KernelValidator):
         R_world_axes: Array,
         contacts: AllowedContacts = NO_CONTACTS,
     ) -> None:
-        """Enter the scene into the kernel."""
-        # The axes of the lance become x, y, z of the turning joints: x into the bin, and z away from where a
-        # cup that stands across points, so that yaw and pitch stay far from where they jump.
+        """Create the kernel's checker for the scene."""
+        # The axes of the lance become x, y, z of the revolute joints: x into the bin, and z away from where a
+        # cup across the lance points, so that yaw and pitch stay far from their singularities.
         self._R_axes, self._R_tool = R_world_axes, model.robot.tool.R_tip_lance(tool_state)
         world = build_world(model, scene)
         kernel = _floating_tool(model, tool_state, R_world_axes.tobytes()).bare()
@@ -166,7 +166,7 @@ class FreeToolChecker(KernelValidator):
         super().__init__(world, parts, model.cell.clearance, model.cell.clearance, clear, None)
 
     def displacements(self, T_world_tip: Array) -> Array:
-        """Configurations of the free tool at poses of the tool frame.
+        """Return displacements of the free tool for poses of the tool frame.
 
         Args:
             T_world_tip: (N, 4, 4) poses.
@@ -178,16 +178,14 @@ class FreeToolChecker(KernelValidator):
         d = np.empty((len(T_world_tip), N_FREE))
         d[:, :3] = T_world_tip[:, :3, 3] @ self._R_axes
         d[:, 3] = np.arctan2(R[:, 1, 0], R[:, 0, 0])
-        d[:, 4] = np.arcsin(
-            np.maximum(np.minimum(-R[:, 2, 0], 1.0), -1.0)
-        )  # np.clip takes longer than the rest
+        d[:, 4] = np.arcsin(np.maximum(np.minimum(-R[:, 2, 0], 1.0), -1.0))  # np.clip is slower
         roll = np.arctan2(R[:, 2, 1], R[:, 2, 2])
-        d[:, 5] = (roll + ROLL_JUMPS) % (2 * np.pi) - ROLL_JUMPS  # as no quarter turn is there
+        d[:, 5] = (roll + ROLL_JUMPS) % (2 * np.pi) - ROLL_JUMPS  # no quarter turn is at the wrap-around
         return d
 
 
 def _floating_chain(origin: Array, R_world_axes: Array) -> Chain:
-    """The chain whose frames LANCE and CUP stand at ``origin`` (3,), along the axes, at displacement 0."""
+    """Return a chain whose frames LANCE and CUP are at ``origin`` (3,), along the axes, at displacement 0."""
     kinds = np.array([*[JointKind.PRISMATIC] * 3, *[JointKind.REVOLUTE] * 3, JointKind.FIXED], np.int32)
     frames = np.stack([pose(origin, R=R_world_axes), *[np.eye(4)] * N_FREE])
     z, y, x = np.eye(3)[::-1]
@@ -197,14 +195,14 @@ def _floating_chain(origin: Array, R_world_axes: Array) -> Chain:
 
 @lru_cache(maxsize=32)
 def _floating_tool(model: CollisionModel, tool_state: ToolState, axes: bytes) -> Checker:
-    """The tool with nothing around it, of which copies are cheap; axes: the bytes of R_world_axes. Cached."""
+    """Return the tool without a world, for cheap copies; axes: the bytes of R_world_axes. Cached."""
     chain = _floating_chain(np.zeros(3), np.frombuffer(axes).reshape(3, 3))
     return Checker(chain, *_tool_spheres(model, tool_state), np.zeros((0, 2), np.int32))
 
 
 @lru_cache(maxsize=32)
 def _tool_spheres(model: CollisionModel, tool_state: ToolState) -> tuple[Array, Array, NDArray[np.int32]]:
-    """Centres (S, 3), radii (S,) and frames (S,) of the tool's links, level about the tip. Cached."""
+    """Return centres (S, 3), radii (S,) and frames (S,) of the tool's links, level about the tip. Cached."""
     state, tool = model.state(tool_state), model.robot.tool
     links = state.chain.fk(np.zeros(state.chain.n))
     T_frame_tip = pose(R=tool.R_tip_lance(tool_state).T)

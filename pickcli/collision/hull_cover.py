@@ -1,8 +1,9 @@
 """Spheres that contain a union of convex polyhedra, the pieces of a link's meshes. Proof: ``sphere_cover``.
 
-Every piece is cut into small cells by planes across the axes; each cell is convex, so the ball that contains
-its corners contains it. Which balls do, is a set cover. A centre's depth is that in the piece in which it is
-deepest: no ball reaches farther out of that piece than its radius minus the depth, let alone out of all.
+Every piece is cut into small cells by planes across the axes; each cell is convex, so a ball that contains
+its corners contains it. The choice of balls is a set cover problem. The depth of a centre is the largest over
+the
+pieces: no ball reaches farther out of that piece, let alone of the union, than its radius minus the depth.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from pickcli.geometry import Array
 
 MAX_CELLS = 1400  # of all pieces together: the work grows with the square
 _FINENESS = 0.8  # width of a cell against the excess
-_GROWTH = 1.1  # of the excess, as long as the spheres are too many
-_BATCH = 2_000_000  # distances that are found at once
+_GROWTH = 1.1  # factor of the excess while there are too many spheres
+_BATCH = 2_000_000  # distances per batch
 
 
 def cover_hulls(pieces: Sequence[Array], excess: float, max_excess: float, max_count: int) -> Spheres:
@@ -28,8 +29,8 @@ def cover_hulls(pieces: Sequence[Array], excess: float, max_excess: float, max_c
 
     Args:
         pieces: The corners (V, 3) of each polyhedron, m, in one frame.
-        excess: m, how far the spheres may stick out where they are few enough.
-        max_excess: m, how far they may stick out at most, however many it takes.
+        excess: m, how far the spheres may stick out if they are few enough.
+        max_excess: m, how far they may stick out at most, for any number.
         max_count: Most spheres, if ``max_excess`` allows it.
 
     Returns:
@@ -48,21 +49,21 @@ def cover_hulls(pieces: Sequence[Array], excess: float, max_excess: float, max_c
 
 
 def depths(pieces: Sequence[Array], points: Array) -> Array:
-    """How deep points lie in a union of convex polyhedra, at least.
+    """Return lower bounds of how deep points lie in a union of convex polyhedra.
 
     Args:
         pieces: The corners (V, 3) of each polyhedron, m.
         points: (N, 3) m.
 
     Returns:
-        (N,) m from the surface of the piece that each is deepest in; negative outside of all.
+        (N,) m from the surface of the piece that each point is deepest in; negative outside of all.
     """
     planes = [ConvexHull(piece).equations for piece in pieces]
     return np.asarray(np.max([-(points @ p[:, :3].T + p[:, 3]).max(axis=1) for p in planes], axis=0))
 
 
 def _cells(piece: Array, width: float) -> list[Array]:
-    """The parts of a polyhedron between planes across all three axes; corners (V, 3) of each."""
+    """Cut a polyhedron by planes across all three axes; return the corners (V, 3) of each part."""
     parts = [piece]
     for axis in range(3):
         low, high = piece[:, axis].min(), piece[:, axis].max()
@@ -72,7 +73,7 @@ def _cells(piece: Array, width: float) -> list[Array]:
 
 
 def _slabs(part: Array, axis: int, bounds: Array) -> list[Array]:
-    """The parts of a polyhedron between neighbouring planes across an axis."""
+    """Cut a polyhedron by planes across one axis."""
     corners, edges = _skeleton(part)
     start, end = corners[edges[:, 0]], corners[edges[:, 1]]
     found = []
@@ -85,7 +86,7 @@ def _slabs(part: Array, axis: int, bounds: Array) -> list[Array]:
 
 
 def _crossings(start: Array, end: Array, axis: int, at: float) -> Array:
-    """(K, 3) where edges meet a plane across an axis."""
+    """Return (K, 3) intersections of edges with a plane across an axis."""
     before, after = start[:, axis] - at, end[:, axis] - at
     crosses = before * after < 0.0
     share = (before[crosses] / (before[crosses] - after[crosses]))[:, None]
@@ -93,7 +94,7 @@ def _crossings(start: Array, end: Array, axis: int, at: float) -> Array:
 
 
 def _skeleton(points: Array) -> tuple[Array, Array]:
-    """Corners (V, 3) and edges (E, 2) of the hull of points; all pairs where it is flat."""
+    """Return corners (V, 3) and edges (E, 2) of the hull of points; all pairs if it is flat."""
     try:
         hull = ConvexHull(points) if len(points) > 3 else None
     except QhullError:
@@ -105,7 +106,7 @@ def _skeleton(points: Array) -> tuple[Array, Array]:
 
 
 def _farthest(centers: Array, cells: Sequence[Array]) -> Array:
-    """(K, C) m from each centre to the farthest corner of each cell."""
+    """Return (K, C) m from each centre to the farthest corner of each cell."""
     corners, first = np.concatenate(cells), np.cumsum([0, *(len(cell) for cell in cells[:-1])])
     squares = (corners**2).sum(axis=1)
     rows = max(1, _BATCH // len(corners))

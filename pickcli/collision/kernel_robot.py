@@ -1,4 +1,4 @@
-"""The robot in one tool state as arrays of the kernel: its chain, its spheres and its self pairs."""
+"""The robot in one tool state as arrays of the kernel: its chain, spheres and self-collision pairs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pickcli.kernel import Chain, Checker
 
 @dataclass(frozen=True, eq=False)
 class FrameSpheres:
-    """Spheres, each in the frame that it moves with.
+    """Spheres, each in its moving frame.
 
     Attributes:
         centers: (S, 3) m.
@@ -30,10 +30,10 @@ class FrameSpheres:
 
     @classmethod
     def of_covers(cls, covers: Sequence[Cover]) -> FrameSpheres:
-        """Join the spheres of all frames.
+        """Join the covers of all frames.
 
         Args:
-            covers: Of each frame, in their order.
+            covers: Cover of each frame, in their order.
 
         Returns:
             The spheres, frame by frame.
@@ -46,7 +46,7 @@ class FrameSpheres:
         )
 
     def of(self, frames: Sequence[int]) -> FrameSpheres:
-        """Pick the spheres of some frames.
+        """Select the spheres of some frames.
 
         Args:
             frames: Indices of frames.
@@ -64,8 +64,8 @@ class KernelRobot:
 
     Attributes:
         chain: Kinematics.
-        spheres: That are tested against what stands around.
-        fine: Tighter ones of some frames, by which these are told apart where their others do not do it.
+        spheres: Spheres that are tested against the world.
+        fine: Tighter spheres of some frames, for self-collision if the others do not prove clearance.
         self_pairs: (P, 2) frames that are tested against each other.
     """
 
@@ -75,7 +75,7 @@ class KernelRobot:
     self_pairs: NDArray[np.int32]
 
     def of_frames(self, frames: Sequence[int]) -> Checker:
-        """A checker of a part of the robot, with nothing around it.
+        """Return a checker of a part of the robot, without a world.
 
         Args:
             frames: Indices of two frames that are tested against each other, or of one.
@@ -87,7 +87,7 @@ class KernelRobot:
         return KernelRobot(self.chain, self.spheres.of(frames), self.fine.of(frames), pairs)._bare
 
     def checker(self) -> Checker:
-        """A new checker of the robot, with nothing around it and nothing held.
+        """Return a new checker of the robot, without a world and without a held item.
 
         Returns:
             The checker.
@@ -96,13 +96,13 @@ class KernelRobot:
 
     @cached_property
     def cup(self) -> KernelRobot:
-        """The last frame alone, which is the cup: the others move it, and have no spheres."""
+        """Only the last frame, the cup: the other frames move it, and have no spheres."""
         last, none = [self.chain.n_frames - 1], np.zeros((0, 2), np.int32)
         return KernelRobot(self.chain, self.spheres.of(last), self.fine.of(last), none)
 
     @cached_property
     def _bare(self) -> Checker:
-        """What all checkers are copied from: to cut the spheres into trees takes longer than to copy them."""
+        """Template of all checkers: building the trees of spheres takes longer than copying them."""
         coarse, fine = self.spheres, self.fine
         return Checker(
             self.chain, coarse.centers, coarse.radii, coarse.frames, self.self_pairs,

@@ -1,6 +1,6 @@
-"""The answers of the kernel for one moving body in one world: what is free, and in names what is not.
+"""Validation by the kernel of one moving body in one world, with names instead of the kernel's indices.
 
-Robot, item and tool differ in what they enter into the kernel; what they are asked after that is here.
+Robot, item and tool differ in what they enter into the kernel; their queries are the same and are here.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.kernel import Checker, ContactKind
 
-_SAMPLES = 17  # of an edge, to find where it is worst
+_SAMPLES = 17  # of an edge, to find its worst place
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,10 @@ class Contact:
     """The closest pair of a configuration.
 
     Attributes:
-        distance: m between spheres of the robot and what they are closest to, negative inside.
+        distance: m between spheres of the robot and the closest solid, negative inside.
         a: Link name or "held <item>".
         b: Body name, item id, link name or "held <item>"; "" if nothing is near.
-        kind: What b is: name of its carrier, "obstacle", "item", "base", "robot", "cloud", or "".
+        kind: Kind of b: name of its carrier, "obstacle", "item", "base", "robot", "cloud", or "".
     """
 
     distance: float
@@ -38,7 +38,7 @@ class Contact:
 
     @property
     def item(self) -> str:
-        """Id of the item that b is, or ""."""
+        """Id of the item if b is one, else ""."""
         return self.b if self.kind == "item" else ""
 
     def __str__(self) -> str:
@@ -50,7 +50,7 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class KernelWorld:
-    """A kernel checker, and which solids of a world were entered into it.
+    """A kernel checker, and the solids of a world that were entered into it.
 
     Attributes:
         kernel: The moving body and the solids entered.
@@ -62,22 +62,22 @@ class KernelWorld:
 
 
 class KernelValidator:
-    """The answers of the kernel for one body in one world, with its numbers told as names.
+    """Validator by the kernel for one body in one world, which translates its indices to names.
 
     Args:
         world: Solids of the scene.
         parts: Name of each frame of the body, the held item's last.
-        margin: m, kept from what is entered in ``clear``.
-        clearance: m of the margin that the cell states.
-        clear: What keeps the margin.
-        touch: What may be touched only so deep, if anything: it keeps out of solids that count as moved out
-            of its way.
+        margin: m, kept from the solids entered in ``clear``.
+        clearance: m, part of the margin that the cell states.
+        clear: Body and solids that keep the margin.
+        touch: Body and solids with contacts of limited depth, if any: the body keeps out of these solids,
+            which are shifted away.
 
     Attributes:
         world: Solids of the scene.
         parts: Name of each frame of the body, the held item's last.
         margin: m, kept from everything that may not be touched.
-        clearance_stated: m of these that the cell states.
+        clearance_stated: m, part of the margin that the cell states.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class KernelValidator:
 
     @property
     def kernel(self) -> Checker:
-        """The moving body and everything that it keeps the margin from."""
+        """Kernel checker with the moving body and all solids that it keeps the margin from."""
         return self._clear.kernel
 
     def is_valid(self, q: Array) -> bool:
@@ -167,7 +167,7 @@ class KernelValidator:
         return int(self._touch.kernel.path_is_free(Q, 0.0, slack))
 
     def at_margin(self, margin: float) -> Self:
-        """A validator for the same body and world, with another margin.
+        """Return a validator for the same body and world with another margin.
 
         Args:
             margin: m.
@@ -180,11 +180,11 @@ class KernelValidator:
         return wider
 
     def clearances(self, Q: Array, max_distance: float = 1.0) -> Array:
-        """Distance to the closest solid that is no planned contact, at many configurations.
+        """Return the distance to the closest solid that is not a planned contact, at many configurations.
 
         Args:
             Q: (N, n) configurations.
-            max_distance: m, beyond which nothing is measured.
+            max_distance: m, limit of the measurement.
 
         Returns:
             (N,) m, negative inside the solid.
@@ -192,11 +192,11 @@ class KernelValidator:
         return np.asarray(self.kernel.clearances(np.ascontiguousarray(Q), max_distance))
 
     def clearance(self, q: Array, max_distance: float = 1.0) -> Contact:
-        """The closest pair that is no planned contact.
+        """Return the closest pair that is not a planned contact.
 
         Args:
             q: (n,) configuration.
-            max_distance: m, beyond which nothing counts as near.
+            max_distance: m, limit beyond which nothing counts as near.
 
         Returns:
             The pair and its distance.
@@ -204,11 +204,11 @@ class KernelValidator:
         return self._decoded(self._clear, q, max_distance)
 
     def told(self, contact: Contact, place: str = "") -> str:
-        """What is against what and how near, beside how near it may be.
+        """Describe a pair, its distance, and the distance that is required.
 
         Args:
             contact: The pair.
-            place: Where on a motion that is, with a leading space.
+            place: Location on a motion, with a leading space.
 
         Returns:
             Text for a reason.
@@ -221,27 +221,27 @@ class KernelValidator:
         return f"{contact}, {millimetres:.1f} mm apart{place} ({needed} are needed{more})"
 
     def explain(self, q: Array) -> Reason:
-        """Why a configuration is not valid.
+        """Explain why a configuration is not valid.
 
         Args:
             q: (n,) configuration.
 
         Returns:
-            Which part of the body, which obstacle, how deep.
+            Part of the body, obstacle and depth.
         """
         if self.kernel.is_free(q, self.margin) and (reason := self._too_deep(q)) is not None:
             return reason
         return self._reason(self.clearance(q), self.is_valid(q), "")
 
     def explain_edge(self, q0: Array, q1: Array) -> Reason:
-        """Why a straight edge is not free: the deepest pair among even samples and the kernel's witness.
+        """Explain why a straight edge is not free: the deepest pair of even samples and the kernel's witness.
 
         Args:
             q0: (n,) configuration at the start.
             q1: (n,) configuration at the end.
 
         Returns:
-            Which part of the body, which obstacle, how deep, and where on the edge.
+            Part of the body, obstacle, depth, and location on the edge.
         """
         result = self.kernel.check_edge(q0, q1, self.margin)
         if result.free and self._touch is not None:
@@ -252,13 +252,13 @@ class KernelValidator:
         if not result.free:
             fractions = np.append(fractions, result.t)
         Q = np.outer(1 - fractions, q0) + np.outer(fractions, q1)
-        # What is farther away than the margin does not count, and need not be measured.
+        # Distances beyond the margin are irrelevant and not measured.
         t = float(fractions[np.argmin(self.kernel.clearances(Q, self.margin))])
         contact = self.clearance((1 - t) * q0 + t * q1)
         return self._reason(contact, result.free, f" at {100 * t:.0f} % of the edge")
 
     def _too_deep(self, q: Array) -> Reason | None:
-        """Why q is not valid where it keeps clear of all but what it may touch, and goes too deep there."""
+        """Explain if q violates only the limited depth of a planned contact."""
         if self._touch is None or self._touch.kernel.is_free(q, 0.0):
             return None
         contact = self._decoded(self._touch, q, 1.0)
@@ -266,7 +266,7 @@ class KernelValidator:
         return Reason("planned contact too deep", "", f"{contact}, {beyond}", contact.item)
 
     def _decoded(self, entered: KernelWorld, q: Array, max_distance: float) -> Contact:
-        """The kernel's closest pair in names."""
+        """Translate the kernel's closest pair to names."""
         distance, frame, kind, index = entered.kernel.clearance(q, max_distance)
         if kind is ContactKind.NONE:
             return Contact(float(distance), "", "")

@@ -1,4 +1,4 @@
-"""A segment of motion, from the stage that proves it to the plan: its path, its mode, how fast it may go."""
+"""Segments of motion from their proof to the plan: path, mode and speed limits."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from pickcli.motion.segment import PathSegment, Segment, SegmentKind
 
 @dataclass(frozen=True)
 class Mode:
-    """What a motion must be free for: all that decides which configurations are valid, but the scene.
+    """Mode of a motion: everything except the scene that decides which configurations are valid.
 
     Source: K. Hauser, J.-C. Latombe, "Multi-modal motion planning in non-expansive spaces" (IJRR 2010).
 
     Attributes:
         tool_state: State of the tool.
-        attached: What is in the cup, if anything.
-        contacts: Who may touch whom, and how deep.
-        reserve: m that is kept on top of the cell's clearance.
+        attached: The attached item, if any.
+        contacts: Allowed contacts, and their depth.
+        reserve: m, additional to the cell's clearance.
     """
 
     tool_state: ToolState
@@ -43,7 +43,7 @@ class MotionSegment(PathSegment):
     mode: Mode = field(kw_only=True)
 
     def backwards(self, kind: SegmentKind) -> MotionSegment:
-        """The segment from its end to its start: what is free one way is free the other way.
+        """Reverse the segment; a motion that is free one way is free the other way.
 
         Args:
             kind: Kind of the segment when it is traversed backwards.
@@ -54,25 +54,25 @@ class MotionSegment(PathSegment):
         return replace(self, kind=kind, waypoints=self.waypoints[::-1].copy())
 
     def turned(self, by: Array) -> MotionSegment:
-        """The segment turned: the same motion, where continuous joints turn by whole turns.
+        """Shift the segment by whole turns of continuous joints, which gives the same motion.
 
         Args:
             by: (n,) rad.
 
         Returns:
-            The turned segment, in the same mode.
+            The shifted segment, in the same mode.
         """
         return replace(self, waypoints=self.waypoints + by)
 
     def timed(self, t_start: float, t_end: float) -> Segment:
-        """The segment as the plan lists it.
+        """Return the segment of the plan.
 
         Args:
             t_start: s in the plan's trajectory.
             t_end: s in the plan's trajectory.
 
         Returns:
-            Its kind and times, the tool's state, the held item and what may be touched.
+            Its kind and times, the tool's state, the held item and the names that may be touched.
         """
         attached, touching = self.mode.attached, tuple(sorted(self.mode.contacts.names))
         held = attached.id if attached is not None else None
@@ -80,14 +80,14 @@ class MotionSegment(PathSegment):
 
 
 def at_rest(kind: SegmentKind, q: Array, mode: Mode) -> MotionSegment:
-    """A segment in which only the tool moves: fingers that close, or open.
+    """Return a segment in which only the tool moves: fingers that close, or open.
 
     Args:
-        kind: What it is for.
+        kind: Kind of the segment.
         q: (n,) configuration in which the arm rests.
-        mode: What that must be free for.
+        mode: Mode in which it must be free.
 
     Returns:
-        The segment, without length; how long it takes is the tool's business.
+        The segment, without length; the tool determines its duration.
     """
     return MotionSegment(kind, np.stack([q, q]), mode=mode)

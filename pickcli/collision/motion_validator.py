@@ -1,6 +1,6 @@
-"""Is this motion free? One protocol for all that moves: the robot, an item, the tool.
+"""Protocol of validators for all moving bodies: the robot, an item, the tool.
 
-OMPL asks it of two objects, a StateValidityChecker and a MotionValidator; here one answers both, because
+OMPL has two classes for this, StateValidityChecker and MotionValidator; here one object does both, because
 the kernel proves a whole edge at the cost of a few of its configurations.
 """
 
@@ -14,19 +14,19 @@ from pickcli.kernel import Checker
 
 
 class MotionValidator(Protocol):
-    """Decides by proof what is free; what is held and the state of the tool are its own affair.
+    """Proves which motions are free, for a held item and tool state that it knows itself.
 
-    It may ask for more than its kernel checker with its margin does: what the kernel's planner finds has to
-    be validated once more.
+    It may require more than its kernel checker with its margin: paths of the kernel's planner have to be
+    validated once more.
     """
 
     @property
     def kernel(self) -> Checker:
-        """The moving body and the world around it."""
+        """Kernel checker with the moving body and the world around it."""
 
     @property
     def margin(self) -> float:
-        """Distance in m that is kept from everything."""
+        """Clearance in m that is kept from everything."""
 
     def is_valid(self, q: Array) -> bool:
         """Whether a configuration keeps the margin.
@@ -39,7 +39,7 @@ class MotionValidator(Protocol):
         """
 
     def is_valid_edge(self, q0: Array, q1: Array) -> bool:
-        """Whether *every* point of a straight edge is proven to keep the margin.
+        """Whether every point of a straight edge is proven to keep the margin.
 
         Args:
             q0: (n,) configuration at the start.
@@ -72,22 +72,22 @@ class MotionValidator(Protocol):
         """
 
     def explain(self, q: Array) -> Reason:
-        """Why a configuration is not valid.
+        """Explain why a configuration is not valid.
 
         Args:
             q: (n,) configuration.
 
         Returns:
-            Which part of the body, which obstacle, how deep.
+            Part of the body, obstacle and depth.
         """
 
     def explain_edge(self, q0: Array, q1: Array) -> Reason:
-        """Why a straight edge is not proven free.
+        """Explain why a straight edge is not proven free.
 
         Args:
             q0: (n,) configuration at the start.
             q1: (n,) configuration at the end.
 
         Returns:
-            Which part of the body, which obstacle, how deep, and where on the edge.
+            Part of the body, obstacle, depth, and location on the edge.
         """

@@ -1,4 +1,4 @@
-"""The robot as collision checks see it: spheres around its links, and which links are tested."""
+"""Collision model of the robot: spheres around its links, and the pairs of links that are tested."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from pickcli.geometry import Array, pose
 from pickcli.kernel import Checker
 from pickcli.kinematics.chain import bodies_of_frames, build_chain
 
-# How far a link's spheres may stick out: a share of the shape's thickness, between bounds in m. The lance and
-# the cup pass lips and neighbours closely; the arm's own links stay farther off.
+# How far a link's spheres may stick out: a share of the shape's thickness, between bounds in m. Lance and cup
+# pass close to lips and neighbours; the arm's own links stay farther away.
 RELATIVE_EXCESS = 0.08
 LEAST_EXCESS, MOST_EXCESS = 0.002, 0.006
 LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
@@ -31,31 +31,31 @@ LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
 HULL_EXCESS, MOST_HULL_EXCESS = 0.014, 0.02
 HULL_COUNT = 32
 
-# How far spheres may stick out that are tested against other links: those of a wrist pass by a few mm.
+# How far spheres for self-collision may stick out: links of a wrist pass each other by a few mm.
 FINE_EXCESS, MOST_FINE_EXCESS = 0.004, 0.006
 FINE_COUNT = 96
 
-# m beyond the cell's clearance that links on either side of a joint are proven to keep wherever that stands;
-# else they are tested in every configuration.
+# m beyond the cell's clearance that links on either side of a joint must keep at any of its positions to be
+# exempt; else they are tested in every configuration.
 APART = 0.003
 
 
 class CollisionModel:
-    """Everything about a cell's robot that collision checks share; made once per cell.
+    """Data of a cell's robot that its collision checks share; built once per cell.
 
-    Links that stand still with the base count as world; links joined by fixed joints are one rigid body and
-    are never tested against each other, nor are two links that a joint connects, also through links without a
-    shape, nor the cell's allowed pairs. Other links of two bodies that a joint connects are left out where
-    they are proven apart wherever that joint stands.
+    Links that are fixed to the base belong to the world; links joined by fixed joints are one rigid body and
+    are never tested against each other. Also exempt are two links connected by a joint, directly or through
+    links without a shape, and the cell's allowed pairs. Other links of two bodies connected by a joint are
+    exempt if they are proven apart at any position of that joint.
 
     Args:
         cell: The cell.
 
     Attributes:
         cell: The cell.
-        robot: Its robot.
+        robot: The cell's robot.
         frame_names: Name of the link of every frame, in the order of the chain.
-        bodies: Number of the rigid body that each frame belongs to, 0 for those that stand still.
+        bodies: Number of the rigid body that each frame belongs to, 0 for those fixed to the base.
     """
 
     def __init__(self, cell: Cell) -> None:
@@ -72,7 +72,7 @@ class CollisionModel:
 
     @property
     def covers(self) -> dict[str, Cover]:
-        """Spheres of the shapes of every link, in its frame, by its name; none for those that stand still."""
+        """Spheres of every link's shapes, in its frame, by its name; none for links fixed to the base."""
         return dict(zip(self.frame_names, self._covers, strict=True))
 
     @property
@@ -82,7 +82,7 @@ class CollisionModel:
 
     @property
     def tool_frames(self) -> tuple[int, ...]:
-        """Frames that may touch what is grasped: that of the cup, or those of the fingers."""
+        """Frames that may touch a grasped item: that of the cup, or those of the fingers."""
         return tuple(self.frame_names.index(link) for link in self.robot.tool.contact_links)
 
     @property
@@ -93,11 +93,11 @@ class CollisionModel:
 
     @property
     def held_tested_frames(self) -> NDArray[np.int32]:
-        """Frames that the held item must stay clear of: all but those rigid with it or with the base."""
+        """Frames that the held item must keep clear of: all except those rigid with it or with the base."""
         return np.array([k for k, b in enumerate(self.bodies) if 0 < b < self.bodies[-1]], dtype=np.int32)
 
     def state(self, tool_state: ToolState) -> KernelRobot:
-        """The robot's arrays in one tool state, made at the first call.
+        """Return the robot's arrays in one tool state, built at the first call.
 
         Args:
             tool_state: State of the tool.
@@ -110,10 +110,10 @@ class CollisionModel:
         return self._states[tool_state]
 
     def swept(self, cover: Cover) -> Cover:
-        """Spheres around all that a cover passes through between any two states of the tool.
+        """Return spheres around the volume that a cover sweeps between any two states of the tool.
 
         Args:
-            cover: Spheres in the cup's frame as that stands in the default state.
+            cover: Spheres in the cup's frame, for the default state.
 
         Returns:
             Spheres in that frame.
@@ -122,7 +122,7 @@ class CollisionModel:
         return self._in_any_state(cover, joint) if joint.name == self.robot.tool.joint else cover
 
     def _in_any_state(self, cover: Cover, joint: Joint) -> Cover:
-        """Spheres around all that a cover passes through that one of the tool's joints moves."""
+        """Return spheres around the volume that a cover sweeps with one of the tool's joints."""
         tool = self.robot.tool
         (least, most), here = tool.joint_range(joint.name), tool.joint_position(joint.name, MOVING)
         return cover if least == most else sweep(cover, joint, least - here, most - here)
@@ -152,14 +152,14 @@ class CollisionModel:
         return frozenset((a, b)) in self._joined
 
     def are_apart(self, kernel: Checker, body: int) -> bool:
-        """Whether nothing touches at any position of the one joint that moves a body of the robot.
+        """Whether nothing touches at any position of the joint that moves a body of the robot.
 
         Args:
-            kernel: Of links that only this joint moves against each other, or against the world.
+            kernel: Checker of links that only this joint moves relative to each other, or to the world.
             body: Number of the body.
 
         Returns:
-            True if it is proven, with more than the clearance of the cell.
+            True if it is proven with more than the clearance of the cell.
         """
         lower, upper = (np.zeros(self.robot.n_joints) for _ in range(2))
         low, high = self.robot.limits.window
@@ -167,7 +167,7 @@ class CollisionModel:
         return bool(kernel.edge_is_free(lower, upper, self.cell.clearance + APART))
 
     def static_bodies(self) -> tuple[tuple[str, Array, Body], ...]:
-        """Shapes of every link that stands still with the base, except for hulls.
+        """Return the shapes, except for hulls, of every link that is fixed to the base.
 
         Returns:
             (link name, T_world_link (4, 4), shape) of each.
@@ -180,7 +180,7 @@ class CollisionModel:
         )
 
     def static_spheres(self) -> tuple[tuple[str, Array, float], ...]:
-        """Spheres around the hulls of every link that stands still with the base.
+        """Return spheres around the hulls of every link that is fixed to the base.
 
         Returns:
             (link name, T_world_center (4, 4), radius in m) of each.
@@ -221,7 +221,7 @@ class CollisionModel:
 
     @cached_property
     def _covers(self) -> tuple[Cover, ...]:
-        """Sphere covers of the frames; empty for frames that stand still."""
+        """Sphere covers of the frames; empty for frames that are fixed to the base."""
         links = zip(self.robot.links[1:], self.bodies, strict=True)
         return tuple(_cover(link.shapes if body > 0 else ()) for link, body in links)
 
@@ -242,7 +242,7 @@ class CollisionModel:
         return replace(whole, self_pairs=np.array(pairs, dtype=np.int32).reshape(-1, 2))
 
     def _in_state(self, covers: Sequence[Cover], tool_state: ToolState) -> Sequence[Cover]:
-        """Covers of the frames, those of the tool around all that they pass through while it moves."""
+        """Return the covers of the frames; for a moving tool, its covers are swept."""
         if tool_state != MOVING:
             return covers
         fingers = {k: self._in_any_state(covers[k], finger) for k, finger in self._fingers.items()}
@@ -250,7 +250,7 @@ class CollisionModel:
         return [*moving[:-1], self.swept(moving[-1])]
 
     def _pairs(self) -> Iterator[tuple[int, int]]:
-        """Frames with shapes that move against each other, except for allowed pairs."""
+        """Yield pairs of frames with shapes that move relative to each other, except for allowed pairs."""
         solid = [k for k in range(self.n_frames) if len(self._covers[k].radii)]
         for i, j in combinations(solid, 2):
             if self.bodies[j] > self.bodies[i] and not self.is_allowed(
@@ -268,13 +268,13 @@ class CollisionModel:
 
 
 def _cover(shapes: tuple[Body, ...]) -> Cover:
-    """Spheres that contain a link's shapes: its hulls as one solid, everything else each on its own."""
+    """Cover a link's shapes with spheres: its hulls as one solid, every other shape by itself."""
     plain = [body for body in shapes if body.shape.kind is not ShapeKind.HULL]
     return cover_bodies(plain, _excess, LINK_COUNT).joined(_cover_hulls(shapes))
 
 
 def _fine_cover(shapes: tuple[Body, ...]) -> Cover:
-    """Tighter spheres that contain the shapes of a link with hulls; no spheres for a link without."""
+    """Cover the shapes of a link with hulls with tighter spheres; none for a link without hulls."""
     hulls = _hulls(shapes)
     plain = [body for body in shapes if hulls and body.shape.kind is not ShapeKind.HULL]
     fine = cover_meshes(hulls, FINE_EXCESS, MOST_FINE_EXCESS, FINE_COUNT)

@@ -14,12 +14,12 @@ from pickcli.geometry import Array
 class CoverProblem:
     """Cells that partition one piece of a solid, and K spheres that may cover them.
 
-    The piece is a fundamental domain of the solid's symmetry: what covers it covers, with all its mirror
-    images or rotations, the solid.
+    The piece is a fundamental domain of the solid's symmetry: spheres that cover it cover, together with all
+    their mirror images or rotations, the solid.
 
     Attributes:
         depth: (K,) m, distance of each centre to the solid's surface.
-        images: (K,) how many spheres of the final cover one candidate stands for.
+        images: (K,) number of spheres of the final cover that one candidate stands for.
         farthest: (K, C) m, distance from each centre to the farthest point of each cell.
     """
 
@@ -31,8 +31,8 @@ class CoverProblem:
 def solve_greedily(problem: CoverProblem, excess: float) -> tuple[NDArray[np.int64], Array] | None:
     """Choose few spheres such that each cell lies inside one of them.
 
-    A candidate may be as large as its depth plus ``excess``, so no sphere reaches farther than ``excess`` out
-    of the solid. Radii are then cut to what the cells need.
+    The radius of a candidate is at most its depth plus ``excess``, so no sphere reaches farther than
+    ``excess`` out of the solid. Radii are then reduced to what the cells need.
 
     Args:
         problem: Cells and candidates.
@@ -62,7 +62,7 @@ def _pick(covers: NDArray[np.bool_], images: Array) -> list[int]:
 
 
 def _drop_superfluous(covers: NDArray[np.bool_], chosen: list[int], images: Array) -> NDArray[np.int64]:
-    """Without the spheres whose cells all lie inside others; the expensive ones go first."""
+    """Drop spheres whose cells all lie inside others, the most expensive ones first."""
     count = covers[chosen].sum(axis=0)
     kept = list(chosen)
     for k in sorted(chosen, key=lambda c: (-images[c], int(covers[c].sum()))):
@@ -73,7 +73,7 @@ def _drop_superfluous(covers: NDArray[np.bool_], chosen: list[int], images: Arra
 
 
 def _least_radii(problem: CoverProblem, covers: NDArray[np.bool_], chosen: NDArray[np.int64]) -> Array:
-    """Each cell goes to the chosen sphere that has to stick out least for it."""
+    """Assign each cell to the chosen sphere that sticks out least for it; return the radii."""
     need = problem.farthest[chosen] - problem.depth[chosen, None]
     owner = np.argmin(np.where(covers[chosen], need, np.inf), axis=0)
     radii = np.zeros(len(chosen))

@@ -10,13 +10,14 @@ import numpy as np
 from pickcli.collision.set_cover import CoverProblem, solve_greedily
 from pickcli.geometry import Array
 
-# How many times a sphere off a cylinder's axis is repeated around it.
+# Possible numbers of copies around the axis of a sphere off a cylinder's axis.
 _FOLDS = (3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64)
 
-# Width of the cells against a sphere's reach on a flat face. None is best for all shapes: the fewest wins.
+# Width of the cells relative to a sphere's reach on a flat face. None is best for all shapes: the fewest
+# wins.
 _FINENESS = (0.4, 0.25)
 
-# Candidates times cells beyond which a greedy cover is not worth its time: the excess must grow instead.
+# Candidates times cells beyond which a greedy cover takes too long: the excess must grow instead.
 _MOST_PAIRS = 800_000
 
 Spheres: TypeAlias = tuple[Array, Array]  # centres (S, 3) and radii (S,)
@@ -43,8 +44,8 @@ def cover_cylinder(radius: float, length: float, excess: float) -> Spheres | Non
     """Cover a cylinder about z with spheres.
 
     The cells are whole rings (a rectangle in (rho, z) turned about the axis), mirrored in z. A candidate off
-    the axis stands for n copies turned by 2 pi / n, each of which answers for its sector of the ring. A thin
-    cylinder is covered as well by a column of equal spheres on its axis.
+    the axis stands for n copies turned by 2 pi / n, each of which covers its sector of the ring. A thin
+    cylinder is covered equally well by a column of equal spheres on its axis.
 
     Args:
         radius: m.
@@ -61,8 +62,8 @@ def cover_cylinder(radius: float, length: float, excess: float) -> Spheres | Non
 def cover_capsule(radius: float, length: float, excess: float) -> Spheres:
     """Cover a cylinder about z and the balls at its ends with the fewest equal spheres on the axis.
 
-    Between two centres a distance s apart the spheres meet at a circle of radius sqrt(r^2 - (s/2)^2), which
-    must not be less than the capsule's radius.
+    Spheres whose centres are s apart meet in a circle of radius sqrt(r^2 - (s/2)^2), which must not be less
+    than the capsule's radius.
 
     Args:
         radius: m.
@@ -94,7 +95,7 @@ def _cover_octants(half: Array, excess: float, fineness: float) -> Spheres | Non
 
 
 def _cover_column(radius: float, half: float, excess: float) -> Spheres | None:
-    """Equal spheres on the axis, each around its slice; None if they stick out too far at the ends."""
+    """Place equal spheres on the axis, each around its slice; None if they stick out too far at the ends."""
     n = int(np.ceil(half / np.sqrt((radius + excess) ** 2 - radius**2)))
     reach = float(np.hypot(radius, half / n))
     if reach - half / n > excess:
@@ -123,41 +124,41 @@ def _fewest(candidates: list[Spheres | None]) -> Spheres | None:
 
 
 def _cell_width(thinnest: float, excess: float, fineness: float) -> float:
-    """Cells small enough that every edge and corner can be covered, and fine against a sphere's reach.
+    """Return a cell width small enough to cover every edge and corner, and fine relative to a sphere's reach.
 
-    A sphere at depth w below the faces of a corner reaches it with sqrt(3) w <= w + excess, so w up to
+    A sphere at depth w below the faces of a corner reaches it if sqrt(3) w <= w + excess, so w up to
     1.366 excess; on a flat face a sphere at depth d covers a disc of radius sqrt(excess (2 d + excess)).
     """
     return min(1.36 * excess, fineness * float(np.sqrt(excess * (2 * thinnest + excess))))
 
 
 def _grid(half: float, width: float) -> Array:
-    """Bounds of equal cells over [0, half], none wider than ``width``. Candidates sit on lower bounds."""
+    """Return bounds of equal cells over [0, half], none wider than ``width``. Centres are on lower bounds."""
     return np.linspace(0.0, half, int(np.ceil(half / width)) + 1)
 
 
 def _span_squared(centers: Array, grid: Array) -> Array:
-    """(K, C) squared distance along one axis to the far end of each cell."""
+    """Return (K, C) squared distances along one axis to the far end of each cell."""
     return np.maximum((centers[:, None] - grid[:-1]) ** 2, (centers[:, None] - grid[1:]) ** 2)
 
 
 def _chord_squared(rho: Array, folds: Array, edge: Array) -> Array:
-    """(K, C) squared distance in the plane from (rho, angle 0) to the ends of an arc of radius ``edge``.
+    """Return (K, C) squared distances in the plane from (rho, angle 0) to the ends of arcs (radius ``edge``).
 
-    The arc spans +-pi / folds. For rho = 0 (one sphere on the axis) every angle is as far.
+    The arc spans +-pi / folds. For rho = 0 (one sphere on the axis) all angles are equally far.
     """
     cosine = np.cos(np.pi / folds)[:, None]
     return rho[:, None] ** 2 + edge**2 - 2 * rho[:, None] * edge * cosine
 
 
 def _cover_layer(half: Array, excess: float) -> Spheres | None:
-    """One layer of equal spheres in the middle of the box, each around its cell of a rectangular grid.
+    """Place one layer of equal spheres in the middle of the box, each around its cell of a rectangular grid.
 
     None if the cells are so narrow that the spheres stick out of the box's sides.
     """
     order = np.argsort(half, kind="stable")
     thin, a, b = half[order]
-    # Half diagonal that a cell may have across the layer for a sphere of radius thin + excess.
+    # Half diagonal that a cell may have across the layer, for a sphere of radius thin + excess.
     rho = np.sqrt((thin + excess) ** 2 - thin**2)
     fewest = int(np.floor(a / rho)) + 1
     rows = [(n, int(np.ceil(b / np.sqrt(rho**2 - (a / n) ** 2)))) for n in range(fewest, 2 * fewest + 2)]

@@ -1,13 +1,13 @@
 """Spheres that provably contain a solid, or a link made of several.
 
-Proof of containment. A ball is convex, so it contains a cell (a box, or a sector of a ring) as soon as it
-contains the cell's farthest point, which is one of its corners or, on a ring, an end of its outer or inner
-arc. The cells partition the solid, each lies inside one ball: the union of the balls contains the solid.
-Flat boxes and capsules are covered by a lattice and by a row whose coverage is elementary geometry (see
-`solids`).
+Proof of containment. A ball is convex, so it contains a cell (a box, or a sector of a ring) if it contains
+the cell's farthest point, which is one of its corners or, on a ring, an end of its outer or inner arc. The
+cells partition the solid and each lies inside one ball, so the union of the balls contains the solid. Flat
+boxes and capsules are covered by a lattice and by a row whose coverage is elementary geometry (see
+`solid_covers`).
 
-Excess. For a ball of radius r around a point at depth d inside a convex solid, the farthest that any point
-of the ball lies outside the solid is exactly r - d: the distance to a convex set is the largest over its
+Excess. For a ball of radius r around a point at depth d inside a convex solid, the farthest that any point of
+the ball lies outside the solid is exactly r - d: the distance to a convex set is the largest over its
 supporting half-spaces, and the nearest of those is d away from the centre.
 """
 
@@ -26,15 +26,15 @@ from pickcli.files.derived_cache import content_key, derived
 from pickcli.geometry import Array, transform_points
 
 MAX_EXCESS = 0.007  # m, default for how far a sphere may stick out of its solid
-MAX_COUNT = 150  # default for the number of spheres of one solid; the excess grows where this binds
+MAX_COUNT = 150  # default for the number of spheres of one solid; the excess grows if more were needed
 
 # Guards the proof against rounding: radii grow by this much, far above 1e-16 and far below any clearance.
 _ROUNDING = 1e-9
-_AT_ONCE = 32  # spheres that are compared with all larger ones in one go
+_AT_ONCE = 32  # spheres that are compared with all larger ones per batch
 
-_VERSION = "1"  # of how hulls are covered: raise it with every change of that
+_VERSION = "1"  # of the cover of hulls: increase it with every change of that
 
-# m, how far a ball may sit from a cylinder's end to count as its dome: only the stated excess depends on it.
+# m, distance of a ball from a cylinder's end to count as its dome: only the stated excess depends on it.
 _DOME_TOLERANCE = 1e-4
 
 
@@ -45,7 +45,7 @@ class Cover:
     Attributes:
         centers: (S, 3) m.
         radii: (S,) m.
-        excess: m, no point of a sphere lies farther outside the solid than this.
+        excess: m, largest distance of any point of a sphere outside the solid.
     """
 
     centers: Array
@@ -53,7 +53,7 @@ class Cover:
     excess: float
 
     def moved(self, T_parent_solid: Array) -> Cover:
-        """The spheres seen from a parent frame.
+        """Transform the spheres to a parent frame.
 
         Args:
             T_parent_solid: (4, 4) pose of the solid's frame in the parent's.
@@ -64,7 +64,7 @@ class Cover:
         return Cover(transform_points(T_parent_solid, self.centers), self.radii, self.excess)
 
     def inflated(self, by: float) -> Cover:
-        """Spheres around a grown solid.
+        """Return spheres around an enlarged solid.
 
         Args:
             by: m.
@@ -75,13 +75,13 @@ class Cover:
         return Cover(self.centers, self.radii + by, self.excess)
 
     def joined(self, other: Cover) -> Cover:
-        """The spheres of two covers in one frame.
+        """Join two covers in one frame.
 
         Args:
             other: The other cover.
 
         Returns:
-            Spheres that contain what either contains.
+            Spheres that contain both solids.
         """
         return Cover(
             np.concatenate([self.centers, other.centers]),
@@ -92,12 +92,12 @@ class Cover:
 
 @lru_cache(maxsize=512)
 def cover_shape(shape: Shape, max_excess: float = MAX_EXCESS, max_count: int = MAX_COUNT) -> Cover:
-    """Few tight spheres that contain a shape.
+    """Cover a shape with few tight spheres.
 
     Args:
         shape: The shape.
-        max_excess: m, how far they may stick out. It grows by steps of 5 % (20 % while far off) as long as
-            more than ``max_count`` spheres would be needed; ``Cover.excess`` states what was reached.
+        max_excess: m, how far they may stick out. It grows by steps of 5 % (20 % while far off) while more
+            than ``max_count`` spheres would be needed; ``Cover.excess`` states the result.
         max_count: Most spheres.
 
     Returns:
@@ -119,14 +119,14 @@ def cover_shape(shape: Shape, max_excess: float = MAX_EXCESS, max_count: int = M
 def cover_bodies(
     bodies: Sequence[Body], max_excess: Callable[[Body], float], max_count: int = MAX_COUNT
 ) -> Cover:
-    """Spheres that contain every one of several bodies.
+    """Cover several bodies with spheres.
 
-    A cylinder with balls of its own radius at both ends is covered as the capsule it is part of. Spheres
-    inside another are dropped.
+    A cylinder with balls of at least its radius at both ends is covered as a capsule. Spheres inside another
+    are dropped.
 
     Args:
         bodies: The bodies.
-        max_excess: Gives each body its own bound in m on how far spheres may stick out.
+        max_excess: Bound in m of how far spheres may stick out, for each body.
         max_count: Most spheres of each body.
 
     Returns:
@@ -146,12 +146,12 @@ def cover_bodies(
 
 
 def cover_meshes(hulls: Sequence[Body], excess: float, max_excess: float, max_count: int) -> Cover:
-    """Spheres that contain the convex pieces of a link's meshes, from the user's cache where they are known.
+    """Cover the convex pieces of a link's meshes with spheres, cached in the user's cache.
 
     Args:
         hulls: The pieces.
-        excess: m, how far the spheres may stick out where they are few enough.
-        max_excess: m, how far they may stick out at most, however many it takes.
+        excess: m, how far the spheres may stick out if they are few enough.
+        max_excess: m, how far they may stick out at most, for any number.
         max_count: Most spheres, if ``max_excess`` allows it.
 
     Returns:
@@ -159,7 +159,7 @@ def cover_meshes(hulls: Sequence[Body], excess: float, max_excess: float, max_co
     """
     if not hulls:
         return Cover(np.zeros((0, 3)), np.zeros(0), 0.0)
-    from pickcli.collision.hull_cover import cover_hulls, depths  # slow to import: only meshes pay for it
+    from pickcli.collision.hull_cover import cover_hulls, depths  # slow to import, needed only for meshes
 
     pieces = [transform_points(hull.T_parent_shape, np.array(hull.shape.vertices)) for hull in hulls]
 
@@ -175,7 +175,7 @@ def cover_meshes(hulls: Sequence[Body], excess: float, max_excess: float, max_co
 
 
 def _fewest_possible(shape: Shape, excess: float) -> float:
-    """A lower bound on the number of spheres, by the area of the largest flat face.
+    """Return a lower bound of the number of spheres, by the area of the largest flat face.
 
     A ball of radius r, at depth d, meets a face in a disc of squared radius at most r^2 - d^2, which is at
     most excess (2 d + excess); and no point is deeper than half the smallest extent.
@@ -193,7 +193,7 @@ def _spheres(shape: Shape, excess: float) -> Spheres | None:
 
 
 def _depth(shape: Shape, points: Array) -> Array:
-    """(N,) distance of inner points (N, 3) to the surface of a box or cylinder."""
+    """Return (N,) distances of inner points (N, 3) to the surface of a box or cylinder."""
     if shape.kind is ShapeKind.BOX:
         return np.asarray((shape.extents / 2 - np.abs(points)).min(axis=1))
     radius, length = shape.size
@@ -207,7 +207,7 @@ def _cover_domed(cylinder: Shape, max_excess: float) -> Cover:
 
 
 def _is_domed(body: Body, bodies: Sequence[Body]) -> bool:
-    """Whether balls of a cylinder's radius sit on both its ends."""
+    """Whether both ends of a cylinder have balls of at least its radius."""
     if body.shape.kind is not ShapeKind.CYLINDER:
         return False
     radius, length = body.shape.size
@@ -226,7 +226,7 @@ def outermost(centers: Array, radii: Array) -> Array:
         radii: (S,) m.
 
     Returns:
-        (K,) their indices, sorted; of equal spheres the first.
+        (K,) their indices, sorted; the first of equal spheres.
     """
     order = np.argsort(-radii, kind="stable")
     (x, y, z), r = np.ascontiguousarray(centers[order].T), radii[order]

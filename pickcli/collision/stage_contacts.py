@@ -1,8 +1,8 @@
-"""Who may touch whom on each stage of a motion: the one place where sets of allowed contacts are formed.
+"""Allowed contacts of each stage of a motion; all sets of allowed contacts are built here.
 
-The target of a pick lies on something and beside something; a cup is pressed on it, and what it is pressed
-on gives way. Each stage of the pick is one method of ``PickContacts``. A stage that is traversed
-backwards, as where an item is set down in a bin, has the contacts of the stage itself.
+The target of a pick is in contact with its support and neighbours; a cup is pressed on it, and its bellows
+give way. Each stage of the pick is one method of ``PickContacts``. A stage that is traversed backwards, as
+for setting an item down in a bin, has the contacts of the stage itself.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_contact import SolidContact
 from pickcli.scene.supports import Supports, supports_of
 
-SLIP = 0.001  # m that the target may go deeper into what it touches than it lies: lines are only nearly so
-ALONE_SLIP = 0.0005  # m, of the target without the arm, which leaves the arm the rest of SLIP
-TURNED = 0.5  # of how far a pose that is off in angle leads deeper over the first stretch
+SLIP = 0.001  # m that the target may go deeper into solids than at rest: deviation from lines
+ALONE_SLIP = 0.0005  # m, for the target without the arm, which leaves the arm the rest of SLIP
+TURNED = 0.5  # share of the depth that an angular pose error adds over the first stretch
 
 Outward = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class CupPress:
-    """How a cup is pressed on an item.
+    """Press of a cup on an item.
 
     Attributes:
-        outward: Unit normal, in the world, of the face it is pressed on; None where that is curved.
+        outward: Unit normal, in the world, of the face under the cup; None if it is curved.
         axis: Unit vector, in the world, along which the cup is pressed.
-        depth: m along it that what the cup is pressed on may be inside of the cup at rest.
+        depth: m along it that the item may be inside of the cup's model at rest.
         overtravel: m that the tool travels beyond the surface.
     """
 
@@ -45,16 +45,16 @@ class CupPress:
 
     @property
     def way(self) -> Array:
-        """(3,) m in the world that what the cup is pressed on counts as moved out of its way."""
+        """(3,) m in the world by which the pressed solid is shifted away."""
         return (self.depth + SLIP) * np.array(self.axis)
 
 
 def while_resting_on(floor: Iterable[str], item: str) -> AllowedContacts:
-    """Contacts of an item by itself where it is set down.
+    """Return the contacts of a free item when it is set down.
 
     Args:
-        floor: Names of the bodies that it may touch, and not sink into.
-        item: Its id, for it is no longer where the scene has it.
+        floor: Names of the bodies that it may touch, but not enter.
+        item: Its id; it is absent from its place in the scene.
 
     Returns:
         The contacts.
@@ -65,11 +65,11 @@ def while_resting_on(floor: Iterable[str], item: str) -> AllowedContacts:
 def while_coming_free(
     touched: frozenset[str] = frozenset(), opening: frozenset[tuple[str, str]] = frozenset()
 ) -> AllowedContacts:
-    """Contacts of a way out of where the robot stopped.
+    """Return the contacts of a recovery motion.
 
     Args:
-        touched: Names of what the cup is near to where it stopped, and may touch on its way from there.
-        opening: Pairs of a part of the robot and a solid that are near to each other, and only come apart.
+        touched: Names that the cup is near at the start, and may touch on its way from there.
+        opening: Pairs of a part of the robot and a solid that are near each other and are only separated.
 
     Returns:
         The contacts.
@@ -81,11 +81,11 @@ def while_coming_free(
 def while_in_segment(
     touching: Iterable[str], absent: frozenset[str], left_out: frozenset[tuple[str, str]]
 ) -> AllowedContacts:
-    """Contacts in a segment of a plan, by the names that the plan states.
+    """Return the contacts of a segment of a plan, by the names that the plan states.
 
     Args:
-        touching: Names of what tool and held item may touch, at any depth.
-        absent: Ids of items that are not there.
+        touching: Names that tool and held item may touch, at any depth.
+        absent: Ids of items that are absent.
         left_out: Pairs of a part of the robot and a solid that are not tested.
 
     Returns:
@@ -97,14 +97,14 @@ def while_in_segment(
 
 @dataclass(frozen=True, eq=False)
 class PickContacts:
-    """The contacts of one pick, stage by stage.
+    """The allowed contacts of one pick, stage by stage.
 
     Attributes:
-        scene: The scene as it is seen.
+        scene: The planning scene.
         target: The item that is picked.
-        floor: Names of the bodies that make the floor where it lies.
-        ignored: Ids of neighbours that count as not there.
-        stretch: m, length of the first stretch of the lift, over which the target may touch what it lies on.
+        floor: Names of the bodies that form the floor below it.
+        ignored: Ids of neighbours that are ignored.
+        stretch: m, length of the first stretch of the lift, in which the target may touch its support.
     """
 
     scene: Scene
@@ -114,31 +114,30 @@ class PickContacts:
     stretch: float
 
     def while_approaching(self) -> AllowedContacts:
-        """Contacts of the empty tool on its way to the target, or away from it.
+        """Return the contacts of the empty tool on its way to the target, or away from it.
 
         Returns:
-            None but the absence of ignored neighbours.
+            No contacts; ignored neighbours are absent.
         """
         return AllowedContacts(absent=self.ignored)
 
     def tool_while_pressing(self, outward: Outward | None) -> AllowedContacts:
-        """Contacts of the tool alone at the target.
+        """Return the contacts of the tool without the arm at the target.
 
-        How deep the cup may go is left to the proof of the whole arm.
+        The depth of the cup is checked later, in the proof of the whole arm.
 
         Args:
-            outward: Unit normal, in the world, of the face that the cup is pressed on; None where that is
-                curved.
+            outward: Unit normal, in the world, of the face under the cup; None if it is curved.
 
         Returns:
-            The contacts, however deep.
+            The contacts, at any depth.
         """
         return AllowedContacts.at_any_depth(self.met_by_cup(outward), self.ignored)
 
     def while_pressing(self, press: CupPress) -> AllowedContacts:
-        """Contacts while the cup meets the target, or leaves it.
+        """Return the contacts while the cup meets the target, or leaves it.
 
-        Once the target is held, it still touches what it lies on.
+        Once held, the target still touches its support.
 
         Args:
             press: How the cup is pressed on the target.
@@ -150,25 +149,25 @@ class PickContacts:
         return AllowedContacts.of(self._given_way(SLIP), cup, self.ignored)
 
     def while_closing(self) -> AllowedContacts:
-        """Contacts of fingers that close on the target, or open from it.
+        """Return the contacts of fingers that close on the target, or open from it.
 
         Returns:
-            The target, however deep: what the fingers sweep as they close goes through it.
+            The target, at any depth: the swept volume of the closing fingers overlaps it.
         """
         return AllowedContacts.at_any_depth({self.target.id}, self.ignored)
 
     def while_lifting_pinched(self) -> AllowedContacts:
-        """Contacts over the first stretch of the lift where fingers hold the target.
+        """Return the contacts in the first stretch of the lift with fingers.
 
         Returns:
-            Those of the target with what it leaves; the fingers keep clear of all that.
+            Those of the target with the solids that it leaves; the fingers keep clear of these.
         """
         return AllowedContacts.of(self._given_way(SLIP), absent=self._without_target)
 
     def while_lifting(self, press: CupPress) -> AllowedContacts:
-        """Contacts over the first stretch of the lift.
+        """Return the contacts in the first stretch of the lift with a cup.
 
-        Target and cup leave what they touch, and go no deeper.
+        Target and cup leave the solids that they touch, and go no deeper.
 
         Args:
             press: How the cup is pressed on the target.
@@ -181,31 +180,31 @@ class PickContacts:
         return AllowedContacts.of(item, cup, self._without_target)
 
     def while_carrying(self) -> AllowedContacts:
-        """Contacts of the target in the cup, inside of its bin, when it touches nothing any more.
+        """Return the contacts of the held target inside its bin, after its last contact.
 
         Returns:
-            None but the absence of the target and of ignored neighbours.
+            No contacts; the target and ignored neighbours are absent.
         """
         return AllowedContacts(absent=self._without_target)
 
     def while_transferring(self) -> AllowedContacts:
-        """Contacts of the target in the cup outside of its bin, where no neighbour is ignored.
+        """Return the contacts of the held target outside of its bin, where no neighbour is ignored.
 
         Returns:
-            None but the absence of the target from where it lay.
+            No contacts; the target is absent from its place.
         """
         return AllowedContacts(absent=frozenset({self.target.id}))
 
     def after_dropping(self) -> AllowedContacts:
-        """Contacts of the empty tool when the target has been dropped.
+        """Return the contacts of the empty tool after the target was dropped.
 
         Returns:
-            None but the absence of the target: it is no longer where the scene has it.
+            No contacts; the target is absent from its place.
         """
         return AllowedContacts(absent=frozenset({self.target.id}))
 
     def item_while_lifting(self) -> AllowedContacts:
-        """Contacts of the target by itself over the first stretch of the lift.
+        """Return the contacts of the target as a free flyer in the first stretch of the lift.
 
         Returns:
             The contacts.
@@ -213,7 +212,7 @@ class PickContacts:
         return AllowedContacts.of(self._given_way(ALONE_SLIP), absent=self._without_target)
 
     def rolling_along(self) -> tuple[AllowedContacts, ...]:
-        """Contacts of the target by itself with the ground and one neighbour that may roll along.
+        """Return the contacts of the free target with the ground and one neighbour that may roll along.
 
         Returns:
             The contacts with each such neighbour.
@@ -225,14 +224,14 @@ class PickContacts:
 
     @property
     def near_off_floor(self) -> frozenset[str]:
-        """Names of all that the target is near to at rest, but the floor."""
+        """Names of all solids near the target at rest, except the floor."""
         return frozenset(self.near) - self.floor
 
     def met_by_cup(self, outward: Outward | None) -> frozenset[str]:
-        """Find what the cup may touch at a face: the target, the floor, and what a thin target lies on.
+        """Find what the cup may touch at a face: the target, the floor, and solids behind a thin target.
 
         Args:
-            outward: Unit normal of the face in the world, None where it is curved.
+            outward: Unit normal of the face in the world, None if it is curved.
 
         Returns:
             Names of items and bodies.
@@ -241,17 +240,17 @@ class PickContacts:
 
     @cached_property
     def near(self) -> Mapping[str, SolidContact]:
-        """Everything within the clearance of the target at rest: its support, walls and neighbours."""
+        """Contacts within the clearance of the target at rest: its support, walls and neighbours."""
         reach = self.scene.cell.clearance + FOLLOWING
         found = {c.b: c for c in self.supports.graph.near(self.target.id, reach, self.floor)}
-        # An item near the bend rests on either side of it; one that hangs in the air on neither.
+        # An item near the bend of the floor rests on either side of it; one that hangs in the air on neither.
         limit = reach + self.scene.noise.bound(self.target.item)
         off_floor = self.floor if all(found[name].gap >= limit for name in self.floor) else frozenset()
         return {name: c for name, c in found.items() if name not in self.ignored | off_floor}
 
     @cached_property
     def supports(self) -> Supports:
-        """Which item rests on which in the scene."""
+        """The relation "rests on" of the items in the scene."""
         return supports_of(self.scene)
 
     @property
@@ -259,21 +258,21 @@ class PickContacts:
         return self.ignored | {self.target.id}
 
     def _given_way(self, slip: float) -> dict[str, Array]:
-        """By name, how far (3,) what is near counts as moved out of the target's way.
+        """Return, by name, the shift (3,) of each near solid out of the target's way.
 
-        Two solids do not overlap: where their poses say so, by no more than both may be off, one of them is
+        Real solids do not overlap: if their stated poses do, by no more than the pose errors, one of them is
         elsewhere.
 
         Args:
-            slip: m that the target may go deeper than that, or come nearer to what it is clear of and still
-                touch it, on a way that follows a line only nearly.
+            slip: m that the target may go deeper than that, or come nearer to solids that it is clear of and
+                still touch them, because lines are followed only approximately.
         """
         turned = TURNED * self.scene.noise.angle * self.stretch
         return {name: max(0.0, slip + turned - c.gap) * c.normal for name, c in self.near.items()}
 
     @cached_property
     def _met_by_cup_at(self) -> Callable[[Outward | None], frozenset[str]]:
-        """Contacts of the cup by normal of the face, found once for each face, as many grasps ask for it."""
+        """Contacts of the cup by normal of the face, cached because many grasps share a face."""
         return cache(self._find_met_by_cup)
 
     def _find_met_by_cup(self, outward: Outward | None) -> frozenset[str]:
@@ -281,7 +280,7 @@ class PickContacts:
         return frozenset({self.target.id}) | (frozenset(self.near) & self.floor) | behind
 
     def _is_behind(self, name: str, outward: Outward) -> bool:
-        """Whether all of a solid lies behind a flat face of the target: only through it can it be met."""
+        """Whether a solid lies wholly behind a flat face of the target, so that it is met only through it."""
         solids, across = self.supports.graph.solids, np.array(outward)
         k, other = solids.names.index(self.target.id), solids.names.index(name)
         target, width = solids.half_widths(np.array([k, other]), np.tile(across, (2, 1, 1)))[:, 0]

@@ -1,4 +1,4 @@
-"""Spheres that contain all that a body passes through while one joint moves it: the cup and what it holds."""
+"""Spheres that contain the volume that a body sweeps while one joint moves it: the cup and a held item."""
 
 from __future__ import annotations
 
@@ -10,25 +10,26 @@ from pickcli.cell.robot import Joint, JointType, joint_motion
 from pickcli.collision.sphere_cover import Cover, outermost
 from pickcli.geometry import Array, rotation_axis_angle
 
-MAX_GROWTH = 0.002  # m, how much a sphere may grow to bridge the gap between two samples
-MAX_SAMPLES = 13  # per sphere; large ones grow more instead
+MAX_GROWTH = 0.002  # m that a sphere may be enlarged to bridge the gap between two samples
+MAX_SAMPLES = 13  # per sphere; large spheres are enlarged more instead
 
 
 def sweep(cover: Cover, joint: Joint, least: float, most: float) -> Cover:
-    """Spheres containing ``cover`` at every position of a joint between two bounds.
+    """Return spheres that contain ``cover`` at every position of a joint between two bounds.
 
     Proof: at any position a sphere is within half a sampling step of a sampled one; between the two its
-    centre moves by at most half the step of a prismatic joint, and by a chord of at most 2 rho sin(step / 4)
-    about an axis rho away, by which the sampled sphere is grown.
+        centre
+    moves by at most half the step of a prismatic joint, or by a chord of at most 2 rho sin(step / 4) about an
+    axis at a distance rho. The sampled sphere is enlarged by that.
 
     Args:
-        cover: In the frame of the joint's child, as that stands at position 0.
+        cover: In the frame of the joint's child, at position 0.
         joint: Revolute or prismatic, its axis through the origin of that frame.
         least: rad or m, the lower bound.
         most: rad or m, the upper bound.
 
     Returns:
-        Spheres in that same frame; their excess counts the growth.
+        Spheres in that frame; their excess includes the enlargement.
     """
     start, way = (least, most - least) if abs(least) <= abs(most) else (most, least - most)
     if start != 0.0:
@@ -45,14 +46,14 @@ def sweep(cover: Cover, joint: Joint, least: float, most: float) -> Cover:
 
 
 def _line(center: Array, radius: float, axis: Array, length: float) -> Array:
-    """(K, 4) samples of one sphere's way along an axis, grown."""
+    """Return (K, 4) enlarged samples of one sphere's path along an axis."""
     n = min(2 + int(length / (2 * MAX_GROWTH)), MAX_SAMPLES)
     places, step = np.linspace(0.0, length, n, retstep=True)
     return np.array([[*(center + s * axis), radius + step / 2] for s in places])
 
 
 def _arc(center: Array, radius: float, axis: Array, angle: float) -> Array:
-    """(K, 4) samples of one sphere's way about an axis, grown."""
+    """Return (K, 4) enlarged samples of one sphere's path about an axis."""
     rho = float(np.linalg.norm(np.cross(axis, center)))
     n = 1 + int(np.ceil(angle * rho / (2 * MAX_GROWTH)))  # 2 rho sin(step / 4) <= rho step / 2
     n = min(n, MAX_SAMPLES)
@@ -63,7 +64,7 @@ def _arc(center: Array, radius: float, axis: Array, angle: float) -> Array:
     return np.column_stack([turned, np.full(n, grown)])
 
 
-@lru_cache(maxsize=64)  # the spheres of a cover share a few rows of angles
+@lru_cache(maxsize=64)  # the spheres of a cover share a few sets of angles
 def _rotations(axis: tuple[float, float, float], angles: tuple[float, ...]) -> Array:
-    """(K, 3, 3) by angles about one axis."""
+    """Return (K, 3, 3) rotations by angles about one axis."""
     return np.array([rotation_axis_angle(axis, angle) for angle in angles])

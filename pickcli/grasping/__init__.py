@@ -1,12 +1,13 @@
-"""How an item may be held, by a suction cup or between two fingers, and whether the hold lasts.
+"""Grasps of an item by a suction cup or two fingers, and the loads that they can hold.
 
-Read `grasp_method`, what picks ask of a kind of tool; `method_choice` says which one a tool has. Each draws
-grasps of a `grasp_target`, as widely as `search` says.
+Read `grasp_method`, the interface of picks to a kind of tool; `method_choice` selects the method of a tool.
+Each samples grasps of a `grasp_target`, as widely as `search` states.
 
 - `suction_grasping`, by `suction_candidates`: `surfaces` and `region` are the faces of an item, `face_poses`
-  chosen places on them, `cup_press` how far the cup is pressed on, `press_check` whether the item tips over.
+  selects poses on them, `cup_press` is how far the cup is pressed on, `press_check` whether the item tips
+  over.
 - `region_import` makes seals and areas of an item from KTH's regions, which `box_tsr` reads.
-- `pinch_grasping`, by `pinch_candidates`, from the opposite places that `antipodal` finds.
+- `pinch_grasping`, by `pinch_candidates`, from the pairs of opposite places found by `antipodal`.
 
-For all, `holding` is the wrench of gravity and motion against what the tool bears.
+For all of them, `holding` compares the wrench of gravity and motion with what the tool bears.
 """

@@ -1,9 +1,9 @@
 """Grasps for two fingers: pairs of opposite places on an item, with the pads flat on both of them.
 
-A pinch is antipodal where the line between its contacts lies inside the friction cones at both (V.-D. Nguyen,
+A pinch is antipodal if the line between its contacts lies inside the friction cones at both (V.-D. Nguyen,
 "Constructing force-closure grasps", IJRR 7(3), 1988). Here that line is the normal at both: opposite faces of
-a box and ends of a cylinder, and the two sides of anything round that are a diameter apart. On what is round
-a pad touches a strip as wide as its rubber gives way (``GIVES_WAY``).
+a box or ends of a cylinder, or the ends of a diameter of a round side. On a round side a pad touches a strip
+as wide as the compliance of its rubber allows (``GIVES_WAY``).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import Array, cross, perpendiculars, pose, rotation_axis_angle
 
 MAX_TILT = np.radians(30.0)  # between the way in and the tool's axis
-SHARES = (1.0, 0.75, 0.5)  # of a pad's sides that are tried where not all of it is on a face
-GIVES_WAY = 0.0003  # m that rubber is pressed in: an estimate, on the small side
-YAWS = np.radians(np.arange(0.0, 360.0, 30.0))  # about the axis of approach, where all of them are alike
+SHARES = (1.0, 0.75, 0.5)  # of a pad's sides, tried if not all of it is on a face
+GIVES_WAY = 0.0003  # m that rubber is compressed: a low estimate
+YAWS = np.radians(np.arange(0.0, 360.0, 30.0))  # about the approach axis, for shapes symmetric about it
 EDGE = 1e-9  # m
 
 
@@ -32,7 +32,7 @@ class Pinch:
 
     Attributes:
         face: What is pinched: "x", "y" or "z" for the flat faces across that axis, "mantle" or "sphere".
-        T_item_tip: (4, 4) tool frame in the item's, in the middle between both places.
+        T_item_tip: (4, 4) tool frame in the item's, midway between both places.
         width: m between them.
     """
 
@@ -50,20 +50,19 @@ def pinches(
     rng: np.random.Generator,
     n_random: int,
 ) -> Iterator[Pinch]:
-    """The pinches of a shape that are approached about along a direction.
+    """Generate the pinches of a shape that are approached roughly along a direction.
 
     Args:
-        shape: Of the item.
+        shape: Shape of the item.
         pad: (a, b) m, sides of the pads along x and z of the tool frame.
-        way_in: (3,) unit vector in the item frame, along which the hand comes.
+        way_in: (3,) unit vector in the item frame, direction of the hand's approach.
         fan: rad, turns about the axis of closing that are tried.
-        grid: Number of places along each side of what is pinched, beside its middle and its near edge.
+        grid: Number of places along each side of the pinched faces, besides their middle and near edge.
         rng: Source of random places.
-        n_random: Number of these, for each pair of faces.
+        n_random: Number of random places for each pair of faces.
 
     Yields:
-        The pinches, none of them wider or narrower than others are yielded for: how far the fingers open is
-        not asked.
+        The pinches, of any width, also wider than the fingers open.
     """
     for face, y, z, half_x, half_z in _lines(shape, way_in):
         straight = _frame(y, z)  # places lie along its axes, however the hand is turned about y
@@ -77,10 +76,10 @@ def pinches(
 
 
 def width_of(shape: Shape, face: str) -> float:
-    """How far the places of a pinch are apart.
+    """Return the distance between the places of a pinch.
 
     Args:
-        shape: Of the item.
+        shape: Shape of the item.
         face: What is pinched.
 
     Returns:
@@ -92,16 +91,16 @@ def width_of(shape: Shape, face: str) -> float:
 
 
 def patch(shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float]) -> tuple[float, float] | None:
-    """The part of each pad that lies on the item.
+    """Return the part of each pad that lies on the item.
 
     Args:
-        shape: Of the item.
+        shape: Shape of the item.
         face: What is pinched.
         T_item_tip: (4, 4) tool frame in the item's.
         pad: (a, b) m, sides of the pads along x and z of the tool frame.
 
     Returns:
-        Sides in m along x and z of a rectangle about the middle of the pad, all of it on the item; None where
+        Sides in m along x and z of a rectangle about the middle of the pad, all of it on the item; None if
         less than half of either side is.
     """
     R, middle = T_item_tip[:3, :3], T_item_tip[:3, 3]
@@ -121,11 +120,11 @@ def patch(shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float]) 
 
 
 def limits_of(gripper: ParallelGripper, shape: Shape, face: str, T_item_tip: Array) -> PinchLimits:
-    """What the pads bear where they pinch an item: as much as the parts of them that touch it do.
+    """Return the limits of the pads on an item, proportional to the touching part.
 
     Args:
         gripper: The gripper.
-        shape: Of the item.
+        shape: Shape of the item.
         face: What is pinched.
         T_item_tip: (4, 4) tool frame in the item's.
 
@@ -142,17 +141,17 @@ def limits_of(gripper: ParallelGripper, shape: Shape, face: str, T_item_tip: Arr
 
 
 def _strip(radius: float) -> float:
-    """Width in m of what a pad touches of something round: the chord over what the rubber gives way."""
+    """Return the width in m of a pad's contact with a round side: a chord as deep as the rubber yields."""
     return float(2.0 * np.sqrt(2.0 * radius * GIVES_WAY))
 
 
 def _lines(shape: Shape, way_in: Array) -> Iterator[tuple[str, Array, Array, float, float]]:
-    """Of everything that can be pinched its name, axis of closing, axis of approach, and half its sides.
+    """Yield, for everything that can be pinched: name, closing axis, approach axis, and half its sides.
 
-    The sides are along x and z of the tool frame, through the item's middle.
+    The sides are along x and z of the tool frame, through the item's centre.
     """
     if shape.kind is ShapeKind.SPHERE:
-        across = -perpendiculars(way_in)[0]  # the sign decides only which of two equal pinches comes first
+        across = -perpendiculars(way_in)[0]  # the sign only decides which of two equal pinches comes first
         for yaw in YAWS[: len(YAWS) // 2]:
             y = rotation_axis_angle(way_in, yaw) @ across
             yield "sphere", y, way_in, 0.0, 0.0
@@ -161,7 +160,7 @@ def _lines(shape: Shape, way_in: Array) -> Iterator[tuple[str, Array, Array, flo
     half = shape.extents / 2
     if not is_box:
         yield from _round_mantle(shape, way_in)
-        half = half * (np.sqrt(0.5), np.sqrt(0.5), 1.0)  # the square inside the ends
+        half = half * (np.sqrt(0.5), np.sqrt(0.5), 1.0)  # the square inscribed in the ends
     for k in range(3) if is_box else (2,):
         y = np.eye(3)[k]
         z = way_in - (way_in @ y) * y
@@ -172,7 +171,7 @@ def _lines(shape: Shape, way_in: Array) -> Iterator[tuple[str, Array, Array, flo
 
 
 def _round_mantle(shape: Shape, way_in: Array) -> Iterator[tuple[str, Array, Array, float, float]]:
-    """The mantle of a cylinder, from aside across its axis, or along that from an end."""
+    """Yield the mantle of a cylinder, approached from the side across its axis, or from an end along it."""
     axis, half_length = np.array([0.0, 0.0, 1.0]), shape.size[1] / 2
     along = float(way_in @ axis)
     if abs(along) <= np.sin(MAX_TILT):
@@ -187,7 +186,7 @@ def _round_mantle(shape: Shape, way_in: Array) -> Iterator[tuple[str, Array, Arr
 def _places(
     half_x: float, half_z: float, grid: int, rng: np.random.Generator, n_random: int
 ) -> list[tuple[float, float]]:
-    """Places of the pads' middle along x and z: the middle, near the edge the hand comes over, and more."""
+    """Return positions of the pads' middle along x and z: the centre, near the edge of approach, and more."""
     u, v = max(0.0, half_x), max(0.0, half_z)
     chosen = [(0.0, 0.0), (0.0, -v / 2), (0.0, -v)]
     shares = np.linspace(-1.0, 1.0, grid) if grid else np.zeros(0)
@@ -197,12 +196,12 @@ def _places(
 
 
 def _frame(y: Array, z: Array) -> Array:
-    """(3, 3) axes of a tool that closes along y and comes along z."""
+    """Return (3, 3) axes of a tool that closes along y and approaches along z."""
     return np.column_stack([cross(y, z), y, z])
 
 
 def _through(direction: Array, half: Array) -> float:
-    """How far in m a line from the middle of a box (half extents) stays inside of it."""
+    """Return how far in m a line from the centre of a box (half extents) stays inside of it."""
     return float((half / np.maximum(np.abs(direction), EDGE)).min())
 
 

@@ -1,9 +1,9 @@
 """KTH's task space regions: ``.tsrs`` files, lists of ``!BoxTSR`` with extents of poses in an item's frame.
 
 Six extents [least, greatest]: x, y, z in m of the cup's centre, then the angles a, b, c in rad of the tool's
-orientation Rx(c) Ry(b) Rz(a), whose z axis leads into the item. The files do not say so; of all orders of
-three turns it is the one in which every tool points at the surface that its region lies on, and turns freely
-about its own axis there.
+orientation Rx(c) Ry(b) Rz(a), whose z axis points into the item. The files do not state the convention; of
+all orders of three rotations it is the one in which every tool points at the surface that its region lies on,
+and turns freely about its own axis there.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _AXES = np.eye(3)
 
 @dataclass(frozen=True, eq=False)
 class BoxTsr:
-    """One region.
+    """A task space region of a file.
 
     Attributes:
         bounds: (6, 2) least and greatest x, y, z in m and a, b, c in rad.
@@ -43,12 +43,12 @@ class BoxTsr:
 
     @property
     def approach(self) -> Array:
-        """(3,) unit vector along which the tool comes, in the middle of the angles."""
+        """(3,) unit vector of the tool's approach, for the middle of the angles."""
         return np.asarray(orientation(*self.bounds[3:].mean(axis=1))[:, 2])
 
 
 def orientation(a: float, b: float, c: float) -> Array:
-    """The orientation of a tool.
+    """Return the orientation of a tool.
 
     Args:
         a: rad about z.
@@ -63,7 +63,7 @@ def orientation(a: float, b: float, c: float) -> Array:
 
 
 def read_box_tsrs(path: Path) -> tuple[BoxTsr, ...]:
-    """Read a file of regions. Its only tag, ``!BoxTSR``, is passed over: nothing in the file is executed.
+    """Read a file of regions. Its only tag, ``!BoxTSR``, is ignored: nothing in the file is executed.
 
     Args:
         path: The file.
@@ -72,7 +72,7 @@ def read_box_tsrs(path: Path) -> tuple[BoxTsr, ...]:
         The regions.
 
     Raises:
-        InputError: The file is larger than 1 MB or no list of regions; with every mistake and its place.
+        InputError: The file is larger than 1 MB or not a list of regions; with every mistake and its place.
     """
     source = read_yaml(path, TSRS, tags=frozenset((TAG,)))
     entries = source.data
@@ -89,7 +89,7 @@ def read_box_tsrs(path: Path) -> tuple[BoxTsr, ...]:
 
 
 def _faults(entry: Any) -> Iterator[tuple[tuple[str | int, ...], str]]:
-    """What is wrong with a region, and where in it."""
+    """Yield the faults of a region, each with its place in it."""
     if not isinstance(entry, dict) or list(entry) != ["extents"]:
         yield (), "expected extents and nothing else"
         return

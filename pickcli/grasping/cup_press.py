@@ -1,4 +1,4 @@
-"""How far a cup is pressed on an item so that all of its rim meets the face, wherever the item really is."""
+"""How far a cup is pressed on an item so that its whole rim meets the face despite pose errors."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ from pickcli.grasping.surfaces import flat_normal, tilt_on
 from pickcli.motion.plan import Grasp
 from pickcli.scene.scene import PoseNoise
 
-PRESS = 0.001  # m that the bellows are pressed at least
-MOST_OF_STROKE, LEAST_OF_STROKE = 0.75, 0.4  # of what the bellows give, that pressing takes up
+PRESS = 0.001  # m that the bellows are compressed at least
+MOST_OF_STROKE, LEAST_OF_STROKE = 0.75, 0.4  # share of the bellows' stroke that pressing uses
 
 
 def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
-    """How far the cup is pressed beyond the surface, so that all of it meets the item.
+    """Return how far the cup is pressed beyond the surface, so that its whole rim meets the item.
 
     Args:
-        grasp: Where the cup sits on the item.
+        grasp: Grasp of the item.
         tool: The tool with the cup.
-        noise: How far the item may be from where its pose says.
+        noise: Bounds of the item's pose error.
 
     Returns:
         m along the cup's axis.
     """
-    # The side of a tilted cup that is farther away must meet the surface as well.
+    # The far side of a tilted cup must meet the surface as well.
     off = _off(grasp, noise) + _lag(grasp, tool)
-    # As far off the other way the bellows must not be pressed in beyond their stroke. The cup draws on what
-    # it then may not quite meet.
+    # With the opposite pose error the bellows must not be compressed beyond their stroke. The vacuum closes a
+    # remaining gap.
     most = max(tool.cup.stroke - off, LEAST_OF_STROKE * tool.cup.stroke)
     return min(off + PRESS, MOST_OF_STROKE * tool.cup.stroke, most)
 
 
 def farthest_push(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
-    """How far the cup goes beyond the surface if the item is as near as its pose may be off.
+    """Return how far the cup goes beyond the surface if the item is as near as its pose error allows.
 
     Args:
-        grasp: Where the cup sits on the item.
+        grasp: Grasp of the item.
         tool: The tool with the cup.
-        noise: How far the item may be from where its pose says.
+        noise: Bounds of the item's pose error.
 
     Returns:
         m along the cup's axis.
@@ -49,13 +49,13 @@ def farthest_push(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
 
 
 def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, cup_excess: float) -> CupPress:
-    """How the cup is pressed on the item, for the contacts that this allows.
+    """Describe the press of the cup on the item, which determines the allowed contacts.
 
     Args:
-        grasp: Where the cup sits on the item.
+        grasp: Grasp of the item.
         tool: The tool with the cup.
-        noise: How far the item may be from where its pose says.
-        R_world_item: (3, 3) how the item stands.
+        noise: Bounds of the item's pose error.
+        R_world_item: (3, 3) orientation of the item.
         cup_excess: m by which the model of the cup is larger than the cup.
 
     Returns:
@@ -68,11 +68,11 @@ def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, c
 
 
 def outward_of(face: str, R_world_item: Array) -> Outward | None:
-    """Normal of a face in the world.
+    """Return the normal of a face in the world.
 
     Args:
         face: Name of the face.
-        R_world_item: (3, 3) how the item stands.
+        R_world_item: (3, 3) orientation of the item.
 
     Returns:
         Unit vector that points out of the item; None for a curved face.
@@ -85,11 +85,11 @@ def outward_of(face: str, R_world_item: Array) -> Outward | None:
 
 
 def _off(grasp: Grasp, noise: PoseNoise) -> float:
-    """How far, in m, the surface under the cup may be along the cup's axis from where its pose says."""
+    """Bound the error, in m along the cup's axis, of the surface under the cup."""
     aside = float(np.linalg.norm(cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
     return noise.position + noise.angle * aside
 
 
 def _lag(grasp: Grasp, tool: Tool) -> float:
-    """How far, in m, the far side of a tilted cup meets the face later than its middle."""
+    """Return how much later, in m, the far side of a tilted cup meets the face than its middle."""
     return tool.cup.radius * float(np.sin(tilt_on(grasp.face, grasp.T_item_tip)))

@@ -1,4 +1,4 @@
-"""Places on a face that are chosen and not drawn: a grid over a flat one, straight aims at a curved one."""
+"""Deterministic tool poses on a face: a grid on a flat face, approach directions on a curved one."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from pickcli.geometry import Array, pose
 from pickcli.grasping.search import Search
 from pickcli.grasping.surfaces import Face, into
 
-NEARLY_PARALLEL = 0.3  # of a unit vector across a cylinder's axis, below which the mantle does not face a way
+NEARLY_PARALLEL = 0.3  # least component across a cylinder's axis for which the mantle can be approached
 
 
 def face_poses(face: Face, item: Item, T_bin_item: Array, search: Search) -> Array:
-    """Choose places on a face: a grid over a flat one, straight aims at a curved one.
+    """Choose tool poses on a face: a grid on a flat face, approach directions on a curved one.
 
     Args:
         face: The face.
-        item: The item that has it.
+        item: The item with the face.
         T_bin_item: (4, 4) pose of the item in the frame of the way into its bin.
         search: How fine the grid is, and the angles of the fan.
 
     Returns:
-        (N, 4, 4) tool poses in the item frame, their turn about the cup's axis as it comes.
+        (N, 4, 4) tool poses in the item frame, with any turn about the cup's axis.
     """
     if face.name in ("mantle", "sphere"):
         return _at_curved(face, item.shape.size[0], T_bin_item, search)
@@ -36,13 +36,13 @@ def face_poses(face: Face, item: Item, T_bin_item: Array, search: Search) -> Arr
 
 
 def _at_curved(face: Face, radius: float, T_bin_item: Array, search: Search) -> Array:
-    """Straight at the mouth, up and to the sides, and turned from there by the angles of the fan."""
+    """Choose poses facing the mouth, up and to the sides, and turned from there by the angles of the fan."""
     is_mantle = face.name == "mantle"
     low, high = face.region.bounds[2] if is_mantle else np.zeros(2)
     heights = np.linspace(low, high, search.grid) if search.grid > 1 and high > low else [(low + high) / 2]
     outward = search.outward @ T_bin_item[:3, :3]
     if is_mantle:
-        outward[:, 2] = 0.0  # around the cylinder's axis only
+        outward[:, 2] = 0.0  # only around the cylinder's axis
     length = np.linalg.norm(outward, axis=1)
     outward = outward[length >= NEARLY_PARALLEL] / length[length >= NEARLY_PARALLEL, None]
     _, first = np.unique(np.round(outward, 1) + 0.0, axis=0, return_index=True)

@@ -1,7 +1,7 @@
-"""What picks ask of a kind of tool: which grasps there are, how the tool comes to an item, what it bears.
+"""Interface of picks to a kind of tool: its grasps, how it approaches an item, what it bears.
 
-Suction and the pinch of two fingers differ in the same few ways wherever a pick is planned. Each is one class
-with these methods; `method_choice` is the one place that asks which kind of tool a cell has.
+Suction and the pinch of two fingers differ in the same few ways everywhere in the planning of a pick. Each is
+one class with these methods; only `method_choice` distinguishes kinds of tools.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from pickcli.motion.segment import SegmentKind
 
 @dataclass(frozen=True)
 class GraspTimes:
-    """How long the arm rests where the tool takes an item and where it lets it go.
+    """Durations for which the arm rests when the tool grasps and when it releases an item.
 
     Attributes:
         taking: s.
@@ -42,11 +42,11 @@ class GraspTimes:
 
 @dataclass(frozen=True)
 class ContactLimit:
-    """How fast a tool may come to an item.
+    """Speed limit for a tool that approaches an item.
 
     Attributes:
-        kind: The kind of segment in which it comes that near: a cup in the contact, fingers, which pass the
-            item on both sides, in the approach.
+        kind: Kind of the segment to which it applies: the contact for a cup; the approach for fingers, which
+            pass the item on both sides.
         speed: m/s.
     """
 
@@ -56,14 +56,14 @@ class ContactLimit:
 
 @dataclass(frozen=True)
 class GraspModes:
-    """What each stage of taking an item by one grasp must be free for.
+    """Modes of the segments of a grasp.
 
     Attributes:
-        approaching: Of the empty tool on its way to the item, or away from it.
-        taking: Of the empty tool at the item: a cup that is pressed on, fingers that close.
-        lifting: With the item, over the first stretch of the lift.
-        carrying: With the item when it touches nothing any more.
-        overtravel: m by which the tool goes on beyond the surface that it meets.
+        approaching: For the empty tool on its way to the item, or away from it.
+        taking: For the empty tool at the item: a cup that is pressed on, fingers that close.
+        lifting: With the item, in the first stretch of the lift.
+        carrying: With the item after its last contact.
+        overtravel: m that the tool travels beyond the surface that it meets.
     """
 
     approaching: Mode
@@ -73,13 +73,13 @@ class GraspModes:
     overtravel: float = 0.0
 
     def holding(self, attached: AttachedItem) -> GraspModes:
-        """The modes with the item.
+        """Attach the item to the modes.
 
         Args:
-            attached: The item in the tool.
+            attached: The attached item.
 
         Returns:
-            The modes, of which those after the item was taken have it.
+            The modes; those after the grasp have the item attached.
         """
         lifting, carrying = (replace(mode, attached=attached) for mode in (self.lifting, self.carrying))
         return replace(self, lifting=lifting, carrying=carrying)
@@ -87,14 +87,14 @@ class GraspModes:
 
 @dataclass(frozen=True, eq=False)
 class GraspMethod(ABC):
-    """How a kind of tool takes an item, holds it and lets it go.
+    """Method by which a kind of tool grasps, holds and releases an item.
 
     Attributes:
         tool: The tool, of that kind.
-        comes_in: The kind of segment in which the tool comes to an item.
-        closes_at_rest: Whether the tool takes an item by a motion of its own, while the arm rests.
+        comes_in: The kind of segment in which the tool reaches an item.
+        closes_at_rest: Whether the tool grasps by its own motion, while the arm rests.
         take_up: m of a lift in which the hold gives way until it bears the item's weight; 0 if it does not.
-        take_up_speed: m/s, the fastest in that stretch where the weight bends the hold.
+        take_up_speed: m/s, limit in that stretch if the weight bends the hold.
     """
 
     tool: Tool
@@ -103,38 +103,38 @@ class GraspMethod(ABC):
 
     @property
     def contact_limit(self) -> ContactLimit:
-        """How fast the tool may come to an item."""
+        """Speed limit for the tool's approach to an item."""
         return ContactLimit(self.comes_in, self.tool.contact_speed)
 
     @property
     def take_up(self) -> float:
-        """Path in m over which an item's weight is taken up slowly; 0 where it is taken up at once."""
+        """Path in m over which an item's weight is taken up slowly; 0 if it is taken up at once."""
         return 0.0
 
     @property
     def take_up_speed(self) -> float:
-        """The fastest speed in m/s while the weight is taken up; infinite without such a path."""
+        """Speed limit in m/s while the weight is taken up; infinite without such a path."""
         return np.inf
 
     @abstractmethod
     def may_hold(self, item: Item) -> bool:
-        """Whether there is a way, known or not, in which the tool holds an item.
+        """Whether the tool may be able to hold an item in some way.
 
         Args:
             item: The item.
 
         Returns:
-            True if there may be one; without knowing where it lies.
+            True if it may, regardless of the item's pose.
         """
 
     @abstractmethod
     def sample(
         self, target: GraspTarget, rng: np.random.Generator, search: Search, most: float
     ) -> CandidateSet:
-        """Candidates for an item whose pose is known.
+        """Sample grasp candidates for an item with a known pose.
 
         Args:
-            target: What is to be grasped.
+            target: The item to be grasped.
             rng: Source of the random places.
             search: How many places and turns are tried.
             most: Largest share of what the tool bears that the item at rest may take up.
@@ -145,12 +145,12 @@ class GraspMethod(ABC):
 
     @abstractmethod
     def bears(self, item: Item, face: str, T_item_tip: Array) -> HoldLimits:
-        """What the tool bears where it holds an item.
+        """Return what the tool bears for a grasp of an item.
 
         Args:
             item: The item.
-            face: The name of the face under the cup, or of what is pinched.
-            T_item_tip: (4, 4) where the tool holds it.
+            face: The name of the face under the cup, or of the pinched faces.
+            T_item_tip: (4, 4) pose of the tool at the grasp.
 
         Returns:
             The limits.
@@ -158,10 +158,10 @@ class GraspMethod(ABC):
 
     @abstractmethod
     def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
-        """The state of the tool while it holds an item.
+        """Return the state of the tool while it holds an item.
 
         Args:
-            grasp: How it holds the item.
+            grasp: Grasp of the item.
             item: The item.
 
         Returns:
@@ -170,36 +170,36 @@ class GraspMethod(ABC):
 
     @abstractmethod
     def contact_speed(self, contacts: PickContacts, grasp: Grasp) -> float | None:
-        """The fastest that the tool may meet the target, so that it does not tip it over.
+        """Return the highest speed at which the tool may meet the target without tipping it over.
 
         Args:
-            contacts: The scene, the target in it, and what carries that.
-            grasp: Where the tool takes the target.
+            contacts: The scene, the target in it, and its support.
+            grasp: Grasp of the target.
 
         Returns:
-            m/s, at most the tool's contact speed; None where it tips the target at any useful speed.
+            m/s, at most the tool's contact speed; None if it tips the target at any useful speed.
         """
 
     @abstractmethod
     def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
-        """What the tool by itself must be free for at the target.
+        """Return the modes in which the tool without the arm must be free at the target.
 
         Args:
-            contacts: Of the pick.
-            grasp: Where the tool takes the target; only its face and its state count.
+            contacts: Contacts of the pick.
+            grasp: Grasp of the target; only its face and tool state are used.
 
         Returns:
-            The modes, in each of which it must have room.
+            The modes; the tool must have clearance in each.
         """
 
     @abstractmethod
     def modes(self, contacts: PickContacts, grasp: Grasp, tool_excess: float) -> GraspModes:
-        """What each stage of a grasp must be free for.
+        """Return the modes of the segments of a grasp.
 
         Args:
-            contacts: Of the pick.
-            grasp: Where the tool takes the target.
-            tool_excess: m by which the model of what meets the item is larger than it is.
+            contacts: Contacts of the pick.
+            grasp: Grasp of the target.
+            tool_excess: m by which the model of the touching part is larger than the part.
 
         Returns:
             The modes, without the item (see ``GraspModes.holding``).
@@ -207,11 +207,11 @@ class GraspMethod(ABC):
 
     @abstractmethod
     def rests(self, devices: Mapping[str, Device], release_time: float) -> GraspTimes:
-        """How long the arm rests where the tool takes an item and where it lets it go.
+        """Return how long the arm rests when the tool grasps and when it releases an item.
 
         Args:
             devices: Devices of the cell, by name.
-            release_time: s that an item takes to come off what has let go of it.
+            release_time: s that an item takes to come off the tool.
 
         Returns:
             The rests.
@@ -221,27 +221,27 @@ class GraspMethod(ABC):
         """
 
     def carrying(self, contacts: PickContacts, grasp: Grasp) -> Mode:
-        """What the tool by itself must be free for while it holds the target, which touches nothing.
+        """Return the mode in which the tool without the arm must be free while it holds the target.
 
         Args:
-            contacts: Of the pick.
-            grasp: How it holds the target.
+            contacts: Contacts of the pick.
+            grasp: Grasp of the target.
 
         Returns:
-            The mode.
+            The mode, without contacts.
         """
         state = self.holding_state(grasp, contacts.target.item)
         return Mode(state, contacts=contacts.while_carrying())
 
     def hold(self, item: Item, face: str, T_tip_item: Array) -> Hold:
-        """An item that the tool holds.
+        """Describe an item that the tool holds.
 
         Args:
-            item: What is held.
-            face: The name of the face under the cup, or of what is pinched.
-            T_tip_item: (4, 4) the item in the tool frame.
+            item: The held item.
+            face: The name of the face under the cup, or of the pinched faces.
+            T_tip_item: (4, 4) pose of the item in the tool frame.
 
         Returns:
-            The item with its mass and inertia as large as they may be, and what the tool bears.
+            The item with its largest mass and inertia, and what the tool bears.
         """
         return Hold.of(item, T_tip_item, self.bears(item, face, inverse(T_tip_item)))

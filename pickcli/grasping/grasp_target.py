@@ -1,4 +1,4 @@
-"""What is to be grasped, and what a search for grasps of it finds."""
+"""Targets of a grasp search, and the candidates that it finds."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class CandidateSet:
 
 @dataclass(frozen=True, eq=False)
 class GraspTarget:
-    """An item that is to be grasped where it lies.
+    """An item to be grasped at its current pose.
 
     Attributes:
         id: Id of the item in its scene.
         item: Kind of the item, with its shape and mass.
-        T_entry_item: (4, 4) its pose in the frame of the way into its place, x leading in.
-        place: Where it lies.
+        T_entry_item: (4, 4) its pose in the entry frame of its place, x pointing inwards.
+        place: Place of the item.
     """
 
     id: str
@@ -44,5 +44,5 @@ class GraspTarget:
 
     @property
     def R_level_item(self) -> Array:
-        """(3, 3) how the item lies in a frame whose z axis points up."""
+        """(3, 3) orientation of the item in a frame whose z axis points up."""
         return np.asarray(self.place.T_place_entry[:3, :3] @ self.T_entry_item[:3, :3])

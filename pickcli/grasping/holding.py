@@ -1,4 +1,4 @@
-"""Whether a hold lasts: the wrench on cup or pads, from gravity and motion, against what they bear."""
+"""Holds: the wrench on cup or pads, from gravity and motion, compared with what they bear."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pickcli.motion.plan import Grasp
 
 @dataclass(frozen=True)
 class GripLoad:
-    """Worst load on cup or pads over a motion, each figure by itself except for the ratio.
+    """Worst load on cup or pads over a motion, each component by itself except for the ratio.
 
     Attributes:
-        pull: N along the cup's axis, away from it; along which fingers close, either way.
+        pull: N along the cup's axis, away from it; for fingers along the closing axis, either way.
         shear: N across that axis.
         moment: Nm of bending, about the tip.
         twist: Nm about that axis.
-        ratio: Of all figures at one time over what cup or pads bear; they hold up to 1.
+        ratio: All components at one time over what cup or pads bear; they hold up to 1.
     """
 
     pull: float
@@ -35,10 +35,10 @@ class GripLoad:
 
     @classmethod
     def worst(cls, loads: Iterable[GripLoad]) -> GripLoad:
-        """Each figure at its worst.
+        """Return the maximum of each component over several loads.
 
         Args:
-            loads: At least one.
+            loads: The loads, at least one.
 
         Returns:
             The load over all of them.
@@ -46,7 +46,7 @@ class GripLoad:
         return cls(*(max(figures) for figures in zip(*map(astuple, loads), strict=True)))
 
     def of(self, grasp: Grasp) -> Grasp:
-        """Note this load in a grasp.
+        """Record this load in a grasp.
 
         Args:
             grasp: The grasp.
@@ -72,11 +72,11 @@ class GripLoad:
 
 @dataclass(frozen=True, eq=False)
 class HoldLimits:
-    """What a tool bears where it holds an item.
+    """What a tool bears for a grasp of an item.
 
     Attributes:
-        limits: What the cup bears at full vacuum, or the pads as far as they touch the item.
-        share: Of the limits that may be used: what the face under a cup keeps of full vacuum, 1 between pads.
+        limits: Limits of the cup at full vacuum, or of the pads as far as they touch the item.
+        share: Usable share of the limits: the vacuum that the face under a cup keeps, 1 between pads.
     """
 
     limits: GripLimits
@@ -85,12 +85,12 @@ class HoldLimits:
 
 @dataclass(frozen=True, eq=False)
 class Hold:
-    """An item, as heavy as it may be, in the cup or between the pads.
+    """An item with its largest mass, in the cup or between the pads.
 
     Attributes:
         body: The item as a rigid body in the tool frame.
-        limits: What the cup bears at full vacuum, or the pads as far as they touch the item.
-        share: Of the limits that may be used.
+        limits: Limits of the cup at full vacuum, or of the pads as far as they touch the item.
+        share: Usable share of the limits.
     """
 
     body: HeldBody
@@ -99,15 +99,15 @@ class Hold:
 
     @classmethod
     def of(cls, item: Item, T_tip_item: Array, bears: HoldLimits) -> Hold:
-        """An item that a tool holds.
+        """Build the hold of an item.
 
         Args:
-            item: What is held.
-            T_tip_item: (4, 4) the item in the tool frame.
-            bears: What the tool bears where it holds it.
+            item: The held item.
+            T_tip_item: (4, 4) pose of the item in the tool frame.
+            bears: What the tool bears for this grasp.
 
         Returns:
-            The item with its mass and inertia as large as they may be.
+            The item with its largest mass and inertia.
         """
         R = T_tip_item[:3, :3]
         inertia = (1.0 + item.mass_error) * R @ item.inertia @ R.T
@@ -115,7 +115,7 @@ class Hold:
         return cls(body, bears.limits, bears.share)
 
     def at_rest(self, R_world_tip: Array) -> GripLoad:
-        """The worst load at rest: no slower motion loads the cup less.
+        """Return the worst load at rest, which no slower motion can undercut.
 
         Args:
             R_world_tip: (N, 3, 3) orientations of the tool frame.
@@ -126,7 +126,7 @@ class Hold:
         return self._worst(self.body.weight(R_world_tip))
 
     def ratios_at_rest(self, R_world_tip: Array) -> Array:
-        """The load at rest over what the cup bears.
+        """Return the load at rest over what the cup bears.
 
         Args:
             R_world_tip: (N, 3, 3) orientations of the tool frame.
@@ -137,7 +137,7 @@ class Hold:
         return self.limits.ratio(self.body.weight(R_world_tip), self.share)
 
     def torque_at_rest(self, R_world_tip: Array) -> float:
-        """How much of what the cup bears the torque of the weight takes, in bending or in twist.
+        """Return the share of the limits that the torque of the weight takes, in bending or in twist.
 
         Args:
             R_world_tip: (3, 3) orientation of the tool frame.
@@ -150,7 +150,7 @@ class Hold:
         return float(max(bending / self.limits.max_moment, twist / self.limits.max_twist) / self.share)
 
     def in_motion(self, motion: TipMotion) -> GripLoad:
-        """The worst load over the states of a motion in time.
+        """Return the worst load over the states of a motion in time.
 
         Args:
             motion: N states of the tool frame, derivatives by time in s.
@@ -167,16 +167,17 @@ class Hold:
 def loads_at_rest(
     item: Item, bears: HoldLimits, T_item_tip: Array, R_world_item: Array
 ) -> tuple[GripLoad, ...]:
-    """The loads at rest, for many places at all of which the tool bears the same.
+    """Compute the loads at rest, for many tool poses at all of which the tool bears the same.
 
     Args:
-        item: What is held.
+        item: The held item.
         bears: What the tool bears there.
-        T_item_tip: (P, 4, 4) places of the tool.
-        R_world_item: (3, 3) how the item lies.
+        T_item_tip: (P, 4, 4) poses of the tool.
+        R_world_item: (3, 3) orientation of the item.
 
     Returns:
-        For each place the worst over the item as it lies and as it hangs straight down from the cup.
+        For each pose the worst load over the item's current orientation and hanging straight down from the
+        cup.
     """
     R, p = T_item_tip[:, :3, :3], T_item_tip[:, :3, 3]
     p_tip_com = -(p[:, None] @ R)
@@ -187,7 +188,7 @@ def loads_at_rest(
 
 
 def _worst(wrenches: Array, bears: HoldLimits) -> tuple[GripLoad, ...]:
-    """The worst load of each of many sets of wrenches (P, N, 6)."""
+    """Return the worst load of each of many sets of wrenches (P, N, 6)."""
     ratio = bears.limits.ratio(wrenches, bears.share)
     figures = np.concatenate([bears.limits.figures(wrenches), ratio[None]])
     return tuple(GripLoad(*worst) for worst in figures.max(axis=2).T.tolist())

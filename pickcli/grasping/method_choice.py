@@ -1,4 +1,4 @@
-"""Which method of grasping a tool has: the one place where picks are told from another by their tool."""
+"""Choice of the grasp method by the kind of the tool; no other module of planning distinguishes them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from pickcli.grasping.suction_grasping import SuctionGrasping
 
 
 def grasp_method(tool: Tool) -> GraspMethod:
-    """The method of a tool.
+    """Return the method of a tool.
 
     Args:
-        tool: What is mounted; a bare flange counts as a tool whose cup is missing, which the first question
-            about it tells.
+        tool: The mounted tool. A bare flange is treated as a tool without its cup, so the first access to the
+            cup raises an error.
 
     Returns:
         The method.
@@ -28,13 +28,13 @@ def grasp_method(tool: Tool) -> GraspMethod:
 
 
 def may_hold(tools: Iterable[Tool], item: Item) -> bool:
-    """Whether there is a way, known or not, in which one of several tools holds an item.
+    """Whether one of several tools may be able to hold an item in some way.
 
     Args:
         tools: The tools, of an arm each.
         item: The item.
 
     Returns:
-        True if there may be one; asked before anything is known of where the item lies.
+        True if one may, regardless of the item's pose.
     """
     return any(grasp_method(tool).may_hold(item) for tool in tools)

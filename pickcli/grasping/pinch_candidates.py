@@ -16,8 +16,8 @@ from pickcli.grasping.holding import HoldLimits, loads_at_rest
 from pickcli.grasping.search import Search
 from pickcli.motion.plan import Grasp
 
-STATE_COST = 0.05  # of each state further from the first: the usual one is tried first
-TURN_COST = 0.3  # of a turn of the hand by half a turn
+STATE_COST = 0.05  # for each later state: the first, usual one is tried first
+TURN_COST = 0.3  # for a half turn of the hand
 WITHIN = 1e-9  # m
 
 
@@ -29,15 +29,15 @@ def sample_pinches(
     search: Search,
     most: float,
 ) -> CandidateSet:
-    """Candidates for an item whose pose is known, each in every state of the tool that is wider than it.
+    """Sample candidates for an item with a known pose, each in every state of the tool that is wider than it.
 
-    Whether the open fingers fit between the item and what is beside it, and whether they can close, is asked
-    of the collision model afterwards.
+    The clearance of the open fingers beside the item, and whether they can close, is checked later with the
+    collision model.
 
     Args:
-        target: What is to be grasped.
-        tool: What it is grasped with.
-        gripper: The same, its fingers.
+        target: The item to be grasped.
+        tool: The tool.
+        gripper: The fingers of the tool.
         rng: Source of the random places.
         search: How many places and turns are tried.
         most: Largest share of what the pads bear that the item at rest may take up.
@@ -74,14 +74,14 @@ def sample_pinches(
 
 
 def _states(tool: Tool, pinch: Pinch) -> Iterator[tuple[ToolState, float]]:
-    """The states in which the fingers pass the item, and what each costs."""
+    """Yield the states in which the fingers pass the item, and their costs."""
     for k, (state, width) in enumerate(tool.positions.items()):
         if width > pinch.width + WITHIN:
             yield state, STATE_COST * k
 
 
 def _turn_cost(pinch: Pinch, way_in: Array) -> float:
-    """What it costs that the hand does not come straight along the way in."""
+    """Return the cost of a hand that does not come straight along the way in."""
     return TURN_COST * float(np.arccos(np.clip(pinch.T_item_tip[:3, 2] @ way_in, -1.0, 1.0))) / np.pi
 
 

@@ -1,4 +1,4 @@
-"""The pinch: open fingers come on either side of the item and close on it, and open from it, at rest."""
+"""Pinch grasps: open fingers pass the item on both sides and close on it, and open from it, at rest."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from pickcli.motion.segment import SegmentKind
 
 @dataclass(frozen=True, eq=False)
 class PinchGrasping(GraspMethod):
-    """Picks with a parallel gripper (see ``GraspMethod``).
+    """Grasp method of a parallel gripper (see ``GraspMethod``).
 
     Attributes:
         gripper: The fingers of the tool.
@@ -51,10 +51,10 @@ class PinchGrasping(GraspMethod):
     def sample(
         self, target: GraspTarget, rng: np.random.Generator, search: Search, most: float
     ) -> CandidateSet:
-        """Pinches, each in every state of the tool that is wider than it (see ``GraspMethod``).
+        """Sample pinches, each in every state of the tool that is wider than it (see ``GraspMethod``).
 
         Args:
-            target: What is to be grasped.
+            target: The item to be grasped.
             rng: Source of the random places.
             search: How many places and turns are tried.
             most: Largest share of what the pads bear that the item at rest may take up.
@@ -65,12 +65,12 @@ class PinchGrasping(GraspMethod):
         return sample_pinches(target, self.tool, self.gripper, rng, search, most)
 
     def bears(self, item: Item, face: str, T_item_tip: Array) -> HoldLimits:
-        """What the pads bear, as much as the parts of them that touch the item.
+        """Return what the pads bear, proportional to the parts of them that touch the item.
 
         Args:
             item: The item.
-            face: The name of what is pinched.
-            T_item_tip: (4, 4) where the pads are.
+            face: The name of the pinched faces.
+            T_item_tip: (4, 4) pose of the tool at the grasp.
 
         Returns:
             The limits.
@@ -78,10 +78,10 @@ class PinchGrasping(GraspMethod):
         return HoldLimits(limits_of(self.gripper, item.shape, face, T_item_tip))
 
     def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
-        """The width at which the pads stand on the item.
+        """Return the width at which the pads rest on the item.
 
         Args:
-            grasp: How the item is held.
+            grasp: Grasp of the item.
             item: The item.
 
         Returns:
@@ -90,11 +90,11 @@ class PinchGrasping(GraspMethod):
         return ToolState.of_width(width_of(item.shape, grasp.face))
 
     def contact_speed(self, contacts: PickContacts, grasp: Grasp) -> float | None:
-        """The tool's: fingers close from both sides, and tip nothing.
+        """Return the tool's contact speed: fingers close from both sides, and tip nothing.
 
         Args:
             contacts: The scene, and the target in it.
-            grasp: Where the target is pinched.
+            grasp: Grasp of the target.
 
         Returns:
             m/s.
@@ -102,11 +102,11 @@ class PinchGrasping(GraspMethod):
         return self.tool.contact_speed
 
     def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
-        """The fingers open, and closing.
+        """Return the modes of open and of closing fingers.
 
         Args:
-            contacts: Of the pick.
-            grasp: Where the target is pinched.
+            contacts: Contacts of the pick.
+            grasp: Grasp of the target.
 
         Returns:
             Both modes.
@@ -117,12 +117,12 @@ class PinchGrasping(GraspMethod):
         )
 
     def modes(self, contacts: PickContacts, grasp: Grasp, tool_excess: float) -> GraspModes:
-        """The fingers close on the target, and hold it in another state than they came in.
+        """Return the modes of a pinch: fingers hold the target in another state than that of the approach.
 
         Args:
-            contacts: Of the pick.
-            grasp: Where the target is pinched.
-            tool_excess: Of no account: fingers are not pressed on anything.
+            contacts: Contacts of the pick.
+            grasp: Grasp of the target.
+            tool_excess: Unused: fingers are not pressed on anything.
 
         Returns:
             The modes.
@@ -133,11 +133,11 @@ class PinchGrasping(GraspMethod):
         return GraspModes(approaching, closing, lifting, carrying)
 
     def rests(self, devices: Mapping[str, Device], release_time: float) -> GraspTimes:
-        """As long as the fingers move.
+        """Return the times in which the fingers move.
 
         Args:
             devices: Devices of the cell, by name.
-            release_time: Of no account: what open fingers leave stands where it stood.
+            release_time: Unused: an item that is released by fingers does not move.
 
         Returns:
             The rests.

@@ -1,18 +1,21 @@
-"""Whether what a cup presses on keeps its footing, or tips over.
+"""Decide whether an item that a cup presses on keeps its footing, or tips over.
 
-A cup from above must press within what carries the item. A cup from aside may tip what is tall for its
-depth: the item turns about the edge of its footing on the far side. It comes back, or is held as it leans, as
-long as its centre is not over that edge. What needs more force than its weight slides instead; less counts
-as if friction kept it from that. What stands behind the item is not counted on.
+A cup from above must press within the item's support. A cup from the side may tip an item that is tall for
+its
+depth: the item turns about the edge of its footing on the far side. It returns, or is held leaning, as long
+    as
+its centre is not over that edge. An item that needs more force than its weight to tip slides instead; below
+that, sliding is neglected. Solids behind the item are not considered as supports.
 
-Let D be the way of the cup beyond the face, k the stiffness of its bellows, W the weight, L the arm of the
-press and b that of the weight about the edge, z the height of the item's centre over it. The item begins to
-tip under the press f = W b / L, by which the bellows shorten by f / k, and comes to rest at an angle of
-(D - f / k) / (L - W z / (k L)), as long as that is small. Its centre is over the edge at atan(b / z).
+Let D be the travel of the cup beyond the face, k the stiffness of its bellows, W the weight, L the lever arm
+of the press and b that of the weight about the edge, z the height of the item's centre over it. The item
+begins to tip under the press f = W b / L, by which the bellows shorten by f / k, and comes to rest at an
+angle of (D - f / k) / (L - W z / (k L)), as long as that is small. Its centre is over the edge at atan(b /
+z).
 
-Before that the cup throws it: bellows are springs, and what they meet leaves them at up to twice their speed.
-The energy of that turn, and what is left in the bellows, lifts its centre on from where it leans; so the cup
-meets slender things more slowly than it could.
+Before that, the cup throws it: bellows are springs, and a solid that they meet leaves them at up to twice
+their speed. The energy of that turn, and the energy left in the bellows, raises the centre further; so the
+cup meets slender items more slowly.
 """
 
 from __future__ import annotations
@@ -27,30 +30,31 @@ from pickcli.geometry import GRAVITY, Array
 from pickcli.grasping.cup_press import farthest_push, overtravel
 from pickcli.motion.plan import Grasp
 
-WITHIN = 1e-3  # m that a press from above stays within the edge of what carries the item
+WITHIN = 1e-3  # m that a press from above stays within the edge of the support
 MOST_TILT = 0.95  # of the angle at which an item falls over, to which a press may tip it
-MOST_SPEED = 0.8  # of the speed of a cup that throws it over
-REBOUND = 2.0  # of the cup's speed, that what its bellows meet leaves them at if nothing damps them
-MOST_FRICTION = 1.1  # of an item on what carries it: cardboard, plastic and cloth on board have 0.25 to 0.5
-SLOWEST = 0.05  # of the tool's contact speed: what that throws over is not pressed on
+MOST_SPEED = 0.8  # of the speed at which a cup throws the item over
+REBOUND = 2.0  # times the cup's speed: speed at which an item leaves undamped bellows
+MOST_FRICTION = 1.1  # of an item on its support: cardboard, plastic and cloth on board have 0.25 to 0.5
+SLOWEST = 0.05  # of the tool's contact speed: a grasp that throws the item over even at that is rejected
 NO_ARM = 1e-6  # m
 SAME = 1e-6  # m
 
 
 def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | None:
-    """The fastest that the cup may meet the target, so that it does not tip it over.
+    """Return the highest speed at which the cup may meet the target without tipping it over.
 
-    A cup from above is not to tip it at all: a tipped end rises towards the lance, and hardly any tipped face
-    seals. What can roll is no matter of balance: it rolls wherever the cup meets it. What would not stand by
-    its weight as its pose says is kept by what is not known; is its centre over its footing, so is the press.
+    A cup from above must not tip it at all: a tipped end rises towards the lance, and hardly any tipped face
+    seals. An item that can roll is not limited by its balance: it rolls wherever the cup meets it. An item
+    that would not stand by its weight at its stated pose is held by something unknown; if its centre is over
+    its footing, so must be the press.
 
     Args:
-        contacts: The scene, the target in it, and what carries that.
+        contacts: The scene, the target in it, and its support.
         tool: The tool with the cup.
-        grasp: Where the cup sits on the target.
+        grasp: Grasp of the target.
 
     Returns:
-        m/s, at most the tool's contact speed; None where the cup tips the target at any useful speed.
+        m/s, at most the tool's contact speed; None if the cup tips the target at any useful speed.
     """
     fastest = tool.contact_speed
     if contacts.target.can_roll:
@@ -67,15 +71,15 @@ def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | N
 
 @dataclass(frozen=True)
 class _Press:
-    """A press from aside, and the edge about which the item would tip under it.
+    """A press from the side, and the edge about which the item would tip under it.
 
     Attributes:
         inside: m that the item's centre is inside of the edge.
         below: m that the edge is below the centre.
         arm: m from the edge to the line of the press.
-        balance: rad by which the item may turn at least until its centre is over the edge.
+        balance: rad that the item may turn at least until its centre is over the edge.
         inertia: kg m2 of the item about the edge, per kg of the item.
-        weight: N of the item, as light as it may be.
+        weight: N, smallest weight of the item.
         push: m that the cup goes beyond the face at most.
         stiffness: N/m of the bellows.
     """
@@ -91,7 +95,7 @@ class _Press:
 
     @property
     def tilt(self) -> float:
-        """Angle in rad at which the item rests on the bellows; infinite if nowhere."""
+        """Angle in rad at which the item rests on the bellows; infinite if there is none."""
         turning = self.push - self.weight * self.inside / (self.arm * self.stiffness)
         if turning <= 0.0:
             return 0.0
@@ -100,7 +104,7 @@ class _Press:
 
     @property
     def throwing_speed(self) -> float:
-        """Speed (m/s) of a cup that throws the item from there just over the edge, the bellows helping on."""
+        """Speed (m/s) of a cup that just throws the item over the edge from there, helped by the bellows."""
         if self.tilt >= self.balance:
             return 0.0
         upright = np.arctan2(self.inside, self.below)
@@ -111,7 +115,7 @@ class _Press:
 
 
 def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
-    """Whether a cup from above presses beside what carries the target."""
+    """Whether a cup from above presses outside of the target's support."""
     target, supports = contacts.target, contacts.supports
     tip = target.T_world_item @ grasp.T_item_tip
     press = tool.cup.stiffness * overtravel(grasp, tool, contacts.scene.noise) * tip[:3, 2]
@@ -120,7 +124,7 @@ def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
     stands, weight = not _is_beside(footing, centre), target.item.lightest * GRAVITY
     met = [_met(footing, press, point) for point in around] if stands else []
     if any(_is_beside(footing, (weight * centre - press[2] * at) / (weight - press[2])) for at in met):
-        return True  # though what stands beside it might keep it, by friction
+        return True  # even if a neighbour might hold it by friction
     if all(supports.balance.stays_under(target.id, press, point) for point in around):
         return False
     if supports.balance.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3]):
@@ -129,7 +133,7 @@ def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
 
 
 def _met(footing: Array, press: Array, point: Array) -> Array:
-    """(3,) m where a press (3,) in N at a point (3,) m meets the height of a footing (N, 3) m."""
+    """Return (3,) m where a press (3,) in N at a point (3,) m meets the height of a footing (N, 3) m."""
     return np.asarray(point - press / press[2] * (point[2] - footing[:, 2].mean()))
 
 
@@ -140,11 +144,11 @@ def _is_beside(footing: Array, point: Array) -> bool:
 
 
 def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
-    """The press, and the edge of the footing over which the least of it tips; None where none does."""
+    """Return the press, with the edge of the footing over which the least force tips; None if none tips."""
     target, noise, statics = contacts.target, contacts.scene.noise, contacts.supports.balance
     T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip
     footing = statics.footing(target.id)
-    if _is_beside(footing, T[:3, 3]):  # of where it surely stands: then where it does as its pose says
+    if _is_beside(footing, T[:3, 3]):  # outside of the certain footing: use that at the stated pose
         footing = statics.footing(target.id, is_sure=False)
     if len(footing) == 0:
         return None
@@ -153,9 +157,9 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     inside = -np.einsum("ni,ni->n", to_centre[:, :2], ways)
     arms = to_tip[:, 2] * (ways @ tip[:2, 2]) - np.einsum("ni,ni->n", to_tip[:, :2], ways) * tip[2, 2]
     if len(edges) == 0 or inside.min() <= -(WITHIN + noise.bound(target.item)):
-        return None  # it does not stand by its weight: what keeps it from aside is not known
-    inside = np.maximum(inside, 0.0)  # where it may or may not, any press over that edge tips it
-    friction = np.where(arms > NO_ARM, inside / np.maximum(arms, NO_ARM), np.inf)  # that it takes to tip
+        return None  # it does not stand by its weight: what holds it from the side is not known
+    inside = np.maximum(inside, 0.0)  # if it may not stand, any press over that edge tips it
+    friction = np.where(arms > NO_ARM, inside / np.maximum(arms, NO_ARM), np.inf)  # required for tipping
     first = int(np.argmin(friction))
     if friction[first] >= MOST_FRICTION:
         return None
@@ -168,14 +172,14 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
 
 
 def _edges(footing: Array, centre: Array) -> tuple[Array, Array]:
-    """The outer edges of a footing seen from above: the point of each nearest to a centre, and ways out.
+    """Return the outer edges of a footing seen from above: points nearest to a centre, and normals.
 
     Args:
         footing: (N, 3) m.
         centre: (3,) m.
 
     Returns:
-        (K, 3) m, and (K, 2) level unit vectors.
+        (K, 3) m, and (K, 2) level unit vectors outwards.
     """
     a, b = (footing[k] for k in np.nonzero(~np.eye(len(footing), dtype=bool)))
     along = b - a

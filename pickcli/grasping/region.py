@@ -27,10 +27,10 @@ class TaskSpaceRegion:
     bounds: Array
 
     def sample(self, rng: np.random.Generator, n: int) -> Array:
-        """Draw tool poses, uniform in the six displacements.
+        """Sample tool poses, uniform in the six displacements.
 
         Args:
-            rng: Source of the draws.
+            rng: Source of the samples.
             n: Number of poses.
 
         Returns:
@@ -40,7 +40,7 @@ class TaskSpaceRegion:
         return self.poses_at(low + (high - low) * rng.random((n, 6)))
 
     def centre(self) -> Array:
-        """The tool pose in the middle of the bounds.
+        """Return the tool pose in the middle of the bounds.
 
         Returns:
             (4, 4) tool pose in the object frame.
@@ -48,7 +48,7 @@ class TaskSpaceRegion:
         return np.asarray(self.poses_at(self.bounds.mean(axis=1)[None])[0])
 
     def poses_at(self, displacements: Array) -> Array:
-        """The tool poses at displacements.
+        """Return the tool poses at displacements.
 
         Args:
             displacements: (N, 6) x, y, z in m and roll, pitch, yaw in rad.
@@ -62,7 +62,7 @@ class TaskSpaceRegion:
         return np.asarray(self.T_object_region @ D @ self.T_region_tool)
 
     def displacement(self, T_object_tool: Array) -> Array:
-        """The displacement that leads to a tool pose.
+        """Return the displacement that leads to a tool pose.
 
         Args:
             T_object_tool: (4, 4) tool pose in the object frame.
@@ -77,7 +77,7 @@ class TaskSpaceRegion:
         return np.array([*D[:3, 3], roll, pitch, yaw])
 
     def distance(self, T_object_tool: Array) -> float:
-        """How far a tool pose is outside the bounds.
+        """Return how far a tool pose is outside the bounds.
 
         Args:
             T_object_tool: (4, 4) tool pose in the object frame.

@@ -1,7 +1,7 @@
-"""Task space regions of KTH as the seals and areas of an item: the form that files of items carry.
+"""Conversion of KTH's task space regions to seals and areas of an item, the form used in item files.
 
-A region becomes the part of a face over which the rim of the cup may stand: its positions, and the radius of
-KTH's cup around them. How well a face seals no region says; that is taken from the item.
+A region becomes the part of a face that the rim of the cup may cover: its positions, enlarged by the radius
+of KTH's cup. Regions do not state how well a face seals; that is taken from the item.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.grasping.box_tsr import BoxTsr
 
-RIM = 0.0175  # m, the radius of KTH's cup by the calls that made their files
-MOST_TILT = np.radians(15.0)  # off a face, by which a tool may come to be taken as coming at that face
-FITS = 1e-3  # m by which what is left of an area on a face may be narrower than the cup
-_GRAIN = 1e-4  # m that limits are rounded to, outwards: a region may be a point, and has to hold the cup
+RIM = 0.0175  # m, the radius of KTH's cup according to the calls that made their files
+MOST_TILT = np.radians(15.0)  # angle of a tool to a face's normal up to which it is assigned to that face
+FITS = 1e-3  # m by which the remaining area on a face may be narrower than the cup
+_GRAIN = 1e-4  # m that limits are rounded to, outwards: a region may be a point, and has to fit the cup
 
 Areas = dict[str, dict[str, tuple[float, float]]]
 
 
 @dataclass(frozen=True, eq=False)
 class ImportedRegions:
-    """What regions say of an item.
+    """Seals and areas of an item made from regions.
 
     Attributes:
         item: The item with their seals and areas.
-        axes: (3, 3) signed permutation: a point of the regions' frame in that of the item.
-        counts: How many regions lie on each face, by face.
-        left_out: Regions that nothing was made of, each with the reason.
+        axes: (3, 3) signed permutation from the regions' frame to the item's.
+        counts: Number of regions on each face, by face.
+        left_out: Regions that were not used, each with the reason.
     """
 
     item: Item
@@ -52,14 +52,14 @@ def import_regions(
     """Make seals and areas of an item from regions.
 
     Args:
-        regions: The regions, in a frame in the middle of the item.
-        item: The item, whose shape counts.
+        regions: The regions, in a frame at the centre of the item.
+        item: The item with its shape.
         axes: (3, 3) signed permutation that turns that frame into the item's; None to find it by sizes.
         rim: m, radius of the cup that the regions are for.
         seal: Share of full vacuum of a face that the item has no seal for; None for its best one.
 
     Returns:
-        The item with seals and areas, and what was left out.
+        The item with seals and areas, and the unused regions.
 
     Raises:
         InputError: No region lies on the item, or no seal is known.
@@ -98,7 +98,7 @@ def import_regions(
 
 
 def axes_by_size(regions: Sequence[BoxTsr], item: Item, rim: float = RIM) -> Array:
-    """Find which axis of the regions' frame is which of the item: the longest is the longest, and so on.
+    """Match the axes of the regions' frame to those of the item by size: longest to longest, and so on.
 
     Args:
         regions: The regions.
@@ -106,7 +106,7 @@ def axes_by_size(regions: Sequence[BoxTsr], item: Item, rim: float = RIM) -> Arr
         rim: m, radius of their cup.
 
     Returns:
-        (3, 3) signed permutation, a rotation. Which end of an axis is which sizes do not tell.
+        (3, 3) signed permutation, a rotation. Sizes do not determine the signs of the axes.
     """
     reach = [
         np.abs(r.corners).max(axis=0) + rim * np.sqrt(np.maximum(0.0, 1.0 - r.approach**2)) for r in regions
@@ -121,7 +121,7 @@ def axes_by_size(regions: Sequence[BoxTsr], item: Item, rim: float = RIM) -> Arr
 
 
 def _on_face(corners: Array, approach: Array, item: Item, rim: float) -> tuple[str, Array] | str:
-    """Face and (2, 3) corners of the rim's area on it, cut to the face; or why there is none."""
+    """Return face and (2, 3) corners of the rim's area on it, clipped to the face; or why there is none."""
     kind, half = item.shape.kind, item.shape.extents / 2
     if kind is ShapeKind.SPHERE:
         return "sphere", np.stack([-half, half])
@@ -142,10 +142,10 @@ def _on_face(corners: Array, approach: Array, item: Item, rim: float) -> tuple[s
 
 
 def _merged(parts: Sequence[Array], is_box: bool) -> tuple[Array, int]:
-    """One area of several on a face, and how many of them it does not cover.
+    """Merge several areas on a face to one; also return how many of them it does not cover.
 
-    Regions on a cylinder or ball are samples of one, so what is around all of them is taken; on a box they
-    are rectangles, of which the largest is.
+    Regions on a cylinder or ball are samples of one region, so their bounding box is used; on a box they are
+    rectangles, of which the largest is used.
     """
     if not is_box:
         return np.stack([np.min([p[0] for p in parts], axis=0), np.max([p[1] for p in parts], axis=0)]), 0
@@ -155,7 +155,7 @@ def _merged(parts: Sequence[Array], is_box: bool) -> tuple[Array, int]:
 
 
 def _limits(face: str, area: Array, item: Item) -> dict[str, tuple[float, float]]:
-    """The area as files state it: along the axes of its face, where it is not the whole face."""
+    """Return the area as item files state it: along the axes of its face, omitted if it is the whole face."""
     half = item.shape.extents / 2
     if face == "sphere":
         return {}
@@ -170,5 +170,5 @@ def _limits(face: str, area: Array, item: Item) -> dict[str, tuple[float, float]
 
 
 def _outwards(end: float, way: float) -> float:
-    """An end of an interval, rounded away from its middle."""
+    """Round an end of an interval away from its middle."""
     return round(way * float(np.ceil(way * end / _GRAIN - 1e-6)) * _GRAIN, 6) + 0.0

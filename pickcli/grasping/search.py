@@ -1,4 +1,4 @@
-"""How wide grasps are looked for: few of them where that does, many where nothing else was found."""
+"""Effort of the grasp search: few grasps by default, many if no other was found."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ WAYS_IN = np.array(
 
 
 class ToolRoll(NamedTuple):
-    """A roll of the tool: how it is turned about the axis along which the cup approaches.
+    """A roll of the tool: its rotation about the axis of approach.
 
     Attributes:
         x_target: (3,) direction in the bin frame in which the tool's x axis points.
-        off: rad, by how much that is off the usual direction.
+        off: rad, deviation from the usual direction.
     """
 
     x_target: Array
@@ -30,17 +30,17 @@ class ToolRoll(NamedTuple):
 
 @dataclass(frozen=True)
 class Search:
-    """What is tried on every face.
+    """Parameters of the search on every face.
 
     Attributes:
-        n_random: Number of random places beside the centre.
+        n_random: Number of random places besides the centre.
         grid: Number of places along each side of a flat face, its edges included.
-        fan: rad, angles off straight, about both axes, from which curved faces are aimed at.
+        fan: rad, deviations from straight about both axes, for approaches to curved faces.
         yaws: rad, of the lance away from the bin's axis, over an item.
-        pitches: rad, of the lance beside an item, positive where it rises towards the mouth.
-        tilts: Tilts of the cup off the face's normal, as shares of the tool's most, beside the least that
-            leads over the lip.
-        quarters: Whether a lance from above is turned by quarter turns, and not by half turns only: so the
+        pitches: rad, of the lance beside an item, positive if it rises towards the mouth.
+        tilts: Tilts of the cup off the face's normal, as shares of the tool's maximum, besides the least that
+            clears the lip.
+        quarters: Whether a lance from above is also turned by quarter turns, not only by half turns: so the
             cup can be tilted to every side, and the wrist has more branches.
     """
 
@@ -53,7 +53,7 @@ class Search:
     quarters: bool
 
     def rolls(self, kind: str, is_from_above: bool = False) -> list[ToolRoll]:
-        """Turns about the cup's axis that are tried for one kind of grasp.
+        """Return the turns about the cup's axis that are tried for one kind of grasp.
 
         Args:
             kind: "frontal", "top-down" or "side".
@@ -75,12 +75,12 @@ class Search:
 
     @cached_property
     def outward(self) -> Array:
-        """(M, 3) normals in the bin frame at which curved faces are aimed: each way in and a fan about it."""
+        """(M, 3) normals in the bin frame for approaches to curved faces: each way in and a fan about it."""
         return np.array([_turned_off(*aim) for aim in product(WAYS_IN, self.fan, self.fan)])
 
 
 def _turned_off(toward: Array, a: float, b: float) -> Array:
-    """A direction (3,) turned about the two axes of the bin that are across it."""
+    """Rotate a direction (3,) about the two axes of the bin that are across it."""
     i = int(np.argmax(np.abs(toward)))
     across = np.eye(3)[(i + 1) % 3], np.eye(3)[(i + 2) % 3]
     return np.asarray(rotation_axis_angle(across[0], a) @ rotation_axis_angle(across[1], b) @ toward)

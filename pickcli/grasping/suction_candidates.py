@@ -1,7 +1,7 @@
 """Grasp candidates of a cup for one item in one place: sampled by seed, filtered by seal, reach and hold.
 
-This is Delft's first filter (section 2: "impossible grasps are eliminated heuristically"); the second
-one, by inverse kinematics and collisions along every line, stands in ``planning``.
+This is Delft's first filter (section 2: "impossible grasps are eliminated heuristically"); the second one, by
+inverse kinematics and collision checks along every line, is in ``planning``.
 """
 
 from __future__ import annotations
@@ -19,35 +19,35 @@ from pickcli.grasping.search import USUAL, Search
 from pickcli.grasping.surfaces import Face, faces, tilted, turned, wide_faces
 from pickcli.motion.plan import Grasp, GraspKind
 
-# A straight lance fits into a bin only when it is tilted little (30 degrees: 162 of 360 poses, 60: 54).
+# A straight lance fits into a bin only with a small tilt (30 degrees: 162 of 360 poses, 60: 54).
 MAX_FRONTAL_TILT = np.radians(30.0)
-# From above it may lean as far as walls and neighbours let it, which is asked of the tool by itself.
+# From above it may lean as far as walls and neighbours allow, which is checked for the tool without the arm.
 MAX_LEAN_FROM_ABOVE = np.radians(75.0)
-# A lance across the way in may roll about itself, so that its cup meets faces that lean to either side; it is
-# pitched little, and does not come from below.
+# A lance across the way in may roll about itself, so that its cup meets faces that lean to either side; its
+# pitch is small, and it does not come from below.
 MAX_ACROSS_TILT = np.radians(25.0)
 LANCE_CLEAR = 0.02  # m from the axis of the lance to a lip: its radius, the clearance, the cover's excess
 TRIES_PER_PLACE = 8
-SIDE = 0.15  # what a side grasp costs: it needs room beside the item
-ROLLING = 0.3  # and more where the cup makes the item roll before it holds
-HOLDS = 0.8  # of what the cup bears at rest, beyond which a grasp is dropped
-TILTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # shares of the most that the cup may be tilted
+SIDE = 0.15  # cost of a side grasp: it needs clearance beside the item
+ROLLING = 0.3  # additional cost if the cup makes the item roll before it holds
+HOLDS = 0.8  # of what the cup bears; a grasp with a larger load at rest is dropped
+TILTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # shares of the cup's largest tilt
 
 
 def sample_suctions(
     target: GraspTarget, tool: Tool, rng: np.random.Generator, search: Search = USUAL, most: float = HOLDS
 ) -> CandidateSet:
-    """Candidates of a cup for an item whose pose is known.
+    """Sample candidates of a cup for an item with a known pose.
 
-    Into a place from the front, frontal grasps hold the lance in line with the cup, top-down and side grasps
-    across it; from above all are in line, and lean over with the face. Each face yields its centre, random
-    places and those of the search's grid. The order follows ``Grasp.score``: load over limit, which is least
-    near the centre of mass and on faces that seal well, plus penalties for tilt, turn and pressing from the
-    side.
+    Into a place from the front, frontal grasps have the lance in line with the cup, top-down and side grasps
+    across it; from above all have it in line, leaning with the face. Each face yields its centre, random
+    places and those of the search's grid. They are ordered by ``Grasp.score``: load over limit, which is
+    least near the centre of mass and on faces that seal well, plus penalties for tilt, turn and pressing from
+    the side.
 
     Args:
-        target: What is to be grasped.
-        tool: What it is grasped with, which has a cup.
+        target: The item to be grasped.
+        tool: The tool, with a cup.
         rng: Source of the random places.
         search: How many places, turns and tilts are tried.
         most: Largest share of what the cup bears that the item at rest may take up.
@@ -89,10 +89,11 @@ def _nothing_to_hold(target: GraspTarget, tool: Tool) -> Reason:
 
 
 def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Generator, n: int) -> Array:
-    """Up to n random places (N, 4, 4) on a face for which a level lance clears the lips of the mouth."""
+    """Return up to n random places (N, 4, 4) on a face for which a level lance clears the mouth's lips."""
     samples = face.region.sample(rng, TRIES_PER_PLACE * n)
     T = target.T_entry_item @ samples
-    # A cup across the lance points down or aside; the lance lies above or beside the tip, and may be tilted.
+    # A cup across the lance points down or to the side; the lance is above or beside the tip, and may be
+    # tilted.
     is_across = T[:, 0, 2] < np.cos(_most_tilt(target))
     gained = T[:, 2, :3] @ _to_lance(tool) + np.sin(tool.cup.tilt) * np.maximum(T[:, 0, 3], 0.0)
     height = T[:, 2, 3] + np.where(is_across, gained, 0.0)
@@ -101,12 +102,12 @@ def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Gener
 
 
 def _most_tilt(target: GraspTarget) -> float:
-    """How far (rad) a lance in line with the cup may be off the way in."""
+    """Return how far (rad) a lance in line with the cup may be off the way in."""
     return float(MAX_LEAN_FROM_ABOVE if target.place.access.is_from_above else MAX_FRONTAL_TILT)
 
 
 def _to_lance(tool: Tool) -> Array:
-    """(3,) m in the tool frame, from the tip to the axis of the lance when it lies across the cup's axis."""
+    """Return (3,) m in the tool frame, from the tip to the axis of a lance that is across the cup's axis."""
     state = tool.state_with_lance(ACROSS)
     return np.zeros(3) if state is None else tool.tip_to_lance(state)
 
@@ -114,15 +115,15 @@ def _to_lance(tool: Tool) -> Array:
 def _placements(
     target: GraspTarget, face: str, T_item_tip: Array, tool: Tool, search: Search, most: float
 ) -> tuple[list[Grasp], list[Reason]]:
-    """The grasps at places (P, 4, 4) on one face, and why there is none at others.
+    """Return the grasps at places (P, 4, 4) on one face, and why others have none.
 
-    What faces away from every way in is not a failure, just another side.
+    A place that faces away from every way in is dropped without a reason.
     """
     found: list[Grasp] = []
     rejected: list[Reason] = []
     off, kinds = _kinds(T_item_tip[:, :3, 2] @ target.T_entry_item[:3, :3].T, _most_tilt(target))
     for kind, mine in kinds.items():
-        # From above there is no room for a lance that lies level.
+        # From above there is no room for a level lance.
         if mine.any() and (kind == "frontal" or not target.place.access.is_from_above):
             grasps, against = _of_kind(
                 target, GraspKind(kind, face), T_item_tip[mine], off[mine], tool, search, most
@@ -135,7 +136,7 @@ def _placements(
 def _of_kind(
     target: GraspTarget, of: GraspKind, T_item_tip: Array, off: Array, tool: Tool, search: Search, most: float
 ) -> tuple[list[Grasp], list[Reason]]:
-    """The grasps of one kind at places (P, 4, 4), whose axes are off (P,) rad from the ideal of that kind."""
+    """Return the grasps of one kind at places (P, 4, 4), whose axes are off (P,) rad from the ideal."""
     kind, face, where = of.kind, of.face, f"{target.id}, face {of.face}"
     tool_state = tool.state_with_lance(IN_LINE if kind == "frontal" else ACROSS)
     if tool_state is None:
@@ -160,7 +161,7 @@ def _of_kind(
 
 
 def _named(target: GraspTarget, kind: str, T_item_tip: Array) -> str:
-    """The kind of a grasp (4, 4), from above by the axis of the place that the cup's is nearest to."""
+    """Return the kind of a grasp (4, 4); from above, by the axis of the place nearest to the cup's axis."""
     if not target.place.access.is_from_above:
         return kind
     x, y, z = target.R_level_item @ T_item_tip[:3, 2]
@@ -168,7 +169,7 @@ def _named(target: GraspTarget, kind: str, T_item_tip: Array) -> str:
 
 
 def _kinds(along: Array, most_tilt: float) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
-    """How far in rad cups with axes (P, 3) in the bin frame are off the ideal, and which are of each kind.
+    """Return how far in rad cups with axes (P, 3) in the bin frame are off the ideal, and masks of each kind.
 
     most_tilt: rad that a frontal grasp may be off the way in
     """
@@ -183,10 +184,10 @@ def _kinds(along: Array, most_tilt: float) -> tuple[Array, dict[str, NDArray[np.
 def _turned_and_tilted(
     target: GraspTarget, kind: str, T_item_tip: Array, tool: Tool, search: Search
 ) -> tuple[Array, Array]:
-    """Every turn and tilt of the tool at places (P, 4, 4): poses (P, M, 4, 4), and what each costs (P, M)."""
+    """Return every turn and tilt of the tool at places (P, 4, 4): poses (P, M, 4, 4), and costs (P, M)."""
     rolls = search.rolls(kind, target.place.access.is_from_above)
     R_entry_item = target.T_entry_item[:3, :3]
-    # The directions that x is to point in, along the tool's x and y axes.
+    # The desired directions of x, along the tool's x and y axes.
     wanted = np.array([roll.x_target for roll in rolls]) @ (R_entry_item @ T_item_tip[:, :3, :2])
     T_turned = turned(T_item_tip[:, None], np.arctan2(wanted[..., 1], wanted[..., 0]))
     tilts = np.zeros((*T_turned.shape[:2], 1 + len(search.tilts)))
@@ -201,15 +202,15 @@ def _turned_and_tilted(
 
 
 def _tilt_over_the_lip(T_entry_tip: Array, to_lance: Array, most: float) -> Array:
-    """The least tilt in rad at which a lance that lies level over a thin item clears the bin's lip.
+    """Return the least tilt in rad at which a level lance over a thin item clears the bin's lip.
 
     Args:
-        T_entry_tip: (..., 4, 4) the tool, its lance across, in the frame of the way in.
+        T_entry_tip: (..., 4, 4) the tool, its lance across, in the entry frame.
         to_lance: (3,) m in the tool frame, from the tip to the axis of the lance.
         most: rad, the largest tilt.
 
     Returns:
-        (...) rad, 0 where no tilt clears it.
+        (...) rad, 0 if no tilt clears it.
     """
     tilts = most * TILTS
     T = tilted(T_entry_tip[..., None, :, :], tilts)

@@ -1,4 +1,4 @@
-"""Suction: a cup is pressed on a face of the item, rests there until it seals, and is lifted off with it."""
+"""Suction grasps: a cup is pressed on a face of the item, rests there until it seals, and lifts the item."""
 
 from __future__ import annotations
 
@@ -27,39 +27,39 @@ from pickcli.motion.segment import SegmentKind
 
 @dataclass(frozen=True, eq=False)
 class SuctionGrasping(GraspMethod):
-    """Picks with a suction cup (see ``GraspMethod``)."""
+    """Grasp method of a suction cup (see ``GraspMethod``)."""
 
     comes_in: ClassVar[SegmentKind] = SegmentKind.CONTACT
     closes_at_rest: ClassVar[bool] = False
 
     @property
     def take_up(self) -> float:
-        """The stretch in which the sealed bellows give way."""
+        """Path in m over which the sealed bellows give way."""
         return self.tool.cup.take_up
 
     @property
     def take_up_speed(self) -> float:
-        """The fastest speed in m/s while the cup takes up the weight, as the cell states it."""
+        """Speed limit in m/s while the cup takes up the weight, as the cell states it."""
         return self.tool.cup.take_up_speed
 
     def may_hold(self, item: Item) -> bool:
-        """Whether an item is one for suction.
+        """Whether an item is suitable for suction.
 
         Args:
             item: The item.
 
         Returns:
-            What the list of items says.
+            The flag in the list of items.
         """
         return item.suction
 
     def sample(
         self, target: GraspTarget, rng: np.random.Generator, search: Search, most: float
     ) -> CandidateSet:
-        """Places of the cup on the faces of an item (see ``GraspMethod``).
+        """Sample places of the cup on the faces of an item (see ``GraspMethod``).
 
         Args:
-            target: What is to be grasped.
+            target: The item to be grasped.
             rng: Source of the random places.
             search: How many places, turns and tilts are tried.
             most: Largest share of what the cup bears that the item at rest may take up.
@@ -70,12 +70,12 @@ class SuctionGrasping(GraspMethod):
         return sample_suctions(target, self.tool, rng, search, most)
 
     def bears(self, item: Item, face: str, T_item_tip: Array) -> HoldLimits:
-        """What the cup bears at the vacuum that a face keeps, at any point of it.
+        """Return what the cup bears at the vacuum that a face keeps, the same at any point of it.
 
         Args:
             item: The item.
             face: The name of the face under the cup.
-            T_item_tip: (4, 4) where the cup sits.
+            T_item_tip: (4, 4) pose of the tool at the grasp.
 
         Returns:
             The limits.
@@ -83,10 +83,10 @@ class SuctionGrasping(GraspMethod):
         return HoldLimits(self.tool.cup.limits, item.seals[face])
 
     def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
-        """That in which the cup came.
+        """Return the state in which the cup approached.
 
         Args:
-            grasp: How the item is held.
+            grasp: Grasp of the item.
             item: The item.
 
         Returns:
@@ -95,23 +95,23 @@ class SuctionGrasping(GraspMethod):
         return grasp.tool_state
 
     def contact_speed(self, contacts: PickContacts, grasp: Grasp) -> float | None:
-        """The fastest that the cup may meet the target (see ``press_check``).
+        """Return the highest speed at which the cup may meet the target (see ``press_check``).
 
         Args:
-            contacts: The scene, the target in it, and what carries that.
-            grasp: Where the cup sits on the target.
+            contacts: The scene, the target in it, and its support.
+            grasp: Grasp of the target.
 
         Returns:
-            m/s; None where the cup tips the target at any useful speed.
+            m/s; None if the cup tips the target at any useful speed.
         """
         return contact_speed(contacts, self.tool, grasp)
 
     def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
-        """The cup pressed on, however deep.
+        """Return the mode of a cup that is pressed on, at any depth.
 
         Args:
-            contacts: Of the pick.
-            grasp: Where the cup sits on the target.
+            contacts: Contacts of the pick.
+            grasp: Grasp of the target.
 
         Returns:
             One mode.
@@ -120,11 +120,11 @@ class SuctionGrasping(GraspMethod):
         return (Mode(grasp.tool_state, contacts=contacts.tool_while_pressing(outward)),)
 
     def modes(self, contacts: PickContacts, grasp: Grasp, tool_excess: float) -> GraspModes:
-        """The cup is pressed on while it keeps its state.
+        """Return the modes of a suction grasp, all in the grasp's tool state.
 
         Args:
-            contacts: Of the pick.
-            grasp: Where the cup sits on the target.
+            contacts: Contacts of the pick.
+            grasp: Grasp of the target.
             tool_excess: m by which the model of the cup is larger than the cup.
 
         Returns:
@@ -141,7 +141,7 @@ class SuctionGrasping(GraspMethod):
         )
 
     def rests(self, devices: Mapping[str, Device], release_time: float) -> GraspTimes:
-        """Rests: until the cup has sealed, and until the item has come off the cup.
+        """Return the rests: until the cup has sealed, and until the item has come off the cup.
 
         Args:
             devices: Devices of the cell, by name.

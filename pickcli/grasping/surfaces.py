@@ -28,14 +28,14 @@ class Face:
 
 
 def faces(item: Item, tool: Tool) -> tuple[Face, ...]:
-    """Find all faces of an item on which the cup seals, rim and all.
+    """Find all faces of an item on which the whole cup fits and seals.
 
     Args:
         item: The item.
         tool: The tool with the cup.
 
     Returns:
-        The faces; () where the item has none.
+        The faces; () if the item has none.
     """
     return tuple(face for face in wide_faces(item, tool) if item.seals[face.name] > 0.0)
 
@@ -48,7 +48,7 @@ def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
         tool: The tool with the cup.
 
     Returns:
-        The faces; () where the item has none.
+        The faces; () if the item has none.
     """
     inset = tool.cup.radius + item.seal_inset
     if item.shape.kind is ShapeKind.SPHERE:
@@ -59,7 +59,7 @@ def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
 
 
 def sagitta(radius: float, cup_radius: float) -> float:
-    """How deep a curved surface bulges into a cup that is pressed on with its rim.
+    """Return how far a curved surface bulges into a cup that is pressed on with its rim.
 
     Args:
         radius: m, of the surface.
@@ -72,7 +72,7 @@ def sagitta(radius: float, cup_radius: float) -> float:
 
 
 def into(outward: Array) -> Array:
-    """A tool orientation that points into a surface.
+    """Return a tool orientation that points into a surface.
 
     Args:
         outward: (3,) normal of the surface, of any length.
@@ -88,7 +88,7 @@ def into(outward: Array) -> Array:
 
 
 def _flat(name: str, outward: Array, low: Array, high: Array, inset: float) -> Face | None:
-    """What lies ``inset`` inside of a rectangle with corners (3,), flat along ``outward``, if anything."""
+    """Return the part of a rectangle (corners (3,), normal ``outward``) that is ``inset`` inside its edges."""
     centre, R = (low + high) / 2, into(outward)
     room = np.abs(R[:, :2].T) @ (high - low) / 2 - inset  # along the tool's x and y axes
     if float(room.min()) < 0.0:
@@ -111,7 +111,7 @@ def _box_faces(item: Item, inset: float) -> Iterator[Face | None]:
 
 def _cylinder_faces(item: Item, inset: float, stroke: float) -> Iterator[Face | None]:
     radius, length = item.shape.size
-    # The square inside the disc of allowed cup centres, and the inset around it again.
+    # The square inscribed in the disc of allowed cup centres, plus the inset around it.
     half = np.full(2, max(0.0, radius - inset) / np.sqrt(2.0) + inset)
     for name in ("+z", "-z"):
         outward = _outward(name)
@@ -121,7 +121,7 @@ def _cylinder_faces(item: Item, inset: float, stroke: float) -> Iterator[Face | 
         yield _flat(name, outward, low, high, inset) if radius >= inset else None
     ends = item.area("mantle")[:, 2]
     low_z, high_z = max(-length / 2, ends[0]) + inset, min(length / 2, ends[1]) - inset
-    # On the mantle the bellows must take up the bulge.
+    # On the mantle the bellows must compensate the bulge.
     if high_z >= low_z and radius > inset and sagitta(radius, inset) <= 0.75 * stroke:
         bounds = np.zeros((6, 2))
         bounds[2], bounds[5] = (low_z, high_z), (-np.pi, np.pi)
@@ -166,7 +166,7 @@ def tilted(T_item_tip: Array, angle: Array | float) -> Array:
 
 
 def _rotated(T: Array, angle: Array | float, i: int, j: int) -> Array:
-    """Poses (..., 4, 4) turned by angles (...) that take their axis i towards their axis j."""
+    """Rotate poses (..., 4, 4) by angles (...) that take their axis i towards their axis j."""
     angle = np.asarray(angle)
     out = np.broadcast_to(T, (*np.broadcast_shapes(T.shape[:-2], angle.shape), 4, 4)).copy()
     c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
@@ -176,7 +176,7 @@ def _rotated(T: Array, angle: Array | float, i: int, j: int) -> Array:
 
 
 def flat_normal(face: str) -> Array | None:
-    """Normal of a flat face.
+    """Return the normal of a flat face.
 
     Args:
         face: Name of the face.
@@ -192,7 +192,7 @@ def _outward(face: str) -> Array:
 
 
 def tilt_on(face: str, T_item_tip: Array) -> float:
-    """Angle between the cup's axis and the normal of the face that it sits on.
+    """Return the angle between the cup's axis and the normal of the face under it.
 
     Args:
         face: Name of the face.

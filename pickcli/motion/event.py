@@ -1,4 +1,4 @@
-"""I/O events: what a device must do, and at which place on the path."""
+"""I/O events: an action of a device, bound to a place on the path."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class AnchorKind(StrEnum):
-    """How a place on the path is named. Anchors survive stitching; times do not."""
+    """How a place on the path is stated. Anchors survive stitching; times do not."""
 
     SEGMENT_START = "segment start"
     SEGMENT_END = "segment end"
@@ -17,13 +17,13 @@ class AnchorKind(StrEnum):
 
 @dataclass(frozen=True)
 class Anchor:
-    """A place on the path, made where the key waypoints are made.
+    """A place on the path, defined together with the key waypoints.
 
     Attributes:
-        kind: How the place is named.
+        kind: How the place is stated.
         segment: Index into the plan's segments.
-        offset: m of tool path or s, by kind; with SEGMENT_START and SEGMENT_END, s after (before, if
-            negative) it.
+        offset: m of tool path or s, by kind; for SEGMENT_START and SEGMENT_END, s after (before, if negative)
+            it.
     """
 
     kind: AnchorKind

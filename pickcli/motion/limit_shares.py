@@ -8,11 +8,11 @@ from pickcli.cell.cell import Cell
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 
-PER_BIN = 4  # samples between two times, of which the largest is told
+PER_BIN = 4  # samples between two times, of which the largest is returned
 
 
 def limits_of(cell: Cell) -> tuple[Array, Array, Array]:
-    """Limits of velocity, acceleration and jerk under which a cell moves.
+    """Return a cell's limits of velocity, acceleration and jerk, scaled by its speed.
 
     Args:
         cell: The cell.
@@ -25,12 +25,12 @@ def limits_of(cell: Cell) -> tuple[Array, Array, Array]:
 
 
 def limit_shares(trajectory: Trajectory, cell: Cell, times: Array, derivative: int) -> Array:
-    """One derivative of a trajectory over its limits, at each time the largest until the next.
+    """Return one derivative of a trajectory over its limits, at each time the largest until the next.
 
     Args:
         trajectory: The trajectory.
-        cell: Whose limits hold.
-        times: (N,) s, none before another.
+        cell: The cell whose limits apply.
+        times: (N,) s, in ascending order.
         derivative: 1 for velocity, 2 for acceleration, 3 for jerk.
 
     Returns:

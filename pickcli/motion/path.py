@@ -40,6 +40,6 @@ class JointPath:
         """Turn the path around.
 
         Returns:
-            The same geometry, backwards.
+            The path with its waypoints reversed.
         """
         return JointPath(self.joint_names, self.waypoints[::-1].copy())

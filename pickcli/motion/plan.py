@@ -1,4 +1,4 @@
-"""Plans: what a query returns."""
+"""Plans: results of queries."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
 
 MAX_DURATION = 300.0  # s, of any plan: at a tenth of full speed a pick takes two minutes
-MAX_NUMBER = 1e6  # in any unit of a plan: nothing that an arm does is near it
+MAX_NUMBER = 1e6  # in any unit of a plan: far beyond any quantity of an arm
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,50 +49,50 @@ class Grasp:
     load_ratio: float
 
     def __str__(self) -> str:
-        """The grasp as reasons of failures name it."""
+        """Return the name of the grasp in reasons."""
         return f"{self.kind} grasp on face {self.face}"
 
 
 @dataclass(frozen=True)
 class GraspKind:
-    """All grasps from one side of one face, at any point of it: what failed is not tried just beside."""
+    """All grasps of one kind on one face: after a failure, none of them is tried at a neighbouring point."""
 
     kind: str
     face: str
 
 
 class RecoveryLevel(StrEnum):
-    """What a motion that frees a stopped arm claims, the strictest first. See docs/recovery.md.
+    """Rules that a recovery motion for a stopped arm keeps to, the strictest first. See docs/recovery.md.
 
-    From OPENING on, contact that is there when the motion begins may open, and never deepen.
+    From OPENING on, contact that exists at the start of the motion may open, but never deepen.
     """
 
-    AS_PLANNED = "as planned"  # by the rules of every plan
-    OPENING = "opening"  # out of what is near at the start
-    BACKWARDS = "backwards"  # along the motion that stopped, from where it stands to where it came from
-    SLOWLY = "slowly"  # at a tenth of the speed, items where they were seen, without the bound of the error
-    JOG = "jog"  # as slowly, over a few millimetres, away from what is nearest
+    AS_PLANNED = "as planned"  # by the usual rules
+    OPENING = "opening"  # away from solids that are near at the start
+    BACKWARDS = "backwards"  # back along the motion that stopped
+    SLOWLY = "slowly"  # at a tenth of the speed, items at their perceived poses without error bounds
+    JOG = "jog"  # as slow, over a few millimetres, away from the nearest solid
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What the verifier checked, how finely, and of which bytes.
+    """What the verifier checked, how finely, and the hashes of the checked data.
 
-    It guards against accidents and is no signature: anyone who can edit a plan can certify it, too. It claims
-    no more than that in this model (fingerprint) every state keeps at least ``min_clearance``, and the limits
+    It guards against accidents and is not a signature: anyone who can edit a plan can also certify it. It
+    states only that in this model (fingerprint) every state keeps at least ``min_clearance``, and the limits
     with the stated ratios. It is not a statement of safety.
 
     Attributes:
         motion_hash: SHA-256 of trajectory, segments, events and grasp.
-        scene_hash: SHA-256 of the scene that was checked against.
-        cell_fingerprint: Fingerprint of its cell.
-        n_states: States that were checked.
+        scene_hash: SHA-256 of the scene that the plan was checked in.
+        cell_fingerprint: Fingerprint of the cell.
+        n_states: Number of checked states.
         max_step: m, farthest that any point of the robot moves between two checked states.
         min_clearance: m, over all pairs that are not planned contacts.
         max_velocity_ratio: Largest |v| over its limit, at every ms.
         max_acceleration_ratio: Largest |a| over its limit.
         max_jerk_ratio: Largest |jerk| over its limit.
-        checks: What was checked, in words.
+        checks: Descriptions of the checks.
     """
 
     motion_hash: str
@@ -111,10 +111,10 @@ class Certificate:
 class Plan:
     """Segments, one trajectory over all of them, events and grasp; valid for one cell and scene.
 
-    Everything but ``statistics`` is a pure function of the query: same bytes every time.
+    Everything except ``statistics`` is a pure function of the query: the same bytes every time.
 
     Attributes:
-        query: What was asked, e.g. "pick crayola_24_ct from bin_B".
+        query: The query, e.g. "pick crayola_24_ct from bin_B".
         cell_fingerprint: Fingerprint of the cell that it is valid for.
         scene_hash: Hash of the scene that it is valid for.
         seed: Seed of all random choices.
@@ -122,12 +122,12 @@ class Plan:
         trajectory: The motion.
         events: Resolved events.
         grasp: None for a move.
-        speed_scale: Factor on the speed limits under which an item was carried.
+        speed_scale: Factor on the speed limits while the item is carried.
         certificate: None for a plan that was not verified.
-        statistics: Wall-clock figures, which stand nowhere else.
-        recovery: What it claims as a way out of a stop; None for every other plan.
-        arm: Name of the arm that moves; empty in a cell that has only one.
-        others: Where all other arms stand meanwhile.
+        statistics: Wall-clock times and other measurements.
+        recovery: Level of a recovery motion; None for every other plan.
+        arm: Name of the moving arm; empty in a cell with one arm.
+        others: States of all other arms during the motion.
     """
 
     query: str
@@ -147,14 +147,14 @@ class Plan:
 
 
 def other_arm_elsewhere(plan: Plan, cell: Cell) -> str:
-    """Why a plan is not for a cell as it stands: of another arm, or another arm stands elsewhere.
+    """Explain why a plan does not fit the arms of a cell: another arm moves, or one stands elsewhere.
 
     Args:
         plan: The plan.
-        cell: The cell as the arm that moves sees it.
+        cell: The cell as the moving arm sees it.
 
     Returns:
-        One sentence, empty where the plan knows all arms where they are.
+        One sentence, empty if the plan has the same arms in the same states.
     """
     if plan.arm != cell.arm:
         return f"made for {_called(plan.arm)}, this is {_called(cell.arm)}; plan it again"

@@ -1,7 +1,7 @@
 """Plans as JSON files: written whole or not at all, read strictly. See docs/formats/plan.md.
 
-Floats are written with every digit that matters, so a plan that is written and read again is the same
-plan bit for bit, and ``motion_hash`` of it too.
+Floats are written with all significant digits, so a plan that is written and read again is the same plan bit
+for bit, and has the same ``motion_hash``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MAX_BYTES = 24 * 2**20  # a plan of ten seconds has half a megabyte
 
 
 def motion_hash(plan: Plan) -> str:
-    """SHA-256 of what moves: trajectory, segments, events, grasp, and the level of recovery.
+    """Compute the SHA-256 of the motion: trajectory, segments, events, grasp, and the level of recovery.
 
     Args:
         plan: The plan.
@@ -42,7 +42,7 @@ def motion_hash(plan: Plan) -> str:
 
 
 def plan_to_dict(plan: Plan) -> dict[str, Any]:
-    """The plan as the JSON object of its file.
+    """Convert a plan to the JSON object of its file.
 
     Args:
         plan: The plan.
@@ -80,8 +80,8 @@ def write_plan(plan: Plan, path: Path, replace: bool = True) -> None:
         replace: Whether a file that exists may be replaced.
 
     Raises:
-        InputError: If the plan holds a number that JSON does not know (nan, infinity), or the file cannot be
-            written.
+        InputError: If the plan holds a number that JSON cannot represent (nan, infinity), or the file cannot
+            be written.
     """
     try:
         text = _layout(plan_to_dict(plan))
@@ -112,9 +112,9 @@ def read_plan(path: Path) -> Plan:
 
 
 def certificate_seal(plan: Plan) -> str:
-    """SHA-256 of a certificate and of everything that it speaks of, but not of ``statistics``.
+    """Compute the SHA-256 of a certificate and of the whole plan except ``statistics``.
 
-    Anyone who can edit the file can compute it: it reveals damage and mix-ups, and is no signature.
+    Anyone who can edit the file can compute it: it reveals damage and mix-ups, and is not a signature.
 
     Args:
         plan: A plan with a certificate.
@@ -127,12 +127,12 @@ def certificate_seal(plan: Plan) -> str:
 
 
 def _arms(plan: Plan) -> dict[str, Any]:
-    """Which arm moves and where the others stand; nothing in a cell that has only one."""
+    """Return the moving arm and the states of the others; {} in a cell with one arm."""
     return {"arm": plan.arm, "others": [plain(state) for state in plan.others]} if plan.arm else {}
 
 
 def _check_certificate(plan: Plan, seal: str, where: str) -> None:
-    """A certificate speaks of exact bytes: refuse the plan when they are not these."""
+    """Raise DamagedError if the plan's data are not those that were certified."""
     if plan.certificate is None:
         return
     pairs = (
@@ -151,12 +151,12 @@ def _check_certificate(plan: Plan, seal: str, where: str) -> None:
 
 
 def _rows(a: Array) -> list[Any]:
-    """An array as nested lists of Python floats."""
+    """Convert an array to nested lists of Python floats."""
     return list(a.tolist())
 
 
 def _trajectory(trajectory: Trajectory) -> dict[str, Any]:
-    """As trajectory_msgs/JointTrajectory, but time_from_start in s as one float: nanoseconds round."""
+    """Convert to trajectory_msgs/JointTrajectory, but with time_from_start in s as one float."""
     names = ("positions", "velocities", "accelerations", "time_from_start")
     columns = (trajectory.positions, trajectory.velocities, trajectory.accelerations, trajectory.times)
     points = zip(*(_rows(column) for column in columns), strict=True)
@@ -167,7 +167,7 @@ def _trajectory(trajectory: Trajectory) -> dict[str, Any]:
 
 
 def _layout(data: dict[str, Any]) -> str:
-    """JSON for people and diffs: one line per point, segment and event instead of one per number."""
+    """Format JSON for people and diffs: one line per point, segment and event instead of one per number."""
 
     def line(value: Any) -> str:
         return json.dumps(value, allow_nan=False)

@@ -1,8 +1,8 @@
 """The schema of plan files: JSON text to Plan, every problem named with its field.
 
-A type of a plan is declared once, as a dataclass of this package. What its fields are called in a file, what
-they may hold there, and how they are written and read follows from the declaration; stated here is only what
-a type cannot say. A trajectory alone has another shape in a file: points, not columns.
+Each type of a plan is declared once, as a dataclass of this package. The names of its fields in a file, their
+allowed values, and how they are written and read follow from the declaration; only constraints that a type
+cannot express are stated here. Only a trajectory has another structure in a file: points, not columns.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ MAX_JOINTS = 32
 TIME_TOLERANCE = 1e-9  # s, between the end of a segment and the start of the next
 MAX_PROBLEMS = 20  # named in one message
 
-_SHORT = Repr()  # of values of any size
+_SHORT = Repr()  # abbreviates values of any size
 _SHORT.maxstring = _SHORT.maxother = 60
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
@@ -50,7 +50,7 @@ Time = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=MAX_DURATION)]
 
 
 class _Model(BaseModel):
-    """Strict: no unknown keys, no strings for numbers."""
+    """Strict model: no unknown keys, no strings for numbers."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -69,26 +69,26 @@ class _Trajectory(_Model):
 
 @cache
 def _field_types(kind: type) -> dict[str, Any]:
-    """The type of every field of a dataclass, by its name, which is its key in a file too."""
+    """Return the types of a dataclass's fields by name, which is also the key in a file."""
     hints = get_type_hints(kind)
     return {field.name: hints[field.name] for field in fields(kind)}
 
 
 def _derived(kind: type, also: Mapping[str, Any] = MappingProxyType({}), **special: Any) -> Any:
-    """The schema of a dataclass in a file: each field by its type, or by ``special``; and keys besides."""
+    """Derive the schema of a dataclass in a file: fields by type or by ``special``, and additional keys."""
     keys = {name: special.get(name, _FILE_TYPES.get(of, of)) for name, of in _field_types(kind).items()}
     return create_model(f"_{kind.__name__}", __base__=_Model, **also, **keys)
 
 
 def plain(value: Any, kind: Any = None) -> Any:
-    """A value of a plan as JSON knows it.
+    """Convert a value of a plan to JSON values.
 
     Args:
         value: The value.
-        kind: The type that its field is declared with; None for a dataclass.
+        kind: The declared type of its field; None for a dataclass.
 
     Returns:
-        JSON values; of a dataclass an object, its keys in the order of its fields.
+        JSON values; for a dataclass an object, its keys in the order of its fields.
     """
     if value is None:
         return None
@@ -101,12 +101,12 @@ def plain(value: Any, kind: Any = None) -> Any:
         return value.tolist()
     if isinstance(value, tuple):
         return list(value)
-    # What is a figure of numpy's, or a whole number where any may stand, is written as what it is read as.
+    # Numpy scalars, and integers in a field for floats, are written in the declared type.
     return float(value) if kind in (float, float | None) else int(value) if kind is int else value
 
 
 def _built(kind: Any, value: Any) -> Any:
-    """The value of a type from what its schema holds."""
+    """Build the value of a type from its validated model."""
     if isinstance(kind, UnionType):
         return None if value is None else _built(get_args(kind)[0], value)
     if kind is Trajectory:
@@ -122,7 +122,7 @@ def _built(kind: Any, value: Any) -> Any:
 
 
 def _trajectory(model: _Trajectory) -> Trajectory:
-    """The trajectory of a file's points."""
+    """Build the trajectory from a file's points."""
     names = ("time_from_start", "positions", "velocities", "accelerations")
     columns = (np.array([getattr(point, name) for point in model.points]) for name in names)
     return Trajectory(tuple(model.joint_names), *columns)
@@ -219,20 +219,20 @@ def parse_plan(text: str, where: str) -> tuple[Plan, str]:
 
 
 def _problem(error: Any) -> str:
-    """One pydantic error as ``field: expected, got; what to do``."""
+    """Format one pydantic error as ``field: expected, got; what to do``."""
     key = tuple(part if isinstance(part, int) else shortened(part) for part in error["loc"])
     told = explain(_Plan, error["loc"], error)
     return f"{name_of(key)}: {told}" if key else told
 
 
 def _refusal(where: str, count: int, problems: Iterable[str]) -> InputError:
-    """One error for ``count`` problems, of which the first are told."""
+    """Build one error for ``count`` problems, of which the first are listed."""
     more = f"\n  and {count - MAX_PROBLEMS} more" if count > MAX_PROBLEMS else ""
     return InputError("\n  ".join([f"{where}: not a valid plan:", *islice(problems, MAX_PROBLEMS)]) + more)
 
 
 def _problems(model: Any) -> Iterator[str]:
-    """What types cannot say: shapes, order of times, contiguous segments, indices in range."""
+    """Yield violations of constraints between fields: shapes, times, contiguous segments, indices in range."""
     yield from _trajectory_problems(model.trajectory)
     yield from _segment_problems(model)
     for i, event in enumerate(model.events):

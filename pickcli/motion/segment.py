@@ -11,11 +11,11 @@ import numpy as np
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 
-STANDING = 1e-6  # joint units of path below which a segment does not move at all
+STANDING = 1e-6  # joint units of path below which a segment counts as at rest
 
 
 class SegmentKind(StrEnum):
-    """Kinds after Delft (section 2.1); coarse motions are split by whether something is held."""
+    """Kinds after Delft (section 2.1); coarse motions are distinguished by whether an item is held."""
 
     TRANSIT = "transit"  # coarse, empty
     PREAPPROACH = "pre-approach"  # straight along the bin's axis into the bin (KTH Fig. 5)
@@ -26,16 +26,16 @@ class SegmentKind(StrEnum):
     TRANSFER = "transfer"  # coarse, item held
     INSERT = "insert"  # straight into a bin, item held
     PLACE = "place"  # straight down into the tote, or onto the floor of a bin
-    DEPART = "depart"  # straight away, empty: from where the item was let go, or from what the cup touches
+    DEPART = "depart"  # straight away, empty: from a released item, or from solids that the cup touches
 
 
 @dataclass(frozen=True)
 class SegmentLimits:
-    """How fast a segment may be traversed, and how far its corners may be rounded.
+    """Speed limits of a segment, and how far its corners may be rounded.
 
     Attributes:
-        speed_scale: Of the joints' velocity, acceleration and jerk limits.
-        max_tool_speed: m/s of the tip, None without a limit of its own.
+        speed_scale: Factor on the joints' velocity, acceleration and jerk limits.
+        max_tool_speed: m/s of the tip, None if the segment has no limit.
         blend_tolerance: Joint units by which blends may leave the polyline; 0 stops at each corner.
     """
 
@@ -52,9 +52,9 @@ class PathSegment:
     """One named part of a path, before it has a time.
 
     Attributes:
-        kind: What it is for.
-        waypoints: (N, n) polyline in joint space, N >= 1; the first is the last of the segment before.
-        limits: How fast it may be traversed, and how far its corners may be rounded.
+        kind: Kind of the segment.
+        waypoints: (N, n) polyline in joint space, N >= 1; the first is the last of the previous segment.
+        limits: Speed limits, and how far its corners may be rounded.
     """
 
     kind: SegmentKind
@@ -77,7 +77,7 @@ class PathSegment:
         return float(np.abs(np.diff(self.waypoints, axis=0)).sum()) > STANDING
 
     def scaled(self, by: float) -> Self:
-        """Scale all limits of the joints, on top of the segment's own scale.
+        """Scale all joint limits, in addition to the segment's own scale.
 
         Args:
             by: Factor on velocity, acceleration and jerk limits.
@@ -93,14 +93,14 @@ class Segment:
     """A part of a plan's trajectory with one set of contact rules.
 
     Attributes:
-        kind: What it is for.
+        kind: Kind of the segment.
         t_start: s.
         t_end: s.
         tool_state: State of the tool.
         held: Id of the item in the cup, or None.
         touching: Names that the tool or the held item may touch here (target, its support, neighbours in the
-            first stated distance of the lift, or the last before it is let go in a bin); everything else
-            keeps the cell's clearance.
+            first stated distance of the lift, or the last before a release in a bin); everything else keeps
+            the cell's clearance.
     """
 
     kind: SegmentKind

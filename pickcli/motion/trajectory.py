@@ -8,7 +8,7 @@ import numpy as np
 
 from pickcli.geometry import Array
 
-# Powers of u with coefficients of the quintic Hermite basis on [0, 1]; rows: p0, v0, a0, p1, v1, a1.
+# Coefficients of the quintic Hermite basis on [0, 1], by powers of u; rows: p0, v0, a0, p1, v1, a1.
 _BASIS = np.array(
     [
         [1, 0, 0, -10, 15, -6],
@@ -25,9 +25,9 @@ _BASIS = np.array(
 class Trajectory:
     """Points as in trajectory_msgs/JointTrajectory, and the curve between them.
 
-    Between two points runs the quintic that meets position, velocity and acceleration at both ends, as
-    ros2_controllers interpolates. The trajectory *is* that curve: limits and clearance are promised of it,
-    not of the points.
+    The curve between two points is the quintic that meets position, velocity and acceleration at both ends,
+    as ros2_controllers interpolates. The trajectory *is* that curve: limits and clearance hold for it, not
+    only for the points.
 
     Attributes:
         joint_names: Names of the n joints.
@@ -49,7 +49,7 @@ class Trajectory:
         return float(self.times[-1])
 
     def sample(self, t: Array | float, derivative: int = 0) -> Array:
-        """Positions or one of their time derivatives.
+        """Return positions or one of their time derivatives.
 
         Args:
             t: (M,) s; times outside of the trajectory are clamped to its ends.
@@ -61,7 +61,7 @@ class Trajectory:
         return self._sampled(t, (derivative,))[0]
 
     def states(self, t: Array | float) -> tuple[Array, Array, Array]:
-        """Positions, velocities and accelerations.
+        """Return positions, velocities and accelerations.
 
         Args:
             t: (M,) s; times outside of the trajectory are clamped to its ends.
@@ -73,7 +73,7 @@ class Trajectory:
         return positions, velocities, accelerations
 
     def _sampled(self, t: Array | float, derivatives: tuple[int, ...]) -> list[Array]:
-        """Some of the time derivatives (M, n) at times (M,)."""
+        """Return some of the time derivatives (M, n) at times (M,)."""
         t = np.atleast_1d(np.clip(t, 0.0, self.duration))
         i = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
         h = self.times[i + 1] - self.times[i]
@@ -90,7 +90,7 @@ class Trajectory:
 
 
 def _derived(powers: Array, derivative: int) -> Array:
-    """Derivatives (M, 6) by u of the powers 0 to 5 of u (M, 6)."""
+    """Return derivatives (M, 6) by u of the powers 0 to 5 of u (M, 6)."""
     derived, factor = np.zeros_like(powers), np.ones(6)
     derived[:, derivative:] = powers[:, : 6 - derivative]
     for d in range(derivative):

@@ -80,7 +80,6 @@ class PlanningContext:
 
         Returns:
             (n,) each: above a place with access from above, else in front of its mouth. A cell may name none.
-            any.
         """
         return [named.q for named in self.cell.configurations_at(place)]
 

@@ -120,9 +120,9 @@ def place_at(scene: Scene, T_world_item: Array) -> Place | None:
         scene: The scene.
         T_world_item: (4, 4) pose of the item.
 
-    The place open to the front whose room contains the item's centre; else, of the places open above, the
-    highest one below its centre, or the one nearest to it horizontally. None if the cell has none.
-        is none.
+    Returns:
+        The place open to the front whose room contains the item's centre; else, of the places open above,
+        the highest one below its centre, or the one nearest to it horizontally. None if the cell has none.
     """
     places = scene.cell.places.values()
     at = {place.name: (inverse(scene.T_world_place(place)) @ T_world_item)[:3, 3] for place in places}

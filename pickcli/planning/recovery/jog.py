@@ -58,7 +58,7 @@ def plan_jog(rules: RecoveryRules, label: str, seed: int) -> Plan | Failures:
 
 
 def _jogs(rules: RecoveryRules, all_pairs: SceneChecker) -> Iterator[Array]:
-    """Yield joint steps (n,) within the limits: up the gradient of the distance, and along tool axes."""
+    """Yield joint steps (n,) within the limits: along the distance gradient, tool directions and joints."""
     arm, q, tool_state = rules.context.arm, rules.start.q, rules.start.tool_state
     unit = np.eye(arm.n)
     ahead = np.array([all_pairs.clearance(q + JOG_STEP * e).distance for e in unit])
