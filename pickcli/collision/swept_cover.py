@@ -18,9 +18,8 @@ def sweep(cover: Cover, joint: Joint, least: float, most: float) -> Cover:
     """Return spheres that contain ``cover`` at every position of a joint between two bounds.
 
     Proof: at any position a sphere is within half a sampling step of a sampled one; between the two its
-        centre
-    moves by at most half the step of a prismatic joint, or by a chord of at most 2 rho sin(step / 4) about an
-    axis at a distance rho. The sampled sphere is enlarged by that.
+    centre moves by at most half the step of a prismatic joint, or by a chord of at most 2 rho sin(step / 4)
+    about an axis at a distance rho. The sampled sphere is enlarged by that.
 
     Args:
         cover: In the frame of the joint's child, at position 0.

@@ -88,7 +88,7 @@ def into(outward: Array) -> Array:
 
 
 def _flat(name: str, outward: Array, low: Array, high: Array, inset: float) -> Face | None:
-    """Return the part of a rectangle (corners (3,), normal ``outward``) that is ``inset`` inside its edges."""
+    """Return the part of a rectangle (corners (3,), normal ``outward``) ``inset`` inside its edges."""
     centre, R = (low + high) / 2, into(outward)
     room = np.abs(R[:, :2].T) @ (high - low) / 2 - inset  # along the tool's x and y axes
     if float(room.min()) < 0.0:

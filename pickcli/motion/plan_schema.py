@@ -232,7 +232,7 @@ def _refusal(where: str, count: int, problems: Iterable[str]) -> InputError:
 
 
 def _problems(model: Any) -> Iterator[str]:
-    """Yield violations of constraints between fields: shapes, times, contiguous segments, indices in range."""
+    """Yield violated constraints between fields: shapes, times, contiguous segments, indices in range."""
     yield from _trajectory_problems(model.trajectory)
     yield from _segment_problems(model)
     for i, event in enumerate(model.events):
