@@ -1,7 +1,6 @@
-"""Several arms in one world: one moves, the others stand in their real shape, and they take turns.
+"""Turns of several arms in one world: one arm moves while the others are stationary.
 
-Those that stand are links of the robot that no joint moves: the arm that moves meets them, and what it meets
-is judged like any other contact.
+Stationary arms are fixed links of the robot, so contacts with them are judged like any other contact.
 """
 
 from __future__ import annotations
@@ -16,14 +15,14 @@ from pickcli.simulation.world import World
 
 
 def let_move(world: World, cell: Cell) -> None:
-    """Let another arm move from now on, from where it stands; the one that moved stays where it is.
+    """Switch to another arm, which moves from where it stands; the previous one stays where it is.
 
     Args:
         world: The world.
-        cell: The cell as the other arm sees it, the one that moved where it stands.
+        cell: The cell as seen by the other arm, with the previous one at its actual position.
 
     Raises:
-        InputError: The arm that moved holds something, or does not stand where the cell has it.
+        InputError: The previous arm holds an item, or is not where the cell has it.
     """
     before = world.scene.cell
     stood = next(state for state in before.others if state.arm == cell.arm)

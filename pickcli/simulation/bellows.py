@@ -1,10 +1,9 @@
-"""The relaxed cup: bellows that shorten by their stroke with a spring's force, whatever they meet.
+"""Relaxed suction cup: bellows that are compressed like a spring by any body.
 
-Rays along the cup's axis, one in the middle and eight on the rim, tell how far each part of the lip is
-pressed in, by an item or by shelf and floor alike; each carries its share of the spring. So the force is
-even on a face that is square on, and on one side where the cup meets an edge. Beyond the stroke the folds
-lie on each other and only rubber, lance and arm give; farther than that the cup's collision shape in the
-engine is in the way.
+Rays along the cup's axis, one in the middle and eight on the rim, measure how far each part of the lip is
+pressed in, by items, shelf or floor alike; each carries its share of the spring force. So the force is even
+on a perpendicular face, and one-sided at an edge. Beyond the stroke the folds are in contact, and only
+rubber, lance and arm comply; farther in, the cup's collision shape in the engine takes over.
 """
 
 from __future__ import annotations
@@ -18,22 +17,22 @@ from pickcli.geometry import Array, length
 from pickcli.simulation.engine import ContactPoint, Engine
 
 N_RIM = 8
-PROBE_BACK = 0.02  # m behind the compressed cup where the probing rays start, so never inside an item
+PROBE_BACK = 0.02  # m behind the compressed cup where rays start, so that they never start inside an item
 RELAXATION = 4e-3  # s, damping over stiffness of the rubber
 SOLID_STIFFNESS = 3e4  # N/m beyond the stroke: solid rubber, lance and arm in series (docs/simulation.md)
-SOLID_DEPTH = 4e-3  # m beyond the stroke where the rigid collision shape begins
-FRICTION = 0.5  # of the lip on a face; the cell's max_shear over max_pull says the same
-SLIDING_SPEED = 0.01  # m/s from which the lip slides with its whole friction
+SOLID_DEPTH = 4e-3  # m beyond the stroke at which the rigid collision shape begins
+FRICTION = 0.5  # of the lip on a face; consistent with the cell's max_shear over max_pull
+SLIDING_SPEED = 0.01  # m/s above which the sliding lip has its full friction
 
 
 @dataclass(frozen=True, eq=False)
 class Probe:
-    """What stands in front of the cup.
+    """Measurement of the bodies in front of the cup.
 
     Attributes:
-        names: (9,) body that each ray meets first, "" where none; the middle first, then the rim.
-        distances: (9,) m from the lip of the relaxed cup along its axis; negative where it is pressed in,
-            infinite where nothing is.
+        names: (9,) first body on each ray, "" if none; the middle first, then the rim.
+        distances: (9,) m from the lip of the relaxed cup along its axis; negative if pressed in, infinite
+            without a body.
     """
 
     names: tuple[str, ...]
@@ -41,7 +40,7 @@ class Probe:
 
     @property
     def nearest(self) -> str:
-        """The body that comes first, "" if there is none."""
+        """The nearest body, "" if there is none."""
         return self.names[int(np.argmin(self.distances))]
 
 
@@ -52,7 +51,7 @@ class Bellows:
     """The relaxed bellows of one robot's cup in an engine.
 
     Args:
-        engine: Where the robot and the items are.
+        engine: The engine with the robot and the items.
         robot: Name of the robot's body.
         tool: The robot's tool.
         stiffness: N/m of the bellows along their axis.
@@ -66,14 +65,14 @@ class Bellows:
         self._points = np.concatenate([np.zeros((1, 2)), rim])  # (9, 2) in the tip's x-y plane
 
     def probe(self, T_world_tip: Array, ahead: float) -> Probe:
-        """Look along the cup's axis.
+        """Cast the rays along the cup's axis.
 
         Args:
             T_world_tip: (4, 4) tool frame.
-            ahead: m in front of the relaxed lip.
+            ahead: m, range in front of the relaxed lip.
 
         Returns:
-            What the rays met.
+            The measurement.
         """
         back = self._tool.cup.stroke + SOLID_DEPTH + PROBE_BACK
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
@@ -86,26 +85,26 @@ class Bellows:
         return Probe(tuple(name for name, _ in hits), np.array(distances))
 
     def points(self, T_world_tip: Array, probe: Probe) -> Array:
-        """Where the rays of a probe met something.
+        """Compute the points at which the rays of a probe hit bodies.
 
         Args:
             T_world_tip: (4, 4) tool frame.
-            probe: What is in front of the cup.
+            probe: The measurement.
 
         Returns:
-            (9, 3) m in the world; infinite where they met nothing.
+            (9, 3) m in the world; infinite for rays without a hit.
         """
         R = T_world_tip[:3, :3]
         across = T_world_tip[:3, 3] + self._points @ R[:, :2].T
         return np.asarray(across + np.outer(probe.distances, R[:, 2]))
 
     def push(self, T_world_tip: Array, probe: Probe, items: frozenset[str]) -> list[ContactPoint]:
-        """Push on whatever presses the bellows in, and back on the robot.
+        """Apply the spring forces to the bodies that compress the bellows, and the reaction to the robot.
 
         Args:
             T_world_tip: (4, 4) tool frame.
-            probe: What is in front of the cup.
-            items: Names of the bodies that can move.
+            probe: The measurement.
+            items: Names of the movable bodies.
 
         Returns:
             The contacts.
@@ -122,7 +121,8 @@ class Bellows:
         mine = np.array([other == name for other in probe.names]) & (pressed > 0.0)
         depths = pressed[mine]
         R, tool = T_world_tip[:3, :3], self._tool
-        # Of a free body's mass, what an explicit time step bears: m / h^2 of stiffness, m / h of damping.
+        # The explicit time step is stable up to m / h^2 of stiffness and m / h of damping, for a free body's
+        # mass m.
         mass, h = self._engine.mass(name) if is_free else np.inf, self._engine.time_step
         soft, solid = self.stiffness, min(SOLID_STIFFNESS, mass / h**2)
         excess = np.maximum(depths - tool.cup.stroke, 0.0)

@@ -1,9 +1,9 @@
-"""The hardest stop there is: every joint by itself, with all the torque that its motor has.
+"""Hardest stop: each joint brakes independently with the full torque of its motor.
 
-Set points follow the encoders. A position loop that is told to stay where it is asks for velocity zero, and
-the motor brakes with all its torque until the joint stands. Light joints stand long before heavy ones, so the
-path is left by what lies between. In exchange no joint is driven on into what is touched, as it is where all
-must slow down together along the path. Afterwards the arm is led back onto its path, gently.
+The set points follow the encoders, so each position loop demands velocity zero and its motor brakes with full
+torque until the joint is at rest. Light joints stop long before heavy ones, so the arm leaves the path. In
+exchange no joint is driven further into a contact, as it would be if all joints slowed down together along
+the path. Afterwards the arm is led back onto its path slowly.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 
-OVERSHOOT = 0.5  # s of the path beyond where the stop began in which the robot can have come to rest
-LOOK_STEP = 1e-3  # s of the path between the configurations of which the nearest is looked for
+OVERSHOOT = 0.5  # s of the path after the start of the stop, within which the robot comes to rest
+LOOK_STEP = 1e-3  # s of the path between candidates for the nearest configuration
 
 
 class Return:
-    """Set points from rest beside a trajectory onto it and back along it.
+    """Set points from rest beside a trajectory to the trajectory, and then back along it.
 
     Attributes:
-        path_time: s on the trajectory, of the configuration on it that the robot is led to.
+        path_time: s on the trajectory, of the configuration that the robot is led to.
 
     Args:
-        trajectory: What was being carried out.
-        path_time: s on it where the stop began.
-        q: (n,) where the robot stands.
-        duration: s in which the distance to the path is closed.
+        trajectory: The interrupted trajectory.
+        path_time: s on the trajectory at the start of the stop.
+        q: (n,) configuration at rest.
+        duration: s for the return to the path.
     """
 
     def __init__(self, trajectory: Trajectory, path_time: float, q: Array, duration: float) -> None:
@@ -40,11 +40,11 @@ class Return:
 
     @property
     def is_on_path(self) -> bool:
-        """Whether the distance to the path is closed."""
+        """Whether the robot is on the path again."""
         return self._t >= self._duration
 
     def advance(self, time_step: float) -> Array:
-        """The next set point, closer to the path: a minimum-jerk blend from rest to rest.
+        """Compute the next set point of a minimum-jerk motion to the path.
 
         Args:
             time_step: s.
@@ -58,11 +58,11 @@ class Return:
         return np.asarray(self._trajectory.sample(self.path_time)[0] + left * self._off)
 
     def back(self, time_step: float, rate: float) -> Array:
-        """The set point after a step back along the path.
+        """Compute the set point after a step back along the path.
 
         Args:
             time_step: s.
-            rate: Share of the path's pace.
+            rate: Speed as a share of the trajectory's.
 
         Returns:
             (n,).

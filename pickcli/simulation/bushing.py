@@ -1,13 +1,13 @@
-"""A held item hangs on the collapsed cup, or on pads, by a bushing: a spring and damper in six directions.
+"""Bushing by which a held item hangs on the collapsed cup, or on pads: a spring and damper in six directions.
 
-A cup has two characteristics: relaxed, a soft spring along its axis; sealed, collapsed onto its own folds, a
-stiff one in six directions (the same two states has OpenPLX's ``SixDofSuctionCup``, Algoryx; a bushing of
-six directions is Drake's ``LinearBushingRollPitchYaw``, Adams' BUSHING). The wrench of the bushing is the
-load on the cup: nothing has to be read out of a solver.
+A cup has two characteristics: relaxed, a soft spring along its axis; sealed and collapsed onto its own folds,
+a stiff one in six directions (as OpenPLX's ``SixDofSuctionCup``, Algoryx; a bushing in six directions is
+Drake's ``LinearBushingRollPitchYaw`` or Adams' BUSHING). The wrench of the bushing is the load on the cup, so
+no load has to be read from the physics solver.
 
-A stiff spring on a light item is unstable when its force is taken at the beginning of a time step. Here it
-is taken at the end (implicit Euler): with A the item's mobility at the tip (acceleration per wrench), x the
-deflection, y the velocity that the item would have without the bushing after the step h,
+An explicit integration of a stiff spring on a light item is unstable, so the force is taken at the end of the
+time step (implicit Euler): with A the item's mobility at the tip (acceleration per wrench), x the deflection,
+y the velocity that the item would have after the step h without the bushing,
 
     F = -(K x + D y+),  D = C + h K,  y+ = y + h A F   =>   (1 + h D A) F = -(K x + D y).
 """
@@ -23,7 +23,7 @@ from pickcli.geometry import Array, rotation_vector
 
 
 class BushingStiffness(Protocol):
-    """What a bushing is made of."""
+    """Parameters of a bushing."""
 
     @property
     def matrix(self) -> Array:
@@ -36,11 +36,11 @@ class BushingStiffness(Protocol):
 
 @dataclass(frozen=True)
 class Stiffness:
-    """Stiffness of a sealed cup about its tip. No maker publishes it; docs/simulation.md has the estimate.
+    """Stiffness of a sealed cup about its tip. Estimated in docs/simulation.md, as no maker publishes it.
 
     Attributes:
         axial: N/m along the cup's axis.
-        lateral: N/m across it.
+        lateral: N/m perpendicular to it.
         tilt: Nm/rad; 60 are 0.6 degrees at the 0.6 Nm where the lip of a 30 mm cup lifts.
         twist: Nm/rad about the axis.
         relaxation: s, damping over stiffness; 3 ms are 0.3 of the critical at 30 Hz.
@@ -62,10 +62,10 @@ RIGID = Stiffness(axial=1e7, lateral=1e7, tilt=1e5, twist=1e5)
 
 
 class Bushing:
-    """The bushing between the tool's tip (b) and the place on the item where the tip took hold (a).
+    """The bushing between the tool tip (b) and the point of the item that the tip took hold of (a).
 
     Args:
-        stiffness: Of the sealed cup, or of pads.
+        stiffness: Stiffness of the sealed cup, or of pads.
         mass: Of the item, kg.
         inertia: (3, 3) of the item about its centre of mass, in the tool frame, kg m^2.
         p_tip_com: (3,) centre of mass in the tool frame, m.
@@ -76,14 +76,14 @@ class Bushing:
         self, stiffness: BushingStiffness, mass: float, inertia: Array, p_tip_com: Array, time_step: float
     ) -> None:
         K = stiffness.matrix
-        # The end of the step damps by h K already: the rest of the stated damping is left for C.
+        # The implicit step adds damping h K, so C gets only the rest of the stated damping.
         D = max(stiffness.relaxation, time_step) * K
         implicit = np.linalg.inv(np.eye(6) + time_step * D @ _mobility(mass, inertia, -p_tip_com))
         self._per_deflection, self._per_velocity = -implicit @ K, -implicit @ D
         self._time_step = time_step
 
     def wrench(self, T_world_a: Array, T_world_b: Array, velocity: Array, gravity: Array) -> Array:
-        """Force and torque on the item at a during the next step.
+        """Compute force and torque on the item at a during the next step.
 
         Args:
             T_world_a: (4, 4) frame fixed to the item.

@@ -1,4 +1,4 @@
-"""Pictures of a world, and films made of them."""
+"""Pictures and films of a world."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def take_picture(engine: Engine, view: View, size: tuple[int, int] = (960, 720))
 
     Args:
         engine: The world.
-        view: Where the camera stands.
+        view: The camera's view.
         size: Width and height in pixels.
 
     Returns:
@@ -33,15 +33,15 @@ def take_picture(engine: Engine, view: View, size: tuple[int, int] = (960, 720))
 
 
 def write_png(picture: NDArray[np.uint8], path: Path, replace: bool = True) -> None:
-    """Write one picture in one step: a kill or a full disk leaves the old file or none.
+    """Write a picture atomically: after a crash or with a full disk the old file is intact.
 
     Args:
         picture: (height, width, 3).
         path: The file.
-        replace: Whether a file that exists may be replaced.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: If the file cannot be written.
+        InputError: The file cannot be written.
     """
     from PIL import Image
 
@@ -51,11 +51,11 @@ def write_png(picture: NDArray[np.uint8], path: Path, replace: bool = True) -> N
 
 
 def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
-    """The cell with its robot; beside it bins and tote, if there are, without the robot, which may hide them.
+    """Take a picture of the cell; with a pod, beside pictures of bins and tote without the robot.
 
     Args:
         engine: The world.
-        scene: What stands in it.
+        scene: The scene of the world.
 
     Returns:
         (height, width, 3).
@@ -69,11 +69,11 @@ def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
 def picture_of(
     scene: Scene, view: View | None = None, size: tuple[int, int] = (960, 720)
 ) -> NDArray[np.uint8]:
-    """A picture of a scene without the robot.
+    """Take a picture of a scene without the robot.
 
     Args:
         scene: The scene.
-        view: Where the camera stands; ``view_of`` the scene if None.
+        view: The camera's view; by default ``view_of`` the scene.
         size: Width and height in pixels.
 
     Returns:
@@ -92,7 +92,7 @@ class GifRecorder:
     """Frames at a fixed rate of simulated time, written as an animated GIF.
 
     Args:
-        view: Where the camera stands.
+        view: The camera's view.
         rate: Frames per simulated second.
         size: Width and height in pixels.
     """
@@ -104,17 +104,17 @@ class GifRecorder:
 
     @classmethod
     def named(cls, path: Path, view: View = CELL_VIEW) -> GifRecorder:
-        """The recorder of a file.
+        """Create the recorder for a file.
 
         Args:
             path: The file.
-            view: Where the camera stands.
+            view: The camera's view.
 
         Returns:
             The recorder.
 
         Raises:
-            InputError: If the film could not be written; raised before anything moves.
+            InputError: The film could not be written; raised before anything moves.
         """
         import importlib.util
 
@@ -136,14 +136,14 @@ class GifRecorder:
             self._next = t + self._period
 
     def write(self, path: Path, replace: bool = True) -> None:
-        """Write the frames that were taken so far.
+        """Write the frames taken so far.
 
         Args:
             path: The file.
-            replace: Whether a file that exists may be replaced.
+            replace: Whether an existing file may be replaced.
 
         Raises:
-            InputError: If no frame was taken, or the file cannot be written.
+            InputError: No frame was taken, or the file cannot be written.
         """
         from PIL import Image
 

@@ -1,4 +1,4 @@
-"""Where pictures and films are taken from: fixed views of the default cell, views chosen for any other."""
+"""Camera views for pictures and films: fixed ones for cells with a pod, computed ones for others."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pickcli.scene.scene import Scene
 
 @dataclass(frozen=True)
 class View:
-    """Where a camera stands and what it looks at.
+    """Position and target of a camera.
 
     Attributes:
         eye: m, world frame.
@@ -30,21 +30,21 @@ class View:
 CELL_VIEW = View((-2.6, 1.9, 2.3), (-0.55, -0.1, 1.05), 48.0)  # robot, pod and tote from behind on the left
 POD_VIEW = View((-1.60, 0.0, 1.40), (0.2, 0.0, 1.28), 40.0)  # straight into the bins
 TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into the tote
-MARGIN = 0.25  # m around the frames of an arm, for what its links reach beyond them
-N_SAMPLES = 40  # of a motion, by which a view is chosen
-OVER = 0.02  # m over the floor of a place at which it is to be seen
-AROUND = np.radians([0.0, 40.0, -40.0, 80.0, -80.0, 120.0, -120.0, 180.0])  # turns about the vertical, tried
+MARGIN = 0.25  # m around the link frames of an arm, for the links' extent
+N_SAMPLES = 40  # configurations of a motion for which the view is chosen
+OVER = 0.02  # m above the floor of a place, of the point that should be visible
+AROUND = np.radians([0.0, 40.0, -40.0, 80.0, -80.0, 120.0, -120.0, 180.0])  # turns about the vertical to try
 
 
 def view_of(scene: Scene) -> View:
-    """Where a picture of a scene's places is taken from.
+    """Choose the view for pictures of a scene's places.
 
     Args:
         scene: The scene.
 
     Returns:
-        Straight into the bins where there is a pod, else down onto all places, from the side of the robot or
-        that next to it from which obstacles hide the fewest.
+        The view into the bins if there is a pod, else a view down onto all places, from the side of the robot
+        or the nearest direction in which obstacles hide the fewest points.
     """
     if scene.cell.pod.bins:
         return POD_VIEW
@@ -62,15 +62,15 @@ def view_of(scene: Scene) -> View:
 
 
 def view_of_motion(cell: Cell, Q: Array) -> View:
-    """The view that a motion is filmed from.
+    """Choose the view for a film of a motion.
 
     Args:
         cell: The cell.
-        Q: (N, n) configurations that the motion goes through.
+        Q: (N, n) configurations of the motion.
 
     Returns:
-        The whole cell where it has a shelf; else the arm wherever it goes, from the same side, or the side
-        next to it from which obstacles hide the least of the motion.
+        The whole cell if it has a pod; else a view of the arm in all configurations, from the same side or
+        the nearest direction in which obstacles hide the fewest points.
     """
     if cell.pod.bins:
         return CELL_VIEW
@@ -88,13 +88,13 @@ def view_of_motion(cell: Cell, Q: Array) -> View:
 
 
 def _least_hidden(target: Array, away: Array, points: Array, cell: Cell) -> Array:
-    """Of eyes (3,) around a target, the usual one first, that which sees the most of points (N, 3)."""
+    """Candidate eye (3,) around a target that sees most of points (N, 3); the default one is preferred."""
     eyes = [target + rotation_axis_angle((0.0, 0.0, 1.0), turn) @ away for turn in AROUND]
     return min(eyes, key=lambda eye: _n_hidden(eye, points, cell))
 
 
 def _n_hidden(eye: Array, points: Array, cell: Cell) -> int:
-    """How many of points (N, 3) the boxes around obstacles hide from an eye (3,)."""
+    """Number of points (N, 3) that obstacles' boxes hide from an eye (3,)."""
     hidden = np.zeros(len(points), dtype=bool)
     for body in cell.obstacles.bodies:
         T, half = inverse(body.T_parent_shape), body.shape.extents / 2

@@ -1,4 +1,4 @@
-"""Which pairs the physics lets through each other: those that may overlap, and what holds with its item."""
+"""Pairs that the physics lets pass through each other: allowed pairs, and the tool with its attached item."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from pickcli.simulation.scene_bodies import rigid_pairs, standing_links
 
 
 class CollisionFilter:
-    """The pairs of one robot.
+    """Collision filter of one robot.
 
     Attributes:
-        exempt: Pairs (link, body or other link) that never count as contacts: those that the cell lists, and
-            links that cannot move relative to each other. What stands cannot collide with what else stands:
-            such pairs are among them, their physics moves nothing.
-        let_go_through: Names of items that the links that hold go through now.
+        exempt: Pairs (link, body or other link) that never count as contacts: pairs that the cell allows, and
+            links without relative motion. Pairs of stationary links and bodies are included, as their contact
+            moves nothing.
+        let_go_through: Names of items without collision physics with the contact links at present.
 
     Args:
-        engine: Where the robot and the items are.
+        engine: The engine with the robot and the items.
         robot: Name of the robot's body.
-        scene: With the cell as the arm that moves sees it.
+        scene: The scene, with the cell as seen by the moving arm.
     """
 
     def __init__(self, engine: Engine, robot: str, scene: Scene) -> None:
@@ -32,7 +32,7 @@ class CollisionFilter:
         self.exempt = frozenset(product(standing_links(scene.cell.robot), standing)) | self._switched_off()
 
     def _switched_off(self) -> set[tuple[str, str]]:
-        """Switch off the physics of pairs that may overlap; returns them."""
+        """Disable the physics of pairs that may overlap, and return them."""
         engine, robot, pairs = self._engine, self._robot, set[tuple[str, str]]()
         for allowed in self._cell.allowed_pairs:
             for link, other in ((allowed.a, allowed.b), (allowed.b, allowed.a)):
@@ -47,10 +47,10 @@ class CollisionFilter:
         return pairs
 
     def let_through(self, grip: Grip) -> None:
-        """No physics between what holds and its item until they are apart: it would throw the item off.
+        """Disable the physics between grip and attached item until they separate: it would eject the item.
 
         Args:
-            grip: What holds, before a step.
+            grip: The grip, before a step.
         """
         wanted = frozenset({grip.attached} if grip.attached is not None else ())
         if not wanted and not self.let_go_through:

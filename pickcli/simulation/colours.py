@@ -1,4 +1,4 @@
-"""Colours of pictures: fixed for what stands still, one per item name."""
+"""Colours for pictures: fixed ones for stationary bodies, one per name for items."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ _OWN: Colour = (0.45, 0.62, 0.48, 1.0)
 
 
 def static_colour(carrier: str) -> Colour:
-    """The colour of what stands still.
+    """Return the colour of a stationary body.
 
     Args:
-        carrier: Name of the carrier that it is part of, or of obstacles.
+        carrier: Name of its carrier, or that of obstacles.
 
     Returns:
-        Red, green, blue and opacity; one for all carriers of a cell's own.
+        Red, green, blue and opacity; the same for all user-defined carriers.
     """
     return STATIC_COLOURS.get(carrier, _OWN)
 
 
 def item_colour(item: Item) -> Colour:
-    """A colour that depends on the name alone: the same item looks the same in every picture.
+    """Return the colour of an item, which depends only on its name.
 
     Args:
         item: The item.

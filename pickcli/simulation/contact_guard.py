@@ -1,9 +1,9 @@
-"""A guarded contact: where the cup meets its item too early, it stops before its bellows are through.
+"""Guarded contact: stops the arm if the cup meets its item too early, before the bellows bottom out.
 
-Who puts a tool on a surface that is known with an error moves until a force is felt (the guarded move of Will
-and Grossman, IEEE Transactions on Computers, 1975). The robot feels it by its motors, as it does everything
-that ``supervision`` watches. Bellows give way, so that a touch is no reason to stop yet; with the way that is
-left it tells how far they will be pressed in at the contact's end.
+A tool that approaches a surface with an uncertain position moves until it feels a force (the guarded move of
+Will and Grossman, IEEE Transactions on Computers, 1975). The robot senses the force by its motor torques, as
+in ``supervision``. Bellows comply, so a touch alone is no reason to stop; the force and the remaining
+distance predict how far they will be compressed at the end of the contact.
 """
 
 from __future__ import annotations
@@ -20,39 +20,39 @@ from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import World
 
 AVERAGE_TIME = 0.01  # s over which the force is averaged, after the filter of the torques
-CERTAIN = 4.5  # standard deviations of the averaged force from which on it is no noise
-LEAST_LEFT = 1e-3  # m of the contact below which a stop would spare nothing
+CERTAIN = 4.5  # standard deviations of the averaged force above which it is not noise
+LEAST_LEFT = 1e-3  # m left of the contact below which a stop would make no difference
 
 
 class ContactGuard:
-    """Watches the contacts of one execution.
+    """Guard of the contacts in one execution.
 
     Args:
-        world: What is measured.
+        world: The measured world.
         arm: The robot's kinematics.
-        plan: What is carried out.
-        external: Motor torque that the motion does not explain, as it is after every step.
+        plan: The plan in execution.
+        external: Motor torque that the motion does not explain, updated after every step.
     """
 
     def __init__(self, world: World, arm: Arm, plan: Plan, external: ExternalTorque) -> None:
         self._world, self._arm, self._plan, self._external = world, arm, plan, external
         self._thresholds = Thresholds()
         self._motor_forces = np.array([world.robot.motor_forces[name] for name in world.robot.joint_names])
-        # Of the averaged torque of every motor, as a share of its largest: white noise after two filters.
+        # Noise of each motor's averaged torque, as a share of its largest: white noise after two filters.
         self._noise = (
             TORQUE_NOISE / np.sqrt(3.0) * np.sqrt(world.time_step / 2 / (FILTER_TIME + AVERAGE_TIME))
         )
         self._force = 0.0  # N at the tool, averaged
-        self._end: tuple[Segment, Array] | None = None  # the contact that was asked about last
+        self._end: tuple[Segment, Array] | None = None  # the last contact, and its tip pose at the end
 
     def update(self, segment: Segment) -> ProtectiveStop | None:
-        """Whether the bellows would be pressed in too far by the end of the contact; after a step.
+        """Decide after a step whether the bellows would be compressed too far at the end of the contact.
 
         Args:
-            segment: The part of the plan that the robot is in.
+            segment: The current segment.
 
         Returns:
-            The stop to be made, or None.
+            The required stop, or None.
         """
         world, grip = self._world, self._world.robot.tool.grip
         if segment.kind is not SegmentKind.CONTACT or grip.gives_way == 0.0:
@@ -70,7 +70,7 @@ class ContactGuard:
         return ProtectiveStop(StopCause.EARLY_CONTACT, "bellows", pressed, most, "m", world.t)
 
     def _tip_at_end(self, segment: Segment) -> Array:
-        """Tool frame (4, 4) at the end of a contact, which is worked out once."""
+        """Tool frame (4, 4) at the end of a contact; cached."""
         if self._end is None or self._end[0] is not segment:
             q = self._plan.trajectory.sample(segment.t_end)[0]
             self._end = segment, self._arm.tip(q, segment.tool_state)
@@ -79,7 +79,7 @@ class ContactGuard:
     def _force_along(self, axis: Array, segment: Segment) -> tuple[float, float]:
         """Force in N with which the tool presses along an axis (3,), and the noise of its average.
 
-        Least squares, each joint by its noise, which is the same share of the largest torque of every motor.
+        Weighted least squares: each motor's noise is the same share of its largest torque.
         """
         jacobian = self._arm.jacobian(self._world.q, segment.tool_state)[:3]
         per_newton = axis @ jacobian / self._motor_forces

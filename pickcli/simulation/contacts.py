@@ -1,4 +1,4 @@
-"""Unplanned contacts of the robot or the item it holds, each logged once."""
+"""Log of unplanned contacts of the robot and of the held item."""
 
 from __future__ import annotations
 
@@ -10,23 +10,21 @@ import numpy as np
 from pickcli.simulation.engine import ContactPoint
 from pickcli.simulation.planned_contacts import PlannedContacts
 
-FORGET_TIME = 0.1  # s without contact after which the same pair counts again
-HELD_PRESS = (
-    30.0  # N at one point by which a held item may press on what it is planned to touch: 3 kg on a corner
-)
+FORGET_TIME = 0.1  # s without contact after which a pair is logged again
+HELD_PRESS = 30.0  # N at one point, largest planned force of a held item on a body: 3 kg on a corner
 
 
 @dataclass(frozen=True)
 class Collision:
-    """One contact that no plan allows, from its first to its last moment.
+    """One unplanned contact, from beginning to end.
 
     Attributes:
         a: Link of the robot, or the held item.
-        b: Body or item that it touched.
+        b: The touched body or item.
         t_start: s, simulated.
         t_end: s, simulated.
         depth: m, deepest overlap.
-        position: m in the world, where it was deepest.
+        position: m in the world, of the deepest point.
         force: N, largest at one point.
     """
 
@@ -40,15 +38,15 @@ class Collision:
 
 
 class ContactLog:
-    """Collects collisions step by step.
+    """Collects unplanned contacts step by step.
 
     Args:
         robot: Name of the robot's body.
-        links: The cup, or the fingers: those links that may touch what the present segment allows.
+        links: The contact links, cup or fingers, which may touch what the current segment allows.
         exempt: Pairs (link, body or other link) that are never counted.
-        max_press: N, what the bellows push with at most, or fingers. A contact of theirs above that is not a
-            planned one, nor is one of the held item above ``HELD_PRESS``.
-        earlier: Collisions of before, which are kept.
+        max_press: N, largest force of the bellows or fingers. A larger force on a planned contact counts as
+            unplanned, and so does one of the held item above ``HELD_PRESS``.
+        earlier: Collisions logged before.
     """
 
     def __init__(
@@ -65,11 +63,11 @@ class ContactLog:
 
     @property
     def collisions(self) -> tuple[Collision, ...]:
-        """All collisions so far, in the order of their start, each with what it has come to by now."""
+        """All collisions so far, in the order of their start, including ongoing ones."""
         return tuple(sorted([*self._closed, *self._open.values()], key=lambda c: (c.t_start, c.a, c.b)))
 
     def since(self, t: float) -> tuple[Collision, ...]:
-        """Collisions that began or went on after a time.
+        """Return the collisions that began or continued after a time.
 
         Args:
             t: s, simulated.
@@ -86,11 +84,11 @@ class ContactLog:
         held: str | None,
         t: float,
     ) -> None:
-        """Judge the contact points of one step of the robot and of the held item.
+        """Check the contact points of robot and held item in one step.
 
         Args:
             points: Contact points.
-            planned: What may be touched now.
+            planned: The contacts allowed at present.
             held: Name of the held item, or None.
             t: s, simulated.
         """
@@ -108,10 +106,10 @@ class ContactLog:
         return point.a, point.link_b or point.b
 
     def _most(self, a: str, b: str, planned: PlannedContacts, held: str | None) -> float:
-        """N with which a pair may press at one point; negative where it may not touch at all."""
+        """Largest allowed force of a pair at one point, N; negative if no contact is allowed."""
         is_of_hold = a == held and b in self._links
         if (a, b) in self._exempt or held == b or is_of_hold:
-            return np.inf  # the held item's own contacts are judged from its side
+            return np.inf  # contacts of the held item are judged from its side
         if a == held and (b in planned.touching or b in planned.held):
             return HELD_PRESS
         return self._max_press if a in self._links and b in planned.met else -1.0

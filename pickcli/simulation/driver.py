@@ -1,4 +1,4 @@
-"""What carries out a plan: the simulated world, or a robot of the user's own."""
+"""Protocol of drivers, which carry out plans: the simulated world, or a real robot."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from pickcli.simulation.reality import DEFAULT, Reality
 
 
 class Driver(Protocol):
-    """A robot that takes set points one period apart, is measured, and whose devices are switched.
+    """A robot that takes periodic set points, is measured, and whose devices can be switched.
 
-    The simulated ``World`` is one. ``check_driver`` tells whether another one keeps to what is said here.
+    The simulated ``World`` is a driver. ``check_driver`` tests others against this protocol.
     """
 
     @property
     def cell(self) -> Cell:
-        """The cell, as the arm that moves sees it."""
+        """The cell as seen by the moving arm."""
 
     @property
     def time_step(self) -> float:
@@ -31,54 +31,54 @@ class Driver(Protocol):
 
     @property
     def t(self) -> float:
-        """Time that has passed since any moment before the first step, s; every step takes about a period."""
+        """Time since an arbitrary moment before the first step, s; every step takes about a period."""
 
     @property
     def q(self) -> Array:
-        """Measured configuration (n,), in the order of the cell's joints. It is not changed afterwards."""
+        """Measured configuration (n,), in the order of the cell's joints. The array is not modified later."""
 
     @property
     def tool_state(self) -> ToolState:
-        """State of the tool as it stands, MOVING on the way; as it was told, where that is not measured."""
+        """Current state of the tool, MOVING in between; the commanded state if it is not measured."""
 
     def command(self, q: Array) -> None:
-        """Set where the robot is to be at the end of the next step, and until there is another set point.
+        """Set the target configuration at the end of the next step, valid until the next set point.
 
         Args:
-            q: (n,) configuration. It is not kept: the caller may change it afterwards.
+            q: (n,) configuration. The driver must copy it: the caller may modify it later.
         """
 
     def act(self, device: str, action: str) -> bool | None:
-        """Switch a device at once, or read a sensor.
+        """Switch a device immediately, or read a sensor.
 
         Args:
             device: Name of a device of the cell.
             action: One of its actions.
 
         Returns:
-            A sensor's answer, whether something is held; None for other devices.
+            A sensor's reading, whether an item is held; None for other devices.
 
         Raises:
-            UnknownNameError: If there is no such device or action.
+            UnknownNameError: There is no such device or action.
         """
 
     def step(self) -> None:
-        """Let one period pass. A real robot waits until the next set point is due."""
+        """Wait for one period. A real robot's driver returns when the next set point is due."""
 
     def close(self) -> None:
-        """Let go of everything: connections, memory. The robot stands."""
+        """Release connections and memory. The robot stops."""
 
 
 @dataclass(frozen=True, eq=False)
 class DriverRequest:
-    """What a driver is made for.
+    """Parameters for creating a driver.
 
     Attributes:
-        scene: How things truly stand, as far as the user says; its cell is as the arm that moves sees it.
-        q: (n,) where the user says that the robot stands: simulated ones begin there, real ones measure.
-        tool_state: State of the tool there.
-        reality: How a simulated world differs from its model.
-        seed: Seed of all that is random about it.
+        scene: The actual scene as far as the user knows it; its cell is as seen by the moving arm.
+        q: (n,) configuration stated by the user: simulations start there, real robots measure.
+        tool_state: State of the tool at the start.
+        reality: Deviations of a simulated world from its model.
+        seed: Seed of all random deviations.
     """
 
     scene: Scene
@@ -92,7 +92,7 @@ DriverFactory = Callable[[DriverRequest], Driver]
 
 
 def device_for(cell: Cell, device: str, action: str) -> Device:
-    """Find a device that has an action.
+    """Find a device by name and check that it has an action.
 
     Args:
         cell: The cell.
@@ -103,7 +103,7 @@ def device_for(cell: Cell, device: str, action: str) -> Device:
         The device.
 
     Raises:
-        UnknownNameError: If there is no such device or action.
+        UnknownNameError: There is no such device or action.
     """
     if device not in cell.devices:
         raise UnknownNameError("device", device, sorted(cell.devices))

@@ -1,4 +1,4 @@
-"""Whether a driver keeps to the protocol: it stands, carries out a plan, and every answer is looked at."""
+"""Test of a driver against the protocol: it stands, carries out a plan, and its answers are checked."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from pickcli.simulation.plan_record import PlanRecord
 from pickcli.simulation.plan_run import drive
 from pickcli.simulation.start_check import START_TOLERANCE, check_start
 
-STANDING_TIME = 0.2  # s for which it is told to stand
+STANDING_TIME = 0.2  # s during which it is commanded to stand
 LEAST_STEPS = 20
 PERIOD_TOLERANCE = 0.1  # of the period, on average
-EVENT_TOLERANCE = 0.01  # m of tool path between where an event fired and its trigger
+EVENT_TOLERANCE = 0.01  # m of tool path between an event and its trigger
 NO_SUCH = "no such name"
 
 
 @dataclass(frozen=True)
 class DriverCheck:
-    """One thing that is asked of a driver.
+    """Result of one check of a driver.
 
     Attributes:
-        what: What it must do.
-        fault: What it did instead; "" if it did.
-        is_tried: Whether it was asked for: after a fault nothing moves any more.
+        what: The requirement.
+        fault: The violation; "" without one.
+        is_tried: Whether it was checked: after a fault nothing moves any more.
     """
 
     what: str
@@ -44,17 +44,17 @@ class DriverCheck:
 
     @property
     def is_passed(self) -> bool:
-        """Whether it did what it must."""
+        """Whether the driver meets the requirement."""
         return self.is_tried and not self.fault
 
 
 @dataclass(frozen=True)
 class DriverReport:
-    """What became of all checks.
+    """Results of all checks of a driver.
 
     Attributes:
-        checks: In their order.
-        record: How the plan was carried out; None where it was not begun.
+        checks: Results in their order.
+        record: Record of the plan's execution; None if it did not begin.
     """
 
     checks: tuple[DriverCheck, ...]
@@ -70,11 +70,11 @@ def check_driver(driver: Driver, plan: Plan) -> DriverReport:
     """Check that a driver keeps to the protocol. It carries out the plan: the robot moves.
 
     Args:
-        driver: The driver. It is closed in the end.
-        plan: A plan, verified for what stands around the robot, which begins where that stands.
+        driver: The driver. It is closed at the end.
+        plan: A plan that is verified for the real surroundings and begins where the robot stands.
 
     Returns:
-        What became of every check. A check that fails ends those that need it.
+        The result of every check. Checks after a failed one are not tried.
     """
     session = _Session(driver, plan, _Watched(driver))
     checks: list[DriverCheck] = []
@@ -88,10 +88,10 @@ def check_driver(driver: Driver, plan: Plan) -> DriverReport:
 
 
 class _Watched:
-    """A driver between the run of a plan and the one that is checked: it keeps what that answers.
+    """Wrapper around the checked driver that records its answers.
 
-    It hands over set points in one array, and writes where the robot stands into it before the step: who
-    keeps the array instead of its content does not move.
+    It passes all set points in the same array, and overwrites that with the measured configuration before the
+    step: a driver that keeps the array instead of copying it does not move.
     """
 
     def __init__(self, driver: Driver) -> None:
@@ -140,7 +140,7 @@ class _Watched:
 
 @dataclass
 class _Session:
-    """What the checks find out for each other."""
+    """State shared by the checks."""
 
     driver: Driver
     plan: Plan
@@ -149,7 +149,7 @@ class _Session:
 
 
 def _fault(find_fault: Callable[[_Session], str], session: _Session) -> str:
-    """What a check finds; whatever the driver raises is a fault, too."""
+    """Run a check; exceptions of the driver are faults, too."""
     try:
         return find_fault(session)
     except (Exception, SystemExit) as error:

@@ -1,4 +1,4 @@
-"""The door to pybullet: the state of bodies, motors, forces and pictures; poses as (4, 4) arrays."""
+"""Interface to pybullet: states of bodies, motors, forces and pictures; poses as (4, 4) arrays."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from pickcli.simulation.engine_client import pybullet as p
 
 @dataclass(frozen=True)
 class ContactPoint:
-    """One contact point between two bodies as the engine found it.
+    """One contact point between two bodies, as reported by the engine.
 
     Attributes:
         a: Name of one body.
-        link_a: Name of its link ("" for bodies of one part).
+        link_a: Name of its link ("" for bodies without links).
         b: Name of the other body.
         link_b: Name of its link.
-        depth: m, positive when the shapes overlap.
+        depth: m, positive if the shapes overlap.
         position: (x, y, z) in the world, m.
         force: N along the normal.
         normal: Unit normal in the world, from ``b`` towards ``a``.
@@ -45,11 +45,11 @@ class Engine(EngineBodies):
     # State -------------------------------------------------------------------------------------------
 
     def pose(self, name: str, link: str = "") -> Array:
-        """Pose of a body, or of one of its links (the link frame of the URDF).
+        """Return the pose of a body, or of one of its links (the link frame of the URDF).
 
         Args:
-            name: Of the body.
-            link: Of the link, "" for the body.
+            name: Name of the body.
+            link: Name of the link, "" for the body.
 
         Returns:
             (4, 4) ``T_world_body``.
@@ -62,7 +62,7 @@ class Engine(EngineBodies):
         return pose(xyz, R=from_quaternion(quaternion))
 
     def _link_state(self, name: str, index: int) -> tuple[Any, ...]:
-        """State of a link as pybullet tells it; it stays the same until the next step."""
+        """State of a link from pybullet, cached until the next step."""
         state = self._link_states.get((name, index))
         if state is None:
             state = p.getLinkState(
@@ -73,10 +73,10 @@ class Engine(EngineBodies):
         return state
 
     def speed(self, name: str) -> tuple[float, float]:
-        """Speed of a free body.
+        """Return the speed of a free body.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
 
         Returns:
             Linear (m/s) and angular (rad/s).
@@ -85,13 +85,13 @@ class Engine(EngineBodies):
         return length(np.array(linear)), length(np.array(angular))
 
     def pressing_points(self, name: str, link: str) -> list[ContactPoint]:
-        """Every contact point of a link that bore a force in the last step.
+        """Return the contact points of a link that bore a force in the last step.
 
-        Of a flat contact some do while they stand off by micrometres.
+        In a flat contact some of these are separated by micrometres.
 
         Args:
-            name: Of the body.
-            link: Of its link.
+            name: Name of the body.
+            link: Name of its link.
 
         Returns:
             The contact points.
@@ -102,10 +102,10 @@ class Engine(EngineBodies):
         return [self._contact_point(c) for c in found if c[9] > 0.0]
 
     def contact_points(self, name: str) -> list[ContactPoint]:
-        """Every contact point of a body in the last step at which shapes touch or overlap.
+        """Return the contact points of a body in the last step at which shapes touch or overlap.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
 
         Returns:
             The contact points.
@@ -121,11 +121,11 @@ class Engine(EngineBodies):
         )  # fmt: skip
 
     def near(self, centre: Array, reach: float) -> frozenset[str]:
-        """Bodies whose bounding boxes come near a point along an axis.
+        """Return the bodies whose bounding boxes overlap a box around a point.
 
         Args:
             centre: (3,) m in the world.
-            reach: m along each axis.
+            reach: m, half extent of the box.
 
         Returns:
             Names.
@@ -136,13 +136,13 @@ class Engine(EngineBodies):
         return frozenset(self._names[body] for body, _ in found or ())
 
     def distance(self, a: str, link_a: str, b: str, farthest: float) -> float:
-        """Signed distance between a link and a body.
+        """Compute the signed distance between a link and a body.
 
         Args:
             a: Name of the body with the link.
             link_a: Name of the link.
             b: Name of the other body.
-            farthest: m that is returned if they are farther apart.
+            farthest: m, upper bound of the result.
 
         Returns:
             m.
@@ -153,14 +153,14 @@ class Engine(EngineBodies):
         return min((float(c[8]) for c in points), default=farthest)
 
     def ray_hits(self, starts: Array, ends: Array) -> list[tuple[str, float]]:
-        """First item or firm body on each ray.
+        """Find the first item or firm body on each ray.
 
         Args:
             starts: (R, 3) m in the world.
             ends: (R, 3) m in the world.
 
         Returns:
-            Name and the fraction in [0, 1] of the ray; ("", 1.0) where nothing is.
+            Name and the fraction in [0, 1] of the ray; ("", 1.0) without a hit.
         """
         hits = p.rayTestBatch(
             starts.tolist(), ends.tolist(), collisionFilterMask=PROBED, physicsClientId=self._client
@@ -170,10 +170,10 @@ class Engine(EngineBodies):
     # Motors and forces -------------------------------------------------------------------------------
 
     def joints(self, name: str) -> dict[str, int]:
-        """Index by name of every movable joint.
+        """Return the indices of all movable joints by name.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
 
         Returns:
             The indices.
@@ -186,10 +186,10 @@ class Engine(EngineBodies):
         return {info[1].decode(): info[0] for info in infos if info[2] != p.JOINT_FIXED}
 
     def reset_joints(self, name: str, positions: Mapping[int, float]) -> None:
-        """Set joint positions at rest. Only for the start: later the robot moves by its motors alone.
+        """Set joint positions at rest. Only for initialisation; later the robot moves only by its motors.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
             positions: By index of the joint, rad or m.
         """
         self._link_states.clear()
@@ -197,11 +197,11 @@ class Engine(EngineBodies):
             p.resetJointState(self._ids[name], index, value, physicsClientId=self._client)
 
     def joint_states(self, name: str, indices: Sequence[int]) -> tuple[Array, Array]:
-        """Positions of joints, and what their motors exerted in the last step.
+        """Return the positions of joints, and the efforts of their motors in the last step.
 
         Args:
-            name: Of the body.
-            indices: Of k joints.
+            name: Name of the body.
+            indices: Indices of k joints.
 
         Returns:
             Positions (k,) in rad or m, and efforts (k,) in Nm or N.
@@ -210,10 +210,10 @@ class Engine(EngineBodies):
         return np.array([state[0] for state in states]), np.array([state[3] for state in states])
 
     def inverse_dynamics(self, name: str, q: Array, dq: Array, ddq: Array) -> Array:
-        """Motor torques that a motion of all movable joints needs, by the model in the robot's URDF.
+        """Compute the motor efforts of a motion of all movable joints, by the model in the robot's URDF.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
             q: (m,) positions.
             dq: (m,) velocities.
             ddq: (m,) accelerations.
@@ -229,11 +229,11 @@ class Engine(EngineBodies):
     def drive(
         self, name: str, indices: Sequence[int], velocities: Sequence[float], forces: Sequence[float]
     ) -> None:
-        """Run the motors of joints, as far as their forces suffice.
+        """Set velocity targets of joint motors with limited forces.
 
         Args:
-            name: Of the body.
-            indices: Of k joints.
+            name: Name of the body.
+            indices: Indices of k joints.
             velocities: (k,) rad/s or m/s.
             forces: (k,) Nm or N.
         """
@@ -247,15 +247,15 @@ class Engine(EngineBodies):
         )
 
     def velocity(self, name: str, link: str, point: Array) -> tuple[Array, Array]:
-        """Velocity of a body's material point.
+        """Compute the velocity of a body's material point.
 
         Args:
-            name: Of the body.
-            link: Of the link, "" for the body.
+            name: Name of the body.
+            link: Name of the link, "" for the body.
             point: (3,) m in the world.
 
         Returns:
-            Velocity (3,) in m/s and turn (3,) in rad/s, world axes.
+            Linear velocity (3,) in m/s and angular velocity (3,) in rad/s, world axes.
         """
         index = self._links[name][link]
         if index < 0:
@@ -268,16 +268,16 @@ class Engine(EngineBodies):
         return np.array(linear) + cross(turn, point - np.array(centre)), turn
 
     def relative_velocity(self, name: str, other: str, link: str, point: Array) -> tuple[Array, Array]:
-        """Velocity of a body's material point relative to that of another body's link at the same place.
+        """Compute the velocity of a body's material point relative to another body's link at the same point.
 
         Args:
-            name: Of the body.
-            other: Of the other body.
-            link: Of its link.
+            name: Name of the body.
+            other: Name of the other body.
+            link: Name of the other body's link.
             point: (3,) m in the world.
 
         Returns:
-            Velocity (3,) in m/s and turn (3,) in rad/s, world axes.
+            Linear velocity (3,) in m/s and angular velocity (3,) in rad/s, world axes.
         """
         linear, turn = self.velocity(name, "", point)
         other_linear, other_turn = self.velocity(other, link, point)
@@ -287,10 +287,10 @@ class Engine(EngineBodies):
         """Apply a force to a body or its link, for the next step only.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
             force: (3,) N, world axes.
             point: (3,) m in the world.
-            link: Of the link, "" for the body.
+            link: Name of the link, "" for the body.
         """
         p.applyExternalForce(
             self._ids[name], self._links[name][link], force.tolist(), point.tolist(), p.WORLD_FRAME,
@@ -301,9 +301,9 @@ class Engine(EngineBodies):
         """Apply a torque to a body or its link, for the next step only.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
             torque: (3,) Nm, world axes.
-            link: Of the link, "" for the body.
+            link: Name of the link, "" for the body.
         """
         p.applyExternalTorque(
             self._ids[name], self._links[name][link], torque.tolist(), p.WORLD_FRAME,
@@ -315,7 +315,7 @@ class Engine(EngineBodies):
     def picture(
         self, eye: Sequence[float], target: Sequence[float], fov: float, size: tuple[int, int]
     ) -> NDArray[np.uint8]:
-        """Take a colour picture by the software renderer, z up.
+        """Render a colour picture in software, z up.
 
         Args:
             eye: (3,) m in the world.

@@ -17,15 +17,15 @@ from pickcli.simulation.engine_client import pybullet as p
 from pickcli.simulation.engine_client import quiet
 
 SOLVER_ITERATIONS = 50
-STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; the product of two counts
+STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; friction of a pair is the product
 ITEM_FRICTION = 0.6
-ROLLING_FRICTION = 2e-4  # m, keeps a bottle from rolling for ever
-STOP = 0.01  # rad or m beyond a joint's limit where its hard stop stands: a servo on it would rattle
-GEAR_ERP = 0.2  # share of what coupled joints are off that is corrected in a step
+ROLLING_FRICTION = 2e-4  # m, so that a rolling bottle comes to rest
+STOP = 0.01  # rad or m from a joint's limit to its hard stop; a servo at the stop would rattle
+GEAR_ERP = 0.2  # share of the error of coupled joints that is corrected per step
 DAMPING = 0.04  # 1/s, of a free item's linear and angular velocity
 
-# Bits of the collision groups. Probing rays see items and what stands firm, never the robot.
-DEFAULT_GROUP, STATIC_GROUP = 1, 2  # the engine's own, of what moves and of what does not
+# Bits of the collision groups. Probing rays hit items and firm bodies, never the robot.
+DEFAULT_GROUP, STATIC_GROUP = 1, 2  # the engine's own, for movable and static bodies
 ITEM_GROUP, FIRM_GROUP = 64, 128
 PROBED = ITEM_GROUP | FIRM_GROUP
 
@@ -33,7 +33,7 @@ Colour = tuple[float, float, float, float]
 
 
 class EngineBodies:
-    """Bodies in a physics world. ``close()`` frees it; so does the garbage collector.
+    """Bodies in a physics world. ``close()`` or garbage collection frees it.
 
     Args:
         time_step: s per ``step()``.
@@ -48,12 +48,12 @@ class EngineBodies:
         self._masses: dict[str, float] = {}  # kg, of free bodies
         self._links: dict[str, dict[str, int]] = {}  # by body: link index by name
         self._link_names: dict[str, dict[int, str]] = {}
-        self._link_states: dict[tuple[str, int], tuple[Any, ...]] = {}  # those read since the last change
+        self._link_states: dict[tuple[str, int], tuple[Any, ...]] = {}  # cache, valid until the next change
         p.setPhysicsEngineParameter(
             fixedTimeStep=time_step,
             numSolverIterations=SOLVER_ITERATIONS,
-            # Each pile is solved on its own, and its contacts in the order of its bodies: how exactly must
-            # not depend on what happens elsewhere, or on the addresses that decide what is solved together.
+            # Islands are solved separately, with contacts in the order of bodies, so that the accuracy does
+            # not depend on distant contacts, or on memory addresses that decide which islands are merged.
             deterministicOverlappingPairs=1,
             minimumSolverIslandSize=0,
             physicsClientId=self._client,
@@ -61,7 +61,7 @@ class EngineBodies:
         p.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
 
     def close(self) -> None:
-        """Free the world; further calls are errors of the caller."""
+        """Free the world; it must not be used afterwards."""
         if self._client >= 0:
             p.disconnect(physicsClientId=self._client)
             self._client = -1
@@ -88,16 +88,16 @@ class EngineBodies:
         self._create(body.name, body.shape, 0.0, T_world_parent @ body.T_parent_shape, colour)
         self._dynamics(body.name, lateralFriction=STATIC_FRICTION)
         self._group(body.name, STATIC_GROUP | FIRM_GROUP, ~STATIC_GROUP)
-        # An awake one keeps the engine busy, every step again, with whatever sleeps on it.
+        # A body that is awake costs time in every step, with all sleeping bodies on it.
         self._dynamics(body.name, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING)
         self.sleep(body.name)
 
     def add_marks(self, points: Array, width: float, colour: Colour) -> None:
-        """Show cubes that nothing meets.
+        """Draw cubes without collision shapes.
 
         Args:
-            points: (K, 3) m in the world, their middles.
-            width: m of each.
+            points: (K, 3) m in the world, centres of the cubes.
+            width: m, edge length.
             colour: Red, green, blue and opacity.
         """
         cube = p.createVisualShape(
@@ -107,33 +107,33 @@ class EngineBodies:
             p.createMultiBody(baseVisualShapeIndex=cube, basePosition=point, physicsClientId=self._client)
 
     def soften(self, name: str, stiffness: float, damping: float) -> None:
-        """Let a body give way where it is touched.
+        """Make a body compliant in contacts.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
             stiffness: N/m.
             damping: Ns/m.
         """
         self._dynamics(name, contactStiffness=stiffness, contactDamping=damping)
 
     def roughen(self, name: str, link: str, friction: float) -> None:
-        """State the friction of one link; the product of two counts.
+        """Set the friction of one link; the friction of a pair is the product.
 
         Args:
-            name: Of the body.
-            link: Of the link.
+            name: Name of the body.
+            link: Name of the link.
             friction: Coefficient.
         """
         self._dynamics(name, link=self._links[name][link], lateralFriction=friction)
 
     def gear(self, name: str, links: tuple[str, str], ratio: float, force: float) -> None:
-        """Couple the joints of two links, from where both stand at 0.
+        """Couple the joints of two links by a gear ratio, with respect to their positions at 0.
 
         Args:
-            name: Of the body.
-            links: Names of the links that both joints move.
+            name: Name of the body.
+            links: Names of the child links of both joints.
             ratio: Position of the first joint over that of the second.
-            force: N or Nm that the coupling bears.
+            force: N or Nm, largest force of the coupling.
         """
         body, (a, b) = self._ids[name], (self._links[name][link] for link in links)
         coupling = p.createConstraint(
@@ -146,21 +146,21 @@ class EngineBodies:
     def add_item(
         self, name: str, item: Item, T_world_item: Array, colour: Colour, mass: float | None = None
     ) -> None:
-        """Add a free body with the item's shape; it may fall asleep.
+        """Add a free body with the item's shape; it may be put to sleep by the engine.
 
         Args:
-            name: Of the body.
-            item: Gives shape and stated mass.
+            name: Name of the body.
+            item: The item, for shape and stated mass.
             T_world_item: (4, 4) pose.
             colour: Red, green, blue and opacity.
-            mass: kg, its true mass where it is not the stated one; it is spread evenly over the shape.
+            mass: kg, the true mass if it differs from the stated one; distributed evenly over the shape.
         """
         mass = item.mass if mass is None else mass
         self._create(name, item.shape, mass, T_world_item, colour)
         self._masses[name] = mass
         self._dynamics(
             name,
-            # pybullet's own inertia of a cylinder is that of the box around it.
+            # pybullet's default inertia of a cylinder is that of its bounding box.
             localInertiaDiagonal=(mass * np.diag(item.shape.inertia_per_mass)).tolist(),
         )
         self._dynamics(
@@ -176,12 +176,12 @@ class EngineBodies:
         self._group(name, DEFAULT_GROUP | ITEM_GROUP, -1)
 
     def load_robot(self, name: str, urdf: Path, T_world_base: Array) -> None:
-        """Add a robot on a fixed base; its own damping is off.
+        """Add a robot on a fixed base, without pybullet's joint damping.
 
-        Its links collide with each other, except for those that a joint connects.
+        Its links collide with each other, except links connected by a joint.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
             urdf: File of the robot.
             T_world_base: (4, 4) pose of the root link.
         """
@@ -210,10 +210,10 @@ class EngineBodies:
         self._link_names[name][-1] = root
 
     def remove(self, name: str) -> None:
-        """Take a body out of the world.
+        """Remove a body from the world.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
         """
         self._link_states.clear()
         p.removeBody(self._ids[name], physicsClientId=self._client)
@@ -248,7 +248,7 @@ class EngineBodies:
         """Whether a body is in the world.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
 
         Returns:
             True if it is.
@@ -259,8 +259,8 @@ class EngineBodies:
         """Whether a body has a link.
 
         Args:
-            name: Of the body.
-            link: Of the link.
+            name: Name of the body.
+            link: Name of the link.
 
         Returns:
             True if it has.
@@ -270,9 +270,9 @@ class EngineBodies:
     def set_collision(self, a: str, link_a: str, b: str, link_b: str, on: bool) -> None:
         """Set whether two parts collide in the physics.
 
-        The engine takes both parts out of its broad phase and puts them back as the newest, which decides in
-        which order and from which side their contacts are solved from then on. A caller that switches several
-        pairs keeps to one order: that of a set of names is another one in every process.
+        The engine removes both parts from its broad phase and adds them again as the newest, which changes
+        the order and orientation in which their contacts are solved. Callers that switch several pairs must
+        use a fixed order: the iteration order of a set of names differs between processes.
 
         Args:
             a: Name of one body.
@@ -287,10 +287,10 @@ class EngineBodies:
         )  # fmt: skip
 
     def wake(self, name: str) -> None:
-        """Wake a sleeping body; making a constraint alone does not.
+        """Wake a sleeping body; creating a constraint does not wake it.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
         """
         self._dynamics(name, activationState=p.ACTIVATION_STATE_WAKE_UP)
 
@@ -298,24 +298,24 @@ class EngineBodies:
         """Let a body sleep until something that moves touches it.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
         """
         self._dynamics(name, activationState=p.ACTIVATION_STATE_SLEEP)
 
     def fix(self, name: str) -> None:
-        """Let a free body stand where it is for good, whatever meets it.
+        """Fix a free body permanently at its current pose.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
         """
         p.resetBaseVelocity(self._ids[name], [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
         self._dynamics(name, mass=0.0)
 
     def keep_awake(self, name: str, on: bool) -> None:
-        """Set whether a free body must not fall asleep, as one that hangs in the cup; it wakes either way.
+        """Set whether a free body must stay awake, such as a held item. It wakes up in either case.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
             on: Whether it must stay awake.
         """
         state = p.ACTIVATION_STATE_DISABLE_SLEEPING if on else p.ACTIVATION_STATE_ENABLE_SLEEPING
@@ -323,10 +323,10 @@ class EngineBodies:
         self.wake(name)
 
     def mass(self, name: str) -> float:
-        """True mass of a free body.
+        """Return the true mass of a free body.
 
         Args:
-            name: Of the body.
+            name: Name of the body.
 
         Returns:
             kg.
@@ -335,7 +335,7 @@ class EngineBodies:
 
 
 def _shape_arguments(shape: Shape, length_name: str) -> dict[str, object]:
-    """Keywords of pybullet for a shape; it calls a cylinder's length by two names."""
+    """Keyword arguments of pybullet for a shape; it has two names for a cylinder's length."""
     if shape.kind is ShapeKind.BOX:
         return {"shapeType": p.GEOM_BOX, "halfExtents": [s / 2 for s in shape.size]}
     if shape.kind is ShapeKind.CYLINDER:

@@ -1,4 +1,4 @@
-"""Carry out a plan in the simulated world: watch what holds and what is touched, keep the record."""
+"""Executes plans in the simulated world, with supervision of contacts and hold, and records them."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.supervision import Supervisor
 from pickcli.simulation.world import World
 
-FALL_TIME = 0.6  # s at the end, when something broke away and still falls
-BEHIND = 0.02  # s of the plan: contacts end so much after the robot has left the segment that plans them
-MOST_BRAKING = 1.0  # s in which the heaviest joint stands from full speed
-RETURN_TIME = 0.3  # s from standstill beside the path to standstill on it
-YIELD_TIME = 0.5  # s after a contact in which the robot may go back along its path to where nothing presses
-YIELD_PACE = 0.1  # of the plan's pace, backwards
-FREE = 0.5  # of what stops a motion: what stands just under that would stop the next one at once
-FREE_TIME = 0.03  # s for which nothing presses any more: what is measured is noisy
+FALL_TIME = 0.6  # s of simulation at the end if an item was lost and is falling
+BEHIND = 0.02  # s of the plan by which allowed contacts outlast the segment that plans them
+MOST_BRAKING = 1.0  # s, upper bound of the time in which the heaviest joint stops from full speed
+RETURN_TIME = 0.3  # s for the return onto the path, from rest to rest
+YIELD_TIME = 0.5  # s after a contact in which the robot may move back along its path until nothing presses
+YIELD_PACE = 0.1  # speed of that motion, as a share of the plan's
+FREE = 0.5  # share of the stop threshold: a force just below it would stop the next motion at once
+FREE_TIME = 0.03  # s without pressure before the arm counts as free, as measurements are noisy
 
 OnStep = Callable[[World], None]
 
@@ -45,17 +45,16 @@ def execute(
 ) -> Execution:
     """Carry out a plan in a world, to its end or to a stop on its path.
 
-    On the item the robot rests until the vacuum is there, at most for ``SEAL_TIME`` longer than planned. It
-    stops when it does not follow, feels a contact that no plan explains, meets its item too early, when the
-    vacuum does not stand where the plan counts on it, when fingers stand closer together or farther apart
-    than what they should hold is wide, or when the vacuum sensor reads that nothing is held, and it stands.
-    Pump and valve are switched off only before the lift, or where the vacuum itself has broken down: a sensor
-    may be wrong, and what it denies would be dropped.
+    On the item the robot waits until the vacuum has built up, at most ``SEAL_TIME`` longer than planned. It
+    stops and stays at rest if a joint does not follow, if it feels an unplanned contact, if it meets its item
+    too early, if the vacuum is lower than the plan requires, if the width of the fingers differs from that of
+    the item, or if the vacuum sensor reads that nothing is held. Pump and valve are switched off only before
+    the lift or if the vacuum itself has broken down: a sensor may be wrong, and the item would be dropped.
 
     Args:
         plan: The plan.
         world: The world.
-        pace: How fast the plan's time passes; for tests of pauses and slow robots.
+        pace: Speed of the plan's time; for tests of pauses and slow robots.
         on_progress: Called every 0.1 s with the seconds of the plan and its segment.
         on_step: Called after every time step, e.g. to film.
 
@@ -63,9 +62,9 @@ def execute(
         The record of the execution.
 
     Raises:
-        StaleError: If the plan is for another cell.
-        StartError: If the robot is not where the plan begins.
-        InputError: If the tool is in another state than the plan begins with.
+        StaleError: The plan is for another cell.
+        StartError: The robot is not where the plan begins.
+        InputError: The tool is in another state than at the start of the plan.
     """
     plan = at_the_robot(plan, world)
     check_start(plan, world)
@@ -75,7 +74,7 @@ def execute(
 
 
 class _Run(PlanRun[World]):
-    """One execution in progress, of which the simulated world tells more than a driver."""
+    """Run of a plan in the simulated world, which has more measurements than a driver."""
 
     def __init__(
         self,
@@ -93,10 +92,10 @@ class _Run(PlanRun[World]):
         self.guard = ContactGuard(world, self.arm, plan, self.supervisor.external)
         self._ends = [segment.t_end for segment in plan.segments]
         self._starts = [segment.t_start for segment in plan.segments]
-        self._allowed_in: tuple[int, int] | None = None  # of the segments, whose contacts are allowed now
+        self._allowed_in: tuple[int, int] | None = None  # segments whose contacts are allowed
 
     def execution(self) -> Execution:
-        """The record, with what the world knows of collisions, releases and falls."""
+        """Return the record, with collisions, releases and falls from the world."""
         world, releases = self.world, self._releases()
         return Execution(
             **vars(self.record()),
@@ -109,7 +108,7 @@ class _Run(PlanRun[World]):
 
     @property
     def end_time(self) -> float:
-        """Longer where something falls. Where the robot stands it may go on touching what it was to touch."""
+        """Duration of the end, longer if an item falls. Planned contacts may continue meanwhile."""
         has_lost = self.stop is not None and self.stop.cause.has_lost_item
         return FALL_TIME if has_lost else super().end_time
 
@@ -122,13 +121,13 @@ class _Run(PlanRun[World]):
             self.world.planned = PlannedContacts.of(self.plan, now, self.world.robot.tool)
 
     def after_step(self) -> None:
-        """Until the lift an item that the cup has sealed on still stands; what it bears builds up."""
+        """Update the largest load, from the lift on: before that the sealed item still stands."""
         world = self.world
         if world.held is not None and self.segment_at(self.trace.plan_times[-1]).held is not None:
             self.max_load = max(self.max_load, world.grip.ratio)
 
     def has_hold(self) -> bool:
-        """Whether the tool has taken hold of the item as the plan counts on it."""
+        """Whether the tool holds the item as well as the plan requires."""
         assert self.plan.grasp is not None
         seal = self.world.scene.find(self.plan.grasp.item).item.seals.get(self.plan.grasp.face, 0.0)
         return self.world.tool.has_hold(seal)
@@ -137,7 +136,7 @@ class _Run(PlanRun[World]):
         return tuple(self.world.grip.releases[self.n_releases :])
 
     def reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
-        """By supervision and the guard of contacts, by seal or grasp, by the sensor."""
+        """Check supervision and contact guard, then the hold, then the sensor."""
         segment = self.segment_at(min(self.tracker.progress, t_plan))
         if self.world.reality.supervision and (
             stop := self.supervisor.motion(command, segment) or self.guard.update(segment)
@@ -146,7 +145,7 @@ class _Run(PlanRun[World]):
         return self.supervisor.hold(segment) or self.sensed_nothing()
 
     def brake(self, why: ProtectiveStop) -> None:
-        """Come to a stand on the planned path, as hard as can be where something is hit or cannot be held."""
+        """Stop on the planned path; after a contact or following error as hard as possible."""
         if why.cause in (StopCause.CONTACT, StopCause.FOLLOWING_ERROR):
             self._brake_hard()
             return
@@ -157,9 +156,9 @@ class _Run(PlanRun[World]):
         super().brake(why)
 
     def _brake_hard(self) -> None:
-        """Brake every joint with all the torque that its motor has, wherever that leaves the path.
+        """Brake every joint with the full torque of its motor, even if that leaves the path.
 
-        Then lead the arm onto the path again, and back along it while something presses. What is held stays
+        Then lead the arm back onto the path, and back along it while something presses. A held item stays
         held.
         """
         world, trajectory = self.world, self.plan.trajectory
@@ -179,7 +178,7 @@ class _Run(PlanRun[World]):
         self.path_time = led.path_time
 
     def _follow(self, q: Array, t_plan: float) -> None:
-        """One set point of a stop."""
+        """Send one set point of a stop."""
         self.trace.sent.append(q)
         self.trace.plan_times.append(t_plan)
         self.world.command(q)
@@ -188,14 +187,14 @@ class _Run(PlanRun[World]):
 
 
 def falls_of(world: World, releases: Iterable[Release]) -> tuple[Fall, ...]:
-    """How far items that left the cup have fallen by now.
+    """Compute how far items have fallen since they left the tool.
 
-    What is left of the vacuum may draw an item on again before it is off for good, so that one item can be
-    released several times; it fell from the highest of these, and by itself if any of them was not wanted.
+    The rest of the vacuum may pull an item on again before it finally separates, so that one item can be
+    released several times; its fall counts from the highest release, and as wanted only if all releases were.
 
     Args:
         world: The world.
-        releases: When and where they left.
+        releases: Releases, with times and poses.
 
     Returns:
         One fall per item.

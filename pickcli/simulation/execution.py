@@ -1,4 +1,4 @@
-"""Record of the execution of a plan in the simulated world, as values."""
+"""Record of a plan's execution in the simulated world."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # they need pybullet
 
 @dataclass(frozen=True)
 class Fall:
-    """An item that left the cup, and how far it fell.
+    """An item that left the tool, and the height of its fall.
 
     Attributes:
         item: Id of the item.
@@ -29,14 +29,14 @@ class Fall:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Execution(PlanRecord):
-    """What only the simulated world knows of a plan beside its record. Times are simulated seconds.
+    """Record of an execution with quantities known only in simulation. Times are simulated seconds.
 
     Attributes:
-        collisions: Contacts that no plan allows.
-        releases: Items that left the cup.
-        falls: How far these fell.
-        held: Id of the item in the cup at the end, or None.
-        max_load: Largest share of what the cup bears while something was held, from the lift on.
+        collisions: Unplanned contacts.
+        releases: Items that left the tool.
+        falls: Falls of these items.
+        held: Id of the item held at the end, or None.
+        max_load: Largest load as a share of the tool's limits, from the lift on.
     """
 
     collisions: tuple[Collision, ...]
@@ -47,5 +47,5 @@ class Execution(PlanRecord):
 
     @property
     def counts(self) -> tuple[tuple[int, str], ...]:
-        """How often what must not happen did, and what."""
+        """Numbers and names of the kinds of events that must not happen."""
         return ((len(self.collisions), "collisions"), *super().counts)

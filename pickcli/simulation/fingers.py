@@ -1,11 +1,11 @@
-"""Two fingers that close on items: what they press, what sticks to their pads, and how it slides on them.
+"""Simulated fingers that close on items: pressing forces, adhesion to the pads, and slip.
 
-The fingers are links of the engine, and what they meet while they close they push: contact draws an item to
-their middle. Once both pads press one item and the fingers stand, the item hangs on the rubber of both
-(``bushing``), and the wrench of that is the load. It grows no further than the limit surface of soft fingers,
-with the force that the drive presses with (``PinchLimits``): from there on the item slides on the pads,
-which go on pulling as hard as they can. Friction is worked out beside the engine because the engine's creeps:
-between two pads that press it with 70 N a cube of 0.3 kg sinks by millimetres in a tenth of a second.
+The fingers are links of the engine, whose contacts push what they close on, and so centre the item. Once both
+pads press on one item and the fingers are at rest, the item hangs on the rubber of both (``bushing``), and
+the wrench of the bushing is the load. It is limited by the limit surface of soft fingers at the drive's force
+(``PinchLimits``): beyond it the item slides on the pads at the largest possible load. Friction is computed
+outside the engine because the engine's creeps: between two pads that press it with 70 N, a cube of 0.3 kg
+sinks by millimetres in a tenth of a second.
 """
 
 from __future__ import annotations
@@ -22,34 +22,34 @@ from pickcli.simulation.grip import Release
 from pickcli.simulation.pads import PadStiffness, Patch, patch_on
 from pickcli.simulation.servo import FingerDrive
 
-ON_PAD = 0.7  # cosine between a contact's normal and the line of closing: less has what an edge meets
+ON_PAD = 0.7  # least cosine between a contact normal and the closing direction; edges have less
 PRESS_TIME = 0.01  # s over which the force on a pad is averaged
-GRIPS = 0.5  # of the drive's force on both pads, from which on an item is held
-LETS_GO = 0.05  # of it below which it is not any more
-STANDING_SPEED = 5e-3  # m/s of any part of the pads over the item, below which it hangs on them
-LOOK_STEP = 1e-3  # m that an item slides between two looks at which part of the pads it touches
+GRIPS = 0.5  # share of the drive's force on both pads above which an item is held
+LETS_GO = 0.05  # share of it below which the item is released
+STANDING_SPEED = 5e-3  # m/s of any part of the pads over the item, below which the item sticks
+LOOK_STEP = 1e-3  # m of slip after which the contact area of the pads is computed again
 
 
 class Fingers:
-    """The fingers of one robot in an engine.
+    """Simulated fingers of one robot in an engine.
 
     Attributes:
         held: Name of the item between the pads, or None.
         load: (6,) wrench in N and Nm that the pads exert on the item, about the tool tip, in the tool frame.
-        ratio: What the item would load the pads with if it stuck, as a share of what they bear where they
-            touch it; above 1 it slides.
-        max_ratio: Largest such share since the item was taken.
-        friction: Coefficient of friction between pads and items, as it is for what hangs on the pads.
-        releases: Items that left the pads, in their order.
-        contact_points: None: all contacts are the engine's.
+        ratio: Load if the item stuck to the pads, as a share of their limits in the contact area; above 1 it
+            slides.
+        max_ratio: Largest ratio since the item was taken.
+        friction: Actual coefficient of friction between pads and items.
+        releases: Items that left the pads, in order.
+        contact_points: Always empty: all contacts are the engine's.
 
     Args:
-        engine: Where the robot and the items are.
+        engine: The engine with the robot and the items.
         robot: Name of the robot's body.
         tool: The robot's tool.
-        gripper: Its fingers.
-        drive: What moves the fingers.
-        items: What can be held, by the name of its body.
+        gripper: Its gripper.
+        drive: The drive of the fingers.
+        items: Items that can be held, by body name.
     """
 
     def __init__(
@@ -69,20 +69,20 @@ class Fingers:
         self.releases: list[Release] = []
         self.contact_points: list[ContactPoint] = []
         self._press = 0.0  # N on either pad, averaged
-        self._pressed = ""  # what both press on
-        self._T_tip_taken = np.eye(4)  # of the held item when it was taken
-        self._T_item_tip = np.eye(4)  # of the held item, where its rubber is at ease
+        self._pressed = ""  # the item that both press on
+        self._T_tip_taken = np.eye(4)  # pose of the held item when it was taken
+        self._T_item_tip = np.eye(4)  # tool frame in the held item at which its rubber is unloaded
         self._patch: Patch | None = None
-        self._p_looked = np.zeros(3)  # of the held item in the tool frame, at the last look at the pads
+        self._p_looked = np.zeros(3)  # of the held item in the tool frame, when the patch was computed
         self._bushing: Bushing | None = None
 
     @property
     def attached(self) -> str | None:
-        """Name of the item that hangs on the pads."""
+        """Name of the item that sticks to the pads."""
         return self.held if self._bushing is not None else None
 
     def is_apart(self, item: str) -> bool:
-        """What hangs on the pads no more the engine moves at once.
+        """Whether a released item may collide with the fingers: always, as their contacts stay enabled.
 
         Args:
             item: Name of the item.
@@ -94,7 +94,7 @@ class Fingers:
 
     @property
     def slip(self) -> float:
-        """How far in m the held item's middle has moved between the pads since it was taken."""
+        """Displacement in m of the held item's centre between the pads since it was taken."""
         if self.held is None:
             return 0.0
         T_tip_item = inverse(self._tip()) @ self._engine.pose(self.held)
@@ -102,21 +102,21 @@ class Fingers:
 
     @property
     def is_holding(self) -> bool:
-        """What the encoder of the fingers says: told to close, they stand, and not where they were told."""
+        """Whether something is held, by the finger encoder: commanded to close, the fingers stopped early."""
         return self._drive.is_stopped
 
     @property
     def are_standing(self) -> bool:
-        """Whether the fingers stand, on whatever, where they were told to go last."""
+        """Whether the fingers have stopped, at their target or on an item."""
         return self._drive.is_standing
 
     @property
     def width(self) -> float:
-        """What the encoder of the fingers says: m between the pads."""
+        """Width in m between the pads, by the finger encoder."""
         return self._drive.width
 
     def before_step(self, T_world_tip: Array) -> None:
-        """Load what hangs on the pads, and the robot, with the wrench between them.
+        """Apply the wrench between pads and item to the item and the robot.
 
         Args:
             T_world_tip: (4, 4) tool frame.
@@ -127,7 +127,7 @@ class Fingers:
             self._hang(self._bushing, T_world_tip)
 
     def after_step(self, t: float) -> None:
-        """Take hold of what both pads press, and let go of what they no longer press.
+        """Take hold of an item that both pads press, and release one that they no longer press.
 
         Args:
             t: Simulated time, s.
@@ -148,7 +148,7 @@ class Fingers:
             self._hang_on(T_world_tip)
 
     def _feel(self) -> None:
-        """Average the lesser of the forces with which both pads press on the item that they press on most."""
+        """Average the lesser of both pads' forces on the item that they press most."""
         along = self._tip()[:3, 1]
         on_pads = [self._pressing(finger.link, finger.side * along) for finger in self._gripper.fingers]
         between = {name: min(pad.get(name, 0.0) for pad in on_pads) for name in on_pads[0]}
@@ -159,7 +159,7 @@ class Fingers:
         self._press += share * (between.get(name, 0.0) - self._press)
 
     def _pressing(self, link: str, outwards: Array) -> dict[str, float]:
-        """N with which a finger's pad presses, by item; outwards (3,) from the middle to that pad."""
+        """Force in N of a finger's pad by item; outwards (3,) is the direction from the middle to the pad."""
         forces: dict[str, float] = {}
         for point in self._engine.pressing_points(self._robot, link):
             if point.b in self._items and np.dot(point.normal, outwards) > ON_PAD:
@@ -179,7 +179,7 @@ class Fingers:
         self.held, self.load, self.ratio = None, np.zeros(6), 0.0
 
     def _hang_on(self, T_world_tip: Array) -> None:
-        """Hang the held item on the pads as it is now."""
+        """Attach the held item to the pads at its current pose."""
         assert self.held is not None
         name, item = self.held, self._items[self.held]
         T_tip_item = inverse(T_world_tip) @ self._engine.pose(name)
@@ -192,14 +192,14 @@ class Fingers:
         self._drive.stand(True)
 
     def _touches(self, T_world_tip: Array) -> bool:
-        """Whether both pads still touch the held item; looked at wherever it has slid."""
+        """Whether both pads still touch the held item; recomputed after it has slid."""
         assert self.held is not None
         T_tip_item = inverse(T_world_tip) @ self._engine.pose(self.held)
         has_slid = float(np.abs(T_tip_item[:3, 3] - self._p_looked).max()) > LOOK_STEP
         return self._look(T_tip_item) if has_slid else True
 
     def _look(self, T_tip_item: Array) -> bool:
-        """Find the part of the pads that touches the held item. Returns whether there is any."""
+        """Compute the contact area of pads and held item, and return whether there is one."""
         assert self.held is not None
         shape = self._items[self.held].shape
         self._patch = patch_on(shape, inverse(T_tip_item), self._drive.width, self._gripper)
@@ -207,13 +207,13 @@ class Fingers:
         return self._patch is not None
 
     def _leave_to_engine(self) -> None:
-        """Leave the held item to the contacts of the engine."""
+        """Return the held item to the engine's contacts."""
         self._bushing = None
         self._drive.stand(False)
         self._press = self._drive.force
 
     def _hang(self, bushing: Bushing, T_world_tip: Array) -> None:
-        """Load the item and the robot with the wrench between them."""
+        """Apply the bushing's wrench to the item and the robot."""
         assert self.held is not None and self._patch is not None
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
@@ -232,7 +232,7 @@ class Fingers:
         self._engine.twist(self._robot, -torque, self._tool.last_link)
 
     def _slide(self, T_world_tip: Array, T_world_a: Array) -> None:
-        """Move the place where the rubber is at ease along, so far that it pulls no harder than it can."""
+        """Move the unloaded position of the rubber so far that its wrench is at the limit."""
         assert self.held is not None
         off = inverse(T_world_tip) @ T_world_a
         turn = rotation_vector(off[:3, :3])
@@ -241,7 +241,7 @@ class Fingers:
         self._T_item_tip = inverse(self._engine.pose(self.held)) @ T_world_tip @ left
 
     def _sliding_speed(self, T_world_tip: Array) -> float:
-        """How fast any part of the pads moves over the held item at most, m/s."""
+        """Largest speed of any part of the pads over the held item, m/s."""
         assert self.held is not None
         tip = T_world_tip[:3, 3]
         linear, turn = self._engine.relative_velocity(self.held, self._robot, self._tool.last_link, tip)

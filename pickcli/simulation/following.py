@@ -1,4 +1,4 @@
-"""Whether the joints of a robot follow their set points."""
+"""Following errors of a robot's joints."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.simulation.thresholds import Thresholds
 
-SPEED_MEMORY = 0.1  # s that a joint's speed still excuses its lag after it has slowed down
+SPEED_MEMORY = 0.1  # s, time constant with which the allowance for a joint's speed decays
 
 
 class JointFollowing:
-    """Compares set points with where the joints are.
+    """Compares set points with measured joint positions.
 
     Args:
-        q: (n,) set point to begin with.
+        q: (n,) initial set point.
         time_step: s between set points.
-        thresholds: How far a joint may be off; those of supervision if None.
+        thresholds: Allowed errors; by default those of supervision.
 
     Attributes:
-        speed: (n,) of the set points; of the past 0.1 s the greatest, fading.
+        speed: (n,) speed of the set points, as a decaying maximum over about 0.1 s.
     """
 
     def __init__(self, q: Array, time_step: float, thresholds: Thresholds | None = None) -> None:
@@ -29,7 +29,7 @@ class JointFollowing:
         self.speed: Array = np.zeros(len(q))
 
     def remember(self, command: Array) -> None:
-        """Take a set point; after its step.
+        """Update the set point; call after its step.
 
         Args:
             command: (n,) configuration.
@@ -38,13 +38,13 @@ class JointFollowing:
         self.speed, self._command = np.maximum(now, self._decay * self.speed), command
 
     def worst(self, q: Array) -> tuple[int, float, float] | None:
-        """The joint that is farthest off.
+        """Find the joint with the largest following error.
 
         Args:
             q: (n,) measured configuration.
 
         Returns:
-            Its index, how far it is off and how far it may be; None where all follow.
+            Its index, error and allowed error; None if all joints follow.
         """
         error = np.abs(self._command - q)
         allowed = self._thresholds.joint + self._thresholds.lag * self.speed

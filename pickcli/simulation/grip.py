@@ -1,4 +1,4 @@
-"""What holds items in the simulated world, by a cup or between pads: what every kind has in common."""
+"""Protocol of grips in the simulated world, which hold items by a cup or between pads."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Release:
     Attributes:
         item: Id of the item.
         t: s, simulated.
-        is_wanted: Whether the tool let go of it; else it broke away.
+        is_wanted: Whether the tool released it; otherwise it broke away.
         T_world_item: (4, 4) pose when it left.
-        load: The last one measured, as the kind of tool states it.
+        load: Last measured load, in the form of the kind of tool.
     """
 
     item: str
@@ -29,15 +29,15 @@ class Release:
 
 
 class Grip(Protocol):
-    """What holds items.
+    """Simulated grip that holds items.
 
     Attributes:
-        held: Name of the item that is held, or None.
-        attached: Name of the item that the engine lets through the links that hold, or None: what holds it
-            is worked out beside the engine.
-        ratio: The last load, while it is to hold, as a share of what the tool bears.
-        releases: Items that left, in their order.
-        contact_points: What was met in the last step beside the engine's own contacts.
+        held: Name of the held item, or None.
+        attached: Name of the item without collision physics with the contact links, or None: its hold is
+            computed outside the engine.
+        ratio: Last load during a hold, as a share of the tool's limits.
+        releases: Items that left, in order.
+        contact_points: Contacts of the last step in addition to the engine's.
     """
 
     held: str | None
@@ -47,21 +47,21 @@ class Grip(Protocol):
 
     @property
     def attached(self) -> str | None:
-        """Name of the item that the engine lets through the links that hold, or None."""
+        """Name of the item without collision physics with the contact links, or None."""
 
     @property
     def is_holding(self) -> bool:
-        """What the tool's sensor says: whether it holds anything."""
+        """Reading of the tool's sensor: whether an item is held."""
 
     def before_step(self, T_world_tip: Array) -> None:
-        """Update all forces between tool and item; before the engine steps.
+        """Update all forces between tool and item; call before the engine's step.
 
         Args:
             T_world_tip: (4, 4) tool frame.
         """
 
     def after_step(self, t: float) -> None:
-        """Take hold, slip and let go; after the engine stepped.
+        """Take hold, slip and release; call after the engine's step.
 
         Args:
             t: Simulated time, s.
@@ -71,12 +71,12 @@ class Grip(Protocol):
         """Whether the links that held an item may collide with it again.
 
         Args:
-            item: Name of an item that is attached no more.
+            item: Name of an item that is no longer attached.
         """
 
 
 class NoGrip:
-    """A flange on which nothing is mounted: it meets nothing by itself, and holds nothing."""
+    """Grip of a flange without a tool: it holds nothing and exerts no forces."""
 
     def __init__(self) -> None:
         self.held: str | None = None
@@ -86,30 +86,30 @@ class NoGrip:
 
     @property
     def attached(self) -> str | None:
-        """Name of the item that is attached: never one."""
+        """Name of the attached item: always None."""
         return None
 
     @property
     def is_holding(self) -> bool:
-        """Whether a sensor says that something is held: no, there is none."""
+        """Reading of a sensor: always False, as there is none."""
         return False
 
     def before_step(self, T_world_tip: Array) -> None:
-        """Do nothing before a step: a flange exerts no force.
+        """Do nothing before a step.
 
         Args:
             T_world_tip: (4, 4) of the flange.
         """
 
     def after_step(self, t: float) -> None:
-        """Do nothing after a step: a flange takes no hold.
+        """Do nothing after a step.
 
         Args:
             t: Simulated time, s.
         """
 
     def is_apart(self, item: str) -> bool:
-        """Nothing was ever held.
+        """Whether the links that held an item may collide with it: always, as none was held.
 
         Args:
             item: Name of an item.

@@ -1,6 +1,6 @@
-"""A driver of another package as it carries out a plan: what it raises or answers amiss is told as its own.
+"""Wrapper around installed drivers that turns their exceptions and invalid answers into clear errors.
 
-``check_driver`` finds such faults beforehand; a cable that is pulled comes later.
+``check_driver`` finds such faults beforehand; others, such as a pulled cable, occur only during execution.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from pickcli.simulation.driver import Driver, DriverFactory, DriverRequest
 
 Answer = TypeVar("Answer")
 
-SHORTEST_PERIOD = 1e-4  # s between set points: nothing is streamed faster from here
-LONGEST_PERIOD = 0.1  # s: a robot that is told its way more rarely does not follow it
+SHORTEST_PERIOD = 1e-4  # s between set points, limit of streaming here
+LONGEST_PERIOD = 0.1  # s; robots do not follow less frequent set points
 
 
 def period_fault(period: object) -> str:
-    """Tell what is wrong with the period of a driver's set points.
+    """Check the period of a driver's set points.
 
     Args:
         period: s, as the driver states it.
 
     Returns:
-        The fault; "" if there is none.
+        The fault; "" without one.
     """
     if isinstance(period, float) and SHORTEST_PERIOD <= period <= LONGEST_PERIOD:
         return ""
@@ -38,31 +38,31 @@ def period_fault(period: object) -> str:
 
 
 def connected(name: str, connect: DriverFactory, request: DriverRequest) -> Driver:
-    """Make a driver.
+    """Create a driver.
 
     Args:
-        name: What it is called.
-        connect: Makes it.
-        request: What it is made for.
+        name: Name of the driver.
+        connect: Function that creates it.
+        request: Parameters for creating it.
 
     Returns:
         The driver.
 
     Raises:
-        InputError: It could not be made.
+        InputError: The driver could not be created.
     """
     return _asked(name, lambda: connect(request))
 
 
 class GuardedDriver:
-    """A driver that ends a run by one message where it fails, and never by a hang or a wrong array.
+    """A driver whose failures end a run with a single error, never by a hang or an invalid array.
 
     Args:
-        name: What it is called.
+        name: Name of the driver.
         driver: The driver.
 
     Raises:
-        InputError: Its period is none of a stream.
+        InputError: Its period is not valid for streaming.
     """
 
     def __init__(self, name: str, driver: Driver) -> None:
@@ -74,7 +74,7 @@ class GuardedDriver:
 
     @property
     def cell(self) -> Cell:
-        """The cell, as the arm that moves sees it."""
+        """The cell as seen by the moving arm."""
         return self._driver.cell
 
     @property
@@ -84,7 +84,7 @@ class GuardedDriver:
 
     @property
     def t(self) -> float:
-        """Time since any moment before the first step, s, finite."""
+        """Time since an arbitrary moment before the first step, s, finite."""
         t = self._ask(lambda: float(self._driver.t))
         if not math.isfinite(t):
             raise self._failure(f"t is {t}")
@@ -102,11 +102,11 @@ class GuardedDriver:
 
     @property
     def tool_state(self) -> ToolState:
-        """State of the tool as it stands."""
+        """Current state of the tool."""
         return self._ask(lambda: self._driver.tool_state)
 
     def command(self, q: Array) -> None:
-        """Set where the robot is to be at the end of the next step.
+        """Set the target configuration at the end of the next step.
 
         Args:
             q: (n,) configuration.
@@ -121,19 +121,19 @@ class GuardedDriver:
             action: One of its actions.
 
         Returns:
-            A sensor's answer; None for other devices.
+            A sensor's reading; None for other devices.
         """
         return self._ask(lambda: self._driver.act(device, action))
 
     def step(self) -> None:
-        """Let one period pass, in which time goes on."""
+        """Wait for one period, in which the driver's time must increase."""
         before = self.t
         self._ask(self._driver.step)
         if not self.t > before:
             raise self._failure(f"t was {before} and is {self.t} after a step")
 
     def close(self) -> None:
-        """Let go of everything. After a fault nothing more is told: the first one counts."""
+        """Close the driver. After a fault further exceptions are ignored: the first one counts."""
         if not self._has_failed:
             self._ask(self._driver.close)
             return
@@ -155,7 +155,7 @@ class GuardedDriver:
 
 
 def _asked(name: str, call: Callable[[], Answer]) -> Answer:
-    """What a driver answers. Raises InputError for all that it raises and that is none of our errors."""
+    """Call a driver. Raises InputError for exceptions that are not an ApcError."""
     try:
         return call()
     except ApcError:

@@ -1,4 +1,4 @@
-"""Whether the hold stands where a plan counts on it: by the vacuum gauge, or by the encoder of fingers."""
+"""Supervision of the hold on an item, by the vacuum gauge or the finger encoder."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from pickcli.simulation.suction import SEAL_VACUUM
 from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.vacuum import Vacuum
 
-SEAL_GRACE = 0.05  # s after the lift began by which the seal must stand
+SEAL_GRACE = 0.05  # s after the start of the lift by which the seal must be established
 
 
 class HoldWatch(Protocol):
-    """Judges the hold of one execution, step by step."""
+    """Supervises the hold during one execution, step by step."""
 
     def stop(self, segment: Segment, t: float) -> ProtectiveStop | None:
-        """Whether the hold stands; after a step.
+        """Check the hold after a step.
 
         Args:
-            segment: The part of the plan that the robot is in.
+            segment: The current segment.
             t: Simulated time, s.
 
         Returns:
-            The stop to be made, or None.
+            The required stop, or None.
         """
 
 
 class NoWatch:
-    """Watches a tool that holds nothing."""
+    """Hold watch of a tool that holds nothing."""
 
     def stop(self, segment: Segment, t: float) -> ProtectiveStop | None:
-        """No reason to stop, for nothing is held.
+        """Request no stop, as nothing is held.
 
         Args:
-            segment: The part of the plan that the robot is in.
+            segment: The current segment.
             t: Simulated time, s.
 
         Returns:
@@ -48,11 +48,11 @@ class NoWatch:
 
 
 class SealWatch:
-    """Watches a cup by its vacuum gauge.
+    """Supervises a cup by its vacuum gauge.
 
     Args:
-        gauge: Of the cup.
-        thresholds: Beyond which it stops.
+        gauge: Vacuum gauge of the cup.
+        thresholds: Thresholds of a stop.
     """
 
     def __init__(self, gauge: Vacuum, thresholds: Thresholds) -> None:
@@ -60,14 +60,14 @@ class SealWatch:
         self._sealed_level, self._t_lift = 0.0, np.inf
 
     def stop(self, segment: Segment, t: float) -> ProtectiveStop | None:
-        """Whether the cup has sealed by the lift, and keeps its vacuum; after a step.
+        """Check after a step that the cup has sealed by the lift, and keeps its vacuum.
 
         Args:
-            segment: The part of the plan that the robot is in.
+            segment: The current segment.
             t: Simulated time, s.
 
         Returns:
-            The stop to be made, or None.
+            The required stop, or None.
         """
         level = self._gauge.cup
         if segment.held is None or segment.kind is SegmentKind.CONTACT or not self._gauge.is_valve_open:
@@ -84,11 +84,11 @@ class SealWatch:
 
 
 class GraspWatch:
-    """Watches fingers by their encoder.
+    """Supervises fingers by their encoder.
 
     Args:
         fingers: The fingers.
-        thresholds: Beyond which they stop.
+        thresholds: Thresholds of a stop.
     """
 
     def __init__(self, fingers: Fingers, thresholds: Thresholds) -> None:
@@ -96,14 +96,14 @@ class GraspWatch:
         self._has_lifted = False
 
     def stop(self, segment: Segment, t: float) -> ProtectiveStop | None:
-        """Whether the fingers stand at the width at which the plan counts on them; after a step.
+        """Check after a step that the fingers are at the planned width.
 
         Args:
-            segment: The part of the plan that the robot is in.
+            segment: The current segment.
             t: Simulated time, s.
 
         Returns:
-            The stop to be made, or None.
+            The required stop, or None.
         """
         planned, width = segment.tool_state.width, self._fingers.width
         if segment.held is None or planned is None:

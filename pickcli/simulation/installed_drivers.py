@@ -1,4 +1,4 @@
-"""Drivers by their names: those of this package, and those that installed packages add."""
+"""Drivers by name: built-in ones, and those of installed packages."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ BUILT_IN = (SIMULATED, RECORDED)
 
 
 def driver_names() -> list[str]:
-    """The names of all drivers.
+    """Return the names of all drivers.
 
     Returns:
-        Those of this package first.
+        Names, the built-in ones first.
     """
     return [*BUILT_IN, *added(GROUP, BUILT_IN)]
 
 
 def driver_factory(name: str) -> DriverFactory:
-    """Find what makes a driver.
+    """Return the factory of a driver.
 
     Args:
-        name: Its name.
+        name: Name of the driver.
 
     Returns:
-        From a request to a driver, which is to be closed.
+        Function from a request to a driver, which must be closed.
 
     Raises:
-        InputError: There is none of that name, or what a package adds cannot be used.
+        InputError: No driver has that name, or the package's entry point cannot be used.
     """
     if name == SIMULATED:
         from pickcli.simulation.world import World

@@ -1,4 +1,4 @@
-"""Recording of everything that moves in a world, to be replayed: joints, items, the vacuum in the cup."""
+"""Records all motion in a world for replay: joints, items, and the vacuum in the cup."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ if TYPE_CHECKING:
     from pickcli.progress import Progress
     from pickcli.simulation.world import World
 
-LOOK_TIME = 0.02  # s of simulated time between two looks
-ITEM_LOOKS = 2  # looks between two at items that are not held
-SEEN_MOVE = 2e-4  # m or element of a rotation matrix, less is not recorded as a move
+LOOK_TIME = 0.02  # s of simulated time between samples
+ITEM_LOOKS = 2  # every how many samples items that are not held are recorded
+SEEN_MOVE = 2e-4  # m or element of a rotation matrix; smaller changes are not recorded
 
 
 @dataclass(eq=False)
 class RecordedRun:
-    """When a plan was carried out, and how its time passed.
+    """Execution of a plan, with the relation of its time to simulated time.
 
     Attributes:
-        plan: The plan; None where the tool only let go.
+        plan: The plan; None if the tool only released.
         t_start: s, simulated.
         t_end: s, simulated.
-        clock: Pairs of s simulated and s of the plan, rising.
+        clock: Pairs of simulated time and plan time, s, increasing.
     """
 
     plan: Plan | None
@@ -36,16 +36,16 @@ class RecordedRun:
     clock: list[tuple[float, float]] = field(default_factory=list)
 
     def note(self, world: World, progress: Progress) -> None:
-        """Note how far the plan is.
+        """Record the progress of the plan.
 
         Args:
             world: The world.
-            progress: s of the plan that have passed.
+            progress: Progress in s of the plan.
         """
         self.clock.append((world.t, progress.done))
 
     def plan_time(self, t: Array) -> Array:
-        """The time of the plan at simulated times, straight between what was noted.
+        """Interpolate the plan's time at simulated times.
 
         Args:
             t: (N,) s, simulated.
@@ -57,13 +57,13 @@ class RecordedRun:
         return np.asarray(np.interp(t, knots[:, 0], knots[:, 1]))
 
     def simulated_time(self, t_plan: float) -> float:
-        """When the plan was at a time for the first time.
+        """Compute when the plan first reached a time.
 
         Args:
             t_plan: s of the plan.
 
         Returns:
-            s, simulated; the end for what was not reached.
+            s, simulated; the end if it was not reached.
         """
         before = (self.t_start, 0.0)
         for t, reached in self.clock:
@@ -75,14 +75,14 @@ class RecordedRun:
 
 
 class MotionRecorder:
-    """Looks at a world after its steps, and keeps what it sees.
+    """Samples a world after its steps, and keeps the samples.
 
     Attributes:
-        times: s of every look.
-        joints: Positions (m,) of all joints at each.
-        vacuum: Pa below ambient in the cup at each; 0 without a cup.
+        times: s of every sample.
+        joints: Positions (m,) of all joints in each sample.
+        vacuum: Pa below ambient in the cup in each sample; 0 without a cup.
         items: By id, rows of s, position in m and quaternion x, y, z, w; only while an item moves.
-        runs: What was carried out, in the order of time.
+        runs: Executions, in order of time.
     """
 
     def __init__(self) -> None:
@@ -91,12 +91,12 @@ class MotionRecorder:
         self.vacuum: list[float] = []
         self.items: dict[str, list[Array]] = {}
         self.runs: list[RecordedRun] = []
-        self._kept: dict[str, Array] = {}  # the last pose of each item that was kept
-        self._still: dict[str, tuple[float, Array]] = {}  # s and pose when it was seen there last
+        self._kept: dict[str, Array] = {}  # the last recorded pose of each item
+        self._still: dict[str, tuple[float, Array]] = {}  # s and pose of the last sample at rest
         self._n_looks = 0
 
     def look(self, world: World) -> None:
-        """Note where everything is now, if a look is due.
+        """Record the current state if a sample is due.
 
         Args:
             world: The world, after a step.
@@ -113,21 +113,21 @@ class MotionRecorder:
         self._n_looks += 1
 
     def begin(self, plan: Plan | None, world: World) -> RecordedRun:
-        """Note that something is carried out from now on.
+        """Record the beginning of an execution.
 
         Args:
-            plan: The plan; None where the tool only lets go.
+            plan: The plan; None if the tool only releases.
             world: The world.
 
         Returns:
-            What is noted of it, to be ended.
+            The execution, whose end is to be set.
         """
         run = RecordedRun(plan, world.t, world.t)
         self.runs.append(run)
         return run
 
     def _note(self, item: str, t: float, T: Array) -> None:
-        """Keep the pose of an item that moved, with the last at which it still stood."""
+        """Record the pose of an item that moved, preceded by its last pose at rest."""
         if item in self._kept and np.abs(T - self._kept[item]).max() < SEEN_MOVE:
             self._still[item] = (t, T)
             return
@@ -138,7 +138,7 @@ class MotionRecorder:
 
 
 def _nearest_turn(row: Array, before: Array) -> Array:
-    """A row with that of both quaternions of its turn that is nearer to the row before."""
+    """The row with the sign of its quaternion that is nearer to the row before."""
     if row[4:] @ before[4:] < 0.0:
         row = row.copy()
         row[4:] *= -1.0

@@ -1,7 +1,7 @@
-"""The pads of two fingers: which part of them an item touches, and what they bear there.
+"""Contact area of two pads with an item, and the load limits there.
 
-What is flat is touched all over, what is round along a strip, as wide as the rubber gives way. Asked of where
-item and pads are in the simulated world, not of what was planned.
+Flat faces touch the whole pad, round ones a strip whose width follows from the rubber's compliance. Computed
+from the actual poses in the simulated world, not from the planned ones.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import Array, transform_points
 
-N_POINTS = 15  # along each side of a pad at which it is asked
-RUBBER = 3e-4  # m that a pad gives way: an estimate, on the small side
+N_POINTS = 15  # sample points along each side of a pad
+RUBBER = 3e-4  # m, compliance of a pad: a low estimate
 
 
 @dataclass(frozen=True, eq=False)
 class PadStiffness:
-    """Stiffness of both pads about the middle between them. An estimate: see docs/simulation.md.
+    """Stiffness of both pads about the middle between them. Estimated: see docs/simulation.md.
 
     Attributes:
-        normal: N/m along the line of closing.
+        normal: N/m along the closing direction.
         shear: N/m along the pads.
-        bend: Nm/rad about the axes across the line of closing.
-        twist: Nm/rad about that line.
+        bend: Nm/rad about the axes perpendicular to the closing direction.
+        twist: Nm/rad about the closing direction.
         relaxation: s, damping over stiffness.
     """
 
@@ -39,13 +39,13 @@ class PadStiffness:
 
     @property
     def matrix(self) -> Array:
-        """(6, 6) for (x, y, z, rotation vector) in the tool frame, y along the line of closing."""
+        """(6, 6) for (x, y, z, rotation vector) in the tool frame, y along the closing direction."""
         return np.diag([self.shear, self.normal, self.shear, self.bend, self.twist, self.bend])
 
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """The part of both pads that lies on an item.
+    """Contact area of both pads with an item.
 
     Attributes:
         middle: (3,) m in the tool frame.
@@ -56,7 +56,7 @@ class Patch:
     sides: tuple[float, float]
 
     def ratio(self, wrench: Array, force: float, friction: float) -> float:
-        """The load over what the pads bear there: they hold up to 1.
+        """Compute the load over the limits of the contact area; the pads hold up to 1.
 
         Args:
             wrench: (6,) that the pads exert on the item, about the tip, in the tool frame.
@@ -72,16 +72,16 @@ class Patch:
 
 
 def patch_on(shape: Shape, T_item_tip: Array, width: float, gripper: ParallelGripper) -> Patch | None:
-    """Find the part of the pads that lies on an item.
+    """Compute the contact area of the pads with an item.
 
     Args:
-        shape: Of the item.
+        shape: Shape of the item.
         T_item_tip: (4, 4) tool frame in the item's.
         width: m between the pads.
         gripper: The gripper.
 
     Returns:
-        The part, or None where a pad does not touch the item, or nowhere opposite to where the other does.
+        The area, or None if a pad does not touch the item, or nowhere opposite to the other's contact.
     """
     at = (np.arange(N_POINTS) + 0.5) / N_POINTS - 0.5
     x, z = (grid.ravel() for grid in np.meshgrid(at * gripper.pad[0], at * gripper.pad[1]))
@@ -99,7 +99,7 @@ def patch_on(shape: Shape, T_item_tip: Array, width: float, gripper: ParallelGri
 
 
 def _distances(shape: Shape, points: Array) -> Array:
-    """Signed distances (N,) in m of points (N, 3) in a shape's frame from its surface; negative inside."""
+    """Signed distances (N,) in m from points (N, 3) in a shape's frame to its surface; negative inside."""
     if shape.kind is ShapeKind.SPHERE:
         return np.asarray(np.linalg.norm(points, axis=1) - shape.size[0])
     if shape.kind is ShapeKind.CYLINDER:

@@ -1,4 +1,4 @@
-"""Where an item lies: in which place of the cell, a bin, the tote or one of its own, or in none."""
+"""Finds the place of the cell that an item lies in: a bin, the tote, a user-defined place, or none."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse
 from pickcli.scene.scene import Scene
 
-OUTSIDE = "outside"  # on the floor, the table, the robot: in no place
-UNDER_BOARD = 0.01  # m under a board within which an item that is seen lies on it: none hangs from it
-RIM_SLACK = 0.1  # m over the tote's rim at which the centre of a heaped item still counts as in it
+OUTSIDE = "outside"  # location of items in no place, e.g. on the floor or the robot
+UNDER_BOARD = 0.01  # m below a board; an item seen there lies on the board, as none hangs below it
+RIM_SLACK = 0.1  # m above a rim within which the centre of a heaped item counts as inside
 
 
 def location_of(scene: Scene, item: Item, T_world_item: Array) -> str:
-    """Where an item lies, by its centre.
+    """Return the place that contains an item's centre.
 
     Args:
         scene: The scene.
@@ -32,7 +32,7 @@ def location_of(scene: Scene, item: Item, T_world_item: Array) -> str:
 
 
 def nearest_place(scene: Scene, T_world_item: Array) -> str:
-    """The place whose inside is nearest to an item's centre: for poses that are a little off.
+    """Return the place nearest to an item's centre, for inexact poses.
 
     Args:
         scene: The scene.
@@ -47,14 +47,14 @@ def nearest_place(scene: Scene, T_world_item: Array) -> str:
         low, high = room.low, room.high
         if place.access.is_from_above:
             high[2] += RIM_SLACK
-        else:  # boards slope: the box around one bin's inside reaches into that of the bin below
+        else:  # boards slope: the box around a bin's room overlaps that of the bin below
             low[2], high[2] = room.floor_at(p[0]) - UNDER_BOARD, room.ceiling_at(p[0]) - UNDER_BOARD
         distances[name] = float(np.linalg.norm(np.maximum(np.maximum(low - p, p - high), 0.0)))
     return min(distances, key=distances.__getitem__)
 
 
 def bounds(shape: Shape, T: Array) -> tuple[Array, Array]:
-    """The axis-aligned box around a shape at a pose, exact.
+    """Compute the exact axis-aligned bounding box of a shape at a pose.
 
     Args:
         shape: The shape.

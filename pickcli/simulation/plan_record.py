@@ -1,4 +1,4 @@
-"""Record of how a driver carried out a plan, as values."""
+"""Record of how a driver carried out a plan."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pickcli.simulation.stream import Violation
 
 @dataclass(frozen=True)
 class FiredEvent:
-    """An event when it fired.
+    """A fired event.
 
     Attributes:
         event: The event.
         t: s, by the driver's clock.
-        distance: m of tool path between where the robot was and the event's resolved trigger point.
-        reading: What a sensor answered, else None.
+        distance: m of tool path between the robot and the event's resolved trigger point.
+        reading: A sensor's reading, else None.
     """
 
     event: Event
@@ -29,19 +29,19 @@ class FiredEvent:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PlanRecord:
-    """What a driver was told and what was measured. Times are those of the driver's clock.
+    """Commands and measurements of an execution. Times are those of the driver's clock.
 
     Attributes:
         t_start: s.
         t_end: s.
-        stop: Why it ended before the plan did, None if it did not.
-        stopped_in: The segment it was in then.
+        stop: The stop that ended it early, or None.
+        stopped_in: Kind of the segment in which it was requested.
         events: Events that fired.
         missed: Events that never fired.
-        limit_violations: Limits that the commands broke.
-        max_lag: m, farthest that the tool was from where it was told to be.
-        path_time: Where the robot came to rest after a stop, as a time of the plan's trajectory, s; None
-            without one.
+        limit_violations: Limits that the commands exceeded.
+        max_lag: m, largest distance between the actual and the commanded tool position.
+        path_time: Time on the plan's trajectory at which the robot came to rest after a stop, s; None without
+            one.
         stopping_time: s from the request of a stop to standstill; None without one.
     """
 
@@ -63,19 +63,19 @@ class PlanRecord:
 
     @property
     def stopped(self) -> str:
-        """Why the execution ended before the plan did, in words; "" if it did not."""
+        """Why the execution ended early, in words; "" if it did not."""
         return "" if self.stop is None else str(self.stop)
 
     @property
     def stop_cause(self) -> StopCause | None:
-        """What the robot knew that made it stop, None if it did not."""
+        """The cause of the stop, None without one."""
         return None if self.stop is None else self.stop.cause
 
     @property
     def has_item(self) -> bool | None:
-        """What the vacuum said last: the sensor's answer, or the stop for want of vacuum after it.
+        """Whether an item is held by the last reading: of a sensor, or a stop for lack of vacuum after it.
 
-        None if neither was there.
+        None without either.
         """
         if self.stop is not None and self.stop.is_empty:
             return False
@@ -84,17 +84,17 @@ class PlanRecord:
 
     @property
     def is_clean(self) -> bool:
-        """Whether the plan was carried out to its end, and nothing went wrong."""
+        """Whether the plan was carried out completely and without faults."""
         return not self.trouble
 
     @property
     def counts(self) -> tuple[tuple[int, str], ...]:
-        """How often what must not happen did, and what."""
+        """Numbers and names of the kinds of events that must not happen."""
         return ((len(self.limit_violations), "limit violations"), (len(self.missed), "events missed"))
 
     @property
     def trouble(self) -> str:
-        """What went wrong, in one sentence; "" if nothing did."""
+        """Summary of all faults in one sentence; "" without any."""
         parts = [f"{n} {what}" for n, what in self.counts if n]
         if self.stopped:
             where = f" in {self.stopped_in}" if self.stopped_in else ""

@@ -1,4 +1,4 @@
-"""Carry out a plan by any driver: stream it, fire its events by measured progress, stop on its path."""
+"""Carries out a plan by any driver: streams set points, fires events by measured progress, and stops."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from pickcli.simulation.start_check import at_the_robot, check_start
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
 from pickcli.simulation.trigger import TriggerDistance
 
-END_TIME = 0.1  # s after the last set point: the servo arrives, the last events fire
-STANDING = 0.02  # rad/s or m/s of every joint, below which a stopping robot stands
-SEAL_TIME = 1.5  # s beyond the plan's own rest on an item: a line that leaked is evacuated to 0.95 by then
+END_TIME = 0.1  # s after the last set point, in which the servo arrives and the last events fire
+STANDING = 0.02  # rad/s or m/s; a stopping robot is at rest if all joints are slower
+SEAL_TIME = 1.5  # s beyond the plan's wait on an item; a line that leaked is evacuated to 0.95 in this time
 AT_REST = 1e-6  # rad/s or m/s of every joint
-TRACE_STEPS = 10  # between two looks at the tool's lag
-PROGRESS_STEPS = 100  # between two reports of progress
+TRACE_STEPS = 10  # steps between samples of the tool's lag
+PROGRESS_STEPS = 100  # steps between reports of progress
 
 D = TypeVar("D", bound=Driver)
 
@@ -40,22 +40,22 @@ def drive(
 ) -> PlanRecord:
     """Carry out a plan, to its end or to a stop on its path.
 
-    On the item the robot rests until a sensor says that it is held, at most for ``SEAL_TIME`` longer than
-    planned. It stops where a joint does not follow, or where an event reads that nothing is held.
+    On the item the robot waits until a sensor says that it is held, at most ``SEAL_TIME`` longer than
+    planned. It stops if a joint does not follow, or if an event reads that nothing is held.
 
     Args:
         plan: The plan.
-        driver: What carries it out.
-        pace: How fast the plan's time passes.
+        driver: The driver that carries it out.
+        pace: Speed of the plan's time.
         on_progress: Called every 100 set points with the seconds of the plan and its segment.
 
     Returns:
         The record of the execution.
 
     Raises:
-        StaleError: If the plan is for another cell.
-        StartError: If the robot is not where the plan begins.
-        InputError: If the tool is in another state than the plan begins with.
+        StaleError: The plan is for another cell.
+        StartError: The robot is not where the plan begins.
+        InputError: The tool is in another state than at the start of the plan.
     """
     plan = at_the_robot(plan, driver)
     check_start(plan, driver)
@@ -66,22 +66,22 @@ def drive(
 
 @dataclass
 class _Trace:
-    """What is noted on the way."""
+    """Data recorded during a run."""
 
     fired: list[FiredEvent] = field(default_factory=list)
     sent: list[Array] = field(default_factory=list)  # set points
-    plan_times: list[float] = field(default_factory=list)  # of each set point
-    told: list[Array] = field(default_factory=list)  # every TRACE_STEPS: set point and measured
+    plan_times: list[float] = field(default_factory=list)  # one per set point
+    told: list[Array] = field(default_factory=list)  # commanded configuration, every TRACE_STEPS
     measured: list[Array] = field(default_factory=list)
 
 
 class PlanRun(Generic[D]):
-    """One execution in progress. Who knows more of a robot than its driver tells overrides what is judged.
+    """Run of a plan. Subclasses for robots with more measurements override what is judged.
 
     Args:
         plan: The plan, which begins where the robot stands.
-        driver: What carries it out.
-        pace: How fast the plan's time passes.
+        driver: The driver that carries it out.
+        pace: Speed of the plan's time.
         on_progress: Called every 100 set points.
         on_step: Called after every step.
     """
@@ -106,7 +106,7 @@ class PlanRun(Generic[D]):
         self.stop: ProtectiveStop | None = None
         self.stopped_in: Segment | None = None
         self.path_time: float | None = None
-        self.n_judged: int | None = None  # set points to which the planned limits apply; all, if None
+        self.n_judged: int | None = None  # number of set points under the planned limits; all if None
         self.t_standing: float | None = None
         self._q_before = driver.q
         self._segment_ends = [segment.t_end for segment in plan.segments]
@@ -153,27 +153,27 @@ class PlanRun(Generic[D]):
 
     @property
     def end_time(self) -> float:
-        """How long the robot stands at the end of the plan or of a stop until it counts as arrived, s."""
+        """Time at rest after the plan or a stop until the robot counts as arrived, s."""
         return END_TIME
 
     def has_hold(self) -> bool:
-        """Whether the item may be lifted: every sensor of the cell says that it is held.
+        """Whether the item may be lifted: all sensors of the cell say that it is held.
 
         Returns:
-            True also where there is no sensor.
+            True also without sensors.
         """
         sensors = (d for d in self.driver.cell.devices.values() if d.kind is DeviceKind.SENSOR)
         return all(self.driver.act(sensor.name, sensor.actions[0]) for sensor in sensors)
 
     def reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
-        """Whether the motion is to be stopped; after a step.
+        """Decide after a step whether to stop the motion.
 
         Args:
             command: (n,) set point.
             t_plan: s of the plan.
 
         Returns:
-            The stop to be made, or None.
+            The required stop, or None.
         """
         self.following.remember(command)
         if (off := self.following.worst(self.driver.q)) is not None:
@@ -184,10 +184,10 @@ class PlanRun(Generic[D]):
         return self.sensed_nothing()
 
     def sensed_nothing(self) -> ProtectiveStop | None:
-        """Whether the last event read that nothing is held.
+        """Decide whether to stop because the last event read that nothing is held.
 
         Returns:
-            The stop to be made, or None.
+            The required stop, or None.
         """
         last = self.trace.fired[-1] if self.trace.fired else None
         if last is None or last.reading is not False:
@@ -195,20 +195,20 @@ class PlanRun(Generic[D]):
         return ProtectiveStop(StopCause.SENSOR, last.event.device, 0.0, 1.0, "", self.driver.t)
 
     def before_set_point(self, t_plan: float) -> None:
-        """What is to be known before a set point is sent.
+        """Prepare for a set point; called before it is sent.
 
         Args:
             t_plan: s of the plan.
         """
 
     def after_step(self) -> None:
-        """What is measured after every step, before it is judged."""
+        """Take measurements after every step, before they are judged."""
 
     def brake(self, why: ProtectiveStop) -> None:
-        """Come to a stand on the planned path.
+        """Stop on the planned path.
 
         Args:
-            why: Why.
+            why: The reason.
         """
         from pickcli.timing.stopping_trajectory import stop
 
@@ -221,7 +221,7 @@ class PlanRun(Generic[D]):
     # How it runs -------------------------------------------------------------------------------------
 
     def send(self, commands: Stream) -> None:
-        """Send set points until there is a reason to stop.
+        """Send set points until a stop is requested.
 
         Args:
             commands: The set points.
@@ -236,18 +236,18 @@ class PlanRun(Generic[D]):
                 return
 
     def segment_at(self, t_plan: float) -> Segment:
-        """The part of the plan at a time.
+        """Return the segment at a time of the plan.
 
         Args:
             t_plan: s of the plan.
 
         Returns:
-            The segment; after the end the last.
+            The segment; the last one after the end.
         """
         return self.plan.segments[min(bisect_left(self._segment_ends, t_plan), len(self._segment_ends) - 1)]
 
     def step(self) -> None:
-        """Let a period pass, fire the events that are due, and note what is measured."""
+        """Wait for a period, fire due events, and record measurements."""
         driver, trace = self.driver, self.trace
         driver.step()
         if self.stop is not None and self.t_standing is None:
@@ -285,7 +285,7 @@ class PlanRun(Generic[D]):
         return self.trace.plan_times[-1] <= self.t_sealed < t_plan
 
     def _wait_for_hold(self) -> None:
-        """Rest on the item until the tool has taken hold; at most for a while."""
+        """Wait on the item until the tool has taken hold, at most ``SEAL_TIME``."""
         driver, q, t_plan = self.driver, self.trace.sent[-1], self.trace.plan_times[-1]
         t_end = driver.t + SEAL_TIME
         while driver.t < t_end and not self.has_hold():
@@ -313,7 +313,7 @@ class PlanRun(Generic[D]):
 
 
 def _end_of_sealing(plan: Plan) -> float | None:
-    """The time (s) at which a plan ends its rest on what it picks; None where it does not rest there."""
+    """End time (s) of a plan's rest on the item to be picked; None if it does not rest there."""
     ends = [s.t_end for s in plan.segments if s.kind is SegmentKind.CONTACT and plan.grasp is not None]
     is_at_rest = bool(ends) and float(np.abs(plan.trajectory.sample(ends[0], 1)).max()) < AT_REST
     return ends[0] if is_at_rest else None

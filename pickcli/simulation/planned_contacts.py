@@ -1,4 +1,4 @@
-"""What a plan lets the robot touch at one moment: one value, from the segments that it may be in."""
+"""Contacts that a plan allows at one moment, from the segments that the robot may be in."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ NONE: frozenset[str] = frozenset()
 
 @dataclass(frozen=True)
 class PlannedContacts:
-    """What may be touched now, by name.
+    """Names of the bodies that may be touched at present.
 
     Attributes:
-        touching: What the held item may touch, and what a cup may.
-        met: What the links of the tool that meet items may press on: a cup, or the fingers.
-        held: What is held by the plan, whether it really is or not.
-        is_meeting: Whether the tool takes an item or lets it go, which still stands where it stood.
+        touching: Bodies that the held item may touch; a suction cup may touch them, too.
+        met: Bodies that the contact links, cup or fingers, may press on.
+        held: Items held according to the plan, whether they really are or not.
+        is_meeting: Whether the tool is taking or releasing an item, which is still at its place.
     """
 
     touching: frozenset[str] = NONE
@@ -30,15 +30,15 @@ class PlannedContacts:
 
     @classmethod
     def of(cls, plan: Plan, now: Sequence[Segment], tool: Tool) -> PlannedContacts:
-        """The contacts of a plan in some of its segments.
+        """Combine the contacts of some segments of a plan.
 
         Args:
             plan: The plan.
-            now: Those of its segments that the robot may be in.
+            now: The segments that the robot may be in.
             tool: The tool.
 
         Returns:
-            What any of them allows.
+            Everything that any of them allows.
         """
         touching = frozenset(name for segment in now for name in segment.touching)
         held = frozenset(segment.held for segment in now if segment.held is not None)
@@ -52,16 +52,16 @@ class PlannedContacts:
         """Allow more contacts.
 
         Args:
-            names: What held item and tool may touch as well.
+            names: Further bodies that the held item and the tool may touch.
 
         Returns:
-            The contacts.
+            The extended contacts.
         """
         return replace(self, touching=self.touching | names, met=self.met | names)
 
 
 def _met_by_fingers(plan: Plan, segment: Segment) -> tuple[str, ...]:
-    """What fingers may touch: what they close on, and what they have let go of and may lean on them."""
+    """Items that fingers may touch: those they close on, and a released one that may lean on them."""
     if segment.kind is SegmentKind.DEPART and plan.grasp is not None:
         return (plan.grasp.item,)
     return segment.touching if segment.tool_state == MOVING else ()

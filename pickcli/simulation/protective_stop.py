@@ -1,4 +1,4 @@
-"""Why a motion was stopped before its end: a cause, and what was measured against which threshold."""
+"""Protective stops of a motion: the cause, and the measurement that exceeded a threshold."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from enum import StrEnum
 
 
 class StopCause(StrEnum):
-    """What a robot can know of a motion that goes wrong. None of them is taken from the engine's truth."""
+    """Faults that a robot can detect. None of them uses the engine's ground truth."""
 
-    FOLLOWING_ERROR = "following error"  # a joint or the tool is not where it was told to be
-    CONTACT = "unexpected contact"  # the motors need another torque than the motion does
+    FOLLOWING_ERROR = "following error"  # a joint or the tool is not at its commanded position
+    CONTACT = "unexpected contact"  # motor torques differ from those of the motion
     EARLY_CONTACT = "early contact"  # the cup meets its item before the plan expects it
-    NOT_SEALED = "not sealed"  # the vacuum does not rise although the cup is pressed on
-    SEAL_LOST = "seal lost"  # the vacuum falls while something is carried
-    NOT_GRASPED = "not grasped"  # the fingers do not stand at the width of the item when it is to be lifted
-    GRASP_LOST = "grasp lost"  # the fingers leave that width while something is carried
-    SENSOR = "sensor"  # the vacuum sensor answers that nothing is held
+    NOT_SEALED = "not sealed"  # the vacuum does not build up although the cup is pressed on
+    SEAL_LOST = "seal lost"  # the vacuum drops while an item is carried
+    NOT_GRASPED = "not grasped"  # the fingers are not at the width of the item before the lift
+    GRASP_LOST = "grasp lost"  # the fingers leave that width while an item is carried
+    SENSOR = "sensor"  # the vacuum sensor reads that nothing is held
 
     @property
     def has_lost_item(self) -> bool:
-        """Whether something that was carried falls."""
+        """Whether a carried item is falling."""
         return self in (StopCause.SEAL_LOST, StopCause.GRASP_LOST)
 
     @property
     def is_measured_empty(self) -> bool:
-        """Whether pressure in the cup or the width of the fingers says so, not a sensor's yes or no."""
+        """Whether a measured pressure or width shows that nothing is held, not a binary sensor."""
         return self.has_lost_item or self in (StopCause.NOT_SEALED, StopCause.NOT_GRASPED)
 
     @property
@@ -38,15 +38,15 @@ class StopCause(StrEnum):
 class ProtectiveStop:
     """A protective stop (ISO 10218-1), which ends at rest on the planned path.
 
-    Motion ceases, drives stay on, and a motion planned from there may follow.
+    The drives stay on, and a motion planned from there may follow.
 
     Attributes:
-        cause: What the robot knew.
+        cause: The detected fault.
         where: Joint, "tool" or device that was measured.
-        measured: In ``unit``; the stop was asked for when it passed the threshold.
+        measured: Value in ``unit`` that passed the threshold.
         threshold: In ``unit``.
-        unit: Of both.
-        t: s, simulated, when it was asked for.
+        unit: Unit of both.
+        t: s, simulated, time of the request.
     """
 
     cause: StopCause

@@ -1,8 +1,8 @@
-"""How the simulated world differs from its model: one documented level per difference.
+"""Deviations of the simulated world from its model, with one documented level per kind.
 
-The planner never reads these levels. It is told bounds (``PoseNoise``, stated masses, the estimated pose of
-the pod); what truly happens within them, or beyond, is decided here. docs/reality.md says where each level
-comes from and what it costs in points.
+The planner never reads these levels. It knows bounds (``PoseNoise``, stated masses, the estimated pose of the
+pod); this module decides what truly happens within or beyond them. docs/reality.md states the source of each
+level and its cost in points.
 """
 
 from __future__ import annotations
@@ -29,25 +29,26 @@ Seconds: TypeAlias = Annotated[float, Field(ge=0.0, le=60.0, description="s, 0 t
 
 @dataclass(frozen=True)
 class Reality:
-    """Levels of what differs between the simulated world and what the planner believes.
+    """Levels of the deviations between the simulated world and the planner's model.
 
-    The defaults are the honest levels; ``IDEAL`` switches everything off.
+    The defaults are realistic levels; ``IDEAL`` switches everything off.
 
     Attributes:
-        pose_outlier_share: Share of the item poses in a look whose error leaves the bound planning is told.
-        pose_outlier_scale: Largest error of such a pose, in bounds.
-        pod_shift: Whether the pod stands displaced at random, within what its cell states.
+        pose_outlier_share: Share of the item poses in a measurement whose error exceeds the bound known to
+            planning.
+        pose_outlier_scale: Largest error of such a pose, as a multiple of the bound.
+        pod_shift: Whether the pod is displaced at random within the cell's bounds.
         pod_position_error: Bound of the estimated pod position's error on the floor, m.
         pod_angle_error: Bound of the estimated pod yaw's error, rad.
         mass_error: Bound of the true mass's error, as a share of the stated mass.
-        honest_seals: Whether faces leak as ``data/items`` says; otherwise every face seals airtight.
-        compliant_cup: Whether the bellows push back while they shorten, and give under what hangs on them;
-            otherwise they shorten without a force and hold rigidly.
-        servo: Whether joints lag with their load, each in its own way, with finite torque; otherwise all
-            joints lag alike, whatever the load.
-        look_time: Time that one look at the shelf takes, s.
-        supervision: Whether following error, contact and vacuum are watched and stop the motion.
-        damage_limits: Whether forces beyond what an item or the shelf stands count as damage in the score.
+        honest_seals: Whether faces leak as ``data/items`` states; otherwise every face seals airtight.
+        compliant_cup: Whether the bellows resist compression like a spring, and comply under load; otherwise
+            they compress without force and hold rigidly.
+        servo: Whether joints lag individually, depending on their load, with finite torque; otherwise all
+            joints lag equally, independent of load.
+        look_time: Duration of one measurement of the shelf, s.
+        supervision: Whether following error, contact and vacuum are supervised and stop the motion.
+        damage_limits: Whether forces beyond the limits of items or the shelf count as damage in the score.
     """
 
     pose_outlier_share: Share = 0.02
@@ -64,7 +65,7 @@ class Reality:
     damage_limits: Switch = True
 
     def as_dict(self) -> dict[str, Any]:
-        """Every level by its name, as it stands in a file and in trial.json.
+        """Return all levels by name, as in files and in trial.json.
 
         Returns:
             Values by name.
@@ -88,16 +89,16 @@ IDEAL = Reality(
 
 
 def read_reality(path: Path | None) -> Reality:
-    """Levels from a YAML file that names what differs from the default.
+    """Read levels from a YAML file with the differences from the default.
 
     Args:
-        path: File with ``format: apc reality``, ``version: 1`` and any of the levels; None for the default.
+        path: File with ``format: apc reality``, ``version: 1`` and some of the levels; None for the default.
 
     Returns:
-        The default levels with those of the file in their place.
+        The levels of the file, and the default for all others.
 
     Raises:
-        InputError: The file cannot be read, or a name, type or range in it is wrong; with every mistake and
+        InputError: The file cannot be read, or a name, type or range in it is wrong: with every mistake and
             its line and column.
     """
     if path is None:
@@ -107,7 +108,7 @@ def read_reality(path: Path | None) -> Reality:
 
 
 class RealityHead(FileModel):
-    """What a file begins with."""
+    """Head of a file of levels."""
 
     format: Literal["apc reality"] = Field(description="'apc reality'")
     version: Literal[1] = Field(description="1, the only version there is")
@@ -115,7 +116,7 @@ class RealityHead(FileModel):
 
 @cache
 def _file_model() -> type[RealityHead]:
-    """What may stand in a file: the levels as they are stated above, by type, range and default."""
+    """Schema of a file: the levels above, with their types, ranges and defaults."""
     hints = get_type_hints(Reality, include_extras=True)
     levels: dict[str, Any] = {level.name: (hints[level.name], level.default) for level in fields(Reality)}
     return create_model("RealityModel", __base__=RealityHead, **levels)

@@ -1,4 +1,4 @@
-"""A driver without a robot: it follows exactly, and records what it was told."""
+"""A driver without a robot, which follows exactly and records its commands."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ TIME_STEP = 1e-3  # s
 
 
 class Recorder:
-    """Stands at every set point at the end of its step. Its sensors answer what the plan hopes for: held.
+    """Driver that is at every set point at the end of its step. Its sensors always read that an item is held.
 
     Args:
-        cell: The cell, as the arm that moves sees it.
-        q: (n,) where it stands.
-        tool_state: State of its tool; the default state if None.
+        cell: The cell as seen by the moving arm.
+        q: (n,) initial configuration.
+        tool_state: Initial state of the tool; the default state if None.
         time_step: s between set points.
 
     Attributes:
         set_points: (t, q) after every step.
-        actions: (t, device, action) of everything that was switched or read.
+        actions: (t, device, action) of every switched or read device.
     """
 
     def __init__(
@@ -38,10 +38,10 @@ class Recorder:
 
     @classmethod
     def connect(cls, request: DriverRequest) -> Recorder:
-        """Make a recorder that begins where the request says.
+        """Create a recorder from a request.
 
         Args:
-            request: What it is made for.
+            request: Parameters for creating it.
 
         Returns:
             The recorder.
@@ -50,7 +50,7 @@ class Recorder:
 
     @property
     def cell(self) -> Cell:
-        """The cell, as the arm that moves sees it."""
+        """The cell as seen by the moving arm."""
         return self._cell
 
     @property
@@ -65,7 +65,7 @@ class Recorder:
 
     @property
     def q(self) -> Array:
-        """The last set point whose step has passed (n,)."""
+        """The set point of the last step (n,)."""
         return self._q
 
     @property
@@ -74,7 +74,7 @@ class Recorder:
         return self._state if self.t >= self._t_arrived else MOVING
 
     def command(self, q: Array) -> None:
-        """Set where it stands at the end of the next step.
+        """Set the configuration at the end of the next step.
 
         Args:
             q: (n,) configuration.
@@ -82,7 +82,7 @@ class Recorder:
         self._command = np.array(q, dtype=float)
 
     def act(self, device: str, action: str) -> bool | None:
-        """Record a switch, or a reading.
+        """Record a switched or read device.
 
         Args:
             device: Name of a device of the cell.
@@ -92,7 +92,7 @@ class Recorder:
             True for a sensor, None for other devices.
 
         Raises:
-            UnknownNameError: If there is no such device or action.
+            UnknownNameError: There is no such device or action.
         """
         found = device_for(self._cell, device, action)
         self.actions.append((self.t, device, action))
@@ -101,7 +101,7 @@ class Recorder:
         return True if found.kind is DeviceKind.SENSOR else None
 
     def step(self) -> None:
-        """Stand at the set point."""
+        """Move to the set point."""
         self._n_steps += 1
         self._q = self._command
         self.set_points.append((self.t, self._q))

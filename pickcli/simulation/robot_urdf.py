@@ -1,8 +1,8 @@
-"""The robot as the engine reads it: what the cell means, written as a URDF of its own.
+"""Writes the robot as a separate URDF for the physics engine.
 
-The file that the cell names is not it: the engine finds no packages, reads no COLLADA, takes mimic joints for
-joints of their own, and knows nothing of the posture, of links that are not there and of a tool in a second
-file. Written are the links and joints that planner and verifier know, meshes as the same convex pieces.
+The engine cannot use the cell's own URDF: it resolves no packages, reads no COLLADA, treats mimic joints as
+independent, and knows nothing of posture, removed links, or a tool in a second file. The written file has the
+links and joints that planner and verifier use, with meshes as the same convex pieces.
 """
 
 from __future__ import annotations
@@ -24,18 +24,19 @@ from pickcli.simulation.bellows import SOLID_DEPTH
 
 
 def write_urdf(robot: Robot, folder: Path) -> Path:
-    """Write the robot for the engine, its cup cut off where nothing of the compressed bellows gives any more.
+    """Write the robot for the engine, with the cup cut off at the end of the compressed bellows.
 
     Args:
         robot: The robot.
-        folder: Where the URDF and its meshes are written.
+        folder: Folder for the URDF and its meshes.
 
     Returns:
-        The URDF.
+        Path of the URDF.
     """
     root = ElementTree.Element("robot", name=robot.name)
     for link in robot.links:
-        # The engine takes a base's centre of mass for its frame; this one stands still.
+        # The engine uses a base's centre of mass as its frame; this base is fixed, so its inertia does not
+        # matter.
         element = add_link(root, link, np.eye(4) if link is robot.links[0] else link.T_link_inertia)
         shapes = link.shapes
         if robot.tool.grip.gives_way > 0.0 and link.name == robot.tool.last_link:
@@ -45,23 +46,23 @@ def write_urdf(robot: Robot, folder: Path) -> Path:
     for joint in robot.joints:
         add_joint(root, joint)
     path = folder / "robot.urdf"
-    ElementTree.indent(root)  # the engine reads lines of 8 kB and breaks longer ones, wherever that is
+    ElementTree.indent(root)  # the engine reads lines of at most 8 kB and splits longer ones
     path.write_bytes(ElementTree.tostring(root))
     return path
 
 
 def solid_cup(tool: Tool, shapes: tuple[Body, ...]) -> Iterator[Body]:
-    """The shapes of the cup's link, cut off where nothing of the compressed bellows gives any more.
+    """Cut the shapes of the cup's link off at the end of the compressed bellows.
 
-    Upright cylinders and boxes are shortened; any other shape that reaches farther is replaced by the upright
-    box around it.
+    Upright cylinders and boxes are shortened; other shapes that extend further are replaced by their upright
+    bounding boxes.
 
     Args:
         tool: The tool.
-        shapes: Of the cup's link.
+        shapes: Shapes of the cup's link.
 
     Yields:
-        What is left of each.
+        The remaining shapes.
     """
     end = float(tool.T_last_tip[2, 3]) - tool.grip.gives_way - SOLID_DEPTH
     for body in shapes:
@@ -94,7 +95,7 @@ def _add_shapes(link: ElementTree.Element, tag: str, shapes: tuple[Body, ...], f
 
 
 def _obj(shape: Shape) -> str:
-    """A hull as OBJ, its triangles as seen from outside."""
+    """Format a hull as OBJ, with outward-facing triangles."""
     corners = np.array(shape.vertices)
     hull = ConvexHull(corners)
     lines = [f"v {spaced(corner)}" for corner in corners.tolist()]

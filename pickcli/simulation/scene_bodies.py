@@ -1,4 +1,4 @@
-"""Bodies of a scene in an engine: what stands firm, items with their true masses, rigid links."""
+"""Adds static bodies and items of a scene to an engine, and finds rigidly connected links."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds
 from pickcli.simulation.reality import Reality
 
-MOST_MARKS = 500  # cubes that a cloud is shown as
+MOST_MARKS = 500  # number of cubes that represent a cloud
 LEAST_MARK = 0.01  # m
 
 
 def ground_of(scene: Scene) -> tuple[Array, Array]:
-    """The box around all that stands firm.
+    """Compute the box around all static bodies.
 
     Args:
         scene: The scene.
 
     Returns:
-        Lower and upper corner (3,), m in the world; everywhere, if nothing stands.
+        Lower and upper corner (3,), m in the world; infinite without static bodies.
     """
     if not scene.standing:
         return np.full(3, -np.inf), np.full(3, np.inf)
@@ -36,26 +36,26 @@ def ground_of(scene: Scene) -> tuple[Array, Array]:
 
 
 def is_over(ground: tuple[Array, Array], point: Array) -> bool:
-    """Whether a point lies over or in a box: elsewhere nothing bears an item.
+    """Whether a point is above or in a box; outside, nothing supports an item.
 
     Args:
         ground: Lower and upper corner (3,), m in the world.
         point: (3,) m in the world.
 
     Returns:
-        True if it does.
+        True if it is.
     """
     low, high = ground
     return bool(np.all(low[:2] <= point[:2]) and np.all(point[:2] <= high[:2]) and low[2] <= point[2])
 
 
 def add_statics(engine: Engine, scene: Scene) -> None:
-    """Add the carriers (where they really stand) and the obstacles: one body per box.
+    """Add carriers at their actual poses and obstacles, with one body per box.
 
-    A cloud is shown, but nothing meets it: what it was seen of is not known.
+    A cloud is only drawn, without collision shapes, because its objects are unknown.
 
     Args:
-        engine: Where they are added.
+        engine: The engine.
         scene: The scene.
     """
     for carrier in scene.posed_carriers:
@@ -66,7 +66,7 @@ def add_statics(engine: Engine, scene: Scene) -> None:
 
 
 def _thinned(points: Array) -> tuple[Array, float]:
-    """Middles (K, 3) of the cells of a grid that points (N, 3) are in, at most MOST_MARKS; its width, m."""
+    """Centres (K, 3) of at most MOST_MARKS grid cells occupied by points (N, 3), and their width in m."""
     width = LEAST_MARK
     while len(cells := np.unique(np.floor(points / width), axis=0)) > MOST_MARKS:
         width *= 1.25
@@ -74,10 +74,10 @@ def _thinned(points: Array) -> tuple[Array, float]:
 
 
 def add_items(engine: Engine, scene: Scene, masses: Mapping[str, float] | None = None) -> None:
-    """Add every item of a scene, named by its id.
+    """Add all items of a scene, named by their ids.
 
     Args:
-        engine: Where they are added.
+        engine: The engine.
         scene: The scene.
         masses: True masses by id, kg; the stated masses if None.
     """
@@ -87,11 +87,11 @@ def add_items(engine: Engine, scene: Scene, masses: Mapping[str, float] | None =
 
 
 def true_masses(scene: Scene, reality: Reality, seed: int) -> dict[str, float]:
-    """True masses of all items: evenly distributed around the stated ones, as far off as reality says.
+    """Draw the true masses of all items, uniformly around the stated ones.
 
     Args:
         scene: The scene.
-        reality: How far masses may be off.
+        reality: Levels, for the bound of mass errors.
         seed: Seed of all random choices.
 
     Returns:
@@ -105,7 +105,7 @@ def true_masses(scene: Scene, reality: Reality, seed: int) -> dict[str, float]:
 
 
 def rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
-    """Pairs of links with nothing but fixed joints between them, and the fingers of a gripper, which meet.
+    """Find pairs of links connected only by fixed joints, and the two fingers of a gripper, which meet.
 
     Args:
         robot: The robot.
@@ -124,13 +124,13 @@ def rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
 
 
 def standing_links(robot: Robot) -> list[str]:
-    """Links that no joint moves: they may stand in, or on, what stands there.
+    """Return the links that no joint moves; they may touch static bodies around them.
 
     Args:
         robot: The robot.
 
     Returns:
-        Their names, from the root on.
+        Names, from the root outwards.
     """
     names = [robot.links[0].name]
     for joint in robot.joints:

@@ -1,13 +1,13 @@
-"""How the robot's joints follow their commands, and what moves those of the tool.
+"""Servo control of the robot's joints, and drives of the tool's joints.
 
-A joint's position loop asks for the velocity (command - position) / lag; its motor reaches that within a time
-step as far as the torque suffices. So a joint follows as a first-order lag, and below its limits nothing sags
-at rest. What makes a real arm leave its path is that the joints do not lag alike:
+A joint's position loop demands the velocity (command - position) / lag; its motor reaches that within a time
+step if its torque suffices. So a joint follows with a first-order lag, and below its limits there is no
+steady-state error. Real arms leave their path because the joints lag differently:
 
-- every joint has a lag of its own, up to ``spread`` off the common one;
-- the lag grows with the share of the motor's torque that is in use, up to ``load_lag`` of it at full torque:
-  an arm that is loaded follows later;
-- the torque is finite (``motor_forces`` of the cell), and so is the drive's speed.
+- every joint has its own lag, up to ``spread`` from the common one;
+- the lag increases with the used share of the motor's torque, up to ``load_lag`` at full torque: a loaded arm
+  lags more;
+- torque is limited (``motor_forces`` of the cell), and so is the drive's speed.
 """
 
 from __future__ import annotations
@@ -24,23 +24,26 @@ from pickcli.seeds import derived_rng
 
 LOAD_TIME = 0.25  # s over which the load on a motor is averaged
 UNLIMITED = 1e9  # N or Nm
-AT_WIDTH = 1e-3  # m between the pads within which fingers have arrived
-STALLED, STALL_TIME = 5e-3, 0.01  # m/s of the width, averaged over so many s, below which fingers stand
-STANDING = 5e-4  # m by which the width then changes before they count as moving again
-PRESSING_SPEED = 0.2  # m/s that motors of stopped fingers ask for: asked for less, the engine's solver, which
-# goes through all motors and contacts a limited number of times, does not come to their force
+AT_WIDTH = 1e-3  # m, tolerance of the width at which fingers have arrived
+STALLED, STALL_TIME = (
+    5e-3,
+    0.01,
+)  # m/s of the width, and s of its average; below it fingers stopped
+STANDING = 5e-4  # m of change in width after which stopped fingers count as moving again
+PRESSING_SPEED = 0.2  # m/s demanded from motors of stopped fingers: with less, the solver, which has a
+# limited number of iterations over all motors and contacts, does not reach their full force
 
 
 @dataclass(frozen=True)
 class Servo:
-    """How well the joints follow.
+    """Parameters of how joints follow their commands.
 
     Attributes:
         lag: s; 2 ms are 2 mm behind at a tool speed of 1 m/s.
-        spread: How far a joint's own lag is off, at most, as a share.
-        load_lag: Share by which the lag grows at full motor torque.
-        speed: Ceiling of a drive's speed, as a share of the joint's velocity limit.
-        has_finite_torque: Whether motors end at the cell's ``motor_forces``.
+        spread: Largest deviation of a joint's own lag, as a share.
+        load_lag: Increase of the lag at full motor torque, as a share.
+        speed: Limit of a drive's speed, as a share of the joint's velocity limit.
+        has_finite_torque: Whether motor torque is limited to the cell's ``motor_forces``.
     """
 
     lag: float = 2e-3
@@ -50,7 +53,7 @@ class Servo:
     has_finite_torque: bool = True
 
     def own_lags(self, joint_names: tuple[str, ...]) -> Array:
-        """Unloaded lag of each joint, the same for a joint of that name in every world.
+        """Return the unloaded lag of each joint; it depends only on the joint's name.
 
         Args:
             joint_names: Names of n joints.
@@ -69,10 +72,10 @@ class Drives:
     """The position loops of one robot's planned joints.
 
     Args:
-        servo: How well they follow.
-        joint_names: Of the planned joints.
-        limits: Of their motion.
-        forces: (n,) largest motor force of each, N or Nm.
+        servo: Parameters of following.
+        joint_names: Names of the planned joints.
+        limits: Motion limits of the planned joints.
+        forces: (n,) largest motor effort of each, N or Nm.
         time_step: s.
     """
 
@@ -87,12 +90,12 @@ class Drives:
         self._use = np.zeros(len(forces))  # share of the force in use, averaged
 
     def velocities(self, command: Array, q: Array, torques: Array) -> Array:
-        """Velocities for the motors in the next step.
+        """Compute velocity commands of the motors for the next step.
 
         Args:
-            command: (n,) where the joints should be at the end of the step.
-            q: (n,) where they are.
-            torques: (n,) what the motors exerted in the last step, N or Nm.
+            command: (n,) target positions at the end of the step.
+            q: (n,) measured positions.
+            torques: (n,) motor efforts in the last step, N or Nm.
 
         Returns:
             (n,) rad/s or m/s.
@@ -104,24 +107,24 @@ class Drives:
 
 
 class ToolDrive(Protocol):
-    """What moves the joints that the state of the tool moves."""
+    """Drive of the joints that the tool's state moves."""
 
     @property
     def forces(self) -> Array:
-        """(k,) what their motors exert at most, N or Nm."""
+        """Largest efforts (k,) of the motors, N or Nm."""
 
     def command(self, position: float) -> None:
-        """Go to a state.
+        """Command a state.
 
         Args:
-            position: Its position, or width.
+            position: Its position or width.
         """
 
     def velocities(self, measured: Array, time_step: float) -> Array:
-        """Velocities for the motors in the next step.
+        """Compute velocity commands of the motors for the next step.
 
         Args:
-            measured: (k,) where the joints are.
+            measured: (k,) joint positions.
             time_step: s.
 
         Returns:
@@ -130,13 +133,13 @@ class ToolDrive(Protocol):
 
 
 class CupDrive:
-    """The actuator of the cup's joint: it turns at constant speed to the position last asked for.
+    """Actuator of the cup's joint, which moves at constant speed to the commanded position.
 
     Args:
-        position: Where it stands, rad or m.
+        position: Initial position, rad or m.
         speed: rad/s or m/s.
         force: N or Nm.
-        lag: s by which the joint follows.
+        lag: s, lag of the joint.
     """
 
     def __init__(self, position: float, speed: float, force: float, lag: float) -> None:
@@ -145,11 +148,11 @@ class CupDrive:
 
     @property
     def forces(self) -> Array:
-        """(1,) what its motor exerts at most, N or Nm."""
+        """Largest effort (1,) of the motor, N or Nm."""
         return np.array([self._force])
 
     def command(self, position: float) -> None:
-        """Go to a state.
+        """Command a position.
 
         Args:
             position: rad or m.
@@ -157,10 +160,10 @@ class CupDrive:
         self._target = position
 
     def velocities(self, measured: Array, time_step: float) -> Array:
-        """Velocity for the motor in the next step.
+        """Compute the velocity command of the motor for the next step.
 
         Args:
-            measured: (1,) where the joint is.
+            measured: (1,) joint position.
             time_step: s.
 
         Returns:
@@ -172,17 +175,17 @@ class CupDrive:
 
 
 class FingerDrive:
-    """The drive of two fingers that mirror each other: constant speed, as far as its force suffices.
+    """Drive of two fingers that mirror each other, with constant speed and limited force.
 
     Attributes:
-        force: N with which each finger presses on what stops it.
-        width: m between the pads, as the encoder has it.
+        force: N with which each finger presses on an item.
+        width: m between the pads, by the encoder.
 
     Args:
-        gripper: The fingers.
+        gripper: The gripper.
         width: m between the pads at the start.
-        delay: s from a command until they begin to move.
-        lag: s by which they follow.
+        delay: s from a command until the fingers begin to move.
+        lag: s, lag of the fingers.
     """
 
     def __init__(self, gripper: ParallelGripper, width: float, delay: float, lag: float) -> None:
@@ -190,52 +193,52 @@ class FingerDrive:
         self.force = gripper.limits.force
         self.width = width
         self._target, self._next, self._wait = width, width, 0.0
-        self._speed = 0.0  # m/s at which the width changes, averaged
-        self._stood_at: float | None = width  # m, the width at which the fingers came to stand
-        self._stand: float | None = None  # m, the width at which something sticks to the pads
+        self._speed = 0.0  # m/s, averaged rate of change of the width
+        self._stood_at: float | None = width  # m, the width at which the fingers stopped
+        self._stand: float | None = None  # m, the width to hold while an item sticks to the pads
 
     @property
     def forces(self) -> Array:
-        """(2,) what the motors exert at most, N."""
+        """Largest efforts (2,) of the motors, N."""
         return np.full(2, self.force)
 
     @property
     def is_opening(self) -> bool:
-        """Whether the fingers go, or have gone, to a greater width than they stand at."""
+        """Whether the commanded width is greater than the present one."""
         return self._target > self.width + AT_WIDTH
 
     @property
     def is_stopped(self) -> bool:
-        """Whether the fingers stand at a greater width than they were told to close to."""
+        """Whether the fingers stopped at a greater width than commanded."""
         return self.is_standing and self.width > self._target + AT_WIDTH
 
     @property
     def is_standing(self) -> bool:
-        """Whether the fingers do not move, and are not about to."""
+        """Whether the fingers are at rest, and no motion is pending."""
         return self._wait <= 0.0 and self._stood_at is not None
 
     def command(self, position: float) -> None:
-        """Go to a width.
+        """Command a width.
 
         Args:
             position: m between the pads.
         """
         self._next, self._wait = position, self._delay
-        self._speed, self._stood_at = self._gripper.closing_speed, None  # they are about to move
+        self._speed, self._stood_at = self._gripper.closing_speed, None  # motion is pending
 
     def stand(self, is_standing: bool) -> None:
-        """Stand where the fingers are, on something that sticks to them, or press on.
+        """Hold the present width, on an item that sticks to the pads, or press on.
 
         Args:
-            is_standing: Whether to stand.
+            is_standing: Whether to hold the width.
         """
         self._stand = self.width if is_standing else None
 
     def velocities(self, measured: Array, time_step: float) -> Array:
-        """Velocities for the motors in the next step.
+        """Compute velocity commands of the motors for the next step.
 
         Args:
-            measured: (2,) m, where the joints are.
+            measured: (2,) m, joint positions.
             time_step: s.
 
         Returns:
@@ -256,7 +259,7 @@ class FingerDrive:
         return np.clip((targets - measured) / max(self._lag, time_step), -most, most)
 
     def _note_stand(self) -> None:
-        """Note where the fingers come to stand, and that they move again."""
+        """Update the width at which the fingers stopped, or clear it if they move again."""
         if self._stood_at is None:
             self._stood_at = self.width if self._speed < STALLED else None
         elif abs(self.width - self._stood_at) > STANDING:

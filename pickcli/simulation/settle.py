@@ -1,4 +1,4 @@
-"""Let items come to rest: physics of the pod and some items, without the robot."""
+"""Lets items come to rest in a physics simulation of the carriers and some items, without the robot."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from pickcli.simulation.colours import item_colour, static_colour
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds, location_of
 
-TIME_STEP = 1e-3  # s, that of the world: rest found here is rest there
-MAX_TIME = 6.0  # s; what still moves then never rests
-REST_TIME = 0.25  # s below both speeds: at rest
+TIME_STEP = 1e-3  # s, that of ``World``, so that items at rest here are at rest there
+MAX_TIME = 6.0  # s; items that still move then are rejected
+REST_TIME = 0.25  # s below both speeds, after which items are at rest
 REST_SPEED = 1e-3  # m/s
 REST_TURN = 2e-2  # rad/s
 MAX_OVERLAP = 1e-3  # m between any two shapes
-MAX_DRIFT = 5e-4  # m that an item may move while the last contacts form
+MAX_DRIFT = 5e-4  # m, tolerated motion of an item while the last contacts form
 DRIFT_TIME = 0.5  # s
-MAX_CREEP = 2.5e-4  # m that it may move after that: a pile that creeps for minutes falls in the end
+MAX_CREEP = 2.5e-4  # m, tolerated motion after that: a pile that creeps for minutes finally falls
 CREEP_TIME = 1.4  # s; the engine lets items fall asleep after 2 s of rest
 
 
 def settle(scene: Scene, items: tuple[PlacedItem, ...]) -> tuple[PlacedItem, ...] | Reason:
-    """Drop items of a scene from where they are until they rest.
+    """Drop items of a scene from their poses until they are at rest.
 
     Args:
-        scene: Gives the carriers; its own items are left out.
-        items: What is dropped.
+        scene: The scene, for its carriers; its own items are ignored.
+        items: Items to be dropped.
 
     Returns:
-        The items at rest, in the same order, or the reason why they do not rest inside their locations:
-        something keeps moving, left its bin, sticks out of it, or overlaps.
+        The items at rest, in the same order, or the reason for failure: an item keeps moving, leaves its
+        location, sticks out of it, or overlaps.
     """
     engine = Engine(TIME_STEP)
     try:
@@ -68,7 +68,7 @@ def _come_to_rest(
 
 
 def _run(engine: Engine, items: tuple[PlacedItem, ...]) -> PlacedItem | None:
-    """Step until all items rest; the first one that still moves after MAX_TIME, or None."""
+    """Step until all items are at rest, and return None, or an item that still moves after MAX_TIME."""
     quiet = 0.0
     moving: PlacedItem | None = None
     for _ in range(round(MAX_TIME / TIME_STEP)):
@@ -86,7 +86,7 @@ def _moves(engine: Engine, placed: PlacedItem) -> bool:
 
 
 def _misplaced(scene: Scene, placed: PlacedItem) -> Reason | None:
-    """Why an item is not wholly inside its location."""
+    """Why an item is not entirely inside its location, or None."""
     where = location_of(scene, placed.item, placed.T_world_item)
     if where != placed.location:
         return Reason("left its place", placed.location, f"{placed.id} is {where}")
@@ -108,7 +108,7 @@ def _overlap(engine: Engine, placed: PlacedItem) -> Reason | None:
 
 
 def _pressed_together(rested: tuple[PlacedItem, ...]) -> Reason | None:
-    """Two items that stand in each other deeper than a scene file allows: the engine's margins hide some."""
+    """Two items that overlap more than a scene file allows, which the engine's margins can hide."""
     for a, b in combinations(rested, 2):
         depth = overlap_depth(
             PosedSolid(a.item.shape, a.T_world_item), PosedSolid(b.item.shape, b.T_world_item)
@@ -119,7 +119,7 @@ def _pressed_together(rested: tuple[PlacedItem, ...]) -> Reason | None:
 
 
 def _drift(engine: Engine, items: tuple[PlacedItem, ...]) -> Reason | None:
-    """Go on for a while, awake: what rests stays where it is."""
+    """Continue for a while with all items awake, and report an item that moves."""
     for duration, limit in ((DRIFT_TIME, MAX_DRIFT), (CREEP_TIME, MAX_CREEP)):
         for placed in items:
             engine.wake(placed.id)

@@ -1,4 +1,4 @@
-"""A suction cup in the world: a joint that may turn it, bellows, vacuum, and the seal that holds."""
+"""Simulated suction cup: an optional joint, bellows, vacuum, and the seal that holds items."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from pickcli.simulation.suction import CupModel, Suction
 from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
-TOOL_FORCE = 20.0  # N or Nm where the cell names no force for the tool's joint
-TOOL_TOLERANCE = 0.02  # rad or m around the position of a state within which the tool counts as arrived
-SEALED = 0.9  # of the vacuum that the face is to keep, from which on the item is lifted
+TOOL_FORCE = 20.0  # N or Nm, if the cell states no force for the tool's joint
+TOOL_TOLERANCE = 0.02  # rad or m, tolerance of the position at which the tool has arrived in a state
+SEALED = 0.9  # share of the face's expected vacuum from which the item is lifted
 
 
 class SimulatedCup(SimulatedTool):
     """The suction cup of one robot.
 
     Args:
-        cell: The cell as the robot's arm sees it.
+        cell: The cell as seen by the robot's arm.
         cup: Its cup.
-        reality: How the world differs from what the planner believes.
-        lag: s by which the joint of the cup follows.
+        reality: Deviations of the world from the planner's model.
+        lag: s, lag of the cup's joint.
         state: State of the tool at the start.
     """
 
@@ -41,22 +41,22 @@ class SimulatedCup(SimulatedTool):
         self.drive = self._drive(lag, state) if self.tool.joints else None
 
     def _drive(self, lag: float, state: ToolState) -> CupDrive:
-        """What moves the cup's joint, at rest. Raises InputError if no device of the cell does."""
+        """Create the drive of the cup's joint, at rest. Raises InputError if the cell has none."""
         tool, (least, most) = self.tool, self.tool.range
         lead = device_for(self._cell, tool.mover).lead
         force = self._cell.robot.motor_forces.get(tool.joints[0], TOOL_FORCE)
         return CupDrive(tool.position(state), (most - least) / lead, force, lag)
 
     def mount(self, engine: Engine, robot: str, items: dict[str, Item]) -> None:
-        """Give the cup its bellows and its vacuum.
+        """Add bellows and vacuum to the engine.
 
         Args:
-            engine: Where the robot and the items are.
+            engine: The engine with the robot and the items.
             robot: Name of the robot's body.
-            items: What can be held, by the name of its body.
+            items: Items that can be held, by body name.
 
         Raises:
-            InputError: If the cell lacks a pump or a valve.
+            InputError: The cell lacks a pump or a valve.
         """
         reality = self._reality
         is_compliant = reality.compliant_cup
@@ -67,7 +67,7 @@ class SimulatedCup(SimulatedTool):
 
     @property
     def grip(self) -> Grip:
-        """What holds items: the cup."""
+        """The grip of the cup."""
         return self._suction
 
     @property
@@ -77,19 +77,19 @@ class SimulatedCup(SimulatedTool):
 
     @property
     def suction(self) -> Suction:
-        """What the cup does."""
+        """The suction of the cup."""
         return self._suction
 
     @property
     def max_press(self) -> float:
-        """N of the bellows when they are pressed in all the way."""
+        """Force of fully compressed bellows, N."""
         return self._cup.stiffness * self._cup.stroke
 
     def state(self, measured: Array) -> ToolState:
-        """The state at the position of which the joint stands.
+        """Return the state at the joint's position.
 
         Args:
-            measured: (k,) where it is, if there is one.
+            measured: (k,) joint position, if there is a joint.
 
         Returns:
             The state, or MOVING.
@@ -101,10 +101,10 @@ class SimulatedCup(SimulatedTool):
         return next(resting, MOVING)
 
     def has_hold(self, seal: float) -> bool:
-        """Whether the gauge tells what the item's face is to keep.
+        """Whether the gauge shows the vacuum that the item's face should keep.
 
         Args:
-            seal: Share of full vacuum that the face is to keep.
+            seal: Share of full vacuum that the face should keep.
 
         Returns:
             True if it does.
@@ -112,12 +112,12 @@ class SimulatedCup(SimulatedTool):
         return self._suction.vacuum.cup >= SEALED * seal * FULL_VACUUM
 
     def watch(self, thresholds: Thresholds) -> HoldWatch:
-        """What judges the seal.
+        """Create the supervision of the seal.
 
         Args:
-            thresholds: Beyond which it stops.
+            thresholds: Thresholds of a stop.
 
         Returns:
-            A watch over the gauge.
+            A watch of the gauge.
         """
         return SealWatch(self._suction.vacuum, thresholds)

@@ -1,4 +1,4 @@
-"""A parallel gripper in the world: a drive that closes it, fingers that mirror each other, pads that hold."""
+"""Simulated parallel gripper: a drive, fingers that mirror each other, and pads that hold items."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from pickcli.simulation.simulated_tool import SimulatedTool, device_for
 from pickcli.simulation.start_check import WIDTH_TOLERANCE
 from pickcli.simulation.thresholds import Thresholds
 
-PRESS_PEAK = 2.0  # of the force of fingers: with which they press for a moment as they meet an item
-MIRROR_FORCE = 1e3  # N that the gear bears which lets fingers mirror each other
+PRESS_PEAK = 2.0  # largest force of a finger on first contact, over its steady force
+MIRROR_FORCE = 1e3  # N, largest force of the gear that couples the fingers
 
 
 class SimulatedGripper(SimulatedTool):
     """The gripper of one robot.
 
     Args:
-        cell: The cell as the robot's arm sees it.
-        gripper: Its fingers.
-        lag: s by which they follow.
+        cell: The cell as seen by the robot's arm.
+        gripper: Its gripper.
+        lag: s, lag of the fingers.
         state: State of the tool at the start.
     """
 
@@ -38,12 +38,12 @@ class SimulatedGripper(SimulatedTool):
         self.drive: FingerDrive = FingerDrive(gripper, self.tool.position(state), delay, lag)
 
     def mount(self, engine: Engine, robot: str, items: dict[str, Item]) -> None:
-        """Let the fingers mirror each other, their pads as rough as the cell says.
+        """Couple the fingers, and set the friction of the pads.
 
         Args:
-            engine: Where the robot and the items are.
+            engine: The engine with the robot and the items.
             robot: Name of the robot's body.
-            items: What can be held, by the name of its body.
+            items: Items that can be held, by body name.
         """
         one, other = self._gripper.fingers
         engine.gear(robot, (one.link, other.link), one.opening * other.opening, MIRROR_FORCE)
@@ -53,24 +53,24 @@ class SimulatedGripper(SimulatedTool):
 
     @property
     def grip(self) -> Grip:
-        """What holds items: the fingers."""
+        """The grip of the fingers."""
         return self._fingers
 
     @property
     def fingers(self) -> Fingers:
-        """What the fingers do."""
+        """The simulated fingers."""
         return self._fingers
 
     @property
     def max_press(self) -> float:
-        """N with which a finger presses at its peak."""
+        """Peak force of a finger, N."""
         return PRESS_PEAK * self._gripper.limits.force
 
     def state(self, measured: Array) -> ToolState:
-        """The state that the cell names; where the fingers stand on something, their width.
+        """Return the state named by the cell; if the fingers stopped on an item, their width.
 
         Args:
-            measured: (2,) where the fingers are.
+            measured: (2,) positions of the fingers.
 
         Returns:
             The state, or MOVING.
@@ -80,10 +80,10 @@ class SimulatedGripper(SimulatedTool):
         return next(arrived, ToolState.of_width(width) if self._fingers.is_holding else MOVING)
 
     def has_hold(self, seal: float) -> bool:
-        """Whether the fingers stand.
+        """Whether the fingers have stopped.
 
         Args:
-            seal: Of no account.
+            seal: Ignored.
 
         Returns:
             True if they do.
@@ -91,12 +91,12 @@ class SimulatedGripper(SimulatedTool):
         return self._fingers.are_standing
 
     def watch(self, thresholds: Thresholds) -> HoldWatch:
-        """What judges the width at which the fingers stand.
+        """Create the supervision of the fingers' width.
 
         Args:
-            thresholds: Beyond which it stops.
+            thresholds: Thresholds of a stop.
 
         Returns:
-            A watch over the encoder.
+            A watch of the encoder.
         """
         return GraspWatch(self._fingers, thresholds)

@@ -1,6 +1,6 @@
-"""What the simulated world has of a tool: what moves it, what it holds items by, in which state it stands.
+"""Base class of simulated tools: drive, grip and state.
 
-There is one class for each kind of tool; `tool_choice` chooses by what a cell has mounted.
+Each kind of tool has a subclass; `tool_choice` selects it by the cell's tool.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ class SimulatedTool(ABC):
     """The tool of one robot in a world.
 
     Attributes:
-        tool: What the cell says of it.
-        drive: What moves its joints; None where its state moves none.
+        tool: The tool of the cell.
+        drive: Drive of its joints; None if its state moves no joint.
     """
 
     tool: Tool
@@ -36,40 +36,40 @@ class SimulatedTool(ABC):
     @property
     @abstractmethod
     def grip(self) -> Grip:
-        """What holds items, once the tool is mounted."""
+        """The grip that holds items; available once the tool is mounted."""
 
     @property
     @abstractmethod
     def max_press(self) -> float:
-        """N with which what holds may press on what it is planned to touch, at one point."""
+        """Largest force in N at one point with which the contact links may press on planned contacts."""
 
     @abstractmethod
     def mount(self, engine: Engine, robot: str, items: dict[str, Item]) -> None:
-        """Take part in the physics.
+        """Add the tool to the physics.
 
         Args:
-            engine: Where the robot and the items are.
+            engine: The engine with the robot and the items.
             robot: Name of the robot's body.
-            items: What can be held, by the name of its body.
+            items: Items that can be held, by body name.
         """
 
     @abstractmethod
     def state(self, measured: Array) -> ToolState:
-        """The state in which the tool stands.
+        """Return the present state of the tool.
 
         Args:
-            measured: (k,) where its joints are.
+            measured: (k,) joint positions.
 
         Returns:
-            One that it can rest in, or MOVING.
+            A state that it can rest in, or MOVING.
         """
 
     @abstractmethod
     def has_hold(self, seal: float) -> bool:
-        """Whether the tool has taken hold as far as a plan counts on it when it lifts.
+        """Whether the tool has taken hold well enough for the lift of a plan.
 
         Args:
-            seal: Share of full vacuum that the item's face is to keep, of no account without a cup.
+            seal: Share of full vacuum that the item's face should keep; ignored without a cup.
 
         Returns:
             True if it has.
@@ -77,28 +77,28 @@ class SimulatedTool(ABC):
 
     @abstractmethod
     def watch(self, thresholds: Thresholds) -> HoldWatch:
-        """What judges the hold while a plan is carried out.
+        """Create the supervision of the hold for one execution.
 
         Args:
-            thresholds: Beyond which it stops.
+            thresholds: Thresholds of a stop.
 
         Returns:
-            What judges, which knows nothing of earlier motions.
+            A new watch, independent of earlier motions.
         """
 
     @property
     def pressure(self) -> float:
-        """Pa below ambient in the cup; 0 where there is none."""
+        """Pa below ambient in the cup; 0 without a cup."""
         return 0.0
 
     @property
     def suction(self) -> Suction:
-        """What the cup does. Raises InputError where none is mounted."""
+        """The suction of the cup. Raises InputError without a cup."""
         raise InputError(f"no suction cup is mounted on {self.tool.flange_link}")
 
     @property
     def fingers(self) -> Fingers | None:
-        """What the fingers do; None where there are none."""
+        """The simulated fingers; None without fingers."""
         return None
 
 
@@ -115,25 +115,25 @@ class BareTool(SimulatedTool):
 
     @property
     def grip(self) -> Grip:
-        """What holds items: a flange, which holds none."""
+        """The grip of a flange, which holds nothing."""
         return self._grip
 
     @property
     def max_press(self) -> float:
-        """The force in N that the tool presses with at most: 0."""
+        """Largest pressing force in N: 0."""
         return 0.0
 
     def mount(self, engine: Engine, robot: str, items: dict[str, Item]) -> None:
-        """Do nothing, for there is nothing to mount.
+        """Do nothing, as there is no tool.
 
         Args:
-            engine: Where the robot is.
-            robot: Name of the robot's body.
-            items: Items by name, none of which it holds.
+            engine: Ignored.
+            robot: Ignored.
+            items: Ignored.
         """
 
     def state(self, measured: Array) -> ToolState:
-        """The state that the tool is in: a flange has one only.
+        """Return the only state of a flange.
 
         Args:
             measured: (0,).
@@ -144,7 +144,7 @@ class BareTool(SimulatedTool):
         return self.tool.default_state
 
     def has_hold(self, seal: float) -> bool:
-        """Whether the tool has taken hold of an item: never.
+        """Whether an item is held: never.
 
         Args:
             seal: Not used.
@@ -155,7 +155,7 @@ class BareTool(SimulatedTool):
         return False
 
     def watch(self, thresholds: Thresholds) -> HoldWatch:
-        """A watch on the hold that never stops a motion, for nothing is held.
+        """Create a watch that never requests a stop.
 
         Args:
             thresholds: Not used.
@@ -167,17 +167,17 @@ class BareTool(SimulatedTool):
 
 
 def device_for(cell: Cell, kind: DeviceKind) -> Device:
-    """The device that a tool is simulated with.
+    """Return the device for the simulation of a tool.
 
     Args:
         cell: The cell.
-        kind: What the device does.
+        kind: Kind of the device.
 
     Returns:
         The first device of that kind.
 
     Raises:
-        InputError: If the cell has none.
+        InputError: The cell has none.
     """
     device = next((d for d in cell.devices.values() if d.kind is kind), None)
     if device is None:

@@ -1,4 +1,4 @@
-"""Check that a plan may start: it is for this cell, and begins where the robot stands."""
+"""Checks that a plan may start: it is for this cell, and begins at the robot's configuration."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan, other_arm_elsewhere
 from pickcli.simulation.driver import Driver
 
-WIDTH_TOLERANCE = 2e-3  # m around the width of a state within which fingers are in it
-START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
+WIDTH_TOLERANCE = 2e-3  # m, tolerance of the width at which fingers are in a state
+START_TOLERANCE = 0.01  # rad or m per joint between the robot and the plan's first point
 
 
 class StartError(InputError):
     """The robot is not where the plan begins.
 
     Args:
-        joint: Name of the worst joint.
-        offset: Its distance.
-        unit: Of the distance, "m" or "rad".
-        advice: What to do.
+        joint: Name of the joint with the largest offset.
+        offset: Its offset.
+        unit: Unit of the offset, "m" or "rad".
+        advice: Advice for the user.
     """
 
     def __init__(self, joint: str, offset: float, unit: str, advice: str = "") -> None:
@@ -36,14 +36,14 @@ class StartError(InputError):
 
 
 def at_the_robot(plan: Plan, driver: Driver) -> Plan:
-    """A plan turned by whole turns of continuous joints to where the robot stands.
+    """Shift a plan by whole turns of continuous joints towards the robot's configuration.
 
     Args:
         plan: The plan.
         driver: The robot.
 
     Returns:
-        The same motion, the first point of which is within half a turn of the robot's configuration.
+        The same motion, with a first point within half a turn of the robot's configuration.
     """
     trajectory = plan.trajectory
     first = trajectory.positions[0]
@@ -54,16 +54,16 @@ def at_the_robot(plan: Plan, driver: Driver) -> Plan:
 
 
 def check_start(plan: Plan, driver: Driver) -> None:
-    """Check that a plan is for this cell and begins where the robot stands, its tool as it is.
+    """Check that a plan is for this cell and begins at the robot's configuration and tool state.
 
     Args:
         plan: The plan.
         driver: The robot.
 
     Raises:
-        StaleError: If the plan is for another cell, or another arm stands elsewhere than it was made for.
-        StartError: If the robot is not where the plan begins.
-        InputError: If the tool is in another state than the plan begins with.
+        StaleError: The plan is for another cell, or was made for other positions of the other arms.
+        StartError: The robot is not where the plan begins.
+        InputError: The tool is in another state than at the start of the plan.
     """
     cell = driver.cell
     if why := other_arm_elsewhere(plan, cell):
@@ -84,7 +84,7 @@ def check_start(plan: Plan, driver: Driver) -> None:
 
 
 def _is_as(tool: Tool, wanted: ToolState, now: ToolState) -> bool:
-    """Whether a tool is in a state; fingers on an item only about, as no two items are quite the same."""
+    """Whether a tool is in a state; widths of fingers on an item are compared with a tolerance."""
     if not tool.grip.takes_widths:
         return wanted == now
     return abs(tool.position(wanted) - tool.position(now)) < WIDTH_TOLERANCE

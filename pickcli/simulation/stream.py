@@ -1,4 +1,4 @@
-"""What the controller sends: a trajectory as set points at the world's time step, at any pace."""
+"""Samples a trajectory as set points at a fixed time step, at any pace, and checks the set points' limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pickcli.motion.trajectory import Trajectory
 
 Pace: TypeAlias = Callable[[float], float]  # seconds since the start -> rate in [0, 1] of the plan's time
 
-TOLERANCE = 1e-6  # relative, of a limit: rounding of third differences at 1 kHz
+TOLERANCE = 1e-6  # relative tolerance of a limit: rounding of third differences at 1 kHz
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,13 +32,13 @@ class Stream:
 
 @dataclass(frozen=True)
 class Violation:
-    """A limit that the commands broke, at its worst.
+    """A limit that the commands exceeded, at its largest excess.
 
     Attributes:
         joint: Name of the joint.
         what: "position", "velocity", "acceleration" or "jerk".
-        ratio: Of the limit; of a position: how far outside, m or rad.
-        t_plan: s on the plan's trajectory.
+        ratio: Value over limit; for a position, how far outside in m or rad.
+        t_plan: Time on the plan's trajectory, s.
     """
 
     joint: str
@@ -53,7 +53,7 @@ class Violation:
 
 
 def full_speed(t: float) -> float:
-    """The plan's own pace.
+    """Return the rate of the plan's own pace.
 
     Args:
         t: s since the start.
@@ -67,14 +67,14 @@ def full_speed(t: float) -> float:
 def stream(
     trajectory: Trajectory, time_step: float, pace: Pace = full_speed, t_plan: float = 0.0, t: float = 0.0
 ) -> Stream:
-    """Set points for the rest of a trajectory, at a pace that reaches its end.
+    """Sample the rest of a trajectory as set points.
 
     Args:
         trajectory: The trajectory.
         time_step: s between set points.
-        pace: Rate in [0, 1] of the plan's time, by the seconds since the start.
-        t_plan: s on the trajectory from which on it is followed.
-        t: s since the start at which the pace is asked first.
+        pace: Rate in [0, 1] of the plan's time as a function of the time since the start; must reach the end.
+        t_plan: Time on the trajectory at which to begin, s.
+        t: Time since the start at the first set point, s.
 
     Returns:
         The set points.
@@ -90,7 +90,7 @@ def stream(
 def violations(
     commands: Stream, names: tuple[str, ...], limits: Limits, time_step: float, scale: float = 1.0
 ) -> tuple[Violation, ...]:
-    """Limits that differences of the set points break: the worst of each joint and kind.
+    """Find the limits that differences of the set points exceed: the largest excess per joint and kind.
 
     Args:
         commands: The set points.

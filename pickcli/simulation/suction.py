@@ -1,8 +1,8 @@
-"""The suction cup: what its relaxed bellows meet, when it seals, how it holds, and when the item comes off.
+"""Simulated suction cup: contact of the relaxed bellows, sealing, holding, and release.
 
-Relaxed, the bellows push on whatever they meet (``bellows``). With the valve open the cup seals where the
-whole rim lies on one face that leaks little enough, and cup and face are at rest to each other in every
-direction. From then on the item hangs on the collapsed cup (``bushing``), whose wrench is the load.
+Relaxed bellows push on any body that they meet (``bellows``). With the valve open the cup seals if its whole
+rim is on one face that leaks little enough, and cup and face are at rest relative to each other. From then on
+the item hangs on the collapsed cup by a bushing (``bushing``), whose wrench is the load.
 """
 
 from __future__ import annotations
@@ -21,49 +21,49 @@ from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
-GAP = 1.5e-3  # m, farthest from the tip at which a cup draws a face on
-CONFORMITY = 5e-3  # m, how uneven a face its lip follows: 10 degrees of tilt, or the curve of a bottle
-BREAK_TIME = 3 / 240  # s over a limit until the item is off: 3 steps in a row at the measured 240 Hz
-DRAG_REACH = 0.01  # m in front of the cup where its open flow still moves things
-DRAG_SHARE = 0.05  # of the closed cup's force, at the cup
-SEAL_VACUUM = 12e3  # Pa in the cup from which the sensor says that it holds: thrice that of the open flow
-HOLD_VACUUM = 6e3  # Pa in the cup from which a face that is at rest hangs on it
-RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item comes off
-STANDING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which a seal sets
-SLIDING_SPEED = 30e-3  # m/s over the face at which the lip leaks all; below, in proportion
-APART = 1e-3  # m from the relaxed lip at which the cup collides again with what hung on it
-BRAKING = 0.2  # of an item's mass over the time step, Ns/m: stops it in a few steps, and stably
+GAP = 1.5e-3  # m, largest distance from the tip at which a cup draws a face on
+CONFORMITY = 5e-3  # m, unevenness of a face that the lip follows: 10 degrees of tilt, or a bottle's curvature
+BREAK_TIME = 3 / 240  # s above a limit until the item separates: 3 steps in a row at the measured 240 Hz
+DRAG_REACH = 0.01  # m in front of the cup in which its open flow still moves items
+DRAG_SHARE = 0.05  # share of the closed cup's force, directly at the cup
+SEAL_VACUUM = 12e3  # Pa in the cup from which the sensor reads a hold: three times that of the open flow
+HOLD_VACUUM = 6e3  # Pa in the cup from which a face at rest hangs on it
+RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item separates
+STANDING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which it seals
+SLIDING_SPEED = 30e-3  # m/s over the face at which the lip leaks fully; in proportion below
+APART = 1e-3  # m from the relaxed lip at which the cup collides again with a released item
+BRAKING = 0.2  # damping in Ns/m over item mass by time step: stable, and stops it in a few steps
 
 
 @dataclass(frozen=True, eq=False)
 class CupWrench:
-    """What the cup carries.
+    """Wrench that the cup carries.
 
     Attributes:
         wrench: (6,) force in N and torque in Nm that the cup exerts on the item, about the tool tip, in the
-            tool frame (+z out of the cup), as of ``CupLimits``.
+            tool frame (+z out of the cup), as in ``CupLimits``.
     """
 
     wrench: Array
 
     @property
     def pull(self) -> float:
-        """Pull along the cup's axis, away from it, N; negative when the item presses against the cup."""
+        """Pull along the cup's axis, N; negative if the item presses against the cup."""
         return -float(self.wrench[2])
 
     @property
     def shear(self) -> float:
-        """Shear across the cup's axis, N."""
+        """Shear perpendicular to the cup's axis, N."""
         return float(np.hypot(self.wrench[0], self.wrench[1]))
 
     @property
     def bending(self) -> float:
-        """Bending about axes across the cup's, Nm."""
+        """Bending about axes perpendicular to the cup's, Nm."""
         return float(np.hypot(self.wrench[3], self.wrench[4]))
 
     @property
     def twist(self) -> float:
-        """Torque about the cup's axis, without its sign, Nm."""
+        """Absolute torque about the cup's axis, Nm."""
         return abs(float(self.wrench[5]))
 
     def __str__(self) -> str:
@@ -81,9 +81,9 @@ class CupModel:
     """The physics of one cup.
 
     Attributes:
-        vacuum: Pump, valve, line and cup.
-        bellows: The cup while it is relaxed.
-        stiffness: Of the cup while it is sealed.
+        vacuum: Pump, valve, line and cup pressures.
+        bellows: The relaxed bellows.
+        stiffness: Stiffness of the sealed cup.
     """
 
     vacuum: Vacuum
@@ -92,23 +92,23 @@ class CupModel:
 
 
 class Suction:
-    """The cup of one robot in an engine.
+    """Suction cup of one robot in an engine.
 
     Attributes:
         held: Name of the item that hangs on the cup, or None.
-        load: The last one measured.
-        ratio: The last load, while the valve is open, as a share of what the cup bears with its vacuum.
-        max_ratio: Largest such share since the last seal.
-        releases: Items that left the cup, in their order.
-        contact_points: What the relaxed bellows pushed on in the last step.
+        load: Last measured load.
+        ratio: Last load with the valve open, as a share of the limits at the present vacuum.
+        max_ratio: Largest ratio since the last seal.
+        releases: Items that left the cup, in order.
+        contact_points: Contacts of the relaxed bellows in the last step.
 
     Args:
-        engine: Where the robot and the items are.
+        engine: The engine with the robot and the items.
         robot: Name of the robot's body.
         tool: The robot's tool.
         cup: Its cup.
-        items: What can be held, by the name of its body.
-        honest_seals: Whether faces leak as the items say; otherwise every face is airtight.
+        items: Items that can be held, by body name.
+        honest_seals: Whether faces leak as the items state; otherwise every face is airtight.
     """
 
     def __init__(
@@ -128,23 +128,23 @@ class Suction:
         self.load, self.ratio, self.max_ratio = NO_LOAD, 0.0, 0.0
         self.releases: list[Release] = []
         self.contact_points: list[ContactPoint] = []
-        self._T_item_tip = np.eye(4)  # of the held item, as it sealed
-        self._share = 0.0  # of full vacuum that the present seal keeps
+        self._T_item_tip = np.eye(4)  # tool frame in the held item at the time of sealing
+        self._share = 0.0  # share of full vacuum that the present seal keeps
         self._bushing: Bushing | None = None
         self._time_over = 0.0
 
     @property
     def is_holding(self) -> bool:
-        """What the vacuum sensor says: enough vacuum in the cup, whatever closes it."""
+        """Reading of the vacuum sensor: enough vacuum in the cup, whether on an item or not."""
         return self.vacuum.cup >= SEAL_VACUUM
 
     @property
     def attached(self) -> str | None:
-        """Name of the item in the cup: the cup's collision shape would throw it off."""
+        """Name of the item on the cup, whose collision with the cup's shape would eject it."""
         return self.held
 
     def is_apart(self, item: str) -> bool:
-        """Whether the relaxed cup keeps clear of an item that hung on it.
+        """Whether the relaxed cup is clear of an item that hung on it.
 
         Args:
             item: Name of the item.
@@ -156,7 +156,7 @@ class Suction:
         return self._engine.distance(self._robot, self._tool.last_link, item, far) >= far
 
     def before_step(self, T_world_tip: Array) -> None:
-        """Update pressures, seal and the forces of the cup on what it meets or holds; before a step.
+        """Update pressures, seal and the cup's forces on bodies; call before a step.
 
         Args:
             T_world_tip: (4, 4) tool frame.
@@ -183,7 +183,7 @@ class Suction:
             self._draw(probe, T_world_tip)
 
     def after_step(self, t: float) -> None:
-        """Let go where the valve or a limit says so; after the engine stepped.
+        """Release the item if the valve is closed or a limit is exceeded; call after the engine's step.
 
         Args:
             t: Simulated time, s.
@@ -203,7 +203,7 @@ class Suction:
             self.vacuum.burst()
 
     def _seal(self, probe: Probe, T_world_tip: Array) -> float:
-        """Share of full vacuum that the face under the whole rim keeps; 0 where there is no such face."""
+        """Share of full vacuum kept by the face under the whole rim; 0 without such a face."""
         name = probe.nearest
         if name not in self._items or any(other != name for other in probe.names):
             return 0.0
@@ -218,13 +218,13 @@ class Suction:
         return item.seals[face] if np.all((low <= lip) & (lip <= high)) else 0.0
 
     def _sliding_speed(self, item: str, T_world_tip: Array) -> float:
-        """How fast any part of the rim moves over the face at most, along it or away from it, m/s."""
+        """Largest speed of any part of the rim relative to the face, in any direction, m/s."""
         tip = T_world_tip[:3, 3]
         linear, turn = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
         return length(linear) + self._tool.cup.radius * length(turn)
 
     def _brake(self, item: str, T_world_tip: Array) -> None:
-        """Stop an item that slides under the cup by the friction of the lip, which the vacuum presses on."""
+        """Decelerate an item that slides under the cup, by friction of the lip under the vacuum's force."""
         tip = T_world_tip[:3, 3]
         velocity, _ = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
         friction = FRICTION * self.vacuum.cup * np.pi * self._tool.cup.radius**2
@@ -235,7 +235,7 @@ class Suction:
         self._engine.push(self._robot, -force, tip, self._tool.last_link)
 
     def _draw(self, probe: Probe, T_world_tip: Array) -> None:
-        """Pull with the flow of the open cup on an item in front of it."""
+        """Pull on an item in front of the open cup by its air flow."""
         item, distance = probe.nearest, float(probe.distances.min())
         if item not in self._items or not 0.0 < distance < DRAG_REACH:
             return
@@ -263,7 +263,7 @@ class Suction:
         self.held, self._bushing, self._share = None, None, 0.0
 
     def _hang(self, bushing: Bushing, T_world_tip: Array) -> None:
-        """Load the item and the robot with the wrench between them."""
+        """Apply the bushing's wrench to the item and the robot."""
         assert self.held is not None
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
@@ -279,7 +279,7 @@ class Suction:
 
 
 def face_at(shape: Shape, point: Array) -> str:
-    """Name of the face nearest to a point, among ``shape.face_names``.
+    """Return the name of the face nearest to a point, among ``shape.face_names``.
 
     Args:
         shape: The shape.

@@ -1,7 +1,7 @@
-"""What a robot watches while it moves: following error, unexplained motor torque, vacuum or fingers.
+"""Supervision during motion: following error, unexplained motor torque, and hold.
 
-Only what a robot has is used: commands, encoders, motor torques, its own model, the vacuum gauge. Thresholds
-and their sources stand in docs/supervision.md.
+Uses only what a real robot has: commands, encoders, motor torques, its own model, the vacuum gauge.
+Thresholds and their sources are in docs/supervision.md.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import World
 
-TORQUE_NOISE = 0.02  # of a motor's largest torque: error of a torque that is read from its current
-FILTER_TIME = 4e-3  # s over which the unexplained torque is averaged
-PAYLOAD_FACTOR = 1.5  # of the weight of what is held: its acceleration, and masses known to 10 %
-LET_GO_TIME = 0.5  # s after the plan lets go of something in which its weight may still hang on
+TORQUE_NOISE = 0.02  # share of a motor's largest torque: error of a torque estimated from the current
+FILTER_TIME = 4e-3  # s, time constant of the filter for the unexplained torque
+PAYLOAD_FACTOR = 1.5  # allowance over the held item's weight, for acceleration and mass error
+LET_GO_TIME = 0.5  # s after a planned release during which the item's weight may still act
 _ONES, _ROOT_3 = np.ones(3), float(np.sqrt(3.0))
 
 Dynamics = Callable[[Array, Array, Array], Array]  # q, dq, ddq (m,) -> motor torques (m,)
 
 
 class ExternalTorque:
-    """Torque of the motors that the robot's own model of its motion does not explain, filtered.
+    """Motor torque that the robot's own model of its motion does not explain, filtered.
 
-    The residual of inverse dynamics, as De Luca and Mattone (2005) and Haddadin, De Luca and Albu-Schaeffer
-    (2017, sec. IV) use it for collision detection. What pushes with a force f at a point with Jacobian J
-    shows as J^T f. Its noise floor is that of the torques: ``TORQUE_NOISE`` before the filter.
+    The residual of inverse dynamics, as used by De Luca and Mattone (2005) and Haddadin, De Luca and
+    Albu-Schaeffer (2017, sec. IV) for collision detection. A force f at a point with Jacobian J appears as
+    J^T f. The noise floor is that of the torques: ``TORQUE_NOISE`` before the filter.
 
     Args:
-        dynamics: Joint positions, velocities and accelerations (m,) to motor torques (m,).
+        dynamics: Function from joint positions, velocities and accelerations (m,) to motor torques (m,).
         forces: (n,) largest motor torques.
         time_step: s.
         seed: Seed of the noise.
@@ -48,11 +48,11 @@ class ExternalTorque:
         self._dynamics, self._time_step = dynamics, time_step
         self._noise, self._share = TORQUE_NOISE * forces, time_step / FILTER_TIME
         self._rng = derived_rng(seed, "motor torques")
-        self._before: list[Array] = []  # the last two measured configurations, the tool's joint included
+        self._before: list[Array] = []  # the last two measured configurations, including the tool's joint
         self.value = np.zeros(len(forces))
 
     def update(self, q: Array, torques: Array) -> Array:
-        """The unexplained torque now.
+        """Update the unexplained torque with a measurement.
 
         Args:
             q: (m,) measured joints.
@@ -72,12 +72,12 @@ class ExternalTorque:
 
 
 class Supervisor:
-    """Judges every step of one execution.
+    """Supervises every step of one execution.
 
     Args:
-        world: What is measured.
+        world: The measured world.
         arm: The robot's kinematics.
-        thresholds: Beyond which it stops.
+        thresholds: Thresholds of a stop.
     """
 
     def __init__(self, world: World, arm: Arm, thresholds: Thresholds | None = None) -> None:
@@ -91,46 +91,46 @@ class Supervisor:
         self.external = ExternalTorque(world.inverse_dynamics, self._forces, world.time_step, seed)
         self._joints = JointFollowing(world.q, world.time_step, self._thresholds)
         self._weight, self._t_held = 0.0, -np.inf
-        self._weighed: Segment | None = None  # the last one that held something, and its payload
+        self._weighed: Segment | None = None  # the last segment with a held item, whose payload is cached
         self._payload = 0.0
         self._hold_watch = world.tool.watch(self._thresholds)
 
     def motion(self, command: Array, segment: Segment) -> ProtectiveStop | None:
-        """Whether the robot follows, and feels nothing that it should not; after a step.
+        """Check after a step that the robot follows and feels no unexpected contact.
 
         Args:
-            command: (n,) where it was told to be.
-            segment: The part of the plan that it is in.
+            command: (n,) commanded configuration.
+            segment: The current segment.
 
         Returns:
-            The stop to be made, or None.
+            The required stop, or None.
         """
         unexplained = self.external.update(self._world.joints, self._world.torques)
         self._remember(command, segment)
         return self._contact(unexplained) or self._following(command)
 
     def hold(self, segment: Segment) -> ProtectiveStop | None:
-        """Whether seal or grasp stands where the plan counts on it; after a step.
+        """Check after a step that the seal or grasp is as the plan requires.
 
         Args:
-            segment: The part of the plan that the robot is in.
+            segment: The current segment.
 
         Returns:
-            The stop to be made, or None.
+            The required stop, or None.
         """
         return self._hold_watch.stop(segment, self._world.t)
 
     def feel(self) -> float:
-        """Go on measuring while the robot brakes (see ``pressing``).
+        """Update measurements while the robot brakes.
 
         Returns:
-            What ``pressing`` returns.
+            Result of ``pressing``.
         """
         self.external.update(self._world.joints, self._world.torques)
         return self.pressing()
 
     def pressing(self) -> float:
-        """Unexplained torque now: of the joints, the largest share of its threshold without any allowance.
+        """Compute the largest unexplained torque of all joints, as a share of its threshold.
 
         Returns:
             The share.
@@ -173,7 +173,7 @@ class Supervisor:
         return self._tool_following(command, q)
 
     def _tool_following(self, command: Array, q: Array) -> ProtectiveStop | None:
-        """By the Jacobian: the errors are small, and this is asked every millisecond."""
+        """Check the tool's following error, by the Jacobian because this runs every millisecond."""
         jacobian = self._arm.jacobian(q, self._tool_state())[:3]
         error = length(jacobian @ (command - q))
         speed = float(np.abs(jacobian) @ self._joints.speed @ _ONES) / _ROOT_3

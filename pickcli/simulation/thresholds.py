@@ -1,4 +1,4 @@
-"""Beyond which figures a motion is stopped; their sources stand in docs/supervision.md."""
+"""Thresholds of protective stops; their sources are in docs/supervision.md."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ class Thresholds:
     """Thresholds beyond which a motion is stopped.
 
     Attributes:
-        lag: s by which a joint or the tool may trail its command, whatever its speed.
-        joint: rad or m that a joint may be off on top of that.
-        tool: m that the tool may be off on top of that.
-        torque: Share of a motor's largest torque that the motion need not explain.
-        planned_force: N at the tool on top of that, where the plan touches something.
-        vacuum: Share of the level at the seal below which the seal is lost.
-        width: m by which fingers may stand closer, or farther apart, than the item is wide; at most half of
-            that.
-        touch: N along the tool's axis from which the cup counts as touching, where that exceeds the noise.
-        bellows: Share of the cup's stroke to which a contact may press it in.
+        lag: s by which a joint or the tool may trail its command, at any speed.
+        joint: rad or m of additional error of a joint.
+        tool: m of additional error of the tool.
+        torque: Unexplained torque as a share of a motor's largest torque.
+        planned_force: N at the tool of additional unexplained force during planned contacts.
+        vacuum: Share of the vacuum at sealing below which the seal is lost.
+        width: m, allowed difference between the width of the fingers and that of the item; at most half of
+            the item's width.
+        touch: N along the tool's axis from which the cup counts as touching, if above the noise.
+        bellows: Largest allowed compression of the cup in a contact, as a share of its stroke.
     """
 
     lag: float = 0.06

@@ -1,4 +1,4 @@
-"""Which simulated tool a cell has: the one place of the simulation that asks for the kind of a tool."""
+"""Selects the simulated tool of a cell; no other module of this package depends on the kind of the tool."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from pickcli.simulation.simulated_tool import BareTool, SimulatedTool
 
 
 def simulated_tool(cell: Cell, reality: Reality, lag: float, state: ToolState) -> SimulatedTool:
-    """Make the tool of an arm for a world.
+    """Create the tool of an arm for a world.
 
     Args:
-        cell: The cell as the arm sees it.
-        reality: How the world differs from what the planner believes.
-        lag: s by which joints follow.
+        cell: The cell as seen by the arm.
+        reality: Deviations of the world from the planner's model.
+        lag: s, lag of the joints.
         state: State of the tool at the start.
 
     Returns:
         The tool, not yet mounted.
 
     Raises:
-        InputError: If no device of the cell moves its joints.
+        InputError: No device of the cell moves the tool's joints.
     """
     grip = cell.robot.tool.grip
     if isinstance(grip, ParallelGripper):

@@ -1,4 +1,4 @@
-"""Distance along the tool's path from where an event fired to its trigger, measured without the tracker."""
+"""Distance along the tool path from a fired event to its trigger, measured without the tracker."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
 
 STEP = 1e-3  # s between samples of the path
-FINE = 2e-5  # s between those around the nearest: at 3 m/s the tool is measured to 0.06 mm
-LOOK_BACK = 0.5  # s of the plan's time: farther than that no robot lags behind its command
+FINE = 2e-5  # s between samples around the nearest one: 0.06 mm of tool path at 3 m/s
+LOOK_BACK = 0.5  # s of the plan's time, more than a robot lags behind its command
 
 
 class TriggerDistance:
@@ -37,7 +37,7 @@ class TriggerDistance:
         return float(np.linalg.norm(np.diff(tips, axis=0), axis=1).sum())
 
     def _project(self, q: Array, t_command: float) -> float:
-        """Time of the plan's point nearest to q, at or a little before the present command."""
+        """Time of the plan's point nearest to q, not later than the present command."""
         first = max(0.0, t_command - LOOK_BACK)
         near = self._nearest(q, np.linspace(first, t_command, int(LOOK_BACK / STEP) + 1))
         around = np.arange(max(first, near - STEP), min(t_command, near + STEP) + FINE / 2, FINE)

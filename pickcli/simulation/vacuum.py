@@ -1,11 +1,11 @@
-"""Pump, valve, line and cup of the suction tool: pressures over time, without any geometry.
+"""Pressures in pump, valve, line and cup of a suction tool over time.
 
-The pump evacuates the line up to the valve; the open valve lets the line evacuate the cup, if something
-seals it, and lets air into the line as far as that leaks, or if nothing does. Pressures are Pa below ambient.
+The pump evacuates the line up to the valve. Through the open valve the line evacuates a sealed cup; a leaking
+or open cup lets air into the line. Pressures are Pa below ambient.
 
-A pump of the rate a (1/s) and a leak of the conductance b leave the line at the share s = a / (a + b) of
-full vacuum, which is how a face's seal is stated: so b = a (1 - s) / s, and the line gets there at the rate
-a / s.
+A pump of rate a (1/s) and a leak of conductance b keep the line at the share s = a / (a + b) of full vacuum,
+which is how a face's seal is stated: so b = a (1 - s) / s, and the line approaches this pressure at rate a /
+s.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import math
 from dataclasses import dataclass
 
 FULL_VACUUM = 60e3  # Pa that the pump reaches on a closed line
-LEAK_VACUUM = 4e3  # Pa that a running pump keeps while the valve is open and nothing seals the cup
-LEAK_TIME = 0.05  # s, time constant of losing the line's vacuum through the open cup
+LEAK_VACUUM = 4e3  # Pa kept by a running pump with the valve open and the cup unsealed
+LEAK_TIME = 0.05  # s, time constant of venting the line through the open cup
 HOLD_TIME = 20.0  # s, time constant of a closed line with the pump off
 CUP_TIME = 0.04  # s, time constant of evacuating the small cup from the large line
 VENT_TIME = 0.02  # s, time constant of venting the cup through the closed valve
@@ -24,11 +24,11 @@ TIME_CONSTANTS_TO_FULL = 4.0  # a pump's lead is the time to 98 % of the full va
 
 @dataclass
 class Vacuum:
-    """Pressures of the tool. Every phase is exponential, hence exact over any step length.
+    """Pressures of the tool. All phases are exponential, so any step length is exact.
 
     Attributes:
         pump_lead: s from switching the pump on to full vacuum in the line.
-        valve_lead: s from the command to the open or closed valve.
+        valve_lead: s from the command until the valve has switched.
         line: Pa below ambient in the line.
         cup: Pa below ambient in the cup.
         is_pump_on: Whether the pump runs.
@@ -62,16 +62,16 @@ class Vacuum:
             self._is_open_wanted, self._time_to_switch = on, self.valve_lead
 
     def burst(self) -> None:
-        """Let a seal break open: the air rushes in at once."""
+        """Break the seal: the cup is vented at once."""
         self.cup, self.line = 0.0, min(self.line, LEAK_VACUUM)
 
     def advance(self, time_step: float, seal: float) -> None:
-        """Let time pass.
+        """Advance the simulation.
 
         Args:
             time_step: s.
-            seal: Share of full vacuum that what closes the cup lets the pump keep: 1 is airtight, and 0 that
-                nothing closes it.
+            seal: Share of full vacuum that the pump can keep with the cup as it is closed: 1 is airtight, 0
+                is open.
         """
         if self._is_open_wanted != self.is_valve_open:
             self._time_to_switch -= time_step
@@ -86,7 +86,7 @@ class Vacuum:
             self.cup = _approach(self.cup, 0.0, VENT_TIME, time_step)
 
     def _line_tendency(self, seal: float) -> tuple[float, float]:
-        """Pressure to which the line goes now, and the time constant."""
+        """Pressure that the line approaches at present, and the time constant."""
         if self.is_valve_open and seal == 0.0:
             return (LEAK_VACUUM if self.is_pump_on else 0.0), LEAK_TIME
         share = seal if self.is_valve_open else 1.0

@@ -1,7 +1,7 @@
-"""The world of a scene: cell, robot and items in one physics engine, stepped as a whole.
+"""Simulated world of a scene: cell, robot and items in one physics engine, stepped together.
 
-After the start the robot moves by its motors alone. What is random (``Reality``) follows from the seed: two
-fresh worlds of one scene and seed that get the same commands are bit-identical.
+After the start the robot moves only by its motors. Randomness (``Reality``) depends only on the seed: two new
+worlds of the same scene and seed, with the same commands, are bit-identical.
 """
 
 from __future__ import annotations
@@ -39,29 +39,29 @@ from pickcli.simulation.servo import IDEAL, Drives, Servo
 from pickcli.simulation.suction import Suction
 from pickcli.simulation.tool_choice import simulated_tool
 
-TIME_STEP = 1e-3  # s: at 2 m/s the tool moves 2 mm, so that events fire that exactly; 75 us of computing
+TIME_STEP = 1e-3  # s: 2 mm of tool motion at 2 m/s, the accuracy of events; takes 75 us to compute
 ROBOT = "robot"
-REST_STEPS = 100  # between two looks for items that rest
+REST_STEPS = 100  # steps between checks for items at rest
 REST_MOVE = 2e-4  # m
 REST_SPEED = 5e-3  # m/s
 REST_TURN = 0.01  # rad/s
-REST_LOOKS = 2  # in a row at which an item rests before it sleeps: what topples begins slowly
+REST_LOOKS = 2  # consecutive checks at rest before an item sleeps: toppling begins slowly
 
 
 class World:
     """Cell, robot and items of a scene, at rest at simulated time 0.
 
     Attributes:
-        planned: What the robot may touch now; nothing until it is told.
-        tool: What the robot has mounted.
+        planned: Contacts allowed at present; initially none.
+        tool: The simulated tool.
 
     Args:
-        scene: With the true poses of the items; the noisy ones are the planner's business.
-        q: (n,) configuration at the start.
-        tool_state: State of the tool at the start, its default state if None.
-        reality: How this world differs from what the planner believes.
-        seed: Seed of all that is random about it.
-        servo: How well the joints follow; what ``reality`` says if None.
+        scene: The scene, with true item poses; noise is added by the planner's perception.
+        q: (n,) initial configuration.
+        tool_state: Initial state of the tool, its default state if None.
+        reality: Deviations of this world from the planner's model.
+        seed: Seed of all random deviations.
+        servo: Parameters of joint following; by default as in ``reality``.
         time_step: s.
     """
 
@@ -81,7 +81,7 @@ class World:
         self._n_steps = 0
         self.servo = servo or (Servo() if reality.servo else IDEAL)
         self.planned = PlannedContacts()
-        self.observer: Callable[[World], None] | None = None  # called after every step; decides nothing
+        self.observer: Callable[[World], None] | None = None  # called after every step; read-only
         self.robot = scene.cell.robot
         self.engine = Engine(time_step)
         add_statics(self.engine, scene)
@@ -96,13 +96,13 @@ class World:
         self.engine.close()
 
     def let_move(self, cell: Cell, q: Array, tool_state: ToolState) -> None:
-        """Let another arm of the robot move from now on; all others stand where its cell says.
+        """Switch to another arm of the robot; all others are stationary where its cell has them.
 
-        Time, items and the record of contacts go on.
+        Time, items and the log of contacts continue.
 
         Args:
-            cell: The cell as that arm sees it.
-            q: (n,) configuration in which it stands.
+            cell: The cell as seen by that arm.
+            q: (n,) its configuration.
             tool_state: State of its tool.
         """
         self.engine.remove(ROBOT)
@@ -110,7 +110,7 @@ class World:
         self._mount(q, tool_state, self.contacts.collisions)
 
     def _mount(self, q: Array, tool_state: ToolState, earlier: tuple[Collision, ...] = ()) -> None:
-        """Put the robot into the world, with what its arm is moved and watched by. earlier: collisions."""
+        """Add the robot with tool, collision filter and contact log. earlier: logged collisions."""
         self.tool = simulated_tool(self.scene.cell, self.reality, self.servo.lag, tool_state)
         self._load_robot(q, tool_state)
         self._filter = CollisionFilter(self.engine, ROBOT, self.scene)
@@ -128,7 +128,7 @@ class World:
         self._drives = Drives(
             self.servo, names, self.robot.limits, np.array([forces[name] for name in names]), self.time_step
         )
-        self._forces = self._drives.forces.tolist()  # what all motors exert at most, N or Nm
+        self._forces = self._drives.forces.tolist()  # largest efforts of all motors, N or Nm
         if self.tool.drive is not None:
             self._forces += self.tool.drive.forces.tolist()
         tool_joints = tool.joints
@@ -139,12 +139,12 @@ class World:
         self._command = np.array(q, dtype=float)
         self._measured = start
         self._torques = np.zeros(len(start))
-        self._tip: Array | None = None  # computed when asked for, once a step
+        self._tip: Array | None = None  # computed on demand, once per step
 
     # Commands ----------------------------------------------------------------------------------------
 
     def command(self, q: Array) -> None:
-        """Set the target of the servo at the end of the next step, and until there is another.
+        """Set the target of the servo at the end of the next step, valid until the next one.
 
         Args:
             q: (n,) configuration.
@@ -159,10 +159,10 @@ class World:
             action: One of its actions.
 
         Returns:
-            A sensor's answer, whether something is held; None for other devices.
+            A sensor's reading, whether an item is held; None for other devices.
 
         Raises:
-            UnknownNameError: If there is no such device or action.
+            UnknownNameError: There is no such device or action.
         """
         kind = device_for(self.cell, device, action).kind
         if kind is DeviceKind.SENSOR:
@@ -176,7 +176,7 @@ class World:
         return None
 
     def step(self) -> None:
-        """Let one time step pass: servo, cup or fingers, physics, contacts."""
+        """Advance by one time step: servo, grip, physics, contacts."""
         self.grip.before_step(self.tip)
         self._filter.let_through(self.grip)
         self._drive()
@@ -192,14 +192,14 @@ class World:
             self.observer(self)
 
     def _drive(self) -> None:
-        """Set the motors for the next step: the planned joints by their loops, the tool's by theirs."""
+        """Set the motors for the next step, of the planned joints and of the tool."""
         velocities = self._drives.velocities(self._command, self.q, self.torques).tolist()
         if (tool := self.tool.drive) is not None:
             velocities += tool.velocities(self._measured[self._n_joints :], self.time_step).tolist()
         self.engine.drive(ROBOT, self._indices, velocities, self._forces)
 
     def wait(self, duration: float, on_step: Callable[[World], None] | None = None) -> None:
-        """Stand still at the last command.
+        """Hold the last command for a while.
 
         Args:
             duration: s.
@@ -212,16 +212,16 @@ class World:
 
     def _look_at_contacts(self) -> None:
         points = self.engine.contact_points(ROBOT)
-        # The bellows push off what they let go of: that is no contact again.
+        # The relaxed bellows push off a released item; that is no new contact.
         points += [point for point in self.grip.contact_points if point.b not in self._filter.let_go_through]
         if self.held is not None and not self.planned.is_meeting:
             points += self.engine.contact_points(self.held)
         self.contacts.update(points, self.planned, self.held, self.t)
 
     def _look_at_items(self) -> None:
-        """Let items sleep that rest: an awake one costs 50 us a step. What has left the ground stays there.
+        """Put items at rest to sleep, as each awake one costs 50 us per step; fix items that fell off.
 
-        The engine would let them sleep by itself only after 2 s without jitter.
+        The engine alone puts them to sleep only after 2 s without jitter.
         """
         for placed in self.scene.items:
             position = self.engine.pose(placed.id)[:3, 3]
@@ -241,7 +241,7 @@ class World:
 
     @property
     def cell(self) -> Cell:
-        """The cell, as the arm that moves sees it."""
+        """The cell as seen by the moving arm."""
         return self.scene.cell
 
     @property
@@ -256,11 +256,11 @@ class World:
 
     @property
     def joints(self) -> Array:
-        """Measured configuration, with the position of the tool's joint behind it if it has one (m,)."""
+        """Measured positions (m,) of the planned joints, followed by those of the tool's joints."""
         return self._measured
 
     def inverse_dynamics(self, joints: Array, dq: Array, ddq: Array) -> Array:
-        """Motor torques that a motion of all joints needs by the robot's model, empty-handed.
+        """Compute the motor torques of a motion of all joints by the robot's model, without payload.
 
         Args:
             joints: (m,) positions.
@@ -274,22 +274,22 @@ class World:
 
     @property
     def torques(self) -> Array:
-        """Effort (n,) of the motors of the planned joints in the last step, N or Nm."""
+        """Motor efforts (n,) of the planned joints in the last step, N or Nm."""
         return self._torques[: self._n_joints]
 
     @property
     def tool_state(self) -> ToolState:
-        """State of the tool as it stands."""
+        """Present state of the tool."""
         return self.tool.state(self._measured[self._n_joints :])
 
     @property
     def grip(self) -> Grip:
-        """What holds items."""
+        """The grip that holds items."""
         return self.tool.grip
 
     @property
     def tip(self) -> Array:
-        """``T_world_tip`` (4, 4), measured, with the tool's joint where it really is."""
+        """``T_world_tip`` (4, 4), measured, including the tool's joint."""
         if self._tip is None:
             tool = self.robot.tool
             self._tip = self.engine.pose(ROBOT, tool.last_link) @ tool.T_last_tip
@@ -297,21 +297,21 @@ class World:
 
     @property
     def held(self) -> str | None:
-        """Id of the item in the cup, or between the pads."""
+        """Id of the item held by cup or fingers."""
         return self.grip.held
 
     @property
     def suction(self) -> Suction:
-        """What the cup does. Raises InputError where none is mounted."""
+        """The suction of the cup. Raises InputError without a cup."""
         return self.tool.suction
 
     @property
     def fingers(self) -> Fingers | None:
-        """What the fingers do; None where there are none."""
+        """The simulated fingers; None without fingers."""
         return self.tool.fingers
 
     def placed(self, item_id: str) -> PlacedItem:
-        """One item as it stands now, with its present location.
+        """Return an item at its present pose, with its present location.
 
         Args:
             item_id: Id of the item.
@@ -321,6 +321,6 @@ class World:
         return replace(before, T_world_item=T, location=location_of(self.scene, before.item, T))
 
     def now(self) -> Scene:
-        """The scene as it stands now, without the item that is held."""
+        """Return the scene at present, without the held item."""
         items = tuple(self.placed(p.id) for p in self.scene.items if p.id != self.held)
         return replace(self.scene, items=items)
