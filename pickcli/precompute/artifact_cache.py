@@ -1,4 +1,4 @@
-"""The precomputed files of a cell: where they lie, and making what is missing."""
+"""Cache of the precomputed files of cells: their paths, and building of missing files."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ class CachedFolder:
     """A folder of the cache.
 
     Attributes:
-        name: Of a cell's folder its fingerprint.
+        name: Name of the folder: for a cell, its fingerprint.
         cell: Name of the cell under data/cells that has this fingerprint, "" if none has.
-        n_files: How many files are in it.
-        n_bytes: Of all of them.
+        n_files: Number of files in it.
+        n_bytes: Total size of these files.
     """
 
     name: str
@@ -55,13 +55,13 @@ class CachedFolder:
 
 
 def cache_folder() -> Path:
-    """Name the folder of the user's cache: $XDG_CACHE_HOME/apc, ~/.cache/apc by default.
+    """Return the folder of the user's cache: $XDG_CACHE_HOME/apc, ~/.cache/apc by default.
 
     Returns:
         The folder, which need not exist.
 
     Raises:
-        InputError: This user has no home.
+        InputError: This user has no home folder.
     """
     try:
         return user_cache_path("apc", appauthor=False)
@@ -72,7 +72,7 @@ def cache_folder() -> Path:
 
 
 def cached(base: Path) -> list[CachedFolder]:
-    """Look what is in the cache.
+    """List the content of the cache.
 
     Args:
         base: Folder of the cache, which need not exist.
@@ -96,7 +96,7 @@ def clear_cache(base: Path) -> None:
     """Delete every folder of the cache.
 
     Args:
-        base: Folder of the cache, which need not exist and stays.
+        base: Folder of the cache, which is kept and need not exist.
 
     Raises:
         InputError: Something cannot be deleted.
@@ -109,9 +109,9 @@ def clear_cache(base: Path) -> None:
 
 
 def default_paths(cell: Cell) -> Artifacts:
-    """Name a cell's files in the user's cache.
+    """Return the paths of a cell's files in the user's cache.
 
-    The folder's name is the fingerprint, so that a changed cell finds nothing stale.
+    The folder's name is the fingerprint, so that a changed cell never finds stale files.
 
     Args:
         cell: The cell.
@@ -120,7 +120,7 @@ def default_paths(cell: Cell) -> Artifacts:
         The paths.
 
     Raises:
-        InputError: This user has no home.
+        InputError: This user has no home folder.
     """
     folder = cache_folder() / cell.fingerprint
     return Artifacts(folder / "roadmap.h5", folder / "trajectories.h5")
@@ -129,20 +129,20 @@ def default_paths(cell: Cell) -> Artifacts:
 def read_stored(
     cell: Cell, roadmap: Path | None, trajectories: Path | None
 ) -> tuple[Roadmap | None, TrajectoryDatabase | None]:
-    """Read the precomputed files of a cell: those that are named, else those in the cache, if built.
+    """Read the precomputed files of a cell: the named ones, else those in the cache, if built.
 
     Args:
         cell: The cell.
-        roadmap: The roadmap that is named, if any.
-        trajectories: The trajectory database that is named, if any.
+        roadmap: Path of the roadmap, None for the cached one.
+        trajectories: Path of the trajectory database, None for the cached one.
 
     Returns:
-        Roadmap and trajectory database, None where there is none.
+        Roadmap and trajectory database, None if there is none.
 
     Raises:
         InputError: A named file is missing.
         StaleError: A file was made for another cell or by another version of the format.
-        DamagedError: A file is not what was written.
+        DamagedError: The content of a file is not what was written.
     """
     built = default_paths(cell)
     roadmap = roadmap or (built.roadmap if built.roadmap.exists() else None)
@@ -160,15 +160,15 @@ def ensure_artifacts(
 ) -> Artifacts:
     """Make sure that a cell's files are in the cache.
 
-    What is missing or stale is built with default settings, what is damaged is repaired.
+    Missing or stale files are built with default settings, damaged ones are repaired.
 
     Args:
         cell: The cell.
-        report: Called with what is about to be built, gives the callback for that build; None for silence.
+        report: Called with the name of what is built, returns the observer of that build; None for silence.
         runner: Executor of the tasks; None for this process.
 
     Returns:
-        The paths of the files, which exist now.
+        The paths of the existing files.
 
     Raises:
         InputError: The cache cannot be written.
@@ -183,13 +183,13 @@ def ensure_artifacts(
             run_options = RunOptions(runner or SerialExecutor(), report=report and report(what))
             if not _is_repaired(path, cell, run_options):
                 make(cell, path, run_options=run_options)
-            for journal in journals(path):  # of older versions: settings here are always the default ones
+            for journal in journals(path):  # of older versions: builds here always have the default settings
                 journal.unlink(missing_ok=True)
     return paths
 
 
 def _is_usable(read: Callable[[Path, Cell], Any], path: Path, cell: Cell) -> bool:
-    """Whether a file can be read and was made for these named configurations."""
+    """Whether a file can be read and was made for the cell's current named configurations."""
     try:
         read(path, cell)
         return bool(read_provenance(path).get("configurations") == configurations_digest(cell))
@@ -198,7 +198,7 @@ def _is_usable(read: Callable[[Path, Cell], Any], path: Path, cell: Cell) -> boo
 
 
 def _is_repaired(path: Path, cell: Cell, run_options: RunOptions) -> bool:
-    """Repair a file if it was ours and enough of it is left."""
+    """Repair a file, if it has a known format and enough of it is intact; return whether that succeeded."""
     try:
         found = surveyed(path, cell)
         return bool(found.damage) and repair(path, found, cell, run_options).is_same

@@ -28,24 +28,24 @@ def make_roadmap(
     run_options: RunOptions | None = None,
     overwrite: bool = True,
 ) -> RoadmapReport:
-    """Build a cell's roadmap and write it. Same cell and settings, same bytes.
+    """Build a cell's roadmap and write it. The same cell and settings give the same bytes.
 
-    Until the file is written, finished tasks are kept in a journal beside it (see ``Journal``); an
-    interrupted build goes on from there.
+    Until the file is written, finished tasks are kept in a journal beside it (see ``Journal``), from which an
+    interrupted build continues.
 
     Args:
         cell: The cell.
-        path: Where to write.
-        settings: How to build; None for the default.
+        path: The file.
+        settings: Build settings; None for the default.
         run_options: Executor of the tasks and observer of their progress; None for this process,
             unobserved.
-        overwrite: Whether a file that is there by then may be replaced.
+        overwrite: Whether a file that exists by then may be replaced.
 
     Returns:
-        What the build could not do, and what it did beyond the k nearest.
+        Gaps of the build, and edges added besides the k nearest.
 
     Raises:
-        InputError: The place cannot be written, or not one configuration is free.
+        InputError: The file cannot be written, or no configuration is free.
     """
     job = RoadmapEdgeJob(cell, settings or RoadmapSettings())
     build = Build(job, replace(run_options or RunOptions(), output=path))
@@ -63,23 +63,23 @@ def make_trajectories(
     run_options: RunOptions | None = None,
     overwrite: bool = True,
 ) -> TrajectoryReport:
-    """Build a cell's trajectory database and write it. Same cell and settings, same bytes.
+    """Build a cell's trajectory database and write it. The same cell and settings give the same bytes.
 
-    An interrupted build goes on from its journal, as that of ``make_roadmap``.
+    An interrupted build continues from its journal, like that of ``make_roadmap``.
 
     Args:
         cell: The cell.
-        path: Where to write.
-        settings: How to build; None for the default.
+        path: The file.
+        settings: Build settings; None for the default.
         run_options: Executor of the tasks and observer of their progress; None for this process,
             unobserved.
-        overwrite: Whether a file that is there by then may be replaced.
+        overwrite: Whether a file that exists by then may be replaced.
 
     Returns:
-        What the build could not do, and how good the rest is.
+        Missing motions, and the quality of the others.
 
     Raises:
-        InputError: The place cannot be written.
+        InputError: The file cannot be written.
     """
     job = CoarseMotionJob(cell, settings or TrajectorySettings())
     build = Build(job, replace(run_options or RunOptions(), output=path))
@@ -91,17 +91,17 @@ def make_trajectories(
 
 
 def versions() -> dict[str, str]:
-    """Tell what decides about the bytes of a file besides cell and settings.
+    """Return the versions that, besides cell and settings, determine the bytes of a file.
 
     Returns:
-        Our version and those of the libraries, by name.
+        Versions of this package and of its libraries, by name.
     """
     libraries = ("ompl", "numpy", "h5py")
     return {"apc": __version__, **{name: importlib.metadata.version(name) for name in libraries}}
 
 
 def _provenance(job: CoarseMotionJob | RoadmapEdgeJob, summary: dict[str, Any]) -> dict[str, Any]:
-    """How a file was made: no times, no places, so that equal builds are equal bytes."""
+    """Return the provenance of a file: no times, no places, so that equal builds are equal bytes."""
     return {
         "by": versions(),
         "settings": asdict(job.settings),

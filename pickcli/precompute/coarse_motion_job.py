@@ -19,16 +19,16 @@ from pickcli.precompute.provenance import inputs_digest
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
-_LEAST_EFFORT = 0.001  # m of depth that is worth the work on a motion with a free line
+_LEAST_EFFORT = 0.001  # m of collision depth that stands for the effort of a motion with a free line
 
 
 @dataclass(frozen=True, eq=False)
 class CoarseMotionJob:
-    """Motions of one cell; the key of a task is (start, goal, payload class).
+    """Job that makes motions of one cell; the key of a task is (start, goal, payload class).
 
     Attributes:
         cell: The cell.
-        settings: How motions are made.
+        settings: Settings of the motions.
     """
 
     cell: Cell
@@ -36,7 +36,7 @@ class CoarseMotionJob:
 
     @cached_property
     def inputs(self) -> str:
-        """SHA-256 over all that motions depend on besides the key."""
+        """SHA-256 over all inputs of a motion besides the key."""
         return inputs_digest(self.cell, "coarse motion", self.settings)
 
     def make(self, key: Key) -> JobResult:
@@ -46,23 +46,23 @@ class CoarseMotionJob:
             key: The task.
 
         Returns:
-            The motion, or why there is none, as a record.
+            The motion, or the reason for its absence, as a record.
         """
         return record_of(self._maker.make(motion_key(key)))
 
     def effort(self, key: Key) -> float:
-        """Estimate the cost of a task: motions whose straight line runs deep in something take long.
+        """Estimate the cost of a task: motions whose straight line is deep in collision take long.
 
         Args:
             key: The task.
 
         Returns:
-            More than 0, of no unit.
+            Positive, without a unit.
         """
         return _LEAST_EFFORT + self._maker.depth(motion_key(key))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Without what was made for the work: that belongs to this process.
+        # Without cached helpers, which belong to this process.
         return CoarseMotionJob, (self.cell, self.settings)
 
     @cached_property
@@ -71,7 +71,7 @@ class CoarseMotionJob:
 
 
 def task_key(key: MotionKey) -> Key:
-    """Name the task that makes a motion.
+    """Return the key of the task that makes a motion.
 
     Args:
         key: The motion.
@@ -83,7 +83,7 @@ def task_key(key: MotionKey) -> Key:
 
 
 def motion_key(key: Key) -> MotionKey:
-    """Tell which motion a task makes.
+    """Return the motion that a task makes.
 
     Args:
         key: The key of the task.
@@ -95,7 +95,7 @@ def motion_key(key: Key) -> MotionKey:
 
 
 def record_of(made: CoarseMotion | Reason) -> JobResult:
-    """Store a motion, or why there is none, as a record.
+    """Convert a motion, or the reason for its absence, to a record.
 
     Args:
         made: The motion with its trajectory, or the reason.
@@ -129,11 +129,11 @@ def record_of(made: CoarseMotion | Reason) -> JobResult:
 
 
 def made_of(key: MotionKey, record: JobResult, joint_names: tuple[str, ...]) -> CoarseMotion | Reason:
-    """Read a motion, or why there is none, from a record.
+    """Read a motion, or the reason for its absence, from a record.
 
     Args:
         key: Ends and payload class of the motion.
-        record: As ``record_of`` makes it.
+        record: Record from ``record_of``.
         joint_names: Names of the n joints.
 
     Returns:

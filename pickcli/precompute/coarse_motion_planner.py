@@ -1,9 +1,9 @@
-"""One coarse motion for the database: as near to its lower bound as can be found.
+"""Planner of coarse motions for the database, as near to their lower bounds as possible.
 
-The line itself where it is free; else a free motion in the time of the line, by bending what is not the
-slowest joint; else in a little more time; else what RRT-Connect finds, made quicker. First for every pod
-within the cell's bounds, then, where that fails or costs time, for the pod in its place.
-See docs/precompute.md.
+It tries the straight line; else a free motion of the line's duration, by bending the joints that are not the
+slowest; else one of slightly longer duration; else a path by RRT-Connect, time-optimised. Motions are planned
+for every pod pose within the cell's tolerance first and, if that fails or costs time, for the nominal pod
+pose. See docs/precompute.md.
 """
 
 from __future__ import annotations
@@ -35,42 +35,43 @@ from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
-# Times the least duration: what a motion that holds in every tool state may take, ...
+# Factors on the least duration: up to the first, a motion that holds in every tool state is accepted; ...
 _WORTH = 1.01
 
-# ... and what ends the search.
+# ... up to the second, the search ends.
 _GOOD = 1.01
 
-# Times the motion for the pod in its place: what one for any pod may take and still be kept instead.
+# Factor on the duration for the nominal pod pose, up to which a motion for all pod poses is preferred.
 _AS_QUICK = 1.005
 
-_SAMPLES = 60  # of a straight line whose depth tells how long a search will take
+_SAMPLES = 60  # of a straight line, whose depth in collision estimates the effort of a search
 
 
 @dataclass(frozen=True, eq=False)
 class CoarseMotionPlanner:
-    """Makes motions of one cell. Each depends on the cell, its key and the settings alone.
+    """Makes motions of one cell. Each depends only on the cell, its key and the settings.
 
-    Cell, settings and keys can be pickled; a planner, which holds checkers, is made where it is used.
+    Cell, settings and keys can be pickled; a planner, which holds checkers, is built in the process that uses
+    it.
 
     Attributes:
         cell: The cell.
-        settings: How motions are made.
+        settings: Settings of the motions.
     """
 
     cell: Cell
     settings: TrajectorySettings
 
     def make(self, key: MotionKey) -> CoarseMotion | Reason:
-        """Make the best motion of a pair for any displaced pod.
+        """Make the best motion of a pair for all pod poses.
 
-        One for the pod in its place alone is made instead where only that is had, or where it is quicker.
+        A motion for the nominal pod pose is returned instead if only that is found, or if it is faster.
 
         Args:
             key: Ends and payload class of the motion.
 
         Returns:
-            The motion with its trajectory, or why there is none.
+            The motion with its trajectory, or the reason for its absence.
         """
         wide = self._for_pod_poses(key, PodPoses.DISPLACED)
         if isinstance(wide, Reason):
@@ -84,14 +85,14 @@ class CoarseMotionPlanner:
         return wide
 
     def depth(self, key: MotionKey) -> float:
-        """Measure how deep the straight line between two configurations runs in something.
+        """Measure how deep the straight line between two configurations is in collision.
 
         Args:
             key: Ends and payload class of the motion.
 
         Returns:
-            m by which it comes, at its worst, nearer than the margin to what any displaced pod may leave in
-            its way; 0 if it keeps the margin.
+            m by which it lacks, at its worst, the margin to solids at any displaced pod pose; 0 if it keeps
+            the margin.
         """
         checker = self._planning[PodPoses.DISPLACED, MOVING, key.payload]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
@@ -102,12 +103,12 @@ class CoarseMotionPlanner:
     def _for_pod_poses(
         self, key: MotionKey, pod_poses: PodPoses, quicker_than: float = float("inf")
     ) -> CoarseMotion | Reason:
-        """The best motion of a pair in the widest tool state that costs no time; else why there is none.
+        """Make the best motion of a pair in the widest tool state that costs no time, or return a reason.
 
-        MOVING covers the other states. Where it allows nothing, or nothing near the bound, the state that
-        both ends are meant for is taken.
+        MOVING covers the other states. If it allows no motion, or none near the bound, the state that both
+        ends are meant for is used.
 
-        quicker_than: s, what takes as long is not wanted
+        quicker_than: s, longest duration (exclusive) that is of use
         """
         tool_states = {self.cell.configurations[name].tool_state for name in (key.start, key.goal)}
         if len(tool_states) == 2:
@@ -120,7 +121,7 @@ class CoarseMotionPlanner:
     def _motion_with(
         self, key: MotionKey, case: CheckerKey, quicker_than: float, at_most: float = float("inf")
     ) -> CoarseMotion | Reason:
-        """at_most: times the least duration."""
+        """Make the best motion for one checker. at_most: factor on the least duration."""
         checker = self._planning[case]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         for name, q in ((key.start, q0), (key.goal, q1)):
@@ -149,7 +150,7 @@ class CoarseMotionPlanner:
         return Reason("no path", f"{key.start} to {key.goal}", f"bending has found none, {detail}")
 
     def _finished(self, key: MotionKey, case: CheckerKey, motion: ParabolicTrajectory) -> CoarseMotion | None:
-        """The motion within its jerk limits, proven once more, with path and figures; None if not proven."""
+        """Limit a motion's jerk and prove it again; add path, bound and clearance. None if not proven."""
         checker = self._proving[case]
         names = self.cell.robot.joint_names
         goal = self.cell.configurations[key.goal].q
@@ -181,12 +182,12 @@ class CoarseMotionPlanner:
 
     @cached_property
     def _planning(self) -> dict[CheckerKey, SceneChecker]:
-        """Checkers that planning asks: with the reserve."""
+        """Checkers for planning: with the reserve."""
         return checkers(self._model, RESERVE)
 
     @cached_property
     def _proving(self) -> dict[CheckerKey, SceneChecker]:
-        """Checkers that the timed motion is proven with: the cell's clearance, no more."""
+        """Checkers for proofs of the timed motion: the cell's clearance without reserve."""
         return checkers(self._model)
 
     @cached_property
@@ -195,7 +196,7 @@ class CoarseMotionPlanner:
 
 
 def _marked(nominal: CoarseMotion | Reason, why: str) -> CoarseMotion | Reason:
-    """The motion for the nominal pod pose, marked with why there is none for all poses."""
+    """Mark the motion for the nominal pod pose with the reason for having none for all poses."""
     if isinstance(nominal, Reason):
         return nominal
     return replace(nominal, mark=PodValidity(PodPoses.NOMINAL, why))

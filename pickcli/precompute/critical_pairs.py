@@ -1,4 +1,4 @@
-"""Which pairs of named configurations must not depend on a single edge of the roadmap."""
+"""Critical pairs: pairs of named configurations that must not depend on a single edge of the roadmap."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from pickcli.cell.station import Pod
 
 NamePair = tuple[str, str]
 
-# What every order does: from home and from each bin or camera pose to the tote and its drop poses, from home
-# to the bins, and from a bin to the pose from which the camera looks into it.
+# Motions of every order: from home and from each bin or camera pose to the tote and its drop poses, from home
+# to the bins, and from a bin to the pose from which the camera sees into it.
 _KINDS = (("home", "tote"), ("bin", "tote"), ("camera", "tote"), ("home", "drop"), ("bin", "drop"),
           ("camera", "drop"), ("home", "bin"))  # fmt: skip
 
 
 def important_pairs(cell: Cell) -> list[NamePair]:
-    """List the pairs for which a blocked edge must not be the end.
+    """List the pairs that need a second route in case an edge is blocked.
 
-    By the kinds of the two ends (see ``_KINDS``), each bin with its own camera pose, and each bin with those
-    that touch it in the pod: what was taken out of one bin is put aside into a neighbour.
+    They follow from the kinds of the two ends (see ``_KINDS``); also each bin with its camera pose, and each
+    bin with those that adjoin it in the pod, into which blocking items are put aside.
 
     Args:
         cell: The cell.
@@ -41,13 +41,13 @@ def important_pairs(cell: Cell) -> list[NamePair]:
 
 
 def neighbouring_bins(pod: Pod) -> Iterator[NamePair]:
-    """List bins side by side in a row, and bins of consecutive rows of which one lies above the other.
+    """List bins side by side in a row, and bins of consecutive rows that overlap horizontally.
 
     Args:
         pod: The pod.
 
     Yields:
-        Names of two bins that touch.
+        Names of two adjoining bins.
     """
     rows: dict[float, list[Place]] = {}
     for each in pod.bins.values():
@@ -60,6 +60,6 @@ def neighbouring_bins(pod: Pod) -> Iterator[NamePair]:
 
 
 def _overlap(a: Place, b: Place) -> bool:
-    """Whether one mouth lies above a part of the other."""
+    """Whether the mouths of two bins overlap horizontally."""
     apart = abs(float(a.T_carrier_place[1, 3] - b.T_carrier_place[1, 3]))
     return apart < (a.access.width + b.access.width) / 2

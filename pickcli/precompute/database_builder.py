@@ -1,6 +1,6 @@
-"""The offline half after Delft: a database of timed coarse motions between named configurations.
+"""Builder of the trajectory database: timed coarse motions between named configurations, after Delft.
 
-Delft computed theirs by RRT-Connect, kept them, and replayed them between the arm's stops (section 1).
+Delft computed theirs by RRT-Connect, stored them, and replayed them between the arm's stops (section 1).
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 @dataclass(frozen=True)
 class TrajectoryReport:
-    """What a build could not do, and how good the rest is.
+    """Gaps of a build, and the quality of the motions.
 
     Attributes:
-        settings: How motions were made.
-        missing: Motions that could not be had, with the reason: an end that is not free, or no path.
+        settings: Settings of the motions.
+        missing: Motions that were not found, with the reason: an end that is not free, or no path.
         duration: s, sum over the stored motions.
-        lower_bound: s, sum over the same of what no motion can undercut.
-        progress: Of the build in the end: how many tasks were kept from before, and how many done.
+        lower_bound: s, sum of the lower bounds of the stored motions.
+        progress: Final progress of the build: numbers of tasks kept from before, and done.
     """
 
     settings: TrajectorySettings
@@ -36,7 +36,7 @@ class TrajectoryReport:
     progress: BuildProgress
 
     def summary(self) -> dict[str, Any]:
-        """Sum up the report.
+        """Summarise the report.
 
         Returns:
             The figures as JSON values, to the ms.
@@ -56,11 +56,11 @@ def build_trajectories(
     Every motion is proven with the cell's clearance and timed within its limits.
 
     Args:
-        job: How motions are made.
-        build: Of that job, where it has a journal or workers; None for this process.
+        job: The job that makes motions.
+        build: Build of that job, with a journal or workers; None for this process.
 
     Returns:
-        The database, and what could not be had.
+        The database, and a report with its gaps.
     """
     keys = coarse_pairs(job.cell)
     build = build or Build(job)

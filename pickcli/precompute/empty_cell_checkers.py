@@ -1,4 +1,4 @@
-"""Checkers of a cell without items, for what is computed once per cell."""
+"""Checkers of a cell without items, for computations that are done once per cell."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from pickcli.geometry import pose
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.scene.scene import PoseNoise, Scene
 
-# Delft generated their motions with such a cube attached: what is free with it is free with most items.
+# Delft generated their motions with such a cube attached: a motion that is free with it is free with most
+# items.
 CUBE_EDGE = 0.2  # m
 
-# Kept on top of the cell's clearance while planning. Short paths touch the margin, and whether an edge that
-# touches it is proven can depend on where it is cut: what is stored must be provable whole, in parts and
-# with its corners blended, each time that it is used.
+# Additional clearance in planning. Short paths touch the margin, and whether an edge that touches it is
+# proven can depend on where it is cut: stored paths must be provable whole, in parts and with blended
+# corners, at every use.
 RESERVE = 0.001  # m
 
-CheckerKey: TypeAlias = tuple[PodPoses, ToolState, PayloadClass]  # what a checker is for
+CheckerKey: TypeAlias = tuple[PodPoses, ToolState, PayloadClass]  # key of a checker
 
 
 def empty_scene(cell: Cell, pod_poses: PodPoses = PodPoses.NOMINAL) -> Scene:
@@ -34,7 +35,8 @@ def empty_scene(cell: Cell, pod_poses: PodPoses = PodPoses.NOMINAL) -> Scene:
 
     Args:
         cell: The cell.
-        pod_poses: Whether the carriers stand in their places or, for a proof, everywhere that they may.
+        pod_poses: Whether the carriers stand at their nominal poses or, for a proof, at all poses of the
+            tolerance.
 
     Returns:
         The scene.
@@ -53,14 +55,14 @@ def checker(
 ) -> SceneChecker:
     """Make a checker of the empty scene for one tool state and payload class.
 
-    What it proves for ``DISPLACED`` holds wherever the pod stands within its bounds.
+    Proofs with ``DISPLACED`` hold for all pod poses within the tolerance.
 
     Args:
-        model: The solids of the cell's robot.
+        model: Collision model of the cell's robot.
         tool_state: State of the tool.
-        payload: Class of what is held.
-        reserve: m to keep beyond the cell's clearance.
-        pod_poses: Where the pod stands.
+        payload: Payload class of the held item.
+        reserve: m, additional to the cell's clearance.
+        pod_poses: Poses of the pod.
 
     Returns:
         The checker.
@@ -72,12 +74,12 @@ def checker(
 def checkers(
     model: CollisionModel, reserve: float = 0.0, cell: Cell | None = None
 ) -> dict[CheckerKey, SceneChecker]:
-    """Make the checkers of the empty scene for every case.
+    """Make the checkers of the empty scene for every combination of pod poses, tool state and payload class.
 
     Args:
-        model: The solids of the cell's robot.
-        reserve: m to keep beyond the cell's clearance.
-        cell: The model's own with other solids around the robot; None for the model's own as it is.
+        model: Collision model of the cell's robot.
+        reserve: m, additional to the cell's clearance.
+        cell: Variant of the model's cell with other solids around the robot; None for the model's cell.
 
     Returns:
         Checkers by poses of the pod, tool state and payload class.
@@ -93,13 +95,13 @@ def checkers(
 
 
 def why_not_free(cell: Cell) -> dict[str, str]:
-    """Tell why the arm cannot stand in named configurations of the empty cell.
+    """Explain why named configurations of the empty cell are not free.
 
     Args:
         cell: The cell.
 
     Returns:
-        By name of every configuration that is not free: the state of its tool, and what meets what.
+        By name of every configuration that is not free: its tool state, and the collision.
     """
     model = CollisionModel(cell)
     by_state = {state: checker(model, state, PayloadClass.EMPTY) for state in cell.robot.tool.states}
@@ -112,7 +114,7 @@ def why_not_free(cell: Cell) -> dict[str, str]:
 
 @cache
 def representative_item(payload: PayloadClass) -> AttachedItem | None:
-    """Make what is held for a payload class: a cube with a face on the cup or its centre there.
+    """Make the item that represents a payload class: a cube with a face on the cup, or its centre there.
 
     Args:
         payload: The class.

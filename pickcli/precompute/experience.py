@@ -1,9 +1,9 @@
-"""Learning: what queries found that no file held is proven for the empty cell, and kept for later ones.
+"""Experience: new paths of queries are proven for the empty cell, and stored for later queries.
 
-Delft's cache never computed on a miss, which they regretted. What is learned lies in two files beside those
-that it adds to, of the same formats, sealed and checked alike, so that what was built stays as it was built.
-A process that learns locks a file, reads it, adds to it and replaces it: several processes may learn at once,
-and a kill loses at most what is in hand.
+Delft's cache never computed on a miss, which they regretted. Learned edges and motions are kept in two files
+beside the built ones, with the same formats, seals and checks, so that built files stay unchanged. A process
+that learns locks a file, reads it, adds to it and replaces it: several processes may learn at the same time,
+and a kill loses at most the current entry.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 T = TypeVar("T")
 
-LEARNED = {"learned": True}  # what a learned file says instead of a build's settings
+LEARNED = {"learned": True}  # recorded in a learned file instead of build settings
 
-# The oldest go when there are more.
+# Limits of the number of entries; the oldest are dropped.
 MOST_EDGES = 400
 MOST_MOTIONS = 200
 
 
 @dataclass(frozen=True)
 class RecordedExperience:
-    """What was kept of the experience of some queries.
+    """Counts of experience that was stored.
 
     Attributes:
-        edges: Number of polylines that were kept.
-        motions: Number of motions that were made and kept.
-        unproven: Number of polylines that are not free in the empty cell with the cup in any state, and were
-            not kept.
+        edges: Number of polylines that were stored.
+        motions: Number of motions that were made and stored.
+        unproven: Number of polylines that were not stored because they are not free in the empty cell with
+            the cup in any state.
     """
 
     edges: int = 0
@@ -57,13 +57,13 @@ class RecordedExperience:
 
 @dataclass(frozen=True, eq=False)
 class ExperienceFiles:
-    """What was learned for one cell.
+    """Files with the experience of one cell.
 
     Attributes:
         cell: The cell.
-        roadmap: The learned roadmap; appears with the first edge that is kept in it.
-        trajectories: The learned database; appears with the first motion that is kept in it.
-        settings: How motions are made.
+        roadmap: The learned roadmap; created with the first stored edge.
+        trajectories: The learned database; created with the first stored motion.
+        settings: Settings of the motions.
     """
 
     cell: Cell
@@ -73,7 +73,7 @@ class ExperienceFiles:
 
     @classmethod
     def beside(cls, cell: Cell, roadmap: Path, trajectories: Path) -> ExperienceFiles:
-        """Name the learned files beside others: ``roadmap.learned.h5`` beside ``roadmap.h5``.
+        """Name the learned files beside built ones: ``roadmap.learned.h5`` beside ``roadmap.h5``.
 
         Args:
             cell: The cell.
@@ -92,7 +92,7 @@ class ExperienceFiles:
             Each (K, n), the oldest first.
 
         Raises:
-            DamagedError: The file is not what was written.
+            DamagedError: The content of the file is not what was written.
             StaleError: It was made for another cell or by another version of the format.
         """
         stored = _read(self.roadmap, lambda: read_roadmap(self.roadmap, self.cell))
@@ -108,23 +108,23 @@ class ExperienceFiles:
             The motions, None if there is no file yet.
 
         Raises:
-            DamagedError: The file is not what was written.
+            DamagedError: The content of the file is not what was written.
             StaleError: It was made for another cell or by another version of the format.
         """
         return _read(self.trajectories, lambda: read_database(self.trajectories, self.cell, points))
 
     def learn_edges(self, experience: Sequence[QueryExperience]) -> RecordedExperience:
-        """Keep those polylines that were found and are new and proven in the empty cell.
+        """Store the polylines of queries that are new and proven in the empty cell.
 
         Args:
-            experience: What queries found.
+            experience: Experience of queries.
 
         Returns:
-            How many were kept, and how many were not proven.
+            How many were stored, and how many were not proven.
 
         Raises:
             InputError: The file cannot be written.
-            DamagedError: The file is not what was written.
+            DamagedError: The content of the file is not what was written.
             StaleError: It was made for another cell or by another version of the format.
         """
         found = [polyline for query in experience for polyline in query.polylines]
@@ -140,17 +140,17 @@ class ExperienceFiles:
         return RecordedExperience(edges=len(fresh), unproven=len(found) - len(proven))
 
     def learn_motion(self, key: MotionKey) -> RecordedExperience:
-        """Make the motion of a key, as a build makes it, and keep it if there is one.
+        """Make the motion of a key, like a build, and store it if there is one.
 
         Args:
             key: Ends and payload class of the motion.
 
         Returns:
-            Whether it was kept, as a count of 0 or 1 motions.
+            Whether it was stored, as a count of 0 or 1 motions.
 
         Raises:
             InputError: The file cannot be written.
-            DamagedError: The file is not what was written.
+            DamagedError: The content of the file is not what was written.
             StaleError: It was made for another cell or by another version of the format.
         """
         job = CoarseMotionJob(self.cell, self.settings)
@@ -170,11 +170,11 @@ class ExperienceFiles:
     def missed(
         self, experience: Sequence[QueryExperience], *databases: TrajectoryDatabase | None
     ) -> list[MotionKey]:
-        """List the motions between named configurations that queries asked for and no database holds.
+        """List the motions between named configurations that queries needed and no database holds.
 
         Args:
             experience: The queries.
-            *databases: Databases that were asked; None for one that is not there.
+            *databases: Databases that were searched; None for one that does not exist.
 
         Returns:
             The motions, each once, in one direction, in the order of the queries.
@@ -206,7 +206,7 @@ class ExperienceFiles:
 
     @cached_property
     def _proof(self) -> RoadmapEdgeJob:
-        """What proves edges when a roadmap is built."""
+        """The job that proves edges when a roadmap is built."""
         return RoadmapEdgeJob(self.cell, RoadmapSettings())
 
     @staticmethod
@@ -222,7 +222,7 @@ def _beside(path: Path) -> Path:
 
 
 def _read(path: Path, read: Callable[[], T]) -> T | None:
-    """A learned file, or None where there is none yet."""
+    """Read a learned file; return None if it does not exist."""
     if not path.exists():
         return None
     try:

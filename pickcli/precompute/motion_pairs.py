@@ -1,13 +1,13 @@
-"""Which coarse motions are worth storing: those that Team Delft recorded, by the kinds of their ends."""
+"""Motion pairs worth storing: those that Team Delft recorded, by the kinds of their ends."""
 
 from __future__ import annotations
 
 from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
 
-# After Delft's cache of 270 motions (135 pairs, each recorded both ways): home to everything, each bin to
-# its own camera pose, bins and camera poses to the tote, camera poses among each other, the tote to its
-# cells. Our drop poses stand where their tote cells stood, and are reached from the bins as well.
+# After Delft's cache of 270 motions (135 pairs, each recorded both ways): home to everything, each bin to its
+# own camera pose, bins and camera poses to the tote, camera poses among each other, the tote to its cells.
+# The drop poses here are in place of their tote cells, and are reached from the bins as well.
 _EMPTY = (
     ("home", "bin"),
     ("home", "camera"),
@@ -22,7 +22,7 @@ _EMPTY = (
     ("tote", "drop"),
 )
 
-# With something in the cup the arm goes from a bin to the tote, or home.
+# With an item in the cup the arm moves from a bin to the tote, or home.
 _LADEN = (("home", "bin"), ("home", "tote"), ("bin", "tote"))
 
 _WITHOUT_TOTE = (("bin", "bin"),)  # from any place to any other
@@ -51,14 +51,14 @@ def coarse_pairs(cell: Cell) -> list[MotionKey]:
 
 
 def delft_pairs(cell: Cell, payload: PayloadClass) -> list[MotionKey]:
-    """List the 135 pairs of named configurations that Delft recorded, both ways: their 270 motions.
+    """List the 135 pairs of named configurations that Delft recorded both ways, as 270 motions.
 
-    From the names in their cache (poses 0 to 11 are our letters A to L). Drop poses and the four pairs of
-    camera poses that they had no motion for are not among them.
+    From the names in their cache (poses 0 to 11 are the letters A to L here). Drop poses and the four pairs
+    of camera poses for which they had no motion are not included.
 
     Args:
         cell: The cell.
-        payload: Class of what is held, the same for all.
+        payload: Payload class, the same for all.
 
     Returns:
         The motions, each in one direction.

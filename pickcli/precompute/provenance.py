@@ -1,4 +1,4 @@
-"""What stored files depend on: cell, configurations, settings and code, as digests."""
+"""Provenance of stored files: digests of cell, configurations, settings and code."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pickcli.jobs import job
 
 
 def inputs_digest(cell: Cell, kind: str, settings: Any) -> str:
-    """Digest all that the records of a job depend on besides their keys: cell, settings and our code.
+    """Digest all inputs of a job's records besides their keys: cell, settings and this program's code.
 
     Args:
         cell: The cell.

@@ -1,4 +1,4 @@
-"""A file's content as the records that a build would make of it again."""
+"""Recovery of a file's content as the records of the build that made it."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 
 def stored_records(found: IntegrityReport, cell: Cell) -> dict[Key, JobResult]:
-    """Read what is intact of a database or roadmap, as the records of the tasks that made it.
+    """Convert the intact content of a database or roadmap to the records of the tasks that made it.
 
     Args:
-        found: By ``surveyed``, which looks whether it makes sense.
+        found: Result of ``surveyed``, which checks its consistency.
         cell: The cell that the records are for.
 
     Returns:
-        Records by task; none if the file is of other joints.
+        Records by task; none if the file has other joints.
     """
     if found.joint_names != cell.robot.joint_names:
         return {}
@@ -42,13 +42,13 @@ def stored_records(found: IntegrityReport, cell: Cell) -> dict[Key, JobResult]:
 
 
 def make_again(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions) -> tuple[int, int]:
-    """Write a file for a cell with the settings that it was made with.
+    """Write a file for a cell with the settings that are recorded in it.
 
     Args:
         path: The file.
-        found: By ``surveyed``, of the same file.
+        found: Result of ``surveyed`` for the same file.
         cell: The cell to write it for.
-        run_options: Which results are kept, executor of the tasks, observer of progress.
+        run_options: Kept results, executor of the tasks, observer of progress.
 
     Returns:
         How many tasks were kept, and how many were done.
@@ -80,13 +80,13 @@ def _settings(path: Path, found: IntegrityReport) -> TrajectorySettings | Roadma
 
 
 def _motions(found: IntegrityReport) -> dict[Key, JobResult]:
-    """Records of the motions and reasons that are intact."""
+    """Return records of the intact motions and reasons."""
     kept = {task_key(motion.key): record_of(motion) for motion in intact_motions(found)}
     return kept | {task_key(key): record_of(reason) for key, reason in intact_missing(found)}
 
 
 def _edges(found: IntegrityReport, cell: Cell) -> dict[Key, JobResult]:
-    """Records of the edges and reasons that are intact; an edge is named by the ends of its path."""
+    """Return records of the intact edges and reasons; the ends of its path identify an edge."""
     configurations = {name: named.q.tobytes() for name, named in cell.configurations.items()}
     counts = Counter(configurations.values())
     name_of = {q: name for name, q in configurations.items() if counts[q] == 1}

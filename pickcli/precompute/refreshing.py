@@ -1,9 +1,10 @@
-"""A file made right for its cell as it is now: what a change does not touch is kept.
+"""Refresh of a file after a change of its cell; results that the change does not affect are kept.
 
-The verdicts are those of a build from nothing: which pairs have a motion or an edge, and, where a solid went
-away, which of them for any pod. What is kept is not searched for again. So where something went away a build
-from nothing may find quicker ways; what holds for any pod stays, where it might prefer a quicker one for the
-pod in its place; and where a part of the pod moved, it may find ways for any pod that are missed here.
+A refresh finds motions or edges for the same pairs as a build from scratch and, if a solid was removed,
+proves the same pairs for all pod poses. Kept results are not optimised again. So after a removal, a build
+from scratch may find faster paths; a result for all pod poses is kept, where a build might prefer a faster
+one for the nominal pod pose; and after a part of the pod moved, a build may find paths for all pod poses that
+are missed here.
 """
 
 from __future__ import annotations
@@ -35,15 +36,15 @@ from pickcli.storage.integrity_scan import IntegrityReport
 
 @dataclass(frozen=True)
 class Refresh:
-    """What a refresh did.
+    """Result of a refresh.
 
     Attributes:
-        changed: Solids that are other than they were.
-        why_anew: Why nothing could be kept, "" if that is not so.
-        n_stored: Motions or edges that the file held.
-        n_proven: Of these, how many the change touched, so that they were proven again.
-        n_kept: Tasks whose results stand in the new file as they were, or proven again.
-        n_planned: Tasks that were done again.
+        changed: Solids that changed.
+        why_anew: Why nothing could be kept, "" if something was.
+        n_stored: Number of motions or edges in the file.
+        n_proven: Number of these that the change affected, so that they were proven again.
+        n_kept: Number of tasks whose results were kept, unchanged or proven again.
+        n_planned: Number of tasks that were done again.
     """
 
     changed: tuple[str, ...]
@@ -55,18 +56,18 @@ class Refresh:
 
 
 def refresh(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions | None = None) -> Refresh:
-    """Write a roadmap or database again for a cell that changed since.
+    """Write a roadmap or database again for its changed cell.
 
-    Until it is written whole the old file stays, and finished tasks are kept in a journal, as in a build.
+    The old file stays until the new one is complete, and finished tasks are kept in a journal, as in a build.
 
     Args:
         path: The file.
-        found: By ``surveyed``, of the same file; what is damaged in it is done again.
-        cell: The cell as it is now.
+        found: Result of ``surveyed`` for the same file; damaged parts are computed again.
+        cell: The changed cell.
         run_options: Executor of the tasks and observer of their progress; None for this process, unobserved.
 
     Returns:
-        What was done.
+        What was kept and done.
 
     Raises:
         StaleError: This version does not have the settings of the file.
@@ -84,7 +85,7 @@ def refresh(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOpti
 
 
 def _change(found: IntegrityReport, cell: Cell) -> CellChange | None:
-    """What changed since the file was made, or None if it does not say."""
+    """Return the change since the file was made, or None if the file does not state its cell."""
     try:
         return change_since(found.made["parts"], cell)
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
@@ -92,7 +93,7 @@ def _change(found: IntegrityReport, cell: Cell) -> CellChange | None:
 
 
 def _why_anew(found: IntegrityReport, change: CellChange | None) -> str:
-    """Why nothing of a file can be kept, "" if something can."""
+    """Explain why nothing of a file can be kept, "" if something can."""
     if change is None:
         return "the file does not say what its cell was"
     if found.made.get("by") != versions():
@@ -102,9 +103,9 @@ def _why_anew(found: IntegrityReport, change: CellChange | None) -> str:
 
 @dataclass
 class _Sieve:
-    """Lets pass what still holds.
+    """Selects the results that still hold.
 
-    are_ends_same: whether the named configurations are what they were
+    are_ends_same: whether the named configurations are unchanged
     touched: motions or edges that had to be proven again
     """
 
@@ -119,7 +120,7 @@ class _Sieve:
         self.proof = Revalidation(self.cell, self.change)
 
     def motions(self) -> dict[Key, JobResult]:
-        """Motions that hold in the cell as it is, and reasons that still do."""
+        """Return the motions and reasons that hold in the changed cell."""
         kept: dict[Key, JobResult] = {}
         for key, record in self.stored.items():
             made = made_of(motion_key(key), record, self.cell.robot.joint_names)
@@ -129,7 +130,7 @@ class _Sieve:
         return kept
 
     def edges(self) -> dict[Key, JobResult]:
-        """Edges that hold in the cell as it is, and reasons that still do."""
+        """Return the edges and reasons that hold in the changed cell."""
         return {
             key: record
             for key, record in self.stored.items()
@@ -137,11 +138,11 @@ class _Sieve:
         }
 
     def _still_missing(self, reason: Reason) -> Reason | None:
-        """A reason, unless something went away that it may have been for."""
+        """Return a reason, unless a solid was removed that may have caused it."""
         return reason if self.are_ends_same and not self.change.went else None
 
     def _motion(self, key: Key, motion: CoarseMotion) -> CoarseMotion | None:
-        """A motion as it is or, where it is touched, with its new clearance; None if it must be planned."""
+        """Return a motion, with its new clearance if it is affected; None if it must be planned again."""
         tool_state = self._tool_state(key)
         if tool_state is None or not self._has_ends(motion, tool_state):
             return None
@@ -155,7 +156,7 @@ class _Sieve:
         return self.proof.proven_motion(motion)
 
     def _edge_holds(self, key: Key, record: JobResult) -> bool:
-        """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
+        """Whether an edge holds. Its key was derived from its end configurations, so these are unchanged."""
         pod_poses, waypoints = mark_of(record).pod_poses, record.arrays["waypoints"]
         if pod_poses is PodPoses.NOMINAL and self.proof.is_worth_replanning(
             waypoints, MOVING, PayloadClass.EMPTY
@@ -167,14 +168,14 @@ class _Sieve:
         return self.proof.is_edge_proven(waypoints, pod_poses)
 
     def _tool_state(self, key: Key) -> ToolState | None:
-        """The narrowest tool state that a motion between two names may have; None if a name is gone."""
+        """Return the narrowest tool state for a motion between two names; None if a name no longer exists."""
         if not all(name in self.cell.configurations for name in key[:2]):
             return None
         tool_states = {self.cell.configurations[name].tool_state for name in key[:2]}
         return tool_states.pop() if len(tool_states) == 1 else MOVING
 
     def _has_ends(self, motion: CoarseMotion, tool_state: ToolState) -> bool:
-        """Whether a motion leads between the configurations of its names as they are now."""
+        """Whether a motion leads between the current configurations of its names."""
         if motion.tool_state not in (tool_state, MOVING):
             return False
         ends = [self.cell.configurations[name].q for name in (motion.key.start, motion.key.goal)]

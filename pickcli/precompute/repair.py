@@ -1,4 +1,4 @@
-"""Making a damaged file whole again: what is intact in it is kept, only what is lost is computed again."""
+"""Repair of a damaged file: intact results are kept, and only lost ones are computed again."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from pickcli.storage.table_reader import stored_file
 
 @dataclass(frozen=True)
 class Repair:
-    """What a repair did.
+    """Result of a repair.
 
     Attributes:
-        n_kept: Tasks whose results were intact.
-        n_done: Tasks that were done again.
-        is_same: Whether the file now is what it was when it was made, to the byte.
+        n_kept: Number of tasks whose results were intact.
+        n_done: Number of tasks that were done again.
+        is_same: Whether the file is now byte-identical to the original.
     """
 
     n_kept: int
@@ -31,19 +31,20 @@ class Repair:
 
 
 def repair(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions | None = None) -> Repair:
-    """Write a damaged file again, as the build that made it would, computing only what is lost.
+    """Write a damaged file again, like the build that made it, computing only lost results.
 
     Args:
         path: The file.
-        found: By ``surveyed``, of the same file.
+        found: Result of ``surveyed`` for the same file.
         cell: The cell that it was made for.
         run_options: Executor of the tasks and observer of their progress; None for this process, unobserved.
 
     Returns:
-        What was done.
+        What was kept and done.
 
     Raises:
-        StaleError: That cannot give the same file: another cell, other named configurations or versions.
+        StaleError: The result could not be the same file: another cell, other named configurations or
+            versions.
     """
     _check(path, found, cell)
     run_options = replace(run_options or RunOptions(), kept=stored_records(found, cell))
@@ -53,7 +54,7 @@ def repair(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptio
 
 
 def _check(path: Path, found: IntegrityReport, cell: Cell) -> None:
-    """Raise StaleError where the program or the cell would not make the same file."""
+    """Raise StaleError if program or cell would not give the same file."""
     made = found.made
     for what, then, now in (
         ("a cell with fingerprint", found.fingerprint, cell.fingerprint),

@@ -1,8 +1,8 @@
-"""Proving what is stored again, after some solids around the robot have changed.
+"""Revalidation of stored motions after some solids around the robot have changed.
 
-A stored motion was proven to keep its clearance from every solid of the old cell. Removed solids cannot break
-that proof. The motion is therefore checked against the added solids alone, with the same clearance and the
-same kernel. If it keeps the clearance, it is proven in the changed cell. If it does not, it is proven again
+A stored motion was proven to keep its clearance from every solid of the old cell. Removed solids cannot
+invalidate that proof. The motion is therefore checked only against the added solids, with the same clearance
+and the same kernel. If it keeps the clearance, it is proven in the changed cell. If not, it is proven again
 against the whole cell.
 
 A motion proven only for the nominal pod pose may become provable for all poses when any solid is removed: the
@@ -36,18 +36,18 @@ from pickcli.trajopt.certified_clearance import keeps_clearance, proven_clearanc
 
 @dataclass(frozen=True, eq=False)
 class Revalidation:
-    """Proofs in a cell after a change of its solids alone.
+    """Proofs in a cell of which only solids changed.
 
     Attributes:
-        cell: The cell as it is now.
-        change: What changed since the proofs were made.
+        cell: The changed cell.
+        change: The change since the proofs were made.
     """
 
     cell: Cell
     change: CellChange
 
     def is_motion_untouched(self, motion: CoarseMotion) -> bool:
-        """Tell whether a motion keeps its clearance from all that is new.
+        """Whether a motion keeps its clearance from all added solids.
 
         Args:
             motion: A stored motion.
@@ -58,13 +58,13 @@ class Revalidation:
         return not self.change.came or self._is_free(motion, self._new[_case(motion)], motion.clearance)
 
     def proven_motion(self, motion: CoarseMotion) -> CoarseMotion | None:
-        """Prove a motion in the cell as it is now.
+        """Prove a motion in the changed cell.
 
         Args:
             motion: A stored motion with its trajectory.
 
         Returns:
-            The motion with the clearance that it has now, or None if it is not proven any more.
+            The motion with its new clearance, or None if it is no longer proven.
         """
         validator = self._all[_case(motion)]
         if motion.trajectory is None or not self._is_free(motion, validator, self.cell.clearance):
@@ -74,11 +74,11 @@ class Revalidation:
         return replace(motion, clearance=proven_clearance(motion.trajectory, self._space, validator))
 
     def is_edge_untouched(self, waypoints: Array, pod_poses: PodPoses) -> bool:
-        """Tell whether an edge of the roadmap keeps clear of all that is new.
+        """Whether an edge of the roadmap keeps clear of all added solids.
 
         Args:
             waypoints: (N, n) of the edge.
-            pod_poses: Where the pod stands.
+            pod_poses: Poses of the pod.
 
         Returns:
             True if it need not be proven again.
@@ -86,11 +86,11 @@ class Revalidation:
         return not self.change.came or self._new[_edge(pod_poses)].is_valid_path(waypoints)
 
     def is_edge_proven(self, waypoints: Array, pod_poses: PodPoses) -> bool:
-        """Prove an edge of the roadmap in the cell as it is now.
+        """Prove an edge of the roadmap in the changed cell.
 
         Args:
             waypoints: (N, n) of the edge.
-            pod_poses: Where the pod stands.
+            pod_poses: Poses of the pod.
 
         Returns:
             Whether it is proven.
@@ -98,29 +98,29 @@ class Revalidation:
         return self._all[_edge(pod_poses)].is_valid_path(waypoints)
 
     def is_worth_replanning(self, waypoints: Array, tool_state: ToolState, payload: PayloadClass) -> bool:
-        """Tell whether a polyline that holds for the pod in its place alone may give way to one for any pod.
+        """Whether a polyline proven for the nominal pod pose might be replaced by one for all pod poses.
 
         Args:
             waypoints: (N, n) of the polyline.
-            tool_state: The narrowest state that its ends may have.
-            payload: Class of what is held.
+            tool_state: The narrowest state for its ends.
+            payload: Payload class of the held item.
 
         Returns:
-            Whether it is worth making again.
+            Whether it should be planned again.
         """
         if not (self.change.leaves_room or self._is_way_cleared(waypoints, payload)):
             return False
         return bool(self._all[PodPoses.DISPLACED, tool_state, payload].are_valid(waypoints[[0, -1]]).all())
 
     def _is_way_cleared(self, waypoints: Array, payload: PayloadClass) -> bool:
-        """Whether a polyline met what went away in the sweep of the pod, and nothing that came."""
+        """Whether removed solids blocked a polyline in the pod's sweep, and no added ones block it."""
         case = PodPoses.DISPLACED, MOVING, payload
         if not self.change.went or self._old[case].is_valid_path(waypoints):
             return False
         return not self.change.came or self._new[case].is_valid_path(waypoints)
 
     def _is_free(self, motion: CoarseMotion, validator: SceneChecker, clearance: float) -> bool:
-        """Whether the motion keeps that clearance, and its polyline what polylines keep."""
+        """Whether the motion keeps that clearance, and its polyline the planning margin."""
         assert motion.trajectory is not None
         is_path_free = validator.is_valid_path(motion.path.waypoints)
         return is_path_free and keeps_clearance(motion.trajectory, self._space, validator, clearance)
@@ -140,12 +140,12 @@ class Revalidation:
 
     @cached_property
     def _new(self) -> dict[CheckerKey, SceneChecker]:
-        """Checkers of what is new alone."""
+        """Checkers of only the added solids."""
         return checkers(self._model, RESERVE, self.change.cell_of_came)
 
     @cached_property
     def _old(self) -> dict[CheckerKey, SceneChecker]:
-        """Checkers of what went away alone."""
+        """Checkers of only the removed solids."""
         return checkers(self._model, RESERVE, self.change.cell_of_went)
 
 

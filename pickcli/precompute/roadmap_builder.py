@@ -1,8 +1,8 @@
-"""The offline half after KTH: a roadmap of the named configurations.
+"""Builder of the roadmap of the named configurations, after KTH.
 
-KTH chose configurations by hand and joined them by RRT* (section IV-A.1). Edges lead from each node to its
-k nearest, never as a star around home, so that A* finds a way between two bins that does not pass home; more
-are added until parts are joined and important pairs have a second route.
+KTH chose configurations by hand and joined them by RRT* (section IV-A.1). Here edges lead from each node to
+its k nearest, not as a star around home, so that A* finds a route between two bins that does not pass home;
+more are added until components are joined and critical pairs have a second route.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ from pickcli.roadmap.roadmap_tables import RoadmapGaps
 
 @dataclass(frozen=True)
 class RoadmapReport:
-    """What a build could not do, and what it did beyond the k nearest.
+    """Gaps of a build, and edges added besides the k nearest.
 
     Attributes:
         settings: How the roadmap was built.
         gaps: Named configurations that are not free, and pairs without an edge, with their reasons.
-        bridges: Pairs joined on top, to connect parts that the k nearest left apart.
+        bridges: Additional pairs, joined to connect components of the k nearest.
         n_components: 1 if every node can be reached from every other.
-        routes: Second routes of the important pairs.
-        progress: Of the build in the end: how many tasks were kept from before, and how many done.
+        routes: Second routes of the critical pairs.
+        progress: Final progress of the build: numbers of tasks kept from before, and done.
     """
 
     settings: RoadmapSettings
@@ -55,7 +55,7 @@ class RoadmapReport:
     progress: BuildProgress
 
     def summary(self) -> dict[str, Any]:
-        """Sum up the report.
+        """Summarise the report.
 
         Returns:
             The figures as JSON values.
@@ -74,17 +74,17 @@ def build_roadmap(job: RoadmapEdgeJob, build: Build | None = None) -> tuple[Road
     """Build the roadmap of a cell's named configurations, every edge proven with the cell's clearance.
 
     Edges are proven for the tool in motion (MOVING), so that they hold in each tool state. Each edge depends
-    on its ends and the settings alone.
+    only on its ends and the settings.
 
     Args:
-        job: How edges are made.
-        build: Of that job, where it has a journal or workers; None for this process.
+        job: The job that makes edges.
+        build: Build of that job, with a journal or workers; None for this process.
 
     Returns:
-        The roadmap, and what could not be had.
+        The roadmap, and a report with its gaps.
 
     Raises:
-        InputError: Not one configuration is free.
+        InputError: No configuration is free.
     """
     builder = _Builder(job, build or Build(job))
     builder.join_nearest()
@@ -94,7 +94,7 @@ def build_roadmap(job: RoadmapEdgeJob, build: Build | None = None) -> tuple[Road
 
 
 def _states(tool: Tool) -> str:
-    """The states for which an edge holds, in words; nothing of a tool that has one."""
+    """Describe the tool states for which an edge holds; "" for a tool with one state."""
     states = sorted(tool.states, key=tool.position)
     return f"tool anywhere from {states[0]} to {states[-1]}" if len(states) > 1 else ""
 
@@ -104,7 +104,7 @@ def nearest_pairs(configurations: Array, k: int) -> list[NodePair]:
 
     Args:
         configurations: (N, n) of the nodes.
-        k: How many neighbours, at most.
+        k: Most neighbours.
 
     Returns:
         Pairs of indices (i < j), sorted, every pair once.
@@ -117,7 +117,7 @@ def nearest_pairs(configurations: Array, k: int) -> list[NodePair]:
 
 @dataclass
 class _Builder:
-    """A roadmap that grows."""
+    """A growing roadmap."""
 
     job: RoadmapEdgeJob
     build: Build
@@ -138,16 +138,16 @@ class _Builder:
             )
 
     def join_nearest(self) -> None:
-        """Edges from each node to its k nearest."""
+        """Add edges from each node to its k nearest."""
         self._join(nearest_pairs(self.roadmap.configurations, self.job.settings.n_neighbours))
 
     def join_components(self) -> None:
-        """Edges between parts that are still apart, nearest pairs first, until there are none."""
+        """Add edges between separate components, nearest pairs first, until there are none."""
         while apart := self._pairs_apart():
             self.bridges += self._join(apart[:1])
 
     def add_second_routes(self) -> None:
-        """Add edges until every important pair has two routes that share none, or no edge is left to try."""
+        """Add edges until every critical pair has two edge-disjoint routes, or no edge is left to try."""
         detours, alone, added = [], [], list[NodePair]()
         for names in important_pairs(self.job.cell):
             refused = next((reason for (name,), reason in self.refused if name in names), None)
@@ -164,7 +164,7 @@ class _Builder:
         self.routes = RouteRedundancy(tuple(detours), tuple(alone), joined, n_for_any)
 
     def report(self) -> RoadmapReport:
-        """Report what the build could not do, and what it added beyond the k nearest."""
+        """Report gaps of the build, and edges added besides the k nearest."""
         missing = tuple((self._names(pair), reason) for pair, reason in self.failed.items())
         return RoadmapReport(
             self.job.settings,
@@ -180,12 +180,12 @@ class _Builder:
         if checker.is_valid(named.q):
             self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.tool_state)
         else:
-            # In a single state it may be free, and a move to it possible, but edges are for all of them.
+            # It may be free in a single state, and a move to it possible, but edges must hold for all states.
             reason = checker.explain(named.q).within(_states(self.job.cell.robot.tool))
             self.refused.append(((named.name,), reason))
 
     def _two_routes(self, names: tuple[str, str], added: list[NodePair]) -> EdgeDisjoint:
-        """The routes of a pair, once edges were tried; those found are also noted in ``added``."""
+        """Return the routes of a pair after trying edges; new edges are also appended to ``added``."""
         start, goal = (self.roadmap.names.index(name) for name in names)
         while True:
             found = edge_disjoint(self.roadmap, start, goal)
@@ -195,13 +195,13 @@ class _Builder:
             added += self._join([pair])
 
     def _n_double(self, pairs: Sequence[tuple[str, str]]) -> int:
-        """How many of these pairs have two routes wherever the pod stands."""
+        """Count the pairs that have two routes for all pod poses."""
         part = for_any_pod(self.roadmap)
         ends = [[part.names.index(name) for name in pair] for pair in pairs]
         return sum(len(edge_disjoint(part, start, goal).routes) == 2 for start, goal in ends)
 
     def _join(self, pairs: Sequence[NodePair]) -> list[NodePair]:
-        """Add the edges of these pairs, each planned in the order of the names; those that were found."""
+        """Add the edges of pairs, planned in the order of their names; return the pairs that have one."""
         ordered = [min(pair, pair[::-1], key=self._names) for pair in pairs]
         records = self.build.records([self._names(pair) for pair in ordered])
         found = []
@@ -214,7 +214,7 @@ class _Builder:
         return found
 
     def _pairs_apart(self) -> list[NodePair]:
-        """Pairs of nodes of different parts that have not failed yet, nearest first."""
+        """Return pairs of nodes in different components that have not failed yet, nearest first."""
         label, q = self.roadmap.components(), self.roadmap.configurations
         pairs: Sequence[NodePair] = [
             (i, j) for i in range(len(q)) for j in range(i + 1, len(q)) if label[i] != label[j]

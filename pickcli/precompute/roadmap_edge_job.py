@@ -29,21 +29,21 @@ from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_seed
 
-# Times the edge for the pod in its place: how long one for any pod may be and still be kept instead. RRT*
-# leaves some of that to chance.
+# Factor on the length of the edge for the nominal pod pose, up to which one for all poses is preferred. RRT*
+# varies that much by chance.
 _AS_SHORT = 1.1
 
 
 @dataclass(frozen=True, eq=False)
 class RoadmapEdgeJob:
-    """Edges between named configurations of one cell; the key of a task is the two names, sorted.
+    """Job that makes edges between named configurations of one cell; a task's key is both names, sorted.
 
     Edges are proven for the tool in motion (MOVING), so that they hold in each tool state. An edge's seed
-    follows from the names of its ends.
+    is derived from the names of its ends.
 
     Attributes:
         cell: The cell.
-        settings: How edges are made.
+        settings: Settings of the edges.
     """
 
     cell: Cell
@@ -51,11 +51,11 @@ class RoadmapEdgeJob:
 
     @cached_property
     def inputs(self) -> str:
-        """SHA-256 over all that edges depend on besides the key."""
+        """SHA-256 over all inputs of an edge besides the key."""
         return inputs_digest(self.cell, "roadmap edge", self.settings)
 
     def effort(self, key: Key) -> float:
-        """Estimate the cost of a task: no edge is known to take longer than another.
+        """Estimate the cost of a task; all edges count the same.
 
         Args:
             key: The task.
@@ -72,8 +72,8 @@ class RoadmapEdgeJob:
             key: The task.
 
         Returns:
-            A record with the edge's ``waypoints`` (N, n), ends included, and its mark, or with the reason why
-            there is none.
+            A record with the edge's ``waypoints`` (N, n), ends included, and its mark, or with the reason for
+            its absence.
         """
         wide = self._path(key, PodPoses.DISPLACED)
         if isinstance(wide, Reason):
@@ -85,14 +85,14 @@ class RoadmapEdgeJob:
         return _record(wide)
 
     def _path(self, key: Key, pod_poses: PodPoses) -> JointPath | Reason:
-        """The shortest path found, or why there is none."""
+        """Find the shortest path, or the reason for its absence."""
         validator, settings = self.checkers[pod_poses], self.settings
         seed = derived_seed(settings.seed, "edge", *key)
         q_start, q_goal = (self.cell.configurations[name].q for name in key)
         for name, q in zip(key, (q_start, q_goal), strict=True):
             if not validator.is_valid(q):
                 return validator.explain(q).at(name)
-        # What RRT* needs too long for, RRT-Connect often finds at once.
+        # If RRT* needs too long, RRT-Connect often finds a path at once.
         planners = list(dict.fromkeys((settings.planner, PlannerName.RRT_CONNECT)))
         tries = (self._planned(validator, q_start, q_goal, seed, planner) for planner in planners)
         found = next(filter(None, tries), None)
@@ -112,7 +112,7 @@ class RoadmapEdgeJob:
         return plan(validator, self.space, q_start, q_goal[None], seed=seed, options=options)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Without what was made for the work: that belongs to this process.
+        # Without cached helpers, which belong to this process.
         return RoadmapEdgeJob, (self.cell, self.settings)
 
     @cached_property
@@ -122,12 +122,12 @@ class RoadmapEdgeJob:
 
     @property
     def checker(self) -> MotionValidator:
-        """Proves configurations and edges for the pod in its place."""
+        """Checker of configurations and edges for the nominal pod pose."""
         return self.checkers[PodPoses.NOMINAL]
 
     @cached_property
     def checkers(self) -> dict[PodPoses, MotionValidator]:
-        """Prove configurations and edges."""
+        """Checkers of configurations and edges, by poses of the pod."""
         model = CollisionModel(self.cell)
         return {
             pod_poses: checker(model, MOVING, PayloadClass.EMPTY, RESERVE, pod_poses)
@@ -143,7 +143,7 @@ def _record(path: JointPath | Reason, why_nominal: str = "") -> JobResult:
 
 
 def mark_of(record: JobResult) -> PodValidity:
-    """Tell for which pods what a record holds was proven.
+    """Return the pod validity of an edge's record.
 
     Args:
         record: Record of an edge.

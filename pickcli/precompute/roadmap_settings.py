@@ -1,4 +1,4 @@
-"""How a roadmap is built. Imports stay light: `--help` reads the defaults from here."""
+"""Build settings of a roadmap. Keep imports light: `--help` reads the defaults from here."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from pickcli.path_planning.planner_names import PlannerName
 
 @dataclass(frozen=True)
 class RoadmapSettings:
-    """How a roadmap is built; all of it is stored with the result.
+    """Build settings of a roadmap, stored with the result.
 
     Attributes:
-        planner: Of the edges; where it gives up, RRT-Connect tries.
+        planner: Planner of the edges; if it fails, RRT-Connect is tried.
         n_neighbours: k, edges are tried from each node to its k nearest.
-        max_iterations: Of a planner for one edge; RRT* uses them all unless the straight edge is free.
+        max_iterations: Iterations of a planner for one edge; RRT* uses them all unless the straight edge is
+            free.
         n_shortcuts: Shortcuts tried on the path of an edge.
         seed: Seed from which those of the edges are derived.
     """

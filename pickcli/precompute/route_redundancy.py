@@ -1,6 +1,6 @@
-"""Second routes: edges are added until important pairs have one that shares no edge with the first.
+"""Second routes: edges are added until critical pairs have a route that shares no edge with the first.
 
-A single RRT* is a tree: one blocked edge parts it. What joins the k nearest is better, but promises nothing.
+A single RRT* is a tree: one blocked edge disconnects it. Joining the k nearest is better, but no guarantee.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from pickcli.precompute.critical_pairs import NamePair
 from pickcli.roadmap.edge_disjoint import EdgeDisjoint, crossing
 from pickcli.roadmap.graph import Roadmap
 
-NodePair = tuple[int, int]  # numbers of two nodes
+NodePair = tuple[int, int]  # indices of two nodes
 
-# Failures across one cut after which no more is tried: what has failed so often is walled in, and each costs
-# a whole run of the planner.
+# Failures across one cut after which no more edges are tried: by then the node is probably walled in, and
+# each try costs a whole run of the planner.
 MOST_TRIES = 24
 
 
 @dataclass(frozen=True)
 class RouteRedundancy:
-    """Which important pairs have a second route, and which have none.
+    """Second routes of the critical pairs.
 
     Attributes:
         detours: Pairs with a second route, and its length over that of the first.
         without_second_route: Pairs without one, and why.
-        added: Edges that were added to make second routes.
-        n_for_any_pod: Pairs that have one even by only those edges that hold for any displaced pod.
+        added: Edges that were added for second routes.
+        n_for_any_pod: Number of pairs with a second route for all pod poses.
     """
 
     detours: tuple[tuple[NamePair, float], ...] = ()
@@ -41,7 +41,7 @@ class RouteRedundancy:
     n_for_any_pod: int = 0
 
     def summary(self) -> dict[str, Any]:
-        """Sum up the routes.
+        """Summarise the routes.
 
         Returns:
             The figures as JSON values.
@@ -60,7 +60,7 @@ class RouteRedundancy:
 
 
 def edge_to_try(roadmap: Roadmap, side: frozenset[int], failed: Collection[NodePair]) -> NodePair | None:
-    """Choose the nearest two nodes on two sides of a cut that could still be joined across it.
+    """Choose the nearest two nodes on the two sides of a cut that could still be joined.
 
     Args:
         roadmap: The roadmap so far.
@@ -78,11 +78,11 @@ def edge_to_try(roadmap: Roadmap, side: frozenset[int], failed: Collection[NodeP
 
 
 def missing_redundancy(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[NodePair, Reason]) -> Reason:
-    """Tell why two nodes have fewer than two routes: the edge that all need, and what was tried beside it.
+    """Explain why two nodes have fewer than two routes: the edge that all need, and what else was tried.
 
     Args:
         roadmap: The roadmap.
-        found: The routes that there are, and the cut.
+        found: The existing routes, and the cut.
         failed: Pairs that have no path, and why.
 
     Returns:
@@ -98,13 +98,13 @@ def missing_redundancy(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[No
 
 
 def for_any_pod(roadmap: Roadmap) -> Roadmap:
-    """Leave out the edges that are not proven wherever the pod stands within its bounds.
+    """Drop the edges that are not proven for all pod poses.
 
     Args:
         roadmap: The roadmap.
 
     Returns:
-        The same nodes with the other edges.
+        The same nodes with the remaining edges.
     """
     kept = [m for m, mark in enumerate(roadmap.marks) if mark.pod_poses is PodPoses.DISPLACED]
     part = replace(
@@ -117,7 +117,7 @@ def for_any_pod(roadmap: Roadmap) -> Roadmap:
 
 
 def detour(found: EdgeDisjoint) -> float:
-    """Compare the two routes of a pair.
+    """Return the ratio of the two routes of a pair.
 
     Args:
         found: Two routes.

@@ -2,10 +2,10 @@
 
 Read in this order:
 
-- The roadmap and the ways through it: `graph`, `astar`; two routes that share no edge: `edge_disjoint`.
-- A query: `query`, with the `connection` of start and goal, the `query_graph` that has both, and
-  `roadmap_search`. What it finds and no file held is `query_experience`; `merge_edges` adds it to a roadmap.
+- The roadmap and routes through it: `graph`, `astar`; two routes that share no edge: `edge_disjoint`.
+- A query: `query`, with the `connection` of start and goal, the `query_graph` with both, and
+  `roadmap_search`. New paths that it finds are `query_experience`; `merge_edges` adds them to a roadmap.
 - Stored motions: `trajectory_database`.
 - Files: `store`; `roadmap_tables` and `database_tables` with the `common_columns` of both, `validate` for
-  what is read, `recovered_content` for what is left of a damaged file, `statistics` for what is in one.
+  their content, `recovered_content` for the intact part of a damaged file, `statistics` for a summary.
 """

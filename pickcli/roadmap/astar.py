@@ -13,24 +13,24 @@ from pickcli.geometry import Array
 
 
 class Graph(Protocol):
-    """What is searched: a roadmap, or one with more nodes and edges behind its own."""
+    """A graph to be searched: a roadmap, or a query graph, which adds nodes and edges to one."""
 
     @property
     def configurations(self) -> Array:
-        """(N, n) of the nodes."""
+        """(N, n) configurations of the nodes."""
 
     @property
     def lengths(self) -> Array:
-        """(M,) of the edges, never less than the distance of their ends."""
+        """(M,) lengths of the edges, never less than the distance of their ends."""
 
     @property
     def neighbours(self) -> tuple[tuple[tuple[int, int], ...], ...]:
-        """For each node its (edge, other node)."""
+        """For each node its pairs (edge, other node)."""
 
 
 @dataclass(frozen=True)
 class Route:
-    """A way through the graph.
+    """A path in the graph.
 
     Attributes:
         nodes: Indices of the nodes, from the start to the goal.
@@ -51,18 +51,18 @@ def shortest_route(
 ) -> tuple[Route | None, tuple[int, ...]]:
     """Find the shortest route from start to any of the goals along valid edges.
 
-    Lazy (after Dellin and Srinivasa 2016): only the edges of a route that would win are asked about, each
-    at most once; one that fails is dropped for this query and the search goes on. So the answer is the
-    shortest route of the graph as it would be without all invalid edges.
+    Lazy (after Dellin and Srinivasa 2016): only the edges of the currently best route are validated, each at
+    most once; an invalid edge is dropped for this query and the search continues. So the result is the
+    shortest route of the graph without all invalid edges.
 
     Args:
-        graph: What is searched.
+        graph: The graph.
         start: Index of the node to start from.
         goals: Indices of the nodes to reach, one of which is enough.
-        edge_is_valid: Tells of an edge, by its index, whether it is free now.
+        edge_is_valid: Whether the edge with an index is free now.
 
     Returns:
-        The route, None if there is none, and the indices of the edges dropped.
+        The route, None if there is none, and the indices of the dropped edges.
     """
     valid: set[int] = set()
     dropped: list[int] = []
@@ -87,7 +87,7 @@ def _first_failing(route: Route, valid: set[int], edge_is_valid: Callable[[int],
 
 
 def _to_nearest(graph: Graph, goals: Sequence[int]) -> list[float]:
-    """Distance of each node to the nearest goal: never more than the way there."""
+    """Return the distance of each node to the nearest goal, a lower bound of the route's length."""
     if not goals:
         return []
     to_goals = graph.configurations[:, None, :] - graph.configurations[list(goals)][None]
@@ -103,7 +103,7 @@ def _search(
     lengths: Sequence[float],
     dropped: frozenset[int],
 ) -> Route | None:
-    """The shortest way to any goal, by A* on plain lists."""
+    """Find the shortest route to any goal, by A* on plain lists."""
     if not goals:
         return None
     targets = set(goals)

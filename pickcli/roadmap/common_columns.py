@@ -1,4 +1,4 @@
-"""Columns of roadmap and database alike: reasons for what is missing, and for which pods a row holds."""
+"""Columns that roadmap and database files share: reasons for gaps, and the pod validity of rows."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ MARK = ("pod_poses", "why_nominal")  # fields of a table, both TEXT
 
 
 def mark_columns(marks: Sequence[PodValidity]) -> Columns:
-    """Lay out one validity per row as columns of a table.
+    """Lay out the pod validity of each row as columns of a table.
 
     Args:
-        marks: For which pods each row holds.
+        marks: Pod validity of each row.
 
     Returns:
         The columns by name.
@@ -26,40 +26,40 @@ def mark_columns(marks: Sequence[PodValidity]) -> Columns:
 
 
 def marks_of(file: StoredFile, table: str) -> tuple[PodValidity, ...]:
-    """Read the validity of each row of a table.
+    """Read the pod validity of each row of a table.
 
     Args:
         file: The open file.
         table: Name of the table.
 
     Returns:
-        For which pods each row holds.
+        Pod validity of each row.
 
     Raises:
-        ValueError: A row names no poses of the pod that are known.
+        ValueError: A row has an unknown value for the poses of the pod.
     """
     found, reasons = (file.texts(table, name) for name in MARK)
     return tuple(PodValidity(PodPoses(pod_poses), why) for pod_poses, why in zip(found, reasons, strict=True))
 
 
 def row_mark(row: Any) -> PodValidity:
-    """Read the validity of one row of a table.
+    """Read the pod validity of one row of a table.
 
     Args:
         row: Record of the table.
 
     Returns:
-        For which pods the row holds.
+        The pod validity.
 
     Raises:
-        ValueError: The row names no poses of the pod that are known.
+        ValueError: The row has an unknown value for the poses of the pod.
     """
     pod_poses, why_nominal = (bytes(row[name]).decode() for name in MARK)
     return PodValidity(PodPoses(pod_poses), why_nominal)
 
 
 def reason_table(*names: str) -> Table:
-    """Describe a table of what a build could not have: names per row, and the three parts of a Reason.
+    """Describe a table of gaps of a build: names per row, and the three parts of a Reason.
 
     Args:
         *names: Columns of names.
@@ -71,7 +71,7 @@ def reason_table(*names: str) -> Table:
 
 
 def reason_columns(names: Sequence[str], rows: Sequence[tuple[Sequence[str], Reason]]) -> Columns:
-    """Lay out what a build could not have as the columns of a table of reasons.
+    """Lay out the gaps of a build as the columns of a table of reasons.
 
     Args:
         names: Columns of names.

@@ -1,4 +1,4 @@
-"""Links from a configuration to the roadmap."""
+"""Connections from a configuration to the roadmap."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from pickcli.seeds import derived_seed
 
 @dataclass(frozen=True)
 class QueryOptions:
-    """How hard a coarse query tries. Everything is counted, nothing is timed.
+    """Effort of a coarse query. All limits are counts, not times.
 
     Attributes:
-        planner: The planner that is asked where the roadmap does not help.
-        max_iterations: Of the planner, each time that it is asked.
-        n_nearest: Nodes that a start or goal is linked to, at most.
-        n_goals: Goals that are linked to the roadmap, nearest first.
-        n_planned_goals: Goals for which the planner searches a link, if no goal has a straight one.
-        n_shortcuts: Shortcuts tried on a path that was found.
-        enough: Times the straight line's duration: nothing quicker is searched for.
-        n_competing_plans: Ways of the planner that compete with the roadmap's, each with a seed of its own.
+        planner: The planner that is used if the roadmap does not help.
+        max_iterations: Iterations of each run of the planner.
+        n_nearest: Most nodes that a start or goal is connected to.
+        n_goals: Most goals that are connected to the roadmap, nearest first.
+        n_planned_goals: Goals for which the planner searches a connection, if no goal has a straight one.
+        n_shortcuts: Shortcuts tried on a path.
+        enough: Factor on the straight line's duration, below which the search ends.
+        n_competing_plans: Paths of the planner that compete with the roadmap's, each with its own seed.
     """
 
     planner: PlannerName = PlannerName.RRT_CONNECT
@@ -50,12 +50,12 @@ class PlanningProblem:
 
     Attributes:
         roadmap: The stored roadmap.
-        checker: Proves configurations and edges in the scene as it is.
+        checker: Proves configurations and edges in the current scene.
         space: The joints, their limits and speeds.
         q_start: (n,) configuration.
-        goals: (G, n) configurations; the searches take them to be free, and the cheapest to come first.
+        goals: (G, n) configurations; the searches assume them free, and sorted by cost.
         seed: Seed from which those of the planner are derived.
-        options: How hard to try.
+        options: Effort of the search.
     """
 
     roadmap: Roadmap
@@ -67,12 +67,12 @@ class PlanningProblem:
     options: QueryOptions = DEFAULT_OPTIONS
 
     def plan(self, q: Array, goals: Array, task: str) -> Array | None:
-        """Ask the planner for a path to one of some goals.
+        """Run the planner for a path to one of some goals.
 
         Args:
             q: (n,) configuration to start from.
             goals: (G, n) configurations, one of which is enough.
-            task: Names the seed: the same task has the same seed.
+            task: Name from which the seed is derived.
 
         Returns:
             Proven waypoints (K, n), or None if the planner gave up.
@@ -102,16 +102,16 @@ class Connection:
 
 
 def straight_connections(problem: PlanningProblem, q: Array) -> list[Connection]:
-    """Link a configuration by straight proven edges to those of the nearest nodes that have one.
+    """Connect a configuration by straight proven edges to all of the nearest nodes for which that succeeds.
 
-    A configuration that is a node is linked to it by a polyline of one point, and to nothing else.
+    A configuration that is a node is connected only to it, by a polyline of one point.
 
     Args:
         problem: The query.
-        q: (n,) configuration to link.
+        q: (n,) configuration to connect.
 
     Returns:
-        The links, nearest node first; empty if there is none.
+        The connections, nearest node first; empty if there is none.
     """
     links = []
     for node in problem.roadmap.nearest(q, problem.options.n_nearest):
@@ -124,15 +124,15 @@ def straight_connections(problem: PlanningProblem, q: Array) -> list[Connection]
 
 
 def planned_connection(problem: PlanningProblem, q: Array, task: str) -> list[Connection]:
-    """Link a configuration, by the planner, to whichever of the nearest nodes it reaches first.
+    """Connect a configuration, by the planner, to the one of the nearest nodes that it reaches first.
 
     Args:
         problem: The query.
-        q: (n,) configuration to link.
-        task: Names the planner's seed.
+        q: (n,) configuration to connect.
+        task: Name from which the planner's seed is derived.
 
     Returns:
-        At most one link.
+        At most one connection.
     """
     nodes = problem.roadmap.nearest(q, problem.options.n_nearest)
     waypoints = problem.plan(q, problem.roadmap.configurations[nodes], task) if nodes else None

@@ -1,4 +1,4 @@
-"""How a trajectory database lies in its file. See docs/formats/hdf5.md."""
+"""Tables of a trajectory database in its file. See docs/formats/hdf5.md."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from pickcli.roadmap.trajectory_database import (
 from pickcli.storage.table_format import NUMBER, TEXT, Columns, FileContent, FileFormat, Table
 from pickcli.storage.table_reader import StoredFile
 
-Missing = tuple[MotionKey, Reason]  # a motion that could not be had, and why
+Missing = tuple[MotionKey, Reason]  # a motion that was not found, and why
 
 NAMES = ("start", "goal", "payload")
 
@@ -55,16 +55,16 @@ DATABASE = FileFormat(
 def database_content(
     database: TrajectoryDatabase, fingerprint: str, made: Mapping[str, Any], missing: Sequence[Missing]
 ) -> FileContent:
-    """Lay out a database with its timed points as its file holds it.
+    """Lay out a database with its timed points as the content of its file.
 
     Args:
         database: The motions.
-        fingerprint: Fingerprint of the cell that they are for.
+        fingerprint: Fingerprint of the motions' cell.
         made: How the database was built, as JSON values.
-        missing: Motions that the build could not have.
+        missing: Motions that the build did not find.
 
     Returns:
-        What is to be written.
+        The content to be written.
 
     Raises:
         ValueError: The database was loaded without its timed points.
@@ -98,10 +98,10 @@ def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:
         points: Whether to read the timed points as well.
 
     Returns:
-        The database; its ``points`` are None unless asked for.
+        The database; its ``points`` are None unless requested.
 
     Raises:
-        ValueError: The content makes no sense.
+        ValueError: The content is inconsistent.
     """
     table = file.tables["motions"]
     waypoints, offsets = file.pieces("waypoints")
@@ -123,7 +123,7 @@ def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:
 
 
 def row_of(file: StoredFile, key: MotionKey) -> int | None:
-    """Find the row of a motion, in the direction in which it is stored.
+    """Find the row of a motion in its stored direction.
 
     Args:
         file: The open file.
@@ -151,7 +151,7 @@ def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: 
         The motion.
 
     Raises:
-        ValueError: A name is unknown, or the points do not have that many columns.
+        ValueError: A name is unknown, or the points have a wrong number of columns.
     """
     start, goal, payload, tool_state = (bytes(row[name]).decode() for name in (*NAMES, "tool_state"))
     return CoarseMotion(
@@ -167,7 +167,7 @@ def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: 
 
 
 def missing_of(file: StoredFile) -> tuple[Missing, ...]:
-    """Read what the build of a database could not have.
+    """Read the motions that the build of a database did not find.
 
     Args:
         file: The open file.
@@ -185,7 +185,7 @@ def missing_row(row: Any) -> Missing:
         row: Record of the table.
 
     Returns:
-        The motion that could not be had, and the reason.
+        The motion that was not found, and the reason.
     """
     return _missing(*reason_row(NAMES, row))
 
@@ -195,12 +195,12 @@ def _missing(names: Sequence[str], reason: Reason) -> Missing:
 
 
 def _points(timed: Trajectory) -> Array:
-    """(P, 1 + 3 n): time, positions, velocities, accelerations side by side."""
+    """Return (P, 1 + 3 n): time, positions, velocities, accelerations side by side."""
     return np.column_stack([timed.times, timed.positions, timed.velocities, timed.accelerations])
 
 
 def _parts(points: Array) -> tuple[Array, Array, Array, Array]:
-    """Times (P,), positions, velocities, accelerations (P, n each). Raises ValueError."""
+    """Split into times (P,), positions, velocities, accelerations (P, n each). Raises ValueError."""
     n, rest = divmod(points.shape[1] - 1, 3)
     if rest:
         raise ValueError(f"timed points of {points.shape[1]} columns")

@@ -1,4 +1,4 @@
-"""Two routes that share no edge: what is left when an edge of the best route turns out to be blocked."""
+"""Edge-disjoint routes: a second route remains if an edge of the best one is blocked."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import numpy as np
 from pickcli.roadmap.astar import Route
 from pickcli.roadmap.graph import Roadmap
 
-# An edge that carries a route, and the node that it carries it away from. Nothing is carried twice.
+# By edge that carries a route: the node that it leads away from. No edge carries two.
 Flow = dict[int, int]
 
-# Two ways round a circle must not look different by a rounding: the search would go round for ever.
+# Two ways round a cycle must not differ by rounding: the search would loop forever.
 _ROUNDING = 1e-12
 
 
@@ -23,9 +23,10 @@ class EdgeDisjoint:
     """At most two routes between two nodes.
 
     Attributes:
-        routes: None, the only one, or the two that share no edge and are shortest in sum; the shorter first.
-        side: With fewer than two, the nodes on the start's side of a cut that at most one edge crosses; else
-            none.
+        routes: None, the only one, or the two without a common edge and with the least total length; the
+            shorter first.
+        side: If fewer than two, the nodes on the start's side of a cut that at most one edge crosses; else
+            empty.
     """
 
     routes: tuple[Route, ...]
@@ -33,11 +34,11 @@ class EdgeDisjoint:
 
 
 def edge_disjoint(roadmap: Roadmap, start: int, goal: int) -> EdgeDisjoint:
-    """Find the two routes between two nodes that share no edge and are shortest in sum.
+    """Find the two routes between two nodes that share no edge and have the least total length.
 
-    A flow of two units of least cost, by two shortest ways through what the flow leaves free (Suurballe 1974;
-    Bhandari 1999). By Menger's theorem there are no two exactly where a cut of at most one edge parts the
-    nodes; the nodes that a further way could still reach are one side of such a cut.
+    A minimum-cost flow of two units, found by two shortest paths in the residual graph (Suurballe 1974;
+    Bhandari 1999). By Menger's theorem there are no two routes exactly if a cut of at most one edge separates
+    the nodes; the nodes that a further path could still reach are one side of such a cut.
 
     Args:
         roadmap: The graph.
@@ -45,7 +46,7 @@ def edge_disjoint(roadmap: Roadmap, start: int, goal: int) -> EdgeDisjoint:
         goal: Index of another node.
 
     Returns:
-        The routes or, where there are fewer than two, the cut as well.
+        The routes and, if there are fewer than two, the cut.
     """
     flow: Flow = {}
     for found in range(2):
@@ -70,9 +71,9 @@ def crossing(roadmap: Roadmap, side: frozenset[int]) -> tuple[int, ...]:
 
 
 def _shortest_ways(roadmap: Roadmap, start: int, flow: Mapping[int, int]) -> dict[int, tuple[int, int]]:
-    """For each node that can be reached, the (node, edge) before it on the shortest way.
+    """Return for each reachable node the (node, edge) before it on the shortest way.
 
-    Way back along the flow is allowed and gives its cost back (Bellman and Ford, for costs below zero).
+    Edges may be traversed against the flow, which refunds their cost (Bellman and Ford, for negative costs).
     """
     lengths = roadmap.lengths.tolist()
     cost, came, queue = {start: 0.0}, {start: (start, -1)}, deque([start])
@@ -90,7 +91,7 @@ def _shortest_ways(roadmap: Roadmap, start: int, flow: Mapping[int, int]) -> dic
 
 
 def _send(start: int, goal: int, came: Mapping[int, tuple[int, int]], flow: Flow) -> None:
-    """One more unit along the way to the goal; what goes back along the flow takes it away."""
+    """Add one unit of flow along the way to the goal; an edge traversed against the flow loses it."""
     node = goal
     while node != start:
         node, edge = came[node]
@@ -101,7 +102,7 @@ def _send(start: int, goal: int, came: Mapping[int, tuple[int, int]], flow: Flow
 
 
 def _routes(roadmap: Roadmap, start: int, goal: int, flow: Flow, count: int) -> tuple[Route, ...]:
-    """The flow taken apart, shortest route first."""
+    """Decompose the flow into routes, shortest first."""
     leaving: dict[int, list[int]] = {}
     for edge in sorted(flow):
         leaving.setdefault(flow[edge], []).append(edge)

@@ -21,20 +21,20 @@ IntArray = NDArray[np.int64]
 class Roadmap:
     """An undirected graph after KTH (section IV): each edge carries its own polyline.
 
-    The polylines lie one after the other in ``waypoints``; edge m owns rows offsets[m]:offsets[m + 1],
-    its ends included, from node edges[m, 0] to node edges[m, 1].
+    The polylines are stored one after the other in ``waypoints``; edge m has rows offsets[m]:offsets[m + 1],
+    ends included, from node edges[m, 0] to node edges[m, 1].
 
     Attributes:
         joint_names: Names of the n joints.
-        configurations: (N, n) of the nodes.
+        configurations: (N, n) configurations of the nodes.
         names: (N,), "" for a node without a name.
-        tool_states: (N,) the state that each node is meant for.
+        tool_states: (N,) tool state that each node is meant for.
         edges: (M, 2) indices of the nodes that each edge joins.
         lengths: (M,) Euclidean length of the polyline (mixed m and rad), the cost.
         waypoints: (W, n) of all polylines.
         offsets: (M + 1,) rows at which the polylines begin, and W.
-        proven_for: The state of the tool in which every edge was proven when it was made.
-        marks: (M,) for which pods each edge was proven.
+        proven_for: The tool state in which every edge was proven.
+        marks: (M,) pod validity of each edge.
     """
 
     joint_names: tuple[str, ...]
@@ -54,7 +54,7 @@ class Roadmap:
 
         Args:
             joint_names: Names of the n joints.
-            proven_for: The state of the tool in which its edges will be proven.
+            proven_for: The tool state in which its edges will be proven.
 
         Returns:
             The roadmap.
@@ -77,7 +77,7 @@ class Roadmap:
 
     @cached_property
     def neighbours(self) -> tuple[tuple[tuple[int, int], ...], ...]:
-        """For each node its (edge, other node), in order of the edges."""
+        """For each node its pairs (edge, other node), in order of the edges."""
         lists: list[list[tuple[int, int]]] = [[] for _ in range(self.n_nodes)]
         for m, (a, b) in enumerate(self.edges.tolist()):
             lists[a].append((m, b))
@@ -89,7 +89,7 @@ class Roadmap:
 
         Args:
             edge: Index of the edge.
-            start: The end of the edge that the polyline is to leave from; None for the direction stored.
+            start: The node at which the polyline starts; None for the stored direction.
 
         Returns:
             (K, n) configurations, both ends included.
@@ -113,7 +113,7 @@ class Roadmap:
 
         Args:
             q: (n,) configuration.
-            k: How many nodes, at most.
+            k: Most nodes.
 
         Returns:
             Indices, nearest first; ties by index.
@@ -143,7 +143,7 @@ class Roadmap:
         Args:
             q: (n,) configuration.
             name: Its name, "" for none.
-            tool_state: The state of the tool that it is meant for.
+            tool_state: The tool state that it is meant for.
 
         Returns:
             The larger roadmap, and the index of the node.
@@ -160,10 +160,10 @@ class Roadmap:
         """Add one edge.
 
         Args:
-            a: Index of the node that the polyline leaves.
-            b: Index of the node that it reaches.
+            a: Index of the node at which the polyline starts.
+            b: Index of the node at which it ends.
             waypoints: (K, n) proven polyline.
-            mark: For which pods it was proven.
+            mark: Pod validity of the edge.
 
         Returns:
             The larger roadmap; the new edge has the last index.
@@ -175,7 +175,7 @@ class Roadmap:
         return replace(enlarged, marks=(*self.marks, mark))
 
     def with_edges(self, new: Sequence[tuple[int, int, Array]]) -> Roadmap:
-        """Add at least one edge, proven for the pod in its place.
+        """Add at least one edge, proven for the nominal pod pose.
 
         Args:
             new: Each (node a, node b, proven polyline (K, n) from a to b).
@@ -205,7 +205,7 @@ class Roadmap:
         """Find the connected components.
 
         Returns:
-            (N,) for each node the smallest index of the nodes that it is connected with.
+            (N,) for each node the smallest index in its component.
         """
         label = np.arange(self.n_nodes, dtype=np.int64)
         for a, b in self.edges.tolist():

@@ -1,4 +1,4 @@
-"""Giving a roadmap more polylines: without doubles, and not without end."""
+"""Merging of new polylines into a roadmap, without duplicates."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.roadmap.graph import Roadmap
 
-# Euclidean, rad and m: two polylines whose ends are so near to each other lead to the same places.
+# Euclidean, rad and m: polylines whose ends are within this distance count as joining the same places.
 SAME_PLACE = 0.05
 
 
 def with_polylines(roadmap: Roadmap, polylines: Sequence[Array]) -> Roadmap:
-    """Add proven polylines as edges, those left out that double another edge.
+    """Add proven polylines as edges, except for those that duplicate another edge.
 
-    Their ends become nodes without a name, or are the nodes of exactly those configurations.
+    Their ends become nodes without names, unless nodes with exactly these configurations exist.
 
     Args:
         roadmap: The roadmap.
@@ -40,14 +40,14 @@ def with_polylines(roadmap: Roadmap, polylines: Sequence[Array]) -> Roadmap:
 
 
 def without_doubles(stored: Sequence[Array], polylines: Sequence[Array]) -> list[Array]:
-    """Leave out polylines whose ends another polyline already joins, in either direction.
+    """Drop polylines whose ends are already joined by another polyline, in either direction.
 
     Args:
-        stored: Polylines that are there, each (K, n).
-        polylines: Polylines that may be added, each (K, n).
+        stored: Existing polylines, each (K, n).
+        polylines: New polylines, each (K, n).
 
     Returns:
-        Those of ``polylines`` that lead where none of ``stored``, and none before them, leads.
+        Those of ``polylines`` whose ends no polyline of ``stored``, and none before them, joins.
     """
     every = [*stored, *polylines]
     ends = np.array([polyline[[0, -1]] for polyline in every])  # (M, 2, n)
@@ -63,5 +63,5 @@ def without_doubles(stored: Sequence[Array], polylines: Sequence[Array]) -> list
 
 
 def _distances(ends: Array, pair: Array) -> Array:
-    """(M,): how far the farther end of each pair (M, 2, n) is from its own of another pair (2, n)."""
+    """Return (M,) the larger distance of the ends of each pair (M, 2, n) from those of a pair (2, n)."""
     return np.asarray(np.linalg.norm(ends - pair, axis=2).max(axis=1))

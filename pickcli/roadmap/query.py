@@ -1,4 +1,4 @@
-"""Coarse queries: straight edge, else the best of what roadmap and planner have."""
+"""Coarse queries: a straight edge, else the best path of roadmap and planner."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pickcli.seeds import derived_seed
 
 
 class RouteSource(StrEnum):
-    """Who answered a query."""
+    """Origin of a query's result."""
 
     STRAIGHT = "straight edge"
     ROADMAP = "roadmap"
@@ -35,11 +35,11 @@ class CoarseRoute:
     Attributes:
         path: The motion, from the start to one of the goals.
         goal: Index into the goals of the query.
-        source: Who found it.
-        nodes: Roadmap nodes on the way before shortening, by name or #index.
+        source: Origin of the motion.
+        nodes: Roadmap nodes along it before shortening, by name or #index.
         dropped: Stored edges that are not free in this scene, by the names of their ends.
-        new: Polylines (K, n) that the roadmap could be given: links of start and goal, or the way beside it;
-            of a straight edge none, as it is found as soon as it is looked for.
+        new: New polylines (K, n) for the roadmap: connections of start and goal, or the planner's path; none
+            for a straight edge, which needs no search.
     """
 
     path: JointPath
@@ -51,22 +51,22 @@ class CoarseRoute:
 
 
 def query(problem: PlanningProblem, label: str = "coarse motion") -> CoarseRoute:
-    """Plan the coarse motion from a start to whichever goal is quickest to reach.
+    """Plan the coarse motion from a start to the goal that is reached fastest.
 
-    The straight edge to the cheapest goal that has one wins at once. Otherwise start and goals are linked
-    to the roadmap and A* searches it, every stored edge being proven again in the scene as it is. Where
-    that takes longer than the straight line almost would, the planner competes, a few times. All are
-    shortened; every edge is proven by the problem's checker. Same arguments, same bytes.
+    A straight edge to the cheapest goal that has one is returned at once. Otherwise start and goals are
+    connected to the roadmap and A* searches it; every stored edge is proven again in the current scene. If
+    that takes longer than about the straight line's duration, the planner competes, a few times. All paths
+    are shortened; every edge is proven by the problem's checker. The same arguments give the same bytes.
 
     Args:
-        problem: The start and the goals, in any order, of which some may not be free.
-        label: What is planned, for messages.
+        problem: The start and the goals, in any order; some goals may not be free.
+        label: Name of the motion, for messages.
 
     Returns:
         The motion.
 
     Raises:
-        NoPlanError: An end is not free, or the planner gave up; with the reasons.
+        NoPlanError: Start or goals are not free, or the planner gave up; with the reasons.
     """
     space, q_start, goals = problem.space, problem.q_start, problem.goals
     free = _free_goals(problem, label)
@@ -77,7 +77,7 @@ def query(problem: PlanningProblem, label: str = "coarse motion") -> CoarseRoute
 
 
 def _free_goals(problem: PlanningProblem, label: str) -> list[int]:
-    """Indices of the usable goals, at least one; NoPlanError if none is, or the start is not."""
+    """Return indices of the usable goals, at least one; raise NoPlanError if none is, or the start is not."""
     if (reason := _why_not(problem, problem.q_start, "start")) is not None:
         raise NoPlanError(label, [reason])
     reasons = [_why_not(problem, goal, f"goal {g}") for g, goal in enumerate(problem.goals)]
@@ -88,7 +88,7 @@ def _free_goals(problem: PlanningProblem, label: str) -> list[int]:
 
 
 def _why_not(problem: PlanningProblem, q: Array, where: str) -> Reason | None:
-    """What makes a configuration (n,) unusable, or None."""
+    """Return the reason that makes a configuration (n,) unusable, or None."""
     if not problem.space.holds(q):
         return Reason("joint limit", where, _outside(problem.space, q))
     if not problem.checker.is_valid(q):
@@ -97,7 +97,7 @@ def _why_not(problem: PlanningProblem, q: Array, where: str) -> Reason | None:
 
 
 def _outside(space: JointSpace, q: Array) -> str:
-    """Which joint breaks its limit by how much."""
+    """Describe which joint violates its limit, and by how much."""
     if np.shape(q) != (space.n,) or not np.all(np.isfinite(q)):
         return f"expected {space.n} finite numbers"
     excess = np.maximum(space.lower - q, q - space.upper)
@@ -106,7 +106,7 @@ def _outside(space: JointSpace, q: Array) -> str:
 
 
 def _straight(problem: PlanningProblem) -> CoarseRoute | None:
-    """The straight edge to the first goal that has one."""
+    """Return the straight edge to the first goal that has one."""
     for goal in problem.goals:
         if problem.checker.is_valid_edge(problem.q_start, goal):
             path = JointPath(problem.space.joint_names, np.stack([problem.q_start, goal]))
@@ -115,7 +115,7 @@ def _straight(problem: PlanningProblem) -> CoarseRoute | None:
 
 
 def _quickest(problem: PlanningProblem, label: str) -> CoarseRoute:
-    """The roadmap's answer or one of the planner's, whichever takes least time."""
+    """Return the fastest of the routes of roadmap and planner."""
     enough = problem.options.enough * _duration(problem, np.stack([problem.q_start, problem.goals[0]]))
     best, least = None, np.inf
     for route in _competing_routes(problem):
@@ -130,14 +130,14 @@ def _quickest(problem: PlanningProblem, label: str) -> CoarseRoute:
 
 
 def _why_none(problem: PlanningProblem) -> Failures:
-    """Reasons: no planner found a path, and what stands in the straight way to each goal."""
+    """Return the reasons: no planner found a path, and the obstacles on the straight line to each goal."""
     detail = f"{problem.options.planner} gave up after {problem.options.max_iterations} iterations"
     met = (problem.checker.explain_edge(problem.q_start, goal) for goal in problem.goals)
     return Failures.of(Reason("no path", "", detail), *met)
 
 
 def _competing_routes(problem: PlanningProblem) -> Iterator[CoarseRoute]:
-    """The way through the roadmap, then the planner's ways until it fails."""
+    """Yield the route through the roadmap, then the planner's paths until it fails."""
     through = search_roadmap(problem)
     if through is not None:
         yield _stored(problem, through)
@@ -150,7 +150,7 @@ def _competing_routes(problem: PlanningProblem) -> Iterator[CoarseRoute]:
 
 
 def _stored(problem: PlanningProblem, through: RoadmapRoute) -> CoarseRoute:
-    """A route by stored edges."""
+    """Build a route from stored edges."""
     roadmap = problem.roadmap
     path = _shortened(problem, through.waypoints)
     nodes = tuple(_name(roadmap, node) for node in through.nodes)

@@ -1,8 +1,8 @@
-"""What coarse queries found that no file held, and where it is collected while they are answered.
+"""Experience of coarse queries: paths that no file held, collected while queries are answered.
 
 An experience-based planner keeps the paths that its planner had to find (Lightning, Berenson et al. 2012;
-Thunder, Coleman et al. 2015). Here a query returns
-its experience, and who asked it records that; what is worth keeping is proven and stored later.
+Thunder, Coleman et al. 2015). Here a query returns its experience and its caller records it; paths that are
+worth keeping are proven and stored later.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from pickcli.roadmap.trajectory_database import PayloadClass
 
 @dataclass(frozen=True, eq=False)
 class QueryExperience:
-    """One query that no stored motion answered.
+    """Experience of one query that no stored motion answered.
 
     Attributes:
-        q_start: (n,) where the motion begins.
-        q_goal: (n,) where it ends.
-        payload: Class of what was held.
-        polylines: Paths (K, n) that the roadmap could be given; proven in the scene of the query alone.
+        q_start: (n,) start configuration.
+        q_goal: (n,) goal configuration.
+        payload: Payload class of the held item.
+        polylines: New paths (K, n) for the roadmap; proven only in the scene of the query.
     """
 
     q_start: Array
@@ -32,18 +32,18 @@ class QueryExperience:
 
 
 class ExperienceRecorder:
-    """Collects the experience of queries, in the order in which they were asked."""
+    """Collects the experience of queries, in their order."""
 
     def __init__(self) -> None:
-        """Begin with nothing."""
+        """Create an empty recorder."""
         self._recorded: list[QueryExperience] = []
         self._n_taken = 0
 
     def record(self, experience: Iterable[QueryExperience]) -> None:
-        """Add what queries found.
+        """Add the experience of queries.
 
         Args:
-            experience: The queries and their polylines, in the order in which they were asked.
+            experience: The queries with their polylines, in their order.
         """
         self._recorded += experience
 
@@ -53,7 +53,7 @@ class ExperienceRecorder:
         return tuple(self._recorded)
 
     def take(self) -> tuple[QueryExperience, ...]:
-        """Take what was recorded since the last call, for who stores it meanwhile.
+        """Return the experience recorded since the last call, e.g. to store it in between.
 
         Returns:
             The experience, in the order of the queries.

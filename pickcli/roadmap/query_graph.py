@@ -1,4 +1,4 @@
-"""A roadmap with the start and the goals of one query linked to it."""
+"""A roadmap with the start and the goals of one query connected to it."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pickcli.roadmap.graph import Roadmap
 
 @dataclass(frozen=True, eq=False)
 class QueryGraph:
-    """What A* searches: a roadmap and configurations linked to it.
+    """The graph that A* searches: a roadmap and configurations connected to it.
 
-    Nothing of the roadmap is copied: its nodes and edges come first, with their numbers.
+    The roadmap is not copied: its nodes and edges come first, with their indices.
 
     Attributes:
         roadmap: The stored roadmap, N nodes and M edges.
-        configurations: (N + K, n) of the roadmap's nodes, then of the linked ones.
-        links: (node, link) each: L edges from new nodes to the roadmap's.
+        configurations: (N + K, n) of the roadmap's nodes, then of the new ones.
+        links: L pairs (node, connection): edges from new nodes to the roadmap's.
     """
 
     roadmap: Roadmap
@@ -30,25 +30,25 @@ class QueryGraph:
     links: tuple[tuple[int, Connection], ...]
 
     def is_link(self, edge: int) -> bool:
-        """Tell whether an edge is a link of the query, and not an edge of the roadmap.
+        """Whether an edge is a connection of the query, and not an edge of the roadmap.
 
         Args:
             edge: Index of the edge.
 
         Returns:
-            True for a link.
+            True for a connection.
         """
         return edge >= self.roadmap.n_edges
 
     @cached_property
     def lengths(self) -> Array:
-        """(M + L,): Euclidean length of each edge."""
+        """(M + L,) Euclidean length of each edge."""
         steps = (np.linalg.norm(np.diff(link.waypoints, axis=0), axis=1).sum() for _, link in self.links)
         return np.concatenate([self.roadmap.lengths, [*steps]])
 
     @cached_property
     def neighbours(self) -> tuple[tuple[tuple[int, int], ...], ...]:
-        """For each node its (edge, other node), in order of the edges."""
+        """For each node its pairs (edge, other node), in order of the edges."""
         lists = list(self.roadmap.neighbours)
         lists += [()] * (len(self.configurations) - len(lists))
         for edge, (node, link) in enumerate(self.links, start=self.roadmap.n_edges):
@@ -57,11 +57,11 @@ class QueryGraph:
         return tuple(lists)
 
     def edge_path(self, edge: int, start: int | None = None) -> Array:
-        """Read the polyline of an edge or link.
+        """Read the polyline of an edge or connection.
 
         Args:
             edge: Index of the edge.
-            start: The end of the edge that the polyline is to leave from; None for the direction stored.
+            start: The node at which the polyline starts; None for the stored direction.
 
         Returns:
             (K, n) configurations, both ends included.
@@ -72,10 +72,10 @@ class QueryGraph:
         return link.waypoints[::-1] if start == link.node else link.waypoints
 
     def joined(self, nodes: Sequence[int], edges: Sequence[int]) -> Array:
-        """Join the polylines along a route, without doubled configurations.
+        """Join the polylines along a route, without repeated configurations.
 
         Args:
-            nodes: Indices of the nodes on the way.
+            nodes: Indices of the nodes along the route.
             edges: Indices of the edges between them, one fewer.
 
         Returns:
@@ -88,13 +88,13 @@ class QueryGraph:
 def linked(
     roadmap: Roadmap, ends: Sequence[tuple[Array, Sequence[Connection]]]
 ) -> tuple[QueryGraph, list[int]]:
-    """Link configurations to a roadmap.
+    """Connect configurations to a roadmap.
 
-    A configuration that is a node already (see ``straight_connections``) stays that node.
+    A configuration that is already a node (see ``straight_connections``) stays that node.
 
     Args:
         roadmap: The roadmap.
-        ends: Configurations (n,), each with at least one link.
+        ends: Configurations (n,), each with at least one connection.
 
     Returns:
         The graph, and the node of each configuration.

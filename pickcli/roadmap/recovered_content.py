@@ -1,7 +1,7 @@
-"""What a survey found intact, as motions and edges; and whether that makes sense.
+"""Motions and edges that an integrity scan found intact, and a check of their consistency.
 
-A file with right checksums can still hold what no build writes: a tool state that there is not, polylines
-that join nothing. What is served is checked for that when it is read; so is what is kept from a survey.
+A file with correct checksums can still hold data that no build writes: an unknown tool state, polylines that
+join no nodes. Content is checked for that when it is read; so is the content recovered by a scan.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from pickcli.storage.integrity_scan import IntegrityReport
 
 
 def check_intact(found: IntegrityReport, cell: Cell | None) -> None:
-    """Check that what is intact of a file makes sense.
+    """Check that the intact content of a file is consistent.
 
     Args:
-        found: What a scan of the file found.
-        cell: If the file is of this cell, states of the tool must be the cell's; None for any.
+        found: Result of an integrity scan of the file.
+        cell: If the file is of this cell, its tool states must be the cell's; None for any.
 
     Raises:
-        ValueError: Something makes no sense; it may also be another of ``SYMPTOMS``.
+        ValueError: The content is inconsistent; other errors in ``SYMPTOMS`` may be raised, too.
     """
     _ = found.made
     if cell is not None and cell.fingerprint != found.fingerprint:
@@ -52,7 +52,7 @@ def intact_motions(found: IntegrityReport) -> list[CoarseMotion]:
     """Read the intact motions of a database.
 
     Args:
-        found: What a scan of the file found.
+        found: Result of an integrity scan of the file.
 
     Returns:
         The motions, with their timed points.
@@ -62,10 +62,10 @@ def intact_motions(found: IntegrityReport) -> list[CoarseMotion]:
 
 
 def intact_missing(found: IntegrityReport) -> list[Missing]:
-    """Read the intact entries of a database for motions that its build could not have.
+    """Read the intact entries of a database for motions that its build did not find.
 
     Args:
-        found: What a scan of the file found.
+        found: Result of an integrity scan of the file.
 
     Returns:
         The motions, each with the reason.
@@ -76,16 +76,17 @@ def intact_missing(found: IntegrityReport) -> list[Missing]:
 def intact_roadmap(found: IntegrityReport) -> Roadmap:
     """Read the intact nodes and edges of a roadmap.
 
-    An edge names its nodes by their rows, which says nothing where some are lost: then each has its own two.
+    Edges refer to nodes by row, which is undefined if some nodes are lost: then each gets two nodes of its
+    own.
 
     Args:
-        found: What a scan of the file found.
+        found: Result of an integrity scan of the file.
 
     Returns:
         The roadmap.
 
     Raises:
-        ValueError: The content makes no sense.
+        ValueError: The content is inconsistent.
     """
     nodes, edges = found.intact["nodes"], found.intact["edges"]
     none = np.zeros((0, len(found.joint_names)))
@@ -109,7 +110,7 @@ def intact_roadmap(found: IntegrityReport) -> Roadmap:
 
 
 def _on_own_nodes(roadmap: Roadmap) -> Roadmap:
-    """Each edge between two nodes of its own."""
+    """Put each edge between two new nodes of its own."""
     ends = [roadmap.edge_path(edge)[[0, -1]] for edge in range(roadmap.n_edges)]
     grown = roadmap.with_nodes(np.concatenate([np.zeros((0, len(roadmap.joint_names))), *ends]))
     return replace(grown, edges=roadmap.n_nodes + np.arange(2 * len(ends)).reshape(-1, 2))

@@ -1,4 +1,4 @@
-"""The way through the roadmap: link of the start, A*, link of a goal."""
+"""Search of the roadmap: connection of the start, A*, connection of a goal."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pickcli.roadmap.query_graph import QueryGraph, linked
 
 @dataclass(frozen=True, eq=False)
 class RoadmapRoute:
-    """A proven way through the roadmap, not yet shortened.
+    """A proven route through the roadmap, not yet shortened.
 
     Attributes:
-        waypoints: (K, n) from the start to the goal reached.
-        nodes: Indices of the roadmap's nodes on the way.
-        links: Polylines (K, n) of the new edges on the way: of the start and of the goal reached.
+        waypoints: (K, n) from the start to the reached goal.
+        nodes: Indices of the roadmap's nodes along it.
+        links: Polylines (K, n) of the new edges: the connections of the start and of the reached goal.
         dropped: Indices of stored edges that are not free now.
     """
 
@@ -28,13 +28,13 @@ class RoadmapRoute:
 
 
 def search_roadmap(problem: PlanningProblem) -> RoadmapRoute | None:
-    """Find the shortest way by stored edges, each proven again.
+    """Find the shortest route along stored edges, each proven again.
 
     Args:
         problem: The query.
 
     Returns:
-        The way; None where the roadmap leads to no goal.
+        The route; None if the roadmap leads to no goal.
     """
     first = straight_connections(problem, problem.q_start) or planned_connection(
         problem, problem.q_start, "start link"
@@ -47,7 +47,7 @@ def search_roadmap(problem: PlanningProblem) -> RoadmapRoute | None:
 
 
 def _goal_links(problem: PlanningProblem) -> list[tuple[Array, list[Connection]]]:
-    """The goals that have links, with them: straight ones, else for a few goals planned ones."""
+    """Return the goals with their connections: straight ones, else for a few goals planned ones."""
     options = problem.options
     straight = [(goal, straight_connections(problem, goal)) for goal in problem.goals[: options.n_goals]]
     in_sight = [(goal, links) for goal, links in straight if links]
@@ -61,10 +61,10 @@ def _goal_links(problem: PlanningProblem) -> list[tuple[Array, list[Connection]]
 
 
 def _search(problem: PlanningProblem, graph: QueryGraph, start: int, ends: list[int]) -> RoadmapRoute | None:
-    """A* on the roadmap with start and goals linked."""
+    """Run A* on the roadmap with start and goals connected."""
 
     def is_valid(edge: int) -> bool:
-        # Links have just been proven; what is stored was proven in another scene.
+        # Connections have just been proven; stored edges were proven in another scene.
         return graph.is_link(edge) or problem.checker.is_valid_path(problem.roadmap.edge_path(edge))
 
     route, dropped = shortest_route(graph, start, ends, is_valid)

@@ -1,4 +1,4 @@
-"""How a roadmap lies in its file. See docs/formats/hdf5.md."""
+"""Tables of a roadmap in its file. See docs/formats/hdf5.md."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ ROADMAP = FileFormat(
 
 @dataclass(frozen=True)
 class RoadmapGaps:
-    """What a build could not have.
+    """Gaps that a build left.
 
     Attributes:
         refused: Named configurations (one name each) that are not free, and why.
         missing: Pairs of names without an edge, and why.
-        without_second_route: Important pairs without a second route, of other edges than the first, and why.
+        without_second_route: Critical pairs without a second, edge-disjoint route, and why.
     """
 
     refused: tuple[tuple[Names, Reason], ...] = ()
@@ -58,16 +58,16 @@ class RoadmapGaps:
 def roadmap_content(
     roadmap: Roadmap, fingerprint: str, made: Mapping[str, Any], gaps: RoadmapGaps
 ) -> FileContent:
-    """Lay out a roadmap as its file holds it.
+    """Lay out a roadmap as the content of its file.
 
     Args:
         roadmap: The roadmap.
-        fingerprint: Fingerprint of the cell that it is for.
+        fingerprint: Fingerprint of the roadmap's cell.
         made: How it was built, as JSON values.
-        gaps: What the build could not have.
+        gaps: Gaps that the build left.
 
     Returns:
-        What is to be written.
+        The content to be written.
     """
     tables: dict[str, Columns] = {
         "nodes": {"name": roadmap.names, "tool_state": roadmap.tool_states},
@@ -99,7 +99,7 @@ def roadmap_of(file: StoredFile) -> Roadmap:
         The roadmap.
 
     Raises:
-        ValueError: The content makes no sense.
+        ValueError: The content is inconsistent.
     """
     nodes, edges = file.tables["nodes"], file.tables["edges"]
     configurations, first = file.pieces("configurations")
@@ -115,7 +115,7 @@ def roadmap_of(file: StoredFile) -> Roadmap:
 
 
 def one_state(texts: Iterable[str]) -> ToolState:
-    """Find the state of the tool that all edges are proven for.
+    """Return the tool state that all edges are proven for.
 
     Args:
         texts: Name of the state of each edge.
@@ -133,7 +133,7 @@ def one_state(texts: Iterable[str]) -> ToolState:
 
 
 def gaps_of(file: StoredFile) -> RoadmapGaps:
-    """Read what the build of a roadmap could not have.
+    """Read the gaps that the build of a roadmap left.
 
     Args:
         file: The open file.

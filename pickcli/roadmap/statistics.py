@@ -1,4 +1,4 @@
-"""What is in a stored roadmap or database, in figures."""
+"""Statistics of a stored roadmap or trajectory database."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from pickcli.roadmap.roadmap_tables import RoadmapGaps
 from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
 
 N_WORST = 10
-NEAR = 1.1  # times the bound: what counts as near it
+NEAR = 1.1  # times the bound: largest duration that counts as near it
 
 _RATIOS = (1.0, 1.01, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0, np.inf)
 
 
 def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]) -> dict[str, Any]:
-    """Sum up a database: totals, the ten motions farthest from their bounds, and how many are how far.
+    """Summarise a database: totals, the ten motions farthest from their bounds, a histogram of ratios.
 
-    Motions without a bound (0) count in no ratio.
+    Motions without a bound (0) are not included in ratios.
 
     Args:
         database: The motions.
-        missing: Motions that the build could not have.
+        missing: Motions that the build did not find.
 
     Returns:
         The figures as JSON values by name.
@@ -60,11 +60,11 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
 
 
 def roadmap_statistics(roadmap: Roadmap, gaps: RoadmapGaps) -> dict[str, Any]:
-    """Sum up a roadmap: totals, the ten longest edges, and how many edges the nodes have.
+    """Summarise a roadmap: totals, the ten longest edges, and a histogram of the nodes' degrees.
 
     Args:
         roadmap: The roadmap.
-        gaps: What the build could not have.
+        gaps: Gaps that the build left.
 
     Returns:
         The figures as JSON values; lengths mix m and rad.

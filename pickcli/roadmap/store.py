@@ -42,15 +42,15 @@ def write_roadmap(
     """Write a roadmap. The same roadmap gives the same bytes.
 
     Args:
-        path: Where to write.
+        path: The file.
         roadmap: The roadmap.
         fingerprint: Fingerprint of the cell that it is valid for.
         made: How it was built, as JSON values.
-        gaps: What the build could not have.
-        replace: Whether a file that is there may be replaced.
+        gaps: Gaps that the build left.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: The place cannot be written.
+        InputError: The file cannot be written.
     """
     content = roadmap_content(roadmap, fingerprint, made, gaps or RoadmapGaps())
     write_content(path, ROADMAP, content, replace)
@@ -78,7 +78,7 @@ def read_roadmap(path: Path, cell: Cell | None = None) -> Roadmap:
 
 
 def read_gaps(path: Path) -> RoadmapGaps:
-    """Read what the build of a roadmap could not have.
+    """Read the gaps that the build of a roadmap left.
 
     Args:
         path: The file of the roadmap.
@@ -106,15 +106,15 @@ def write_database(
     """Write a trajectory database with its timed points. The same database gives the same bytes.
 
     Args:
-        path: Where to write.
+        path: The file.
         database: The motions, with their timed points.
         fingerprint: Fingerprint of the cell that they are valid for.
         made: How the database was built, as JSON values.
-        missing: Motions that the build could not have.
-        replace: Whether a file that is there may be replaced.
+        missing: Motions that the build did not find.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: The place cannot be written.
+        InputError: The file cannot be written.
         ValueError: The database was loaded without its timed points.
     """
     write_content(path, DATABASE, database_content(database, fingerprint, made, missing), replace)
@@ -126,7 +126,7 @@ def read_database(path: Path, cell: Cell | None = None, points: bool = False) ->
     Args:
         path: The file.
         cell: The cell that it must have been made for; None for any.
-        points: Whether to read the timed points as well; queries need the paths alone.
+        points: Whether to read the timed points as well; queries need only the paths.
 
     Returns:
         The database.
@@ -143,7 +143,7 @@ def read_database(path: Path, cell: Cell | None = None, points: bool = False) ->
 
 
 def read_missing(path: Path) -> tuple[Missing, ...]:
-    """Read what the build of a database could not have.
+    """Read the motions that the build of a database did not find.
 
     Args:
         path: The file of the database.
@@ -163,8 +163,8 @@ def read_missing(path: Path) -> tuple[Missing, ...]:
 def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseMotion | None:
     """Read one motion with its timed points; the others are not read.
 
-    For who looks at single motions of many: queries read the whole database, without its points.
-    Damage elsewhere in the data does not matter.
+    For callers that need single motions; queries read the whole database without timed points. Damage in
+    other rows is not noticed.
 
     Args:
         path: The file of the database.
@@ -172,11 +172,11 @@ def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseM
         cell: The cell that the file must have been made for; None for any.
 
     Returns:
-        The motion, turned round if need be, or None if it is not stored.
+        The motion, reversed if necessary, or None if it is not stored.
 
     Raises:
         InputError: The file is missing or of another kind.
-        DamagedError: What was read of it is not what was written.
+        DamagedError: The data that were read are not those that were written.
         StaleError: It was made for another cell or by another version of the format.
     """
     with stored_file(path, DATABASE, _fingerprint(cell)) as file:
@@ -189,19 +189,20 @@ def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseM
 
 
 def surveyed(path: Path, cell: Cell | None = None) -> IntegrityReport:
-    """Look at every byte of a roadmap or database: what is damaged, and what is intact and makes sense.
+    """Scan every byte of a roadmap or database for damage, and check the consistency of the intact content.
 
     Args:
         path: The file.
-        cell: Whose states of the tool the file may speak of, if it was made for this cell.
+        cell: The cell whose tool states the file must have, if it was made for this cell.
 
     Returns:
-        What is damaged and what is intact.
+        The damaged and the intact parts.
 
     Raises:
         InputError: The file is missing or of another kind.
         StaleError: It was made by another version of the format.
-        DamagedError: Nothing can be recovered, or what is intact makes no sense: then no row can be trusted.
+        DamagedError: Nothing can be recovered, or the intact content is inconsistent: then no row can be
+            trusted.
     """
     found = scan_integrity(path, FORMATS)
     try:
@@ -215,7 +216,7 @@ def surveyed(path: Path, cell: Cell | None = None) -> IntegrityReport:
 
 
 def describe(path: Path) -> dict[str, Any]:
-    """Read what a file says of itself: format, version, fingerprint, how it was made, and how much it holds.
+    """Read the metadata of a file: format, version, fingerprint, provenance, and number of rows.
 
     Args:
         path: A roadmap or trajectory database.
@@ -230,7 +231,7 @@ def describe(path: Path) -> dict[str, Any]:
     kind = kind_of(path)
     with stored_file(path, kind) as file:
         for name in kind.owners:
-            file.pieces(name)  # proves them
+            file.pieces(name)  # validates their checksums
         return {
             "format": kind.name,
             "version": kind.version,
@@ -244,7 +245,7 @@ def describe(path: Path) -> dict[str, Any]:
 
 
 def read_provenance(path: Path) -> dict[str, Any]:
-    """Read what a file says of how it was made.
+    """Read the provenance that is recorded in a file.
 
     Args:
         path: A roadmap or trajectory database.
@@ -261,7 +262,7 @@ def read_provenance(path: Path) -> dict[str, Any]:
 
 
 def kind_of(path: Path) -> FileFormat:
-    """Tell which of our formats a file has.
+    """Return the format of a file.
 
     Args:
         path: The file.

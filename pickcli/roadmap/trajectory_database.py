@@ -18,7 +18,7 @@ from pickcli.roadmap.graph import IntArray
 
 
 class PayloadClass(StrEnum):
-    """What a stored motion was proven with; Delft planned all of theirs with a cube attached."""
+    """Payload that a stored motion was proven with; Delft planned all of theirs with an attached cube."""
 
     EMPTY = "empty"
     CUBE = "cube"  # 0.2 m, one face on the cup
@@ -27,12 +27,12 @@ class PayloadClass(StrEnum):
 
 @dataclass(frozen=True)
 class MotionKey:
-    """What a motion is stored under.
+    """Key of a stored motion.
 
     Attributes:
-        start: Name of the configuration where it begins.
-        goal: Name of the configuration where it ends.
-        payload: Class of what is held.
+        start: Name of the start configuration.
+        goal: Name of the goal configuration.
+        payload: Payload class of the held item.
     """
 
     start: str
@@ -40,27 +40,27 @@ class MotionKey:
     payload: PayloadClass
 
     def reversed(self) -> MotionKey:
-        """Turn the key round.
+        """Reverse the key.
 
         Returns:
-            The key of the way back.
+            The key of the reversed motion.
         """
         return MotionKey(self.goal, self.start, self.payload)
 
 
 @dataclass(frozen=True, eq=False)
 class CoarseMotion:
-    """One stored motion: proven, when it was made, in an empty cell with the cell's clearance.
+    """One stored motion, proven at its build in the empty cell with the cell's clearance.
 
     Attributes:
         key: Its ends and payload class.
         tool_state: State of the tool that it is valid for (MOVING covers the others).
         path: The polyline.
         duration: s, at full speed.
-        trajectory: None where the timed points were not loaded.
+        trajectory: None if the timed points were not loaded.
         lower_bound: s that no motion between the two ends can undercut.
         clearance: m that the motion is proven to keep from everything.
-        mark: For which pods it is proven.
+        mark: Pod validity of the proof.
     """
 
     key: MotionKey
@@ -73,7 +73,7 @@ class CoarseMotion:
     mark: PodValidity = NOMINAL_POD
 
     def reversed(self) -> CoarseMotion:
-        """Reverse the motion: as free as the motion itself, and within limits, which are symmetric.
+        """Reverse the motion; it is equally free, and within limits, which are symmetric.
 
         Returns:
             The motion from its goal to its start.
@@ -95,7 +95,7 @@ def _reversed(timed: Trajectory) -> Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class TimedPoints:
-    """All trajectories one after the other; motion k owns rows offsets[k]:offsets[k + 1].
+    """All trajectories one after the other; motion k has rows offsets[k]:offsets[k + 1].
 
     Attributes:
         times: (P,) s, each motion from 0.
@@ -116,7 +116,7 @@ class TimedPoints:
 class TrajectoryDatabase:
     """Coarse motions by (start, goal, payload class), as flat arrays and offsets.
 
-    Each is stored once and answers in both directions.
+    Each motion is stored once and can be looked up in both directions.
 
     Attributes:
         joint_names: Names of the n joints.
@@ -127,8 +127,8 @@ class TrajectoryDatabase:
         offsets: (K + 1,) rows of ``waypoints`` at which the paths begin, and W.
         lower_bounds: (K,) s that no motion between the same ends can undercut.
         clearances: (K,) m that each motion is proven to keep from everything.
-        marks: (K,) for which pods each is proven.
-        points: The timed points, None where they were not loaded.
+        marks: (K,) pod validity of each.
+        points: The timed points, None if they were not loaded.
     """
 
     joint_names: tuple[str, ...]
@@ -144,7 +144,7 @@ class TrajectoryDatabase:
 
     @classmethod
     def of(cls, joint_names: tuple[str, ...], motions: list[CoarseMotion]) -> TrajectoryDatabase:
-        """Make a database of timed motions.
+        """Build a database of timed motions.
 
         Args:
             joint_names: Names of the n joints.
@@ -189,15 +189,15 @@ class TrajectoryDatabase:
     def lookup(self, start: str, goal: str, payload: PayloadClass) -> CoarseMotion | None:
         """Find the motion between two named configurations.
 
-        The caller proves it again in the scene as it is.
+        The caller must prove it again in the current scene.
 
         Args:
-            start: Name of the configuration where it begins.
-            goal: Name of the configuration where it ends.
-            payload: Class of what is held.
+            start: Name of the start configuration.
+            goal: Name of the goal configuration.
+            payload: Payload class of the held item.
 
         Returns:
-            The motion, turned round if need be, or None if it is not stored.
+            The motion, reversed if necessary, or None if it is not stored.
         """
         key = MotionKey(start, goal, payload)
         if key in self._index:
@@ -207,15 +207,15 @@ class TrajectoryDatabase:
         return None
 
     def between(self, q_start: Array, q_goal: Array, payload: PayloadClass) -> CoarseMotion | None:
-        """Find the motion between two configurations that are exactly those of stored ends.
+        """Find the motion between two configurations that exactly equal ends of stored motions.
 
         Args:
-            q_start: (n,) where it begins.
-            q_goal: (n,) where it ends.
-            payload: Class of what is held.
+            q_start: (n,) start configuration.
+            q_goal: (n,) goal configuration.
+            payload: Payload class of the held item.
 
         Returns:
-            The motion, turned round if need be, or None if it is not stored.
+            The motion, reversed if necessary, or None if it is not stored.
         """
         start, goal = (self._names.get(np.asarray(q, dtype=float).tobytes()) for q in (q_start, q_goal))
         return None if start is None or goal is None else self.lookup(start, goal, payload)
@@ -226,7 +226,7 @@ class TrajectoryDatabase:
 
     @cached_property
     def _names(self) -> dict[bytes, str]:
-        """Name by the bytes of its configuration."""
+        """Names of configurations by their bytes."""
         firsts, lasts = self.waypoints[self.offsets[:-1]], self.waypoints[self.offsets[1:] - 1]
         names = {q.tobytes(): key.start for q, key in zip(firsts, self.keys, strict=True)}
         return names | {q.tobytes(): key.goal for q, key in zip(lasts, self.keys, strict=True)}

@@ -1,6 +1,6 @@
-"""Whether what a file held makes sense.
+"""Consistency checks of the content of roadmap and database files.
 
-Raises ValueError with what does not; the store turns it into a DamagedError.
+They raise ValueError with the fault; the store converts it to a DamagedError.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:
     """Check a roadmap: shapes, indices, polylines that join their nodes, lengths.
 
     Args:
-        roadmap: What a file held.
-        cell: The cell whose joints, limits and states of the tool it must have; None for any.
+        roadmap: Content of a file.
+        cell: The cell whose joints, limits and tool states it must have; None for any.
 
     Raises:
-        ValueError: Something makes no sense.
+        ValueError: The content is inconsistent.
     """
     n_nodes = roadmap.n_nodes
     _joints(roadmap.joint_names, cell, roadmap.configurations, roadmap.waypoints)
@@ -50,11 +50,11 @@ def database(database: TrajectoryDatabase, cell: Cell | None) -> None:
     """Check a database: shapes, offsets, unique keys, durations and their bounds, timed points.
 
     Args:
-        database: What a file held.
-        cell: The cell whose joints, limits and states of the tool it must have; None for any.
+        database: Content of a file.
+        cell: The cell whose joints, limits and tool states it must have; None for any.
 
     Raises:
-        ValueError: Something makes no sense.
+        ValueError: The content is inconsistent.
     """
     count = len(database)
     _joints(database.joint_names, cell, database.waypoints)
@@ -87,10 +87,10 @@ def database(database: TrajectoryDatabase, cell: Cell | None) -> None:
 
 
 def tool_states(states: Set[ToolState], cell: Cell | None) -> None:
-    """Check that the tool of a cell has some states.
+    """Check that the tool of a cell has all given states.
 
     Args:
-        states: The states that a file speaks of.
+        states: The tool states of a file.
         cell: The cell; None allows any state.
 
     Raises:
@@ -103,7 +103,7 @@ def tool_states(states: Set[ToolState], cell: Cell | None) -> None:
 
 
 def _joints(names: tuple[str, ...], cell: Cell | None, configurations: Array, *others: Array) -> None:
-    """Every row has one finite number per joint; with a cell, its joints and within their limits."""
+    """Check that every row has one finite number per joint; with a cell, its joints and limits."""
     for rows in (configurations, *others):
         if rows.shape[1] != len(names) or not np.all(np.isfinite(rows)):
             raise ValueError("a configuration is not one finite number per joint")
@@ -125,19 +125,19 @@ def _same_count(what: str, *counts: int) -> None:
 
 
 def _offsets(what: str, offsets: IntArray, n_rows: int, least: int) -> None:
-    """From 0 to the number of rows, each piece at least so long."""
+    """Check that offsets run from 0 to the number of rows, each piece with a least length."""
     if len(offsets) == 0 or offsets[0] != 0 or offsets[-1] != n_rows or np.any(np.diff(offsets) < least):
         raise ValueError(f"{what} do not divide the rows")
 
 
 def _lengths(waypoints: Array, offsets: IntArray) -> Array:
-    """(M,): Euclidean length of each polyline."""
+    """Return (M,) the Euclidean length of each polyline."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(waypoints, axis=0), axis=1))])
     return np.asarray(along[offsets[1:] - 1] - along[offsets[:-1]])
 
 
 def _times(times: Array, offsets: IntArray) -> None:
-    """Each trajectory starts at 0 and its times increase strictly."""
+    """Check that each trajectory starts at 0 and its times increase strictly."""
     steps = np.diff(times)
     steps = np.delete(steps, offsets[1:-1] - 1)
     if np.any(times[offsets[:-1]] != 0.0) or not np.all(steps > 0.0):

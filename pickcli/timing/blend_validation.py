@@ -1,4 +1,4 @@
-"""Proof that a blended path is free: chords that it stays near, handed to a checker that knows the world."""
+"""Proof that a blended path is free, by chords with tubes around them that a collision checker validates."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _HALVINGS = 6  # of a corner's tolerance, before the motion has to stop at the c
 
 @dataclass(frozen=True, eq=False)
 class ChordTube:
-    """Chords with a tube around each: on chord k the path stays within slack[k] of it, joint by joint.
+    """Chords with a tube around each: along chord k the path stays within slack[k] of it, joint by joint.
 
     Attributes:
         s: (K,) path parameters of the chord ends.
@@ -36,7 +36,7 @@ class ChordTube:
 
 
 def chord_tube(curve: BlendedPath, start: float = 0.0, end: float | None = None) -> ChordTube:
-    """Chords for a part of a blended path.
+    """Compute chords and their tubes for a part of a blended path.
 
     The path leaves a chord by at most the square of the chord's length in s times the largest second
     derivative, over eight; that derivative is bounded joint by joint
@@ -44,8 +44,8 @@ def chord_tube(curve: BlendedPath, start: float = 0.0, end: float | None = None)
 
     Args:
         curve: The blended path.
-        start: Path parameter s at which the part begins.
-        end: Path parameter s at which it ends; the end of the path if None.
+        start: Path parameter s at the start of the part.
+        end: Path parameter s at its end; the end of the path if None.
 
     Returns:
         The chords and their slack.
@@ -64,15 +64,15 @@ def proven_blend(
 ) -> BlendedPath:
     """Blend the corners of a polyline so that every part is proven free and within the position limits.
 
-    A corner whose blend is not proven gets its tolerance halved, up to six times; after that it becomes a
-    stop, where the path is the polyline itself.
+    If the blend of a corner is not proven, its tolerance is halved, up to six times; after that the corner
+    becomes a stop, at which the path is the polyline itself.
 
     Args:
         waypoints: (N, n) configurations.
         tolerances: (N,) bounds on the distance to the polyline near each waypoint, in joint units.
         edges: (P + 1,) waypoint indices of the part boundaries.
         limits: Position limits.
-        is_free: Proves chords of a part free; None trusts the tolerances.
+        is_free: Checks that chords of a part are free; None trusts the tolerances.
 
     Returns:
         The blended path.
@@ -84,7 +84,7 @@ def proven_blend(
     try:
         return _proven(curve, tolerances, edges, limits, is_free)
     except NoPlanError:
-        # Dropping waypoints moved an edge by a little; without that it is the caller's own polyline.
+        # Dropping waypoints moved an edge slightly; without that the polyline is the caller's.
         return _proven(blend(waypoints, tolerances, simplify=0.0), tolerances, edges, limits, is_free)
 
 
@@ -107,7 +107,7 @@ def _proven(
 def _first_failure(
     curve: BlendedPath, edges: Array, limits: Limits, is_free: IsFree | None
 ) -> tuple[Reason, float, float] | None:
-    """Why, and the s range, of the first chord that leaves the position limits or is not proven free."""
+    """Return a reason and the s range of the first chord outside the position limits or not proven free."""
     if is_free is None and _beyond(curve.evaluate(curve.knots), limits).max() <= POSITION_TOLERANCE:
         return None
     at = curve.waypoint_s[edges]
@@ -131,5 +131,5 @@ def _first_failure(
 
 
 def _beyond(q: Array, limits: Limits) -> Array:
-    """(K,) how far configurations (K, n) are outside the position limits, negative inside."""
+    """Return (K,) how far configurations (K, n) are outside the position limits, negative inside."""
     return np.asarray(np.maximum(limits.lower - q, q - limits.upper).max(axis=1))

@@ -24,9 +24,9 @@ class ConcatenatedRuns:
         trajectory: From the start of the first run to the end of the last.
         part_times: (P + 1,) s when each part of all runs begins, and the end; a rest belongs to the part
             before it.
-        starts: (R,) s when each run leaves.
+        starts: (R,) s when each run starts.
         ends: (R,) s when each run is at rest again.
-        piece_scales: (N - 1,) speed scale that held on each piece, for ``check_limits``.
+        piece_scales: (N - 1,) speed scale of each piece, for ``check_limits``.
     """
 
     trajectory: Trajectory
@@ -37,7 +37,7 @@ class ConcatenatedRuns:
 
 
 def concatenate(runs: Sequence[TimedRun], rests: Sequence[float]) -> ConcatenatedRuns:
-    """Join runs to one trajectory, with a rest after each run but the last.
+    """Join runs to one trajectory, with a rest after each run except the last.
 
     Args:
         runs: R timed runs, each beginning where the one before it ends.
@@ -47,7 +47,7 @@ def concatenate(runs: Sequence[TimedRun], rests: Sequence[float]) -> Concatenate
         The joined runs.
 
     Raises:
-        ValueError: If a run does not start where the one before it ends, or the number of rests does not fit.
+        ValueError: If a run does not start where the previous one ends, or the number of rests is wrong.
     """
     if not runs or len(rests) != len(runs) - 1 or min(rests, default=0.0) < 0.0:
         raise ValueError(f"{len(runs)} runs need {len(runs) - 1} rests of at least 0 s, not {list(rests)}")
@@ -89,13 +89,13 @@ def delayed(trajectory: Trajectory, delay: float) -> Trajectory:
 
 
 def _at_rest(q: Array, t: float) -> _Rows:
-    """One point at rest: two equal ones make a quintic that is exactly constant."""
+    """Return one point at rest: two equal ones make a quintic that is exactly constant."""
     still = np.zeros((1, len(q)))
     return np.array([t]), q[None].copy(), still, still
 
 
 def _rows_after_first(trajectory: Trajectory, start: float) -> _Rows:
-    """All points but the first, which is the last one of what came before."""
+    """Return all points except the first, which is the last one of the rows before."""
     t = trajectory.times[1:] + start
     return t, trajectory.positions[1:], trajectory.velocities[1:], trajectory.accelerations[1:]
 

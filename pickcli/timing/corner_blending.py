@@ -6,14 +6,14 @@ A polyline is a sum of ramps: at corner k, at arc length s_k, its direction chan
 
 Each ramp is replaced by a smooth one that differs from it only within h_k of the corner; its slope is the
 quintic smoothstep, so position, direction, curvature and the rate of curvature are continuous and jerk has no
-jumps. A lone corner gets a blend between two straight lines. Where waypoints lie dense, on a curved motion,
-the blends overlap and the sum is what the waypoints sample: a curve without the ripple that blends confined
-to half an edge would have. The distance to the polyline is a sum of bumps,
+jumps. A single corner gets a blend between two straight lines. Where waypoints are dense, on a curved motion,
+the blends overlap and the sum is the curve that the waypoints sample, without the ripple of blends confined
+to half an edge. The distance to the polyline is a sum of bumps,
 
     q(s) - p(s) = sum_k turn_k h_k bump((s - s_k) / h_k),   0 <= bump <= DEPTH,
 
 from which the bound follows. The parameter s is the arc length of the polyline, in the Euclidean norm of
-joint units (rad and m alike); every waypoint projects on the s it has on the polyline.
+joint units (rad and m alike); every waypoint is projected to its s on the polyline.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Indices: TypeAlias = NDArray[np.intp]
 Mask: TypeAlias = NDArray[np.bool_]
 
 DEPTH = 0.15625  # bump(0)
-_SIMPLIFY = 0.05  # share of the tolerance that dropping waypoints may use up
+_SIMPLIFY = 0.05  # share of the tolerance that is used for dropping waypoints
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class BlendedPath:
     Attributes:
         corners: (K, n), K >= 1, no two consecutive ones equal.
         half_lengths: (K,) h of every corner; 0 at both ends, and at corners where the motion must stop.
-        waypoint_s: (N,) s of each waypoint that the path was made from, not decreasing.
+        waypoint_s: (N,) s of each original waypoint, not decreasing.
     """
 
     corners: Array
@@ -66,7 +66,7 @@ class BlendedPath:
 
     @cached_property
     def directions(self) -> Array:
-        """(K + 1, n) unit direction before and after every corner; the ends repeat their only edge's."""
+        """(K + 1, n) unit direction before and after every corner; at the ends, that of their only edge."""
         if len(self.corners) == 1:
             return np.zeros((2, self.corners.shape[1]))
         edges = np.diff(self.corners, axis=0)
@@ -80,7 +80,7 @@ class BlendedPath:
 
     @cached_property
     def _kernel(self) -> BlendedPolyline:
-        """The blended curve as the kernel has it, which evaluates it faster."""
+        """The blended curve in the kernel, which evaluates it faster."""
         return BlendedPolyline(self.corners, self.corner_s, self.half_lengths, self.directions, self.turns)
 
     @property
@@ -92,7 +92,7 @@ class BlendedPath:
     def knots(self) -> Array:
         """Sorted s of both ends, all stops, and nodes within the blends, dense where the path bends fast.
 
-        Between two knots that lie in no blend the path is a straight line.
+        Between two knots outside of all blends the path is a straight line.
         """
         return self._kernel.knots()
 
@@ -104,7 +104,7 @@ class BlendedPath:
             end: (M,) s of the interval ends.
 
         Returns:
-            (M,) True where it is straight.
+            (M,) True if it is straight.
         """
         return self._kernel.are_lines(start, end)
 
@@ -120,7 +120,7 @@ class BlendedPath:
         return tuple(replace(c, waypoint_s=c.corner_s) for c in curves)
 
     def evaluate(self, s: Array | float, derivative: int = 0) -> Array:
-        """Configuration or one of its derivatives by s.
+        """Return the configuration or one of its derivatives by s.
 
         Args:
             s: (M,) path parameters.
@@ -132,7 +132,7 @@ class BlendedPath:
         return np.asarray(self.evaluate_all(s, derivative)[derivative])
 
     def evaluate_all(self, s: Array | float, highest: int = 3) -> Array:
-        """Configuration and its derivatives by s.
+        """Return the configuration and its derivatives by s.
 
         Args:
             s: (M,) path parameters, clamped to the path.
@@ -144,12 +144,12 @@ class BlendedPath:
         return self._kernel.evaluate(np.atleast_1d(np.asarray(s, dtype=np.float64)), highest)
 
     def needed_stretch(self, law: TimeLaw, limits: Limits, scale: Array) -> Array:
-        """Factor of time at which a motion along the path keeps its limits between each point and the next.
+        """Return the factor of time at which a motion along the path keeps its limits, between points.
 
         Args:
-            law: The motion, at K points in time.
-            limits: Of the joints.
-            scale: (K - 1,) of all limits, between each point and the next.
+            law: The time law of the motion, at K points in time.
+            limits: Limits of the joints.
+            scale: (K - 1,) factor on all limits, between consecutive points.
 
         Returns:
             (K - 1,) at least 1.
@@ -159,31 +159,31 @@ class BlendedPath:
         )
 
     def second_derivative_bound(self, start: Array, end: Array) -> Array:
-        """Upper bound on the size of the second derivative by s, on intervals.
+        """Return upper bounds of the absolute second derivative by s, on intervals.
 
         Args:
             start: (M,) s of the interval starts.
             end: (M,) s of the interval ends.
 
         Returns:
-            (M, n), joint by joint.
+            (M, n), for each joint.
         """
         return self._kernel.second_derivative_bound(start, end)
 
     def third_derivative_bound(self, start: Array, end: Array) -> Array:
-        """Upper bound on the size of the third derivative by s, on intervals.
+        """Return upper bounds of the absolute third derivative by s, on intervals.
 
         Args:
             start: (M,) s of the interval starts.
             end: (M,) s of the interval ends.
 
         Returns:
-            (M, n), joint by joint.
+            (M, n), for each joint.
         """
         return self._kernel.third_derivative_bound(start, end)
 
     def deviation(self, start: Array, end: Array) -> Array:
-        """Upper bound on the Euclidean distance to the polyline, on intervals.
+        """Return upper bounds of the Euclidean distance to the polyline, on intervals.
 
         Args:
             start: (M,) s of the interval starts.
@@ -196,13 +196,13 @@ class BlendedPath:
 
 
 def distinct(s: Array) -> Array:
-    """Sort values and drop those that differ from a neighbour only by rounding; the largest is kept as it is.
+    """Sort values and drop those that differ from a neighbour only by rounding; the largest is kept as is.
 
     Args:
         s: Values, at least one.
 
     Returns:
-        The values that are left, sorted.
+        The remaining values, sorted.
     """
     s = np.sort(s)
     tolerance = min(1e-8, 0.1 * float(s[-1]))
@@ -211,13 +211,13 @@ def distinct(s: Array) -> Array:
 
 
 def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLIFY) -> BlendedPath:
-    """The smooth path along a polyline that leaves it by no more than the tolerances.
+    """Blend a polyline to a smooth path that deviates from it by no more than the tolerances.
 
     Args:
         waypoints: (N, n) configurations.
         tolerances: (N,) or one for all, in joint units: bound on the Euclidean distance between path and
-            polyline, each along the half edges next to its waypoint. 0 makes the waypoint, if it is a corner,
-            a stop.
+            polyline, along the half edges next to each waypoint. 0 makes the waypoint, if it is a corner, a
+            stop.
         simplify: Share of the tolerance within which waypoints are dropped first; the rest is for the blends.
 
     Returns:
@@ -235,7 +235,7 @@ def smoothed(curve: BlendedPath, allowed: Array, wanted: Array) -> BlendedPath:
     Args:
         curve: The path, with its corners.
         allowed: (N,) bound on the deviation near every waypoint.
-        wanted: (K,) bound on what each corner alone contributes; 0 makes it a stop.
+        wanted: (K,) bound on the contribution of each corner; 0 makes it a stop.
 
     Returns:
         The path with new half-lengths.
@@ -244,7 +244,7 @@ def smoothed(curve: BlendedPath, allowed: Array, wanted: Array) -> BlendedPath:
     if len(half) < 3:
         return replace(curve, half_lengths=half)
     turn = np.maximum(np.linalg.norm(curve.turns, axis=1), SAME)
-    fixed = np.concatenate([[True], wanted[1:-1] <= 0.0, [True]])  # ends and stops: no blend reaches over
+    fixed = np.concatenate([[True], wanted[1:-1] <= 0.0, [True]])  # no blend extends over ends and stops
     walls, free = curve.corner_s[fixed], curve.corner_s[~fixed]
     i = np.searchsorted(walls, free)
     room = np.minimum(free - walls[i - 1], walls[i] - free)
@@ -253,7 +253,7 @@ def smoothed(curve: BlendedPath, allowed: Array, wanted: Array) -> BlendedPath:
 
 
 def _shrunk(curve: BlendedPath, allowed: Array, n_rounds: int = 8) -> BlendedPath:
-    """Half-lengths reduced until the sum of all bumps keeps the tolerance near every waypoint."""
+    """Reduce half-lengths until the sum of all bumps keeps the tolerance near every waypoint."""
     for _ in range(n_rounds):
         start, end, bound = _intervals(curve, allowed)
         excess = curve.deviation(start, end) / bound
@@ -261,17 +261,17 @@ def _shrunk(curve: BlendedPath, allowed: Array, n_rounds: int = 8) -> BlendedPat
             return curve
         s, h = curve.corner_s[:, None], curve.half_lengths[:, None]
         worst = np.max(np.where((start < s + h) & (end > s - h), excess, 0.0), axis=1)
-        # The sum over a dense row of blends grows with h squared, a lone bump with h.
+        # The sum over a dense row of blends grows with h squared, a single bump with h.
         shrink = np.where(worst > 1.0, np.maximum(worst, 1.05) ** -0.6, 1.0)
         curve = replace(curve, half_lengths=curve.half_lengths * shrink)
-    # Each bump shrinks at least as fast as its h: one common factor settles what is left.
+    # Each bump shrinks at least as fast as its h: one common factor corrects the rest.
     start, end, bound = _intervals(curve, allowed)
     excess = curve.deviation(start, end) / bound
     return replace(curve, half_lengths=curve.half_lengths / max(float(excess.max(initial=0.0)), 1.0))
 
 
 def _intervals(curve: BlendedPath, allowed: Array) -> tuple[Array, Array, Array]:
-    """Intervals where the curve may leave the polyline: start, end and the tolerance there."""
+    """Return intervals on which the curve may leave the polyline: start, end and tolerance."""
     middles = (curve.waypoint_s[1:] + curve.waypoint_s[:-1]) / 2
     marks = distinct(np.concatenate([curve.knots, curve.corner_s, middles]))
     start, end = marks[:-1], marks[1:]

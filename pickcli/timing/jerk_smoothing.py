@@ -1,9 +1,9 @@
-"""Jerk limited by smoothing s(t): the motion stays on its path, only its pace changes.
+"""Jerk limitation by smoothing of s(t): the path stays the same, only the motion along it changes.
 
-The time-optimal profile switches acceleration in no time. Averaging ds/dt over a window w makes every
-switch a ramp of that length. For a straight move with w = acceleration / jerk the result is the
-time-optimal seven-phase profile itself. All switching lands on the time grid: s(t) is a cubic in every
-cell, so that on straight lines the quintics of a Trajectory reproduce it exactly.
+The time-optimal profile switches acceleration instantly. Averaging ds/dt over a window w turns every switch
+into a ramp of that length. For a straight move with w = acceleration / jerk the result is the time-optimal
+seven-phase profile. All switches are on the time grid: s(t) is a cubic in every cell, so that on straight
+lines the quintics of a Trajectory reproduce it exactly.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pickcli.timing.toppra_closed_form import VelocityProfile
 
 @dataclass(frozen=True, eq=False)
 class TimeLaw:
-    """s(t): where on the path the motion is, at rest at both ends; d2s/dt2 is linear between the points.
+    """Time law s(t) along a path, at rest at both ends; d2s/dt2 is linear between the points.
 
     Attributes:
         t: (K,) s, strictly increasing from 0.
@@ -40,7 +40,7 @@ class TimeLaw:
         return float(self.t[-1])
 
     def stretched(self, factor: float) -> TimeLaw:
-        """The time law with its time stretched.
+        """Return the time law with its time stretched.
 
         Args:
             factor: Factor on time.
@@ -51,10 +51,10 @@ class TimeLaw:
         return TimeLaw(self.t * factor, self.s, self.ds / factor, self.dds / factor**2)
 
     def shifted(self, by: float) -> TimeLaw:
-        """The time law on a longer path, on which it starts elsewhere.
+        """Return the time law on a longer path, starting at a later s.
 
         Args:
-            by: Path parameter s at which it starts there.
+            by: Path parameter s of the start.
 
         Returns:
             The shifted time law.
@@ -62,7 +62,7 @@ class TimeLaw:
         return TimeLaw(self.t, self.s + by, self.ds, self.dds)
 
     def times_at(self, s: Array) -> Array:
-        """When path parameters are reached first.
+        """Return the times at which path parameters are first reached.
 
         Args:
             s: (M,) path parameters.
@@ -74,7 +74,7 @@ class TimeLaw:
         return np.array([self._time_in(i, at) for i, at in zip(cells.tolist(), s.tolist(), strict=True)])
 
     def _time_in(self, i: int, s: float) -> float:
-        """When s is reached, in the cell from point i to the next unless it is an end of the path."""
+        """Return the time at which s is reached in the cell after point i, or at an end of the path."""
         if s >= self.s[-1]:
             return self.duration
         if s <= self.s[0]:
@@ -108,7 +108,7 @@ def smooth(profile: VelocityProfile, step: float, n_window: int) -> TimeLaw:
 
 
 def standing(length: float, step: float) -> TimeLaw:
-    """The time law of a path that is too short to be a motion: it is passed in one cell.
+    """Return the time law of a path that is too short for a motion: it is passed in one cell.
 
     Args:
         length: Path length, in joint units.
@@ -121,7 +121,7 @@ def standing(length: float, step: float) -> TimeLaw:
 
 
 def join(laws: Sequence[TimeLaw]) -> TimeLaw:
-    """Join time laws; each starts at the s where the one before it came to rest.
+    """Join time laws; each starts at the s at which the one before it came to rest.
 
     Args:
         laws: The time laws, at least one.

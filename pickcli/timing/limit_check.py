@@ -1,4 +1,4 @@
-"""Whether a trajectory keeps its limits, at every instant and not only at its points.
+"""Exact check of a trajectory against its limits, at every instant and not only at its points.
 
 Every piece is a quintic, so its acceleration is a cubic and its jerk a quadratic whose largest values are
 known in closed form; the velocity, a quartic, is bounded by its Bernstein coefficients.
@@ -18,13 +18,13 @@ from pickcli.motion.trajectory import Trajectory
 
 TOLERANCE = 1e-6  # relative, for rounding only
 POSITION_TOLERANCE = (
-    1e-6  # rad or m: a measured start is no double, and curves bump between two checked nodes
+    1e-6  # rad or m: measured starts are rounded, and curves may exceed limits between two checked nodes
 )
 
 
 @dataclass(frozen=True)
 class PeakRatio:
-    """The place where a limit is used most.
+    """Place where the ratio to a limit is largest.
 
     Attributes:
         ratio: Value over limit.
@@ -42,9 +42,9 @@ class LimitReport:
     """Largest ratios of a trajectory to its limits; 1 is exactly at the limit.
 
     Attributes:
-        velocity: Where a velocity limit is used most.
-        acceleration: Where an acceleration limit is used most.
-        jerk: Where a jerk limit is used most.
+        velocity: Largest ratio to a velocity limit.
+        acceleration: Largest ratio to an acceleration limit.
+        jerk: Largest ratio to a jerk limit.
     """
 
     velocity: PeakRatio
@@ -53,12 +53,12 @@ class LimitReport:
 
     @property
     def stretch(self) -> float:
-        """Factor of time that brings every ratio to 1 or below; below 1 there is room."""
+        """Factor of time that brings every ratio to 1 or below; below 1 the motion could be faster."""
         return float(max(self.velocity.ratio, self.acceleration.ratio**0.5, self.jerk.ratio ** (1 / 3)))
 
 
 def peaks(trajectory: Trajectory) -> tuple[Array, Array, Array]:
-    """Largest velocity, acceleration and jerk of every joint on every piece.
+    """Compute the largest velocity, acceleration and jerk of every joint on every piece.
 
     Args:
         trajectory: N points with quintics in between.
@@ -71,7 +71,7 @@ def peaks(trajectory: Trajectory) -> tuple[Array, Array, Array]:
 
 
 def measure_limits(trajectory: Trajectory, limits: Limits, scale: Array | float = 1.0) -> LimitReport:
-    """Largest ratios of velocity, acceleration and jerk to their limits.
+    """Compute the largest ratios of velocity, acceleration and jerk to their limits.
 
     Args:
         trajectory: N points with quintics in between.
@@ -79,7 +79,7 @@ def measure_limits(trajectory: Trajectory, limits: Limits, scale: Array | float 
         scale: Factor on all limits: one number, or one for each piece (N - 1,).
 
     Returns:
-        The ratios and where they occur.
+        The ratios with their joints and times.
     """
     share = np.broadcast_to(np.asarray(scale, dtype=float), (len(trajectory.times) - 1,))[:, None]
     bounds = (limits.velocity, limits.acceleration, limits.jerk)

@@ -1,12 +1,13 @@
-"""Constraints on a timed path beyond those of its joints: second-order ones, in general position.
+"""Constraints on a timed path besides joint limits: second-order constraints in general position.
 
-Along a path q(s) whatever is linear in accelerations and in products of velocities, as forces are, is
+Along a path q(s), every quantity that is linear in accelerations and in products of velocities, like a force,
+is
 
     a(s) u + b(s) x + c(s),    u = d2s/dt2,    x = (ds/dt)^2,
 
-and a convex set that it must stay in is a convex set in the plane of (u, x): the second-order constraints
-of Pham and Pham, "A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis",
-IEEE T-RO 34(3), 2018, section II.B. What rests must be allowed: then the origin is in each set.
+and the constraint that it stays in a convex set is a convex set in the plane of (u, x): the second-order
+constraints of Pham and Pham, "A New Approach to Time-Optimal Path Parameterization Based on Reachability
+Analysis", IEEE T-RO 34(3), 2018, section II.B. Rest must be allowed, so the origin is in each set.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from pickcli.geometry import Array
 
 @dataclass(frozen=True, eq=False)
 class HalfPlanes:
-    """What a constraint leaves at M places of a path: a u + b x <= c.
+    """A constraint at M places of a path: a u + b x <= c.
 
     Attributes:
-        a: (M, R) by path acceleration u, 1/s^2 for a path in joint units.
-        b: (M, R) by squared path speed x.
+        a: (M, R) coefficients of path acceleration u, 1/s^2 for a path in joint units.
+        b: (M, R) coefficients of squared path velocity x.
         c: (M, R) without a unit, positive: rest is inside every half-plane.
     """
 
@@ -33,10 +34,10 @@ class HalfPlanes:
 
 
 class PathConstraint(Protocol):
-    """Something that limits how fast a path may be followed."""
+    """A constraint on the speed along a path."""
 
     def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
-        """The constraint at M places of a path, or something inside it.
+        """Return the constraint at M places of a path, or a stricter one.
 
         Args:
             q: (M, n) configurations.
@@ -49,7 +50,7 @@ class PathConstraint(Protocol):
         ...
 
     def stretch(self, q: Array, velocity: Array, acceleration: Array) -> Array:
-        """The factor of time at which states of a motion keep the constraint itself.
+        """Return the factor of time at which states of a motion keep the exact constraint.
 
         Args:
             q: (M, n) configurations.
@@ -57,6 +58,6 @@ class PathConstraint(Protocol):
             acceleration: (M, n) per s^2.
 
         Returns:
-            (M,) at least 1; inf where not even rest keeps it.
+            (M,) at least 1; inf if not even rest keeps it.
         """
         ...

@@ -1,4 +1,4 @@
-"""What limits the speed along a path: joints, the scale of each part, the tool's speed, what it carries."""
+"""Limits of the speed along a path: joints, the scale of each part, the tool's speed, a path constraint."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from pickcli.timing.toppra_closed_form import PathGrid
 ToolSpeed: TypeAlias = Callable[[Array, Array], Array]
 """(Q (M, n), dQ/ds (M, n)) -> (M,) m of tool travel per unit of s."""
 
-_TABLE_STEP = 0.03  # joint units between the points where the tool's speed is evaluated
-_FASTEST = 1e3  # ds/dt of a path that nothing else limits
-PLANE_STEP = 0.03  # joint units between gridpoints, at most, where half-planes limit the pace
+_TABLE_STEP = 0.03  # joint units between the points at which the tool's speed is tabulated
+_FASTEST = 1e3  # ds/dt of a path without any other limit
+PLANE_STEP = 0.03  # joint units between gridpoints, at most, if half-planes limit the speed
 
 
 @dataclass(frozen=True, eq=False)
 class PathBounds:
-    """Limits along one blended path whose parts end at given s.
+    """Limits along one blended path that is divided into parts at given s.
 
     Attributes:
         limits: Limits of the joints.
         edges: (P + 1,) s of the part boundaries, not decreasing.
         scales: (P,) factor on velocity, acceleration and jerk limits of each part.
-        tool_caps: (P,) m/s, inf where a part has none.
+        tool_caps: (P,) m/s, inf for a part without a limit.
         table_s: s at which the tool's speed is tabulated.
-        table_speed: m of tool travel per unit of s, there.
-        constraint: On the whole path, beyond the joints' own limits; None if there is none.
+        table_speed: m of tool travel per unit of s, at ``table_s``.
+        constraint: Constraint on the whole path besides the joint limits; None if there is none.
     """
 
     limits: Limits
@@ -45,7 +45,7 @@ class PathBounds:
     constraint: PathConstraint | None = None
 
     def lowest(self, values: Array, start: Array, end: Array) -> Array:
-        """The smallest value of the parts that intervals touch; beyond them, by rounding, of the nearest.
+        """Return the smallest value of the parts that each interval touches, or of the nearest part.
 
         Args:
             values: (P,) one value for each part.
@@ -62,7 +62,7 @@ class PathBounds:
         return np.asarray(np.where(touched, values[:, None], np.inf).min(axis=0))
 
     def tool_speed(self, s: Array) -> Array:
-        """Tool travel per unit of s.
+        """Return the tool travel per unit of s.
 
         Args:
             s: (M,) path parameters.
@@ -75,10 +75,10 @@ class PathBounds:
         return np.interp(s, self.table_s, self.table_speed, left=0.0, right=0.0)
 
     def shifted(self, by: float) -> PathBounds:
-        """The bounds with their places on the path moved on.
+        """Return the bounds for the part of the path after a given s.
 
         Args:
-            by: Path parameter s of these bounds at which the other path starts.
+            by: Path parameter s at which the other path starts.
 
         Returns:
             The shifted bounds.
@@ -88,14 +88,14 @@ class PathBounds:
     def grid(
         self, curve: BlendedPath, acceleration_share: float, jerk_share: float, cruise: float
     ) -> PathGrid:
-        """Grid points on the path's knots, part boundaries and the tool's table, with all speed limits.
+        """Build the grid on the path's knots, part boundaries and the tool's table, with all speed limits.
 
         Args:
             curve: The blended path.
             acceleration_share: Share of the acceleration limits that may be used.
             jerk_share: Share of the jerk limits that the path's own third derivative may use up: (ds/dt)^3
                 |q'''| <= jerk_share * jerk.
-            cruise: s that the cruise on a straight line lasts at least (see ``PathGrid``).
+            cruise: s, least duration of the cruise on a straight line (see ``PathGrid``).
 
         Returns:
             The grid.
@@ -116,7 +116,7 @@ class PathBounds:
         return PathGrid(s, dq, ddq, acceleration, speed, line_speed, is_line, cruise, planes)
 
     def _speed(self, s: Array, dq: Array, scale: Array) -> Array:
-        """(M,) ds/dt allowed by joint velocities and the tool's speed."""
+        """Return (M,) ds/dt allowed by joint velocities and the tool's speed."""
         by_joints = (scale[:, None] * self.limits.velocity / np.maximum(np.abs(dq), 1e-9)).min(axis=1)
         by_tool = self.lowest(self.tool_caps, s, s) / np.maximum(self.tool_speed(s), 1e-9)
         return np.asarray(np.minimum(np.minimum(by_joints, by_tool), _FASTEST))
@@ -131,16 +131,16 @@ def path_bounds(
     tool_speed: ToolSpeed | None,
     constraint: PathConstraint | None = None,
 ) -> PathBounds:
-    """Bounds along a path, with the tool's speed tabulated along the parts that limit it.
+    """Build the bounds along a path, with the tool's speed tabulated along the parts that limit it.
 
     Args:
         curve: The blended path.
         limits: Limits of the joints.
         edges: (P + 1,) s of the part boundaries, not decreasing.
         scales: (P,) factor on velocity, acceleration and jerk limits of each part.
-        tool_caps: (P,) m/s, inf where a part has none.
+        tool_caps: (P,) m/s, inf for a part without a limit.
         tool_speed: Configurations and dq/ds to m of tool travel per unit of s.
-        constraint: On the whole path, beyond the joints' own limits.
+        constraint: Constraint on the whole path besides the joint limits.
 
     Returns:
         The bounds.

@@ -1,6 +1,6 @@
-"""Canonical polylines: no repeated points, and no points that lie on the line between others.
+"""Canonical polylines: without repeated points, and without points on the line between others.
 
-Time parameterization divides by edge lengths; repeated and collinear points are where it breaks.
+Time parameterization divides by edge lengths, which fails for repeated and collinear points.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ import numpy as np
 
 from pickcli.geometry import Array
 
-SAME = 1e-6  # scaled joint units (rad, m): points nearer than this are one point, or on one line
-NOWHERE = 1e-9  # a path no longer than this goes nowhere
+SAME = 1e-6  # scaled joint units (rad, m): points within this distance count as one point, or as on one line
+NOWHERE = 1e-9  # a path no longer than this has no motion
 
 
 def canonical(waypoints: Array, tolerances: Array | float = SAME) -> Array:
-    """Indices of the waypoints that shape a path: the first, the last, and every one that cannot be dropped.
+    """Return indices of the waypoints that shape a path: the first, the last, and all that are needed.
 
-    A path that goes nowhere keeps index 0 only.
+    For a path without motion only index 0 is kept.
 
     Args:
         waypoints: (N, n) configurations.
@@ -44,7 +44,7 @@ def canonical(waypoints: Array, tolerances: Array | float = SAME) -> Array:
 
 
 def _worst_between(points: Array, tolerance: Array) -> int | None:
-    """Index of the point that most needs to be kept between the first and the last, or None."""
+    """Return the index of the point that most needs to be kept between first and last, or None."""
     if len(points) < 3:
         return None
     relative = points - points[0]
@@ -54,7 +54,7 @@ def _worst_between(points: Array, tolerance: Array) -> int | None:
     else:
         along = np.clip(relative @ relative[-1] / length, 0.0, length)
         distance = np.linalg.norm(relative - along[:, None] * (relative[-1] / length), axis=1)
-        # A point behind one that came before it on the chord: the path goes back here.
+        # A point behind an earlier one along the chord: the path reverses there.
         distance = np.maximum(distance, np.maximum.accumulate(along) - along)
     share = distance[1:-1] / tolerance[1:-1]
     worst = int(np.argmax(share))
@@ -62,7 +62,7 @@ def _worst_between(points: Array, tolerance: Array) -> int | None:
 
 
 def _without_repeats(waypoints: Array, kept: list[int]) -> Array:
-    """The kept indices without consecutive equal points; the path's end wins over what lies on it."""
+    """Return the kept indices without consecutive equal points; the path's end is always kept."""
     out = [kept[0]]
     for index in kept[1:]:
         if np.linalg.norm(waypoints[index] - waypoints[out[-1]]) > SAME:
@@ -73,7 +73,7 @@ def _without_repeats(waypoints: Array, kept: list[int]) -> Array:
 
 
 def _end_at(waypoints: Array, out: list[int], last: int) -> None:
-    """Make the path end at its last waypoint although that lies next to the one kept before it."""
+    """End the path at its last waypoint even if that is next to the one kept before it."""
     if len(out) > 1:
         out[-1] = last
     elif np.linalg.norm(waypoints[last] - waypoints[out[0]]) > NOWHERE:
@@ -81,11 +81,11 @@ def _end_at(waypoints: Array, out: list[int], last: int) -> None:
 
 
 def arc_lengths(waypoints: Array, kept: Array) -> Array:
-    """Where every waypoint lies along the polyline through the kept ones.
+    """Return the arc length of every waypoint along the polyline through the kept ones.
 
     Args:
         waypoints: (N, n) configurations.
-        kept: (K,) indices of those that are kept.
+        kept: (K,) indices of the kept waypoints.
 
     Returns:
         (N,) s, not decreasing.

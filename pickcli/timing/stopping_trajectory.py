@@ -1,13 +1,13 @@
-"""A protective stop at any time, and the resume after it: both along the path of the trajectory.
+"""Protective stop at any time, and the resume after it: both along the path of the trajectory.
 
-The robot's state is q(tau): tau is the trajectory's own time, and what changes is only how fast it runs.
-ruckig plans tau(t) with limits on d2tau/dt2 and d3tau/dt3; the joints then feel
+The robot's state is q(tau): tau is the trajectory's own time, and only its rate changes. ruckig plans tau(t)
+with limits on d2tau/dt2 and d3tau/dt3; the motion of the joints is then
 
     dq = v tau',    ddq = a tau'^2 + v tau'',    dddq = j tau'^3 + 3 a tau' tau'' + v tau'''
 
-with v, a, j those of the trajectory at tau. How hard tau may be braked depends on what the joints are
-doing just then, so several rates are tried, from the hardest, and the result is checked strictly. Where
-the joints brake with all they have already, the stop waits for a moment: never past the limits.
+with v, a, j of the trajectory at tau. How hard tau may be braked depends on the current state of the joints,
+so several rates are tried, from the hardest, and the result is checked strictly. If the joints already brake
+at their limits, the stop is delayed for a moment: limits are never exceeded.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from pickcli.timing.limit_check import TOLERANCE, measure_limits
 
 _STEP = 0.008  # s between points, at most
 _TOO_CLOSE = 5e-4  # s: points nearer than this are one
-_HOPELESS = 1.5  # a stretch that needs no closer look
-_SLOWEST = 0.02  # s: share of velocity over acceleration below which a joint counts as standing
+_HOPELESS = 1.5  # stretch beyond which no exact value is computed
+_SLOWEST = 0.02  # s: ratio of velocity to acceleration limit below which a joint counts as at rest
 _RATES = 0.65 ** np.arange(9)  # of the fastest change of tau' that the limits could ever allow
 _WAITS = np.concatenate([np.arange(0.0, 0.2, 0.01), np.arange(0.2, 0.8, 0.03)])  # s until braking begins
 
 
 @dataclass(frozen=True, eq=False)
 class StoppedTrajectory:
-    """A motion as it is until standstill.
+    """A motion until standstill.
 
     Attributes:
         trajectory: The original up to the stop, then braking along the same path.
-        path_time: s; time of the configuration of standstill in the original trajectory.
+        path_time: s; time in the original trajectory of the configuration at standstill.
     """
 
     trajectory: Trajectory
@@ -45,7 +45,7 @@ class StoppedTrajectory:
 
 @dataclass(frozen=True, eq=False)
 class _TimeLaw:
-    """tau and its derivatives at times t from the moment of the request."""
+    """tau and its derivatives at times t since the request."""
 
     t: Array
     tau: Array
@@ -54,12 +54,12 @@ class _TimeLaw:
 
 
 def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory:
-    """The fastest stop found that keeps the path and all limits.
+    """Find the fastest stop that keeps the path and all limits.
 
-    If the robot comes to rest at the trajectory's own end before any other stop could, it stops there.
+    If the robot comes to rest at the trajectory's end before any other stop is possible, it stops there.
 
     Args:
-        trajectory: The trajectory that is to be stopped.
+        trajectory: The trajectory to be stopped.
         at: Time of the request, s.
         limits: Limits of the joints.
 
@@ -75,7 +75,7 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory
             law = _law(begin, 1.0, 0.0, rate, limits, trajectory)
             if begin + law.t[-1] >= best.trajectory.duration:
                 break  # lower rates take longer still
-            if _stretch(trajectory, law, limits) <= 1.0 + TOLERANCE / 3:  # jerk goes with its cube
+            if _stretch(trajectory, law, limits) <= 1.0 + TOLERANCE / 3:  # jerk scales with the cube
                 best = StoppedTrajectory(_driven(trajectory, law, with_start=True), float(law.tau[-1]))
                 break
     return best
@@ -84,12 +84,12 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory
 def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajectory:
     """Continue a stopped trajectory along its path, from rest to its end.
 
-    The trajectory's own pace is resumed; the limits that this would break are kept by stretching time, and
-    the fastest of several ways is taken.
+    The trajectory's own timing is resumed; time is stretched as far as its limits require, and the fastest of
+    several variants is returned.
 
     Args:
-        trajectory: The trajectory that was stopped.
-        path_time: s; where on it the robot stands.
+        trajectory: The stopped trajectory.
+        path_time: s; time on it at which the robot stands.
         limits: Limits of the joints.
 
     Returns:
@@ -112,7 +112,7 @@ def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajecto
 
 
 def _stretch(trajectory: Trajectory, law: _TimeLaw, limits: Limits) -> float:
-    """Factor of time that the part driven by the law needs to keep the limits, at least 1."""
+    """Return the factor of time, at least 1, at which the part driven by the law keeps the limits."""
     t, q, v, a = _law_rows(trajectory, law)
     at_points = float(np.sqrt((np.abs(a) / limits.acceleration).max()))
     if not at_points <= _HOPELESS:
@@ -131,7 +131,7 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
 
 
 def _fastest_rate(trajectory: Trajectory, tau: float, limits: Limits) -> float:
-    """The tau'' (1/s) at which the first joint around tau would need all of its acceleration."""
+    """Return the tau'' (1/s) at which the first joint around tau would need all of its acceleration."""
     velocity = np.abs(trajectory.sample(tau + np.linspace(-0.1, 0.1, 9), 1))
     return 1.0 / max(float((velocity / limits.acceleration).max()), _SLOWEST)
 
@@ -139,7 +139,7 @@ def _fastest_rate(trajectory: Trajectory, tau: float, limits: Limits) -> float:
 def _law(
     tau: float, speed: float, target: float, rate: float, limits: Limits, trajectory: Trajectory
 ) -> _TimeLaw:
-    """Change by ruckig of tau' from ``speed`` to ``target``, starting at tau."""
+    """Compute by ruckig the change of tau' from ``speed`` to ``target``, starting at tau."""
     import ruckig
 
     given, plan = ruckig.InputParameter(1), ruckig.Trajectory(1)
@@ -160,7 +160,7 @@ def _law(
 
 
 def _along(start: Array, ends: Array, t: Array) -> tuple[Array, Array, Array]:
-    """tau, tau', tau'' at times t, from the state (4, 7) at the start of seven phases of constant jerk."""
+    """Return tau, tau', tau'' at times t, from the starts (4, 7) of seven phases of constant jerk."""
     i = np.minimum(np.searchsorted(ends, t), 6)
     p, v, a, j = start[:, i]
     x = t - np.concatenate([[0.0], ends])[i]
@@ -168,7 +168,7 @@ def _along(start: Array, ends: Array, t: Array) -> tuple[Array, Array, Array]:
 
 
 def _points(t: Array, tau: Array, ends: Array, knots: Array) -> Array:
-    """Times at which to put points: where the law or the trajectory has a knot, and evenly in between."""
+    """Return times for trajectory points: the knots of law and trajectory, and evenly in between."""
     crossed = np.interp(knots[(knots > tau[0]) & (knots < tau[-1])], tau, t)
     marks = np.sort(np.concatenate([[0.0, t[-1]], ends[ends < t[-1]], crossed]))
     marks = marks[np.concatenate([[True], np.diff(marks) > _TOO_CLOSE])]
@@ -181,14 +181,14 @@ def _points(t: Array, tau: Array, ends: Array, knots: Array) -> Array:
 
 
 def _law_rows(trajectory: Trajectory, law: _TimeLaw) -> tuple[Array, Array, Array, Array]:
-    """Times from 0, positions, velocities and accelerations while the law drives."""
+    """Return times from 0, positions, velocities and accelerations while the law drives."""
     q, v, a = (trajectory.sample(law.tau, derivative) for derivative in range(3))
     first, second = law.first[:, None], law.second[:, None]
     return law.t, q, v * first, a * first**2 + v * second
 
 
 def _driven(trajectory: Trajectory, law: _TimeLaw, with_start: bool) -> Trajectory:
-    """The trajectory up to the law if asked for, the law, and the rest where the law ends at full pace."""
+    """Join the trajectory before the law (optional), the law, and the rest if the law ends at full speed."""
     rows = [_law_rows(trajectory, law)]
     points = (trajectory.times, trajectory.positions, trajectory.velocities, trajectory.accelerations)
     if with_start:

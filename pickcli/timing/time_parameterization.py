@@ -1,11 +1,11 @@
-"""Time parameterization of a path under velocity, acceleration and jerk limits, near the fastest.
+"""Near time-optimal parameterization of a path under velocity, acceleration and jerk limits.
 
 1. TOPP-RA under velocity and acceleration limits, with the path's own jerk capped;
 2. s(t) smoothed over a window (``smooth``), which bounds the jerk of the switches;
-3. where the result breaks a limit, by a factor r of time, the limits are lowered there and it starts again;
-4. what is left after a few rounds, a percent or so, is removed by stretching time.
+3. where the result breaks a limit, by a factor r of time, the limits are lowered and steps 1 and 2 repeated;
+4. the excess after a few rounds, a percent or so, is removed by stretching time.
 
-All of it is a pure function of path and limits.
+The result is a pure function of path and limits.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from pickcli.timing.jerk_smoothing import TimeLaw, smooth
 from pickcli.timing.path_limits import PathBounds
 from pickcli.timing.toppra_closed_form import PathGrid, VelocityProfile, parametrize
 
-_WIDE = 1.55  # times the ramp: a window that leaves half of the jerk to what the path itself needs
-_SHORT = 20.0  # ramps: a motion so short that the wide window's own length may cost more than it saves
+_WIDE = 1.55  # times the ramp: a window that leaves half of the jerk for the path's own curvature
+_SHORT = 20.0  # ramps: in a motion shorter than this, a wide window may cost more time than it saves
 _ROUNDS = 4  # for every window
 _SLOWER = 2.0  # at most, from one round to the next
-_GOOD = 1.003  # a stretch that is not worth another round
+_GOOD = 1.003  # stretch below which no further round is made
 
 
 @dataclass(frozen=True, eq=False)
 class TimedPath:
-    """One attempt: a time law, and the factor of time that makes it keep every limit.
+    """One attempt: a time law, and the factor of time at which it keeps every limit.
 
     Attributes:
         law: The time law.
@@ -42,16 +42,16 @@ class TimedPath:
 
     @property
     def duration(self) -> float:
-        """Duration once stretched, s."""
+        """Duration after stretching, s."""
         return self.law.duration * self.stretch
 
 
 def retime(curve: BlendedPath, bounds: PathBounds, step: float) -> TimedPath:
-    """The fastest time law found along a path without stops, from rest to rest.
+    """Find the fastest time law along a path without stops, from rest to rest.
 
     Args:
         curve: The blended path, longer than 0.
-        bounds: Limits along it.
+        bounds: Limits along the path.
         step: s of the time grid before stretching, at most; the ramp of an acceleration is a multiple of it.
 
     Returns:
@@ -64,15 +64,15 @@ def retime(curve: BlendedPath, bounds: PathBounds, step: float) -> TimedPath:
         found = _timed(curve, bounds, step, max(round(window / step), 1), window / ramp)
         best = found if best is None or found.duration < best.duration else best
         if best.stretch == 1.0:
-            break  # it fits as it is: a wider window only lasts longer
+            break  # no limit is broken: a wider window would only last longer
     assert best is not None
     return best
 
 
 def _windows(curve: BlendedPath, bounds: PathBounds, ramp: float) -> tuple[float, ...]:
-    """Windows (s) to try, the narrowest first.
+    """Return the windows (s) to try, the narrowest first.
 
-    A motion over d from rest to rest that jerk alone limits has four phases of (d / 2 jerk)^(1/3), and
+    A motion over d from rest to rest that is limited only by jerk has four phases of (d / 2 jerk)^(1/3);
     without jerk limits it would take T = 2 (d / acceleration)^(1/2).
     """
     # Only lines of the closed form cruise between accelerating and braking.
@@ -89,7 +89,7 @@ def _windows(curve: BlendedPath, bounds: PathBounds, ramp: float) -> tuple[float
 
 
 def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, share: float) -> TimedPath:
-    """Rounds of local correction for one window of ``n_window`` cells, ``share`` of a ramp long."""
+    """Run rounds of local correction for one window of ``n_window`` cells, ``share`` of a ramp long."""
     grid = bounds.grid(curve, min(1.0, share), 1.0, step * n_window)
     best: TimedPath | None = None
     for _ in range(_ROUNDS):
@@ -106,7 +106,7 @@ def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, s
 
 
 def needed_stretch(curve: BlendedPath, bounds: PathBounds, law: TimeLaw) -> Array:
-    """Factor of time at which the quintics of each cell of a time law keep all limits.
+    """Return the factor of time at which the quintics of each cell of a time law keep all limits.
 
     Args:
         curve: The blended path.
@@ -132,7 +132,7 @@ def needed_stretch(curve: BlendedPath, bounds: PathBounds, law: TimeLaw) -> Arra
 
 
 def to_trajectory(curve: BlendedPath, law: TimeLaw, names: tuple[str, ...] = ()) -> Trajectory:
-    """The motion q(s(t)) at the points of a time law; the quintics in between follow it closely.
+    """Build the motion q(s(t)) at the points of a time law; the quintics in between follow it closely.
 
     Args:
         curve: The blended path.
@@ -149,9 +149,9 @@ def to_trajectory(curve: BlendedPath, law: TimeLaw, names: tuple[str, ...] = ())
 
 
 def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: float, n_window: int) -> PathGrid:
-    """The grid with its limits lowered where the smoothed motion needs a stretch.
+    """Lower the limits of the grid where the smoothed motion needs a stretch.
 
-    Smoothing mixes what happens within a window, so a ratio counts for the window around it.
+    Smoothing mixes all points within a window, so a ratio applies to the window around it.
     """
     at = (np.interp(grid.s, profile.s, profile.t) / step + (n_window + 1) / 2).astype(int)
     at = np.minimum(np.maximum(at, 0), len(ratios) - 1)
@@ -161,7 +161,7 @@ def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: floa
     speed[[0, -1]] = grid.speed[[0, -1]]
     between = np.maximum(ratio[1:], ratio[:-1])
     for i in np.flatnonzero(grid.is_line) if grid.planes is None else ():
-        # A long line is broken at its ends only, by what happens in the blends: those are slowed instead.
+        # A long line is broken only at its ends, because of the blends: those are slowed instead.
         is_short = at[i + 1] - at[i] < 3 * n_window
         between[i] = ratios[at[i] : at[i + 1] + 1].max() if is_short else 1.0
     planes = grid.planes and replace(grid.planes, c=grid.planes.c / (ratio**2)[:, None])
@@ -169,7 +169,7 @@ def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: floa
 
 
 def _spread(values: Array, width: int) -> Array:
-    """(K,) largest value within ``width`` cells centred on each."""
+    """Return the (K,) largest values within ``width`` cells centred on each cell."""
     padded, done = np.zeros(len(values) + width - 1), 1
     padded[width // 2 : width // 2 + len(values)] = values
     while done < width:  # maxima over twice as many cells each time

@@ -1,4 +1,4 @@
-"""A run: everything between two stops, stitched into one path and timed as one motion."""
+"""Timed runs: the path between two stops, stitched from its segments and timed as one motion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from pickcli.timing.time_parameterization import retime, to_trajectory
 from pickcli.timing.trajectory_chords import trajectory_chords
 
 STEP = 0.008  # s between trajectory points, before stretching
-MOST_STRETCH = 2.0  # of all of a motion for what a path constraint needs in one place
+MOST_STRETCH = 2.0  # of the whole motion, for a path constraint that is broken in one place
 CHECK_STEP = 1e-3  # s between the states at which a path constraint is checked
 
 
@@ -34,13 +34,13 @@ class TimedRun:
 
     Attributes:
         trajectory: N points with quintics in between.
-        part_times: (P + 1,) s when each segment begins, and the run's end; a boundary inside a blend counts
-            where the middle of the blend is passed.
-        piece_scales: (N - 1,) speed scale that held on each piece of the trajectory, for ``check_limits``.
+        part_times: (P + 1,) s when each segment begins, and the run's end; a boundary inside a blend is at
+            the middle of the blend.
+        piece_scales: (N - 1,) speed scale of each piece of the trajectory, for ``check_limits``.
         curve: The path that the trajectory follows.
-        law: Where on the path it is at each time.
+        law: Time law along the path.
         stretch: Factor by which time was stretched at the end to keep the limits strictly.
-        report: How much of the limits is used.
+        report: Ratios to the limits.
     """
 
     trajectory: Trajectory
@@ -53,7 +53,7 @@ class TimedRun:
 
     @cached_property
     def deviation(self) -> float:
-        """Bound on how far, joint by joint, the trajectory's quintics leave the path, in joint units."""
+        """Bound on how far the trajectory's quintics deviate from the path, for any joint, in joint units."""
         return _deviation(self.curve, self.law, self.trajectory)
 
 
@@ -66,17 +66,17 @@ def time_run(
     step: float = STEP,
     constraint: PathConstraint | None = None,
 ) -> TimedRun:
-    """Time one motion through all segments, at rest only at its ends and at corners that no blend could pass.
+    """Time one motion through all segments, at rest only at its ends and at corners that cannot be blended.
 
     Args:
         joint_names: Names of the n joints.
-        segments: What the motion goes through, each from where the one before ends.
+        segments: Segments of the motion, each starting at the end of the one before.
         limits: Limits of the joints.
-        is_free: (index of a segment, chords, slack) to the first chord not proven free, or -1; None trusts
-            the blends' bound.
+        is_free: Returns for (index of a segment, chords, slack) the first chord not proven free, or -1; None
+            trusts the blends' bound.
         jacobian_speed: Tool travel per unit of path, needed if a segment has ``max_tool_speed``.
         step: s between points of the trajectory.
-        constraint: Kept along the whole run, at every millisecond.
+        constraint: Constraint that is kept along the whole run, at every millisecond.
 
     Returns:
         The timed run.
@@ -112,7 +112,7 @@ def _cap(limits: SegmentLimits) -> float:
 
 
 def _stitched(segments: Sequence[PathSegment]) -> tuple[Array, Array, Array]:
-    """Waypoints (N, n) of all segments, tolerance (N,) of each, and indices (P + 1,) of the boundaries."""
+    """Return waypoints (N, n) of all segments, their tolerances (N,), and boundary indices (P + 1,)."""
     if not segments:
         raise ValueError("a run needs at least one segment")
     blends = [segment.limits.blend_tolerance for segment in segments]
@@ -132,7 +132,7 @@ def _stitched(segments: Sequence[PathSegment]) -> tuple[Array, Array, Array]:
 
 
 def _time_law(curve: BlendedPath, bounds: PathBounds, step: float) -> tuple[TimeLaw, float]:
-    """The whole curve's law, with rests at its stops, and the largest stretch that a part needed."""
+    """Compute the whole curve's law, with rests at its stops, and the largest stretch of its parts."""
     if curve.length <= NOWHERE:
         return standing(curve.length, step), 1.0
     laws, start, stretch = [], 0.0, 1.0
@@ -146,7 +146,7 @@ def _time_law(curve: BlendedPath, bounds: PathBounds, step: float) -> tuple[Time
 
 
 def _tool_excess(curve: BlendedPath, bounds: PathBounds, law: TimeLaw, tool_speed: ToolSpeed) -> float:
-    """By how much, at least 1, the tool's true speed is over a cap: its table interpolates."""
+    """Return the factor, at least 1, by which the tool's exact speed, not interpolated, exceeds a cap."""
     cap = bounds.lowest(bounds.tool_caps, law.s, law.s)
     capped = np.isfinite(cap)
     if not capped.any():
@@ -156,7 +156,7 @@ def _tool_excess(curve: BlendedPath, bounds: PathBounds, law: TimeLaw, tool_spee
 
 
 def _check_rest(curve: BlendedPath, constraint: PathConstraint) -> None:
-    """Raise NoPlanError where not even rest keeps the constraint."""
+    """Raise NoPlanError if not even rest keeps the constraint."""
     q = curve.evaluate(np.linspace(0.0, curve.length, int(np.ceil(curve.length / PLANE_STEP)) + 1))
     needed = constraint.stretch(q, np.zeros_like(q), np.zeros_like(q))
     if not np.isfinite(needed).all():
@@ -165,7 +165,7 @@ def _check_rest(curve: BlendedPath, constraint: PathConstraint) -> None:
 
 
 def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> float:
-    """By how much, at least 1, the motion must be slower to keep the constraint at every millisecond."""
+    """Return the factor, at least 1, that slows the motion so that it keeps the constraint at every ms."""
     t = np.linspace(0.0, trajectory.duration, int(np.ceil(trajectory.duration / CHECK_STEP)) + 1)
     needed = constraint.stretch(*trajectory.states(t))
     worst = int(np.argmax(needed))
@@ -177,7 +177,7 @@ def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> fl
 
 
 def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:
-    """The trajectory with its ends on the first and last waypoint to the last bit, at rest."""
+    """Set the trajectory's ends to the first and last waypoint exactly, at rest."""
     trajectory.positions[[0, -1]] = waypoints[[0, -1]]
     trajectory.velocities[[0, -1]] = 0.0
     trajectory.accelerations[[0, -1]] = 0.0
@@ -185,12 +185,12 @@ def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:
 
 
 def _deviation(curve: BlendedPath, law: TimeLaw, trajectory: Trajectory) -> float:
-    """Bound on the distance, per joint, between the trajectory's quintics and the curve they sample.
+    """Bound the distance, per joint, between the trajectory's quintics and the curve that they sample.
 
-    Of two bounds the smaller one counts in each cell. Both curves meet at every point with velocity and
+    The smaller of two bounds is used in each cell. Both curves meet at every point with velocity and
     acceleration: an error with triple zeros at both ends of a cell of length h is largest for the perfect
     spline with knots at cos(k pi / 4), h^3 (1 - 1 / sqrt 2) / 48 times the largest difference of the third
-    derivatives. And neither is farther from the other than both are from their common chord.
+    derivatives. And the distance is at most the sum of the distances of both from their common chord.
     """
     h = np.diff(law.t)[:, None]
     start, end = law.s[:-1], law.s[1:]

@@ -6,7 +6,7 @@ limit is a strip |u - m x| <= c. All strips contain the origin, so the controlla
 [0, X] and both passes need no linear programs: each step is a minimum over the strips. Both are chains of
 a few thousand numbers, and the kernel runs them.
 
-Half-planes in general position, as a load's, make each step a linear program: those go to toppra.
+With half-planes in general position, like a load's, each step is a linear program, which toppra solves.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ _STANDING = 1e-12  # ds/dt: guards a division
 
 @dataclass(frozen=True, eq=False)
 class PathGrid:
-    """A path and its limits: states at M grid points, M - 1 intervals between them.
+    """A path and its limits: states at M gridpoints, M - 1 intervals between them.
 
-    On an interval that is a line nothing of the path bends; its profile is exact (accelerate, cruise, brake)
-    with no grid points in between, and its cruise lasts at least ``cruise``. Where ``planes`` limit the pace
-    too, a line is an interval like any other.
+    On an interval that is a straight line the profile is exact (accelerate, cruise, brake) without gridpoints
+    in between, and its cruise lasts at least ``cruise``. If ``planes`` also limit the speed, a line is
+    treated like any other interval.
 
     Attributes:
         s: (M,) path parameters, increasing.
@@ -40,8 +40,8 @@ class PathGrid:
         speed: (M,) limit of ds/dt, finite.
         line_speed: (M - 1,) limit of ds/dt inside each interval, used on lines only.
         is_line: (M - 1,) whether the interval is a line.
-        cruise: s.
-        planes: Half-planes at the M grid points, or None.
+        cruise: s, least duration of a cruise.
+        planes: Half-planes at the M gridpoints, or None.
     """
 
     s: Array
@@ -76,7 +76,7 @@ class VelocityProfile:
 
 
 def parametrize(grid: PathGrid) -> VelocityProfile:
-    """The fastest motion along a path from rest to rest; limits are enforced at both ends of each interval.
+    """Compute the fastest motion along a path from rest to rest; limits hold at both ends of each interval.
 
     Args:
         grid: The path and its limits.
@@ -97,9 +97,9 @@ def parametrize(grid: PathGrid) -> VelocityProfile:
 
 
 def _at_both_ends(grid: PathGrid, planes: HalfPlanes) -> HalfPlanes:
-    """All limits on u and x at the start of every interval, those at its end among them.
+    """Return all limits on u and x at the start of every interval, including those at its end.
 
-    At the end x is x + 2 ds u ("interpolation scheme" of Pham and Pham). Joints: |dq u + ddq x| <= limit.
+    At the end, x is x + 2 ds u ("interpolation scheme" of Pham and Pham). Joints: |dq u + ddq x| <= limit.
     """
     limit = np.concatenate([grid.acceleration, grid.acceleration[-1:]])
     before = np.concatenate([grid.acceleration[:1], grid.acceleration])
@@ -109,7 +109,7 @@ def _at_both_ends(grid: PathGrid, planes: HalfPlanes) -> HalfPlanes:
     c_end = np.concatenate([before, before, planes.c], axis=1)
     step = 2.0 * np.diff(grid.s)[:, None]
     ends = a[1:] + step * b[1:], b[1:], c_end[1:]
-    # At the last gridpoint no interval starts.
+    # No interval starts at the last gridpoint.
     return HalfPlanes(
         *(
             np.concatenate([start, np.concatenate([end, start[-1:]])], axis=1)

@@ -2,7 +2,7 @@
 
 Pham and Pham, "A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis",
 IEEE T-RO 34(3), 2018; github.com/hungpham2511/toppra. Each step of both passes is a linear program in (u, x),
-solved by Seidel's algorithm. Importing the library takes 0.3 s, so it is imported where it is needed first.
+solved by Seidel's algorithm. Importing the library takes 0.3 s, so it is imported at first use.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from pickcli.errors import LimitError
 from pickcli.geometry import Array
 from pickcli.timing.path_constraint import HalfPlanes
 
-BLOCK = 16  # half-planes in one constraint of the library
+BLOCK = 16  # half-planes per constraint of the library
 
 
 def squared_speeds(s: Array, planes: HalfPlanes, fastest: Array) -> Array:
-    """The largest x = (ds/dt)^2 from rest to rest, with u = d2s/dt2 constant between gridpoints.
+    """Compute the largest x = (ds/dt)^2 from rest to rest, with u = d2s/dt2 constant between gridpoints.
 
     Args:
         s: (M,) gridpoints, increasing.
-        planes: At each interval's start, for u and the x there; (M, R), the last row does not count.
+        planes: Half-planes of u and x at each interval's start; (M, R), the last row is ignored.
         fastest: (M,) limits of ds/dt.
 
     Returns:
         (M,) x, 0 at both ends.
 
     Raises:
-        LimitError: If the library finds no motion: a bug, as rest is inside all half-planes.
+        LimitError: If the library finds no motion, which is a bug, because rest is inside all half-planes.
     """
     algorithm, _ = _library()
     constraints = [_constraint(block, fastest) for block in _blocks(planes)]
@@ -48,7 +48,7 @@ def squared_speeds(s: Array, planes: HalfPlanes, fastest: Array) -> Array:
 
 @cache
 def _library() -> tuple[Any, Any]:
-    """The library's ``algorithm`` and ``constraint``, without what it imports for its plots."""
+    """Import the library's ``algorithm`` and ``constraint``, without the imports for its plots."""
     with _without_matplotlib():
         from toppra import algorithm, constraint
     return algorithm, constraint
@@ -56,7 +56,7 @@ def _library() -> tuple[Any, Any]:
 
 @contextmanager
 def _without_matplotlib() -> Iterator[None]:
-    """Empty modules in place of matplotlib, unless it is there: it is half of the library's import."""
+    """Substitute empty modules for matplotlib unless loaded: it is half of the library's import time."""
     names = () if "matplotlib" in sys.modules else ("matplotlib", "matplotlib.pyplot")
     sys.modules.update({name: ModuleType(name) for name in names})
     try:
@@ -67,14 +67,14 @@ def _without_matplotlib() -> Iterator[None]:
 
 
 def _blocks(planes: HalfPlanes) -> Iterator[HalfPlanes]:
-    """The half-planes, a few at a time: the library multiplies each block by a square matrix, its F."""
+    """Split the half-planes into blocks, because the library multiplies each by a square matrix F."""
     for first in range(0, planes.a.shape[1], BLOCK):
         some = slice(first, first + BLOCK)
         yield HalfPlanes(planes.a[:, some], planes.b[:, some], planes.c[:, some])
 
 
 class _Path:
-    """All that the library asks of a path whose constraints are given at the gridpoints."""
+    """The attributes that the library needs of a path whose constraints are given at the gridpoints."""
 
     def __init__(self, s: Array) -> None:
         self.path_interval = s[[0, -1]]
@@ -82,11 +82,11 @@ class _Path:
 
 
 def _constraint(planes: HalfPlanes, fastest: Array) -> Any:
-    """The half-planes as the library's linear constraint: F (a u + b x + c) <= g, with F = 1 and g = 0."""
+    """Convert half-planes to the library's linear constraint F (a u + b x + c) <= g, with F = 1, g = 0."""
     n_rows = planes.a.shape[1]
     x_bound = np.column_stack([np.zeros(len(fastest)), np.square(fastest)])
     given = (planes.a, planes.b, -planes.c, np.eye(n_rows), np.zeros(n_rows), None, x_bound)
     constraint = _library()[1].LinearConstraint()
-    constraint.identical = True  # F and g, at all gridpoints
+    constraint.identical = True  # same F and g at all gridpoints
     constraint.compute_constraint_params = lambda path, gridpoints: given
     return constraint

@@ -1,4 +1,4 @@
-"""Chords that a trajectory stays near, by which the kernel proves the timed motion itself."""
+"""Chords near a trajectory, by which the kernel proves the timed motion itself."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from pickcli.motion.trajectory import Trajectory
 
 
 def trajectory_chords(trajectory: Trajectory) -> tuple[Array, Array]:
-    """Chords of a trajectory, and how far its quintics leave them.
+    """Compute chords of a trajectory, and bounds of how far its quintics leave them.
 
-    With Bernstein coefficients b_i of a piece, its distance from the chord point at the same u is a convex
-    combination of the distances of b_i from the chord at i / 5: the largest of those is a strict bound.
+    For a piece with Bernstein coefficients b_i, its distance from the chord point at the same u is a convex
+    combination of the distances of b_i from the chord at i / 5; the largest of those is a strict bound.
 
     Args:
         trajectory: N points with quintics in between.
@@ -22,7 +22,7 @@ def trajectory_chords(trajectory: Trajectory) -> tuple[Array, Array]:
     """
     h, q = np.diff(trajectory.times)[:, None], trajectory.positions
     way, v, a = np.diff(q, axis=0), trajectory.velocities, trajectory.accelerations
-    # b_1 to b_4 from both ends; b_0 and b_5 are the ends themselves.
+    # b_1 to b_4 from both ends; b_0 and b_5 are the ends.
     first, last = (v[:-1] * h - way) / 5, (way - v[1:] * h) / 5
     off = np.abs([first, 2 * first + a[:-1] * h**2 / 20, 2 * last + a[1:] * h**2 / 20, last])
     return q, off.max(axis=0)

@@ -1,6 +1,6 @@
-"""States of a trajectory at many times, evaluated by the kernel: what planning measures on its own motions.
+"""Sampling of a trajectory's states at many times by the kernel, for measurements on planned motions.
 
-The second opinion evaluates the same quintics by ``Trajectory`` itself, with no code of the kernel.
+The verifier evaluates the same quintics by ``Trajectory`` itself, without code of the kernel.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pickcli.motion.trajectory import Trajectory
 
 
 def states_at(trajectory: Trajectory, t: Array, highest: int = 2) -> Array:
-    """Positions and their derivatives by time.
+    """Return positions and their time derivatives.
 
     Args:
         trajectory: N points with quintics in between.

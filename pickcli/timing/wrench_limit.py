@@ -1,9 +1,10 @@
-"""The wrench on the cup as a path constraint: an inscribed polytope of what the cup bears.
+"""The wrench on the cup as a path constraint: polygons inscribed in what the cup bears.
 
-At one place of a path the wrench lies in a plane, a u + b x + c (``HeldBody.path_wrench``), and what the cup
-bears cuts a convex set out of it. That set is what has to be inscribed, not the limit surface, for which
-hundreds of faces would do no better. The corners of its polygon lie where evenly spaced directions, seen from
-the wrench at rest, meet the limit: whatever the item's weight leaves of the limits is used equally well.
+At one place of a path the wrench lies in a plane, a u + b x + c (``HeldBody.path_wrench``), and the limits of
+the cup cut a convex set out of it. The polygon is inscribed in that set, not in the whole limit surface, for
+which hundreds of faces would be no better. Its corners are where evenly spaced directions, starting from the
+wrench at rest, meet the limit, so the capacity that the item's weight leaves is used equally well in all
+directions.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from pickcli.kinematics.held_body import HeldBody
 from pickcli.timing.path_constraint import HalfPlanes
 
 N_EDGES = 16  # of each polygon
-AT_REST = 1e-3  # share of the limits that polygons leave at least, where the weight takes up nearly all
-HALVINGS = 30  # of the share of the motion's own wrench that a state keeps its limits with
-VANISHED = 1e-9  # share of the limits per unit of path: nothing
+AT_REST = 1e-3  # share of the limits that polygons leave at least, if the weight takes up nearly all
+HALVINGS = 30  # bisections of the share of the motion's wrench at which a state keeps its limits
+VANISHED = 1e-9  # share of the limits per unit of path that counts as 0
 
 Plane = tuple[Array, Array, Array]
 """a, b and c (M, k) of a u + b x + c."""
@@ -30,14 +31,14 @@ Plane = tuple[Array, Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class WrenchLimit:
-    """A body held in the cup, or between pads, while the arm moves.
+    """Limit of the wrench on a body held in the cup, or between pads, while the arm moves.
 
     Attributes:
-        arm: Moves the tool.
+        arm: Kinematics of the arm that moves the tool.
         tool_state: State of the tool.
-        body: What it holds.
-        limits: What the cup bears at full vacuum, or the pads.
-        share: Of the limits that may be used: vacuum under the cup over full vacuum, and any margin.
+        body: The held body.
+        limits: Limits of the cup at full vacuum, or of the pads.
+        share: Usable share of the limits: vacuum under the cup over full vacuum, and any margin.
     """
 
     arm: Arm
@@ -50,7 +51,7 @@ class WrenchLimit:
         return f"{self.share:.2f} of what {self.limits.bearer}"
 
     def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
-        """Polygons inscribed in the limits of the wrench (see ``PathConstraint``).
+        """Compute polygons inscribed in the limits of the wrench (see ``PathConstraint``).
 
         Args:
             q: (M, n) configurations.
@@ -58,17 +59,17 @@ class WrenchLimit:
             ddq: (M, n) d2q/ds2.
 
         Returns:
-            The half-planes that keep the wrench inside what the cup bears.
+            The half-planes that keep the wrench within the limits.
         """
         plane = self._along_axis(self.body.path_wrench(self.arm.tip_motion(q, dq, ddq, self.tool_state)))
         inside = (_inscribed(*self._slip(plane)), *(_inscribed(*of) for of in self._lip(plane)))
         return HalfPlanes(*(np.concatenate(columns, axis=1) for columns in zip(*inside, strict=True)))
 
     def stretch(self, q: Array, velocity: Array, acceleration: Array) -> Array:
-        """Factor of time at which the wrench keeps the limits themselves (see ``PathConstraint``).
+        """Return the factor of time at which the wrench keeps the exact limits (see ``PathConstraint``).
 
-        The wrench beyond that at rest falls with the square of time. The states that keep the limits with a
-        share of it are an interval from 0, as the limits are convex.
+        The wrench in excess of that at rest falls with the square of time. The shares of it that keep the
+        limits form an interval from 0, because the limits are convex.
 
         Args:
             q: (M, n) configurations.
@@ -76,7 +77,7 @@ class WrenchLimit:
             acceleration: (M, n) per s^2.
 
         Returns:
-            (M,) at least 1; inf where not even rest keeps the limits.
+            (M,) at least 1; inf if not even rest keeps the limits.
         """
         motion = self.arm.tip_motion(q, velocity, acceleration, self.tool_state)
         moving = self.body.wrench(motion)
@@ -96,14 +97,14 @@ class WrenchLimit:
         return factor
 
     def _along_axis(self, plane: Plane) -> Plane:
-        """Wrenches in axes whose last one is that of the hold."""
+        """Rotate wrenches to axes of which the last is that of the hold."""
         a, b, c = plane
         return self.limits.along_axis(a), self.limits.along_axis(b), self.limits.along_axis(c)
 
     def _slip(self, plane: Plane) -> tuple[Plane, Plane]:
-        """Friction, (|shear| / max_shear)^2 + (|twist| / max_twist)^2 <= share^2, as of ``_inscribed``.
+        """Return friction, (|shear| / max_shear)^2 + (|twist| / max_twist)^2 <= share^2, for ``_inscribed``.
 
-        Scaled by the limits this is the unit ball, which the plane cuts in a disc.
+        Scaled by the limits this is the unit ball, whose intersection with the plane is a disc.
         """
         scale = np.array([self.limits.max_shear, self.limits.max_shear, self.limits.max_twist]) * self.share
         a, b, c = (w[:, [0, 1, 5]] / scale for w in plane)
@@ -115,10 +116,10 @@ class WrenchLimit:
         return (a, b, c), _constant(radius)
 
     def _lip(self, plane: Plane) -> tuple[tuple[Plane, Plane], ...]:
-        """The lip, max(0, pull) / max_pull + |bending| / max_moment <= share, with pull and without."""
+        """Return the lip, max(0, pull) / max_pull + |bending| / max_moment <= share, for pull and without."""
         a, b, c = (w[:, 3:5] / self.limits.max_moment / self.share for w in plane)
         by_u, by_x, at_rest = (w[:, 2:3] / self.limits.max_pull / self.share for w in plane)
-        room = np.maximum(1.0 + at_rest, AT_REST)  # fz, which is the pull with its sign turned
+        room = np.maximum(1.0 + at_rest, AT_REST)  # fz, which is minus the pull
         if self.limits.bears_push:
             return ((a, b, c), (by_u, by_x, room)), ((a, b, c), _constant(np.ones_like(room)))
         pushed = np.maximum(1.0 - at_rest, AT_REST)
@@ -126,14 +127,14 @@ class WrenchLimit:
 
 
 def _inscribed(vector: Plane, radius: Plane) -> Plane:
-    """Half-planes a u + b x <= c of a polygon inside |vector| <= radius, both linear in u and x.
+    """Return half-planes a u + b x <= c of a polygon inside |vector| <= radius, both linear in u and x.
 
     Args:
         vector: (M, 2) each.
         radius: (M, 1) each; positive at rest.
 
     Returns:
-        (M, N_EDGES) each, c positive. Along u alone from rest, with a constant radius, it is exact.
+        (M, N_EDGES) each, c positive. Exact along u from rest, for a constant radius.
     """
     rest = vector[2] / radius[2]
     rest = (
@@ -156,18 +157,18 @@ def _inscribed(vector: Plane, radius: Plane) -> Plane:
 
 
 def _constant(radius: Array) -> Plane:
-    """A radius (M, 1) that does not depend on u and x."""
+    """Return a radius (M, 1) that does not depend on u and x."""
     zero = np.zeros_like(radius)
     return zero, zero, radius
 
 
 def _dot(v: Array, e: Array) -> Array:
-    """(M, 1) scalar products of two arrays (M, k)."""
+    """Return (M, 1) scalar products of two arrays (M, k)."""
     return np.asarray((v * e).sum(axis=1, keepdims=True))
 
 
 def _direction(*candidates: Array) -> Array:
-    """Unit vectors (M, k) along the first of the candidates (M, k) that does not vanish."""
+    """Return unit vectors (M, k) along the first of the candidates (M, k) that does not vanish."""
     out = np.zeros_like(candidates[0])
     for vector in reversed(candidates):
         length = np.linalg.norm(vector, axis=1, keepdims=True)
@@ -176,7 +177,7 @@ def _direction(*candidates: Array) -> Array:
 
 
 def _across(e: Array, v: Array) -> Array:
-    """Unit vectors (M, 3) across e, in the plane of e and v where these are not one line."""
+    """Return unit vectors (M, 3) across e, in the plane of e and v if these are not collinear."""
     flattest = np.eye(3)[np.abs(e).argmin(axis=1)]
     found = _direction(v - _dot(v, e) * e, np.cross(e, flattest))
     return _direction(found - _dot(found, e) * e)
