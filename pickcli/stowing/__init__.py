@@ -1,7 +1,7 @@
-"""Random scenes that a pod could have: layouts of items in places, at rest.
+"""Random scenes: layouts of items at rest in places.
 
-Read `make_scene`, then how one place is filled: `bin_layout` in a bin, `heap` where it is open above. A bin
-is filled by `packing_search` over many `bin_packings` at once: `box_arrays` have their items as boxes,
-`stable_poses` and `placement_sampling` say how and where one may lie, `crowding_cost` and
-`extraction_access` judge a packing.
+Start with `make_scene`, then the layout of one place: `bin_layout` for bins, `heap` for places open above.
+Bins are filled by `packing_search` over many `bin_packings` at once: `box_arrays` represent items as boxes,
+`stable_poses` and `placement_sampling` draw poses, and `crowding_cost` and `extraction_access` rate a
+packing.
 """

@@ -1,7 +1,7 @@
-"""Layout of the items of one bin, before physics lets them come to rest.
+"""Layouts of the items of one bin, before they come to rest in physics.
 
-People who stock a pod lay things side by side so that all can be seen, stack only what is left over, and put
-right what turned out badly.
+Modelled on people who stock a pod: items side by side and visible, stacked only if necessary, and rearranged
+if the result is bad.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from pickcli.cell.item import Item
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.stowing.packing_search import fill
 
-N_LAYOUTS = 3  # of the best packings; the search copies the best, so they may be the same
+N_LAYOUTS = 3  # number of best packings; duplicates are removed, as the search copies the best
 
 
 @dataclass(frozen=True)
 class ItemInstance:
-    """One instance to be placed.
+    """One item instance to be placed.
 
     Attributes:
         id: Unique in the scene.
-        item: What it is.
+        item: The product.
     """
 
     id: str
@@ -39,18 +39,18 @@ def lay_out(
     may_raise: bool = False,
     tell: Callable[[], None] = lambda: None,
 ) -> list[tuple[PlacedItem, ...]]:
-    """Layouts of the contents of a bin, a little above where they will lie.
+    """Compute layouts of a bin's contents, slightly above their resting poses.
 
     Args:
         scene: The scene that the bin is in.
         bin_name: Name of the bin.
-        contents: What is to be placed.
+        contents: Items to be placed.
         seed: Seed of all random choices.
-        may_raise: Whether things may stand higher than the mouth, brought in lying and raised inside.
+        may_raise: Whether items may be higher than the mouth, inserted lying and tilted up inside.
         tell: Called before every step of the search.
 
     Returns:
-        Layouts, the best first; none if the contents found no room.
+        Layouts, the best first; empty if the contents do not fit.
     """
     cell_bin = scene.cell.places[bin_name]
     items = [entry.item for entry in contents]
@@ -65,6 +65,6 @@ def lay_out(
             for entry, T_bin_item in zip(contents, T_bin_items, strict=True)
         )
         for n, T_bin_items in enumerate(poses)
-        # Physics says the same of the same layout.
+        # Physics gives the same result for equal layouts.
         if not any(np.array_equal(T_bin_items, earlier) for earlier in poses[:n])
     ]

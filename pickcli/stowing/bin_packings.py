@@ -1,4 +1,4 @@
-"""Many alternative packings of one bin, side by side in arrays, changed by moving one item at a time."""
+"""Many alternative packings of one bin as arrays, modified by moving one item at a time."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from pickcli.stowing.placement_sampling import Placements, from_corner, random_p
 
 Indices: TypeAlias = NDArray[np.intp]
 
-N_SPOTS = 6  # drawn per move in each packing
-BLOCKED = 8.0  # cost of an item without a way out
+N_SPOTS = 6  # placements drawn per move in each packing
+BLOCKED = 8.0  # cost of an item that cannot be extracted
 OUTSIDE = 1000.0  # cost of an item that is not in the bin yet
-WAITING = np.array([[10.0, 0.0, 0.0], [10.01, 0.01, 0.01]])  # m, box around it, far behind the bin
-WASTE = 20.0  # cost per m from the corner while room must be saved
+WAITING = np.array([[10.0, 0.0, 0.0], [10.01, 0.01, 0.01]])  # m, box of such an item, far behind the bin
+WASTE = 20.0  # cost per m of distance from the corner while cramming
 
 
 @dataclass(eq=False)
@@ -33,10 +33,10 @@ class BinPackings:
     Attributes:
         cell_bin: The bin.
         items: The M items.
-        lying: (F, M) how they lie.
-        cost: (F,) for how the items lie, and for the order and access that they leave.
-        is_cramming: (F,) where instead only room is saved, until everything is in.
-        may_raise: Whether things may stand higher than the mouth.
+        lying: (F, M) placements of the items.
+        cost: (F,) of the placements, and of order and access.
+        is_cramming: (F,) whether only space is saved, until all items are in.
+        may_raise: Whether items may be higher than the mouth.
     """
 
     cell_bin: Place
@@ -48,15 +48,15 @@ class BinPackings:
 
     @classmethod
     def empty(cls, cell_bin: Place, items: Sequence[Item], n: int, may_raise: bool) -> BinPackings:
-        """Packings with every item outside.
+        """Create packings with all items outside.
 
-        Every other packing is begun with care, the rest by cramming.
+        Every other packing starts with regard to order, the rest by cramming.
 
         Args:
             cell_bin: The bin.
             items: The items.
-            n: How many packings.
-            may_raise: Whether things may stand higher than the mouth.
+            n: Number of packings.
+            may_raise: Whether items may be higher than the mouth.
 
         Returns:
             The packings.
@@ -70,7 +70,7 @@ class BinPackings:
         return cls(cell_bin, items, lying, np.full(n, np.inf), np.arange(n) % 2 == 1, may_raise)
 
     def holds(self, k: int) -> Bools:
-        """Which packings hold an item.
+        """Whether each packing contains an item.
 
         Args:
             k: Index of the item.
@@ -81,7 +81,7 @@ class BinPackings:
         return np.asarray(self.lying.own[:, k] < OUTSIDE)
 
     def is_full(self) -> Bools:
-        """Which packings hold every item.
+        """Whether each packing contains all items.
 
         Returns:
             (F,).
@@ -89,7 +89,7 @@ class BinPackings:
         return np.asarray((self.lying.own < OUTSIDE).all(axis=1))
 
     def poses(self, packing: int) -> Array:
-        """Poses of all items of one packing.
+        """Return the poses of all items of one packing.
 
         Args:
             packing: Index of the packing.
@@ -102,7 +102,7 @@ class BinPackings:
         return T
 
     def move(self, k: int, rng: np.random.Generator, tolerance: float = 0.0) -> None:
-        """Put an item elsewhere in every packing that gets better, or worse by about the tolerance at most.
+        """Move an item in every packing whose cost decreases, or increases by about the tolerance at most.
 
         Args:
             k: Index of the item.
@@ -125,24 +125,24 @@ class BinPackings:
         self.cost[rows] = cost[best[rows]]
 
     def tidy_up(self) -> None:
-        """From now on let order count in the packings that hold everything."""
+        """Consider order from now on in the packings that contain all items."""
         rows = np.flatnonzero(self.is_cramming & self.is_full())
         self.is_cramming[rows] = False
         own, any_cost = self.lying.own[rows].sum(axis=1), np.full(len(rows), np.inf)
         self.cost[rows] = self._costs(self.lying.boxes[rows], own, self.is_cramming[rows], any_cost)
 
     def copy(self, of: Indices, to: Indices) -> None:
-        """Give up some packings for copies of others.
+        """Replace some packings by copies of others.
 
         Args:
-            of: Indices of those that are copied.
-            to: Indices of those that are given up.
+            of: Indices of the copied packings.
+            to: Indices of the replaced packings.
         """
         for part in (*_parts(self.lying), self.cost, self.is_cramming):
             part[to] = part[of]
 
     def _without(self, k: int, of: Indices) -> Placements:
-        """What lies in packings ``of`` while item k is in the hand."""
+        """Placements in packings ``of`` without item k."""
         lying = self.lying
         boxes = lying.boxes[of].replaced(k, BoxArrays(*WAITING))
         return Placements(
@@ -150,12 +150,12 @@ class BinPackings:
         )
 
     def _carries(self, k: int) -> Bools:
-        """(F,) whether something lies on item k."""
+        """Whether something lies on item k in each packing (F,)."""
         boxes = self.lying.boxes
         return np.asarray(lies_on(boxes, boxes[:, k : k + 1]).any(axis=1))
 
     def _costs(self, boxes: BoxArrays, own: Array, is_cramming: Bools, limit: Array) -> Array:
-        """Cost of rows of boxes; ways out are only looked for in rows that are below their limit so far."""
+        """Cost of rows of boxes; access is checked only in rows that are below their limit otherwise."""
         wasted = WASTE * from_corner(self.cell_bin, boxes).sum(axis=-1)
         cost = own + np.where(is_cramming, wasted, crowding(self.cell_bin, boxes))
         rows = np.flatnonzero((cost < limit) & ~is_cramming)

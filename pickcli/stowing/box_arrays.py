@@ -1,4 +1,4 @@
-"""Upright boxes around the items of a bin, in the bin frame: x into the bin, y left, z up."""
+"""Arrays of bin-aligned boxes around the items of a bin, in the bin frame: x into the bin, y left, z up."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class BoxArrays:
-    """Upright boxes in arrays of any shape (...).
+    """Axis-aligned boxes in arrays of any shape (...).
 
     Attributes:
         low: (..., 3) m, lower corners.
@@ -32,20 +32,20 @@ class BoxArrays:
 
     @property
     def column(self) -> BoxArrays:
-        """The boxes (..., N, 1, 3), for pairs with others."""
+        """The boxes as (..., N, 1, 3), for pairwise operations."""
         return BoxArrays(self.low[..., None, :], self.high[..., None, :])
 
     @property
     def row(self) -> BoxArrays:
-        """The boxes (..., 1, N, 3), for pairs with others."""
+        """The boxes as (..., 1, N, 3), for pairwise operations."""
         return BoxArrays(self.low[..., None, :, :], self.high[..., None, :, :])
 
     def __getitem__(self, index: Any) -> BoxArrays:
-        """Some of them, by any index of numpy."""
+        """Return a subset, by any numpy index."""
         return BoxArrays(self.low[index], self.high[index])
 
     def replaced(self, k: int, by: BoxArrays) -> BoxArrays:
-        """The boxes with one box of each row replaced.
+        """Return the boxes with one box of each row replaced.
 
         Args:
             k: Index of the box in its row (..., N, 3).
@@ -60,14 +60,14 @@ class BoxArrays:
 
 
 def gap(a: BoxArrays, b: BoxArrays) -> Array:
-    """Horizontal distance of boxes.
+    """Compute the horizontal distance of boxes.
 
     Args:
         a: Boxes (..., 3).
         b: Boxes (..., 3).
 
     Returns:
-        (...) m, negative where one is over the other.
+        (...) m, negative if one is above the other.
     """
     return np.asarray(
         np.maximum(
@@ -78,7 +78,7 @@ def gap(a: BoxArrays, b: BoxArrays) -> Array:
 
 
 def lies_on(upper: BoxArrays, lower: BoxArrays) -> Bools:
-    """Whether boxes are over others.
+    """Whether boxes are above others.
 
     Args:
         upper: Boxes (..., 3).

@@ -1,7 +1,7 @@
-"""Crowding cost: what it costs to put things in each other's way in a bin.
+"""Crowding cost of items that hide or obstruct each other in a bin.
 
-People stow so that everything can be seen and reached: tall things behind low ones, a finger's width apart.
-Which items are targets is unknown here; every item counts the same.
+Modelled on people who stow for visibility and access: high items behind low ones, a finger's width apart. The
+targets are unknown here, so all items count alike.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from pickcli.cell.place import Place
 from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Bools, BoxArrays, gap
 
-HIDDEN = 1.0  # cost of an item that disappears behind a higher one
-TIGHT = 2.0  # cost of touching something so high that it is in the way of fingers
-CLOSE = 0.5  # cost of touching something low
-FINGER = 0.022  # m of room beside a thing, beyond which more is no better
-SOME = 0.008  # m of room beside low things, beyond which more is no better
-LOW = 0.022  # m, how far what is low rises above the base of its neighbour
-TALL = 0.06  # m that something in front must be higher to hide what is behind it
+HIDDEN = 1.0  # cost of an item hidden behind a higher one
+TIGHT = 2.0  # cost of contact with an item high enough to obstruct fingers
+CLOSE = 0.5  # cost of contact with a low item
+FINGER = 0.022  # m of gap beside an item, above which the cost is 0
+SOME = 0.008  # m of gap beside low items, above which the cost is 0
+LOW = 0.022  # m, largest height of a low item above the base of its neighbour
+TALL = 0.06  # m by which an item in front must be higher to hide the one behind it completely
 
 
 def crowding(cell_bin: Place, boxes: BoxArrays) -> Array:
-    """Cost of boxes among each other and in their bin.
+    """Compute the crowding cost of boxes in their bin.
 
     Args:
         cell_bin: The bin.
@@ -40,7 +40,7 @@ def crowding(cell_bin: Place, boxes: BoxArrays) -> Array:
 
 
 def _hidden(behind: BoxArrays, front: BoxArrays) -> Array:
-    """How much of a box disappears behind another, 0 to 1."""
+    """Share of a box hidden behind another, 0 to 1."""
     is_behind = behind.middle[..., 0] > front.middle[..., 0]
     width = np.minimum(front.high[..., 1], behind.high[..., 1]) - np.maximum(
         front.low[..., 1], behind.low[..., 1]
@@ -55,12 +55,12 @@ def _is_low(other: BoxArrays, of: BoxArrays) -> Bools:
 
 
 def _at_walls(cell_bin: Place, boxes: BoxArrays) -> Array:
-    """Cost (..., N) of being close to the edges of the mouth and to the back."""
+    """Cost (..., N) of boxes close to the edges of the mouth and to the back."""
     half = cell_bin.access.width / 2
     gaps = (boxes.low[..., 1] + half, half - boxes.high[..., 1], cell_bin.room.depth - boxes.high[..., 0])
     return np.asarray(TIGHT * sum(_shortfall(room, FINGER) for room in gaps))
 
 
 def _shortfall(room: Array, enough: float) -> Array:
-    """What is missing to enough room, 0 to 1."""
+    """Relative lack of room, 0 to 1."""
     return np.clip(1.0 - room / enough, 0.0, 1.0)

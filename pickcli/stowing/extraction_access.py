@@ -1,7 +1,7 @@
-"""Which items of a bin have a way out: up, perhaps aside, and straight out through the mouth.
+"""Extraction access of items in a bin: up, possibly sideways, and straight out through the mouth.
 
-A sketch of what the planner proves later, on upright boxes. A person who stows leaves room for a hand; here
-the hand needs about two centimetres around what it takes.
+An approximation on boxes of what the planner later proves. People who stow leave room for a hand; here the
+tool needs about two centimetres around the item.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from pickcli.cell.place import Place
 from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Bools, BoxArrays, lies_on
 
-ROOM = 0.020  # m that an item keeps from others and from the mouth's edges on its way
-FIRST = 0.05  # m of the first stretch, in which an item still touches its neighbours
-FIRST_ASIDE = 0.03  # m of it sideways at most
-ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m that are tried
-HEIGHTS = (0.0, 0.5, 1.0)  # between as high as the lip demands and as the mouth allows
+ROOM = 0.020  # m of clearance around an item on its path
+FIRST = 0.05  # m of the first stretch, in which an item may still touch its neighbours
+FIRST_ASIDE = 0.03  # m, largest sideways part of that stretch
+ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, sideways displacements to try
+HEIGHTS = (0.0, 0.5, 1.0)  # between the lowest height over the lip and the highest in the mouth
 WAYS = np.array(list(product(ASIDE, HEIGHTS)))
 
 
 def have_way_out(cell_bin: Place, boxes: BoxArrays) -> Bools:
-    """Whether boxes can be taken out past the others of their row.
+    """Whether boxes can be extracted past the others of their row.
 
     Args:
         cell_bin: The bin.
@@ -40,7 +40,7 @@ def have_way_out(cell_bin: Place, boxes: BoxArrays) -> Bools:
 
 
 def _ways(cell_bin: Place, boxes: BoxArrays) -> tuple[Bools, Array, Array]:
-    """Whether each of W ways leads through the mouth, and how far aside and up it goes: (W, ..., N)."""
+    """Whether each of W paths passes the mouth, and its displacement sideways and up: (W, ..., N)."""
     aside, share = WAYS.T.reshape(2, -1, *[1] * (boxes.low.ndim - 1))
     half = cell_bin.access.width / 2 - ROOM
     (_, y_low, z_low), (_, y_high, z_high) = np.moveaxis(boxes.low, -1, 0), np.moveaxis(boxes.high, -1, 0)
@@ -52,7 +52,7 @@ def _ways(cell_bin: Place, boxes: BoxArrays) -> tuple[Bools, Array, Array]:
 
 
 def _hinders(other: BoxArrays, of: BoxArrays, aside: Array, rise: Array) -> Bools:
-    """Whether each other box is in the way of each box that rises, moves aside and is pulled out."""
+    """Whether each other box obstructs each box that is raised, moved sideways and pulled out."""
     first_aside = np.clip(aside, -FIRST_ASIDE, FIRST_ASIDE)
     first_rise = np.minimum(rise, np.sqrt(FIRST**2 - first_aside**2))
     to_right = other.high[..., 1] - of.low[..., 1] + ROOM

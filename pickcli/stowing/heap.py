@@ -1,4 +1,4 @@
-"""Layout of items in a place that is open above: a heap between walls, side by side where there are none."""
+"""Random layout of items in places open above: a heap between walls, or side by side without walls."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from pickcli.stowing.stable_poses import stable_poses
 
 N_DRAWS = 60  # poses tried for each item
 FROM_WALL = 0.008  # m
-APART = 0.025  # m between items that lie side by side
-ABOVE = 0.002  # m over what an item will lie on
+APART = 0.025  # m between items side by side
+ABOVE = 0.002  # m above the supporting surface
 
 
 def lay_heap(
     scene: Scene, place: Place, contents: Sequence[ItemInstance], rng: np.random.Generator
 ) -> tuple[PlacedItem, ...] | None:
-    """Lay items out, each on one of its sides and turned at random, a little above where it will lie.
+    """Place items on one of their sides with random yaw, slightly above their resting poses.
 
     Args:
         scene: The scene that the place is in.
         place: A place that is open above.
-        contents: What is to be placed, in this order.
+        contents: Items to be placed, in this order.
         rng: Source of random numbers.
 
     Returns:
-        The items; between walls each as low as it was found to lie, else all on the floor. None where one
-        found no room.
+        The items; between walls each at the lowest pose found, else all on the floor. None if an item
+        does not fit.
     """
     T_world_place = scene.T_world_place(place)
     low, high = np.zeros((0, 3)), np.zeros((0, 3))
@@ -50,7 +50,7 @@ def lay_heap(
 
 
 def _side_down(place: Place, item: Item, rng: np.random.Generator) -> Array:
-    """How an item lies (3, 3), before it is turned: it does not lean, nor roll on a table if it need not."""
+    """Orientation (3, 3) of an item before its yaw: not leaning, and if possible not rolling without walls."""
     every = stable_poses(item)
     standing = [(kind, weight) for kind, weight in every if not kind.is_on_edge]
     if not place.is_open_box:
@@ -60,7 +60,7 @@ def _side_down(place: Place, item: Item, rng: np.random.Generator) -> Array:
 
 
 def _drawn(place: Place, item: Item, low: Array, high: Array, rng: np.random.Generator) -> Array | None:
-    """A pose (4, 4) in a place, on top of boxes with these corners (K, 3); None where there is no room."""
+    """Random pose (4, 4) in a place, on top of boxes with these corners (K, 3); None if it does not fit."""
     turned = rotation_axis_angle((0.0, 0.0, 1.0), float(rng.uniform(-np.pi, np.pi)))
     R = turned @ _side_down(place, item, rng)
     reach, room = item.shape.reach(R), place.room

@@ -1,7 +1,7 @@
-"""From an order to a scene: every item with its real size, at rest in its place.
+"""Creates a scene from an order: every item with its real size, at rest in its place.
 
-Places are filled one by one, each from a seed of its own, so that a bin looks the same whatever the others
-hold. Targets of the order are not treated differently from the rest.
+Places are filled one by one, each with its own seed, so that a bin does not depend on the contents of others.
+Targets of the order are not treated differently.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from pickcli.simulation.settle import settle
 from pickcli.stowing.bin_layout import ItemInstance, lay_out
 from pickcli.stowing.heap import lay_heap
 
-N_ATTEMPTS = 5  # at a bin, each begun again: what is laid out may still slip or roll away
-N_RAISING = 10  # more of them, with things raised inside
-FEW = 12  # items of a bin for which all of these attempts are made: each costs the cube of their number
-MOST = 30  # items of one place; that many take a minute of search
-N_HEAPS = 30  # attempts at a place that is open above
+N_ATTEMPTS = 5  # at a bin: items of a layout may still slip or roll away
+N_RAISING = 10  # further attempts, with items tilted up inside
+FEW = 12  # largest number of items for which all attempts are made: the cost of each grows with its cube
+MOST = 30  # items of one place; this number takes a minute of search
+N_HEAPS = 30  # attempts at a place open above
 
 
 def make_scene(
@@ -40,19 +40,19 @@ def make_scene(
     """Place items at rest and without overlap.
 
     Args:
-        bin_contents: Item names by bin, or other place.
-        cell: Whose places and items these are.
+        bin_contents: Item names by bin or other place.
+        cell: The cell, for places and items.
         seed: Seed of all random choices.
-        year: Which figures an item of two years has.
-        on_progress: Told of the bins done and the name of the next, also between the steps of a search.
+        year: Year of the figures of items that occur in two years.
+        on_progress: Called with the number of finished bins and the name of the next, also during a search.
         T_world_pod: (4, 4) pose of the pod; its nominal pose if None.
 
     Returns:
         The scene.
 
     Raises:
-        InputError: If the items of a bin do not fit; the message names the bin and why.
-        UnknownNameError: If a name is no item or place of the cell.
+        InputError: The items of a bin do not fit; the message names the bin and the reason.
+        UnknownNameError: A name is not an item or place of the cell.
     """
     for name, names in bin_contents.items():
         if name not in cell.places:
@@ -81,15 +81,15 @@ def fill_bin(
     Args:
         scene: The scene that the bin is in.
         bin_name: Name of the bin.
-        contents: What is to be placed.
+        contents: Items to be placed.
         seed: Seed of all random choices.
-        tell: Called before every step; decides nothing.
+        tell: Called before every step.
 
     Returns:
         The items in their places.
 
     Raises:
-        InputError: If no layout comes to rest.
+        InputError: No layout comes to rest.
     """
     tell()
     if not contents:
@@ -112,7 +112,7 @@ def fill_bin(
 def _layouts(
     scene: Scene, bin_name: str, contents: Sequence[ItemInstance], seed: int, tell: Callable[[], None]
 ) -> Iterator[tuple[PlacedItem, ...]]:
-    """Layouts of a place to try; those in which everything enters the mouth as it stands come first."""
+    """Yield layouts of a place; those whose items pass the mouth upright come first."""
     place = scene.cell.places[bin_name]
     if place.access.is_from_above:
         for attempt in range(N_HEAPS):
@@ -134,13 +134,13 @@ def _layouts(
 
 
 def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year: int, where: str) -> None:
-    """Raise InputError, before any search, for items too large for their bin or, all melted, too many.
+    """Raise InputError, before any search, for items too large for their bin, or too many by volume.
 
     Args:
         bin_contents: Item names by bin.
-        cell: Whose bins and items these are.
-        year: Which figures an item of two years has.
-        where: The order's file, for the message.
+        cell: The cell, for bins and items.
+        year: Year of the figures of items that occur in two years.
+        where: The order's file, for messages.
     """
     told = (
         _too_much(cell, bin_name, [cell.item(name, year) for name in names])
@@ -151,7 +151,7 @@ def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year:
 
 
 def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
-    """Why a bin can never hold these items, "" where it may."""
+    """Why a bin cannot hold these items, "" if it may."""
     inside = cell.places[bin_name].room
     for item in items:
         if sizes := inside.too_small_for(item.shape.extents):
@@ -167,6 +167,6 @@ def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
 
 
 def _instance_id(name: str, seen: dict[str, int]) -> str:
-    """``name`` for the first copy in the scene, ``name#2`` for the second."""
+    """Return ``name`` for the first copy in the scene, ``name#2`` for the second."""
     seen[name] = seen.get(name, 0) + 1
     return name if seen[name] == 1 else f"{name}#{seen[name]}"

@@ -1,7 +1,7 @@
-"""Packing search: fill a bin as people do, the large things first, then tidied until it looks right.
+"""Packing search: fills a bin with the large items first, then improves the order.
 
-A bounded search, counted and never timed: packings are begun at random and improved by moving one thing at a
-time, at first also for the worse; now and then the worst are given up for copies of the best.
+The search is bounded by counts, not by time. Packings start at random and are improved by moving one item at
+a time, at first also with increasing cost; from time to time the worst are replaced by copies of the best.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from pickcli.cell.place import Place
 from pickcli.stowing.bin_packings import BinPackings
 
 N_PACKINGS = 16
-N_ROUNDS = 4  # attempts, at most, to put everything in
-N_TRIES = 8  # moves with which an item is put in
-MOST_TRIES = 60  # moves with which an item is put in that fits nowhere yet
-VOLUME_SPREAD = 0.3  # how far the order differs from large to small, in the logarithm of the volume
-N_MOVES = 30  # per item at most, after everything is in
+N_ROUNDS = 4  # largest number of attempts to insert all items
+N_TRIES = 8  # moves for inserting an item
+MOST_TRIES = 60  # moves for inserting an item that does not fit in any packing yet
+VOLUME_SPREAD = 0.3  # standard deviation of the insertion order, in the logarithm of the volume
+N_MOVES = 30  # largest number of moves per item after all are inserted
 SELECTION = 25  # moves between selections
-TOLERANCE = 3.0  # by which a move may make things worse at first
-STRICT_FROM = 2 / 3  # of the moves, from where on it may not
-GOOD = 0.3  # cost after which no better is sought
+TOLERANCE = 3.0  # initial tolerance of increases in cost
+STRICT_FROM = 2 / 3  # share of the moves after which the tolerance is 0
+GOOD = 0.3  # cost at which the search ends
 
 
 def fill(
@@ -37,13 +37,13 @@ def fill(
 
     Args:
         cell_bin: The bin.
-        items: What is to be put in.
+        items: Items to be packed.
         rng: Source of random numbers.
-        may_raise: Whether things may stand higher than the mouth, brought in lying and raised inside.
-        tell: Called before every step of the search; decides nothing.
+        may_raise: Whether items may be higher than the mouth, inserted lying and tilted up inside.
+        tell: Called before every step of the search.
 
     Returns:
-        Packings, in no order; those that are not full lack what found no room.
+        Packings, unordered; some may lack items that did not fit.
     """
     packings = _all_in(cell_bin, items, may_raise, rng, tell)
     n_moves = N_MOVES * len(items) if packings.is_full().any() else 0
@@ -66,7 +66,7 @@ def _all_in(
     rng: np.random.Generator,
     tell: Callable[[], None],
 ) -> BinPackings:
-    """Packings that are begun again, a limited number of times, until everything is in."""
+    """Restart packings, up to ``N_ROUNDS`` times, until one contains all items."""
     for _ in range(N_ROUNDS):
         packings = BinPackings.empty(cell_bin, items, N_PACKINGS, may_raise)
         order = _large_first(items, rng)
@@ -78,7 +78,7 @@ def _all_in(
 
 
 def _large_first(items: Sequence[Item], rng: np.random.Generator) -> list[int]:
-    """Numbers of the items, about from the largest to the smallest."""
+    """Indices of the items, approximately from the largest to the smallest."""
     sizes = [float(np.log(item.shape.volume)) + rng.normal(0.0, VOLUME_SPREAD) for item in items]
     return sorted(range(len(items)), key=lambda k: -sizes[k])
 
@@ -86,20 +86,20 @@ def _large_first(items: Sequence[Item], rng: np.random.Generator) -> list[int]:
 def _put_in(
     packings: BinPackings, k: int, others: Sequence[int], rng: np.random.Generator, tell: Callable[[], None]
 ) -> None:
-    """Put item k into every packing; one without room for it becomes a copy of one with room."""
+    """Insert item k into every packing; packings without room for it become copies of others."""
     for attempt in range(MOST_TRIES):
         tell()
         packings.move(k, rng)
         if attempt >= N_TRIES and packings.holds(k).any():
             break
         if attempt >= N_TRIES and others:
-            packings.move(int(rng.choice(others)), rng)  # it has to make room
+            packings.move(int(rng.choice(others)), rng)  # make room
     holding, lacking = np.flatnonzero(packings.holds(k)), np.flatnonzero(~packings.holds(k))
     if len(holding) and len(lacking):
         packings.copy(of=rng.choice(holding, len(lacking)), to=lacking)
 
 
 def _select(packings: BinPackings) -> None:
-    """Replace the worst quarter by copies of the best."""
+    """Replace the worst quarter by copies of the best quarter."""
     order, n = np.argsort(packings.cost, kind="stable"), len(packings.cost) // 4
     packings.copy(of=order[:n], to=order[-n:])

@@ -1,7 +1,7 @@
-"""Sampling of placements for one item in each of many alternative packings of the same bin.
+"""Samples a placement of one item in each of many alternative packings of the same bin.
 
-Items stand nearly parallel to the walls, so each is represented by the upright box around it, in the bin
-frame; boxes that do not overlap hold items that do not.
+Items are nearly parallel to the walls, so each is represented by its bounding box in the bin frame: if boxes
+do not overlap, neither do the items.
 """
 
 from __future__ import annotations
@@ -16,37 +16,37 @@ from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Bools, BoxArrays, gap
 from pickcli.stowing.stable_poses import stable_poses
 
-FRONT = 0.020  # m kept behind the mouth: the lips are 20 mm deep at most
+FRONT = 0.020  # m kept free behind the mouth: lips are up to 20 mm deep
 GAPS = (0.003, 0.028)  # m between neighbours and to walls
-SNUG = 0.004  # m more than the least where room must be saved
+SNUG = 0.004  # m above the smallest gap while cramming
 CEILING_GAP = 0.010  # m
-MOUTH_GAP = 0.026  # m that the mouth is higher than what was stowed through it
-RAISING_GAP = 0.002  # m that the bin is higher than the diagonal of what is raised in it
-DROP = 0.001  # m over what it will lie on
-LEVEL = 0.005  # m within which tops carry together
-LEAST_SUPPORT = 0.6  # share of a base that level tops carry, on all sides of its centre
-LEAN = 0.025  # m to the wall that keeps a thin thing on its edge
-SPREAD = np.radians(1.5)  # of the angle to the walls
-ANYWHERE = 0.3  # share of the places that are not beside a wall or a neighbour
+MOUTH_GAP = 0.026  # m between an item's height and that of the mouth it was inserted through
+RAISING_GAP = 0.002  # m between the diagonal of a tilted item and the height of the bin
+DROP = 0.001  # m above the supporting surface
+LEVEL = 0.005  # m, difference in height of tops that support together
+LEAST_SUPPORT = 0.6  # least supported share of a base, on all sides of its centre
+LEAN = 0.025  # m, largest distance to the wall that keeps a thin item on its edge
+SPREAD = np.radians(1.5)  # standard deviation of the angle to the walls
+ANYWHERE = 0.3  # share of placements that are not next to a wall or neighbour
 
-RAISED = 10.0  # cost of lying on other things
-HEIGHT = 40.0  # the same per metre above the floor
-TOSSED = 40.0  # cost of lying on them without enough support
-UPRIGHT = 0.2  # cost of standing higher than necessary
+RAISED = 10.0  # cost of lying on other items
+HEIGHT = 40.0  # additional cost per metre above the floor
+TOSSED = 40.0  # additional cost without enough support
+UPRIGHT = 0.2  # cost of a pose higher than necessary
 ON_EDGE = 3.0  # cost of standing on an edge
 
 
 @dataclass(frozen=True, eq=False)
 class Placements:
-    """How items lie in the bin frame, in arrays of any shape (...).
+    """Placements of items in the bin frame, in arrays of any shape (...).
 
     Attributes:
         R: (..., 3, 3) orientations.
         centre: (..., 3) m, centres.
-        boxes: (..., 3) upright boxes around them.
-        pitch: (...) rad, slope of what they lie on.
+        boxes: (..., 3) boxes around them, aligned with the bin.
+        pitch: (...) rad, slope of the supporting surface.
         is_level: (...) whether others can lie on them.
-        own: (...) cost of lying so, infinite where it cannot be.
+        own: (...) cost of the pose itself, infinite if impossible.
     """
 
     R: Array
@@ -65,9 +65,9 @@ def random_placements(
     Args:
         cell_bin: The bin.
         item: The item.
-        there: (N, M) how the M items lie that are in each packing.
-        is_snug: (N,) where no room is wasted: square and close together.
-        may_raise: Whether the item may stand higher than the mouth, brought in lying and raised inside.
+        there: (N, M) placements of the M items in each packing.
+        is_snug: (N,) whether to save space, by square poses with small gaps.
+        may_raise: Whether the item may be higher than the mouth, inserted lying and tilted up inside.
         rng: Source of random numbers.
 
     Returns:
@@ -95,7 +95,7 @@ def random_placements(
         _enters_upright(cell_bin, height) | (may_raise & _can_be_raised(cell_bin, item, height))
     )
     possible &= (own > 0.0) | (gap(boxes.column, there.boxes) >= GAPS[0]).all(axis=1)
-    # On the slope nothing rolls down and nothing stands thin across it.
+    # On the slope, items must not roll down or stand on an edge across it.
     is_flat = middle[:, 0] - half[:, 0] >= cell_bin.room.floor_flat_from
     possible &= ~((can_roll | on_edge) & is_across) | is_flat
     possible &= ~on_edge | ((own == 0.0) & _is_leaning(cell_bin, boxes, is_across))
@@ -105,7 +105,7 @@ def random_placements(
 
 
 def from_corner(cell_bin: Place, boxes: BoxArrays) -> Array:
-    """Distance of boxes from the back of a bin plus that from its nearer side: what wastes room.
+    """Compute the distance of boxes from the back of a bin plus that from its nearer side, as wasted room.
 
     Args:
         cell_bin: The bin.
@@ -120,7 +120,7 @@ def from_corner(cell_bin: Place, boxes: BoxArrays) -> Array:
 
 
 def _room(cell_bin: Place) -> tuple[Array, Array]:
-    """Lower and upper (x, y) of the part of a bin that things may fill, bin frame, m."""
+    """Lower and upper (x, y) of the usable part of a bin, bin frame, m."""
     low, high = cell_bin.room.y_range
     return np.array([FRONT, low]), np.array([cell_bin.room.depth, high])
 
@@ -128,11 +128,11 @@ def _room(cell_bin: Place) -> tuple[Array, Array]:
 def _middles(
     cell_bin: Place, half: Array, there: BoxArrays, is_snug: Bools, rng: np.random.Generator
 ) -> Array:
-    """Middles (N, 2) of bases: anywhere, or a gap away from a wall or from what lies there."""
+    """Centres (N, 2) of bases: anywhere, or at a gap from a wall or another item."""
     n, m = there.low.shape[:2]
     lower, upper = _room(cell_bin)
     anywhere = lower + half + rng.random((n, 2)) * (upper - lower - 2 * half)
-    # Walls and neighbours alike: their near side plus the gap, and their far side minus it.
+    # Edges of walls and neighbours: near side plus the gap, far side minus it.
     edges = np.concatenate(
         [np.tile([lower, upper], (n, 1, 1)), there.high[..., :2], there.low[..., :2]], axis=1
     )
@@ -146,7 +146,7 @@ def _middles(
 
 
 def _rest(cell_bin: Place, middle: Array, half: Array, there: Placements) -> tuple[Array, Array, Array]:
-    """Height (N,) of what a base lies on, its pitch, and the cost of lying on it: 0 on the floor."""
+    """Height (N,) of the supporting surface, its pitch, and the cost of lying on it: 0 on the floor."""
     low, high = (middle - half)[:, None] - GAPS[0], (middle + half)[:, None] + GAPS[0]
     below = np.all((low < there.boxes.high[..., :2]) & (there.boxes.low[..., :2] < high), axis=2)
     base, pitch = cell_bin.room.rest(middle[:, 0], half[:, 0])
@@ -163,7 +163,7 @@ def _rest(cell_bin: Place, middle: Array, half: Array, there: Placements) -> tup
 
 
 def _carried(middle: Array, half: Array, there: BoxArrays, carries: Bools) -> Array:
-    """Share (N,) of a base that lies on what carries it; 0 if its centre is beside what carries it."""
+    """Supported share (N,) of a base; 0 if its centre is outside the supporting surfaces."""
     low = np.maximum((middle - half)[:, None], there.low[..., :2])
     high = np.minimum((middle + half)[:, None], there.high[..., :2])
     area = np.where(carries, np.prod(np.maximum(high - low, 0.0), axis=2), 0.0).sum(axis=1)
@@ -182,12 +182,12 @@ def _is_inside(cell_bin: Place, boxes: BoxArrays) -> Bools:
 
 
 def _enters_upright(cell_bin: Place, height: Array) -> Bools:
-    """Whether things of some heights (N,) in m pass the mouth as they stand."""
+    """Whether items with heights (N,) in m pass the mouth upright."""
     return np.asarray(height <= cell_bin.access.height - MOUTH_GAP)
 
 
 def _can_be_raised(cell_bin: Place, item: Item, height: Array) -> Bools:
-    """Whether an item that came in lying can be tipped up to a height (N,), about its thinnest side."""
+    """Whether an item inserted lying can be tilted up to a height (N,), about its thinnest side."""
     thin, middle, _ = np.sort(item.shape.extents)
     enters_lying = _enters_upright(cell_bin, thin) & (middle <= cell_bin.access.width)
     clear = cell_bin.room.ceiling_back - cell_bin.room.floor_back - RAISING_GAP
@@ -195,14 +195,14 @@ def _can_be_raised(cell_bin: Place, item: Item, height: Array) -> Bools:
 
 
 def _is_leaning(cell_bin: Place, boxes: BoxArrays, is_across: Bools) -> Bools:
-    """Whether a wall stands beside the thin side, or behind it where that lies across."""
+    """Whether there is a wall next to the thin side, or behind it if the item is across."""
     lower, upper = _room(cell_bin)
     to_side = np.minimum(boxes.low[:, 1] - lower[1], upper[1] - boxes.high[:, 1])
     return np.asarray(np.where(is_across, upper[0] - boxes.high[:, 0], to_side) <= LEAN)
 
 
 def _about_z(angle: Array) -> Array:
-    """(N, 3, 3) turns about the vertical."""
+    """Rotations (N, 3, 3) about the vertical."""
     R = np.zeros((len(angle), 3, 3))
     R[:, 0, 0] = R[:, 1, 1] = np.cos(angle)
     R[:, 1, 0], R[:, 0, 1], R[:, 2, 2] = np.sin(angle), -np.sin(angle), 1.0
@@ -210,7 +210,7 @@ def _about_z(angle: Array) -> Array:
 
 
 def _about_y(angle: Array) -> Array:
-    """(N, 3, 3) pitches, positive down towards the back."""
+    """Pitch rotations (N, 3, 3), positive downwards towards the back."""
     R = np.zeros((len(angle), 3, 3))
     R[:, 0, 0] = R[:, 2, 2] = np.cos(angle)
     R[:, 0, 2], R[:, 2, 0], R[:, 1, 1] = np.sin(angle), -np.sin(angle), 1.0

@@ -1,4 +1,4 @@
-"""Stable poses: which side of an item can be down, and what it covers then."""
+"""Stable poses of items on a floor, with their probabilities."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 
-FREE_SLENDERNESS = 0.35  # narrowest side of the footprint over the height: what is thinner needs a neighbour
-LEAST_SLENDERNESS = 0.1  # what is thinner than that falls over even beside a wall
-LEAST_EDGE = 0.01  # m, thickness of what stands on an edge: neither a leaflet nor a bag of gloves does
-WEIGHTS = (0.5, 0.3, 0.2)  # of the flattest stance, the next and the tallest
+FREE_SLENDERNESS = 0.35  # narrowest side of the footprint over height, below which an item needs a neighbour
+LEAST_SLENDERNESS = 0.1  # below this an item falls over even next to a wall
+LEAST_EDGE = 0.01  # m, least thickness of an item on its edge: leaflets and bags do not stand
+WEIGHTS = (0.5, 0.3, 0.2)  # of the lowest pose, the next and the highest
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,11 +22,11 @@ class StablePose:
     """A pose in which an item stands on one of its sides.
 
     Attributes:
-        R_up_item: (3, 3) orientation before any turn about the vertical.
+        R_up_item: (3, 3) orientation before any rotation about the vertical.
         height: m.
         is_level: Whether its top is flat, so that others can lie on it.
-        is_on_edge: Whether it stands so thin that it needs something to stand beside; thin along y.
-        can_roll: Whether it rolls along its y axis (a lying cylinder) or anywhere (a sphere).
+        is_on_edge: Whether it is so thin, along y, that it needs support at the side.
+        can_roll: Whether it rolls along its y axis (a lying cylinder) or in any direction (a sphere).
     """
 
     R_up_item: Array
@@ -38,13 +38,13 @@ class StablePose:
 
 @cache
 def stable_poses(item: Item) -> list[tuple[StablePose, float]]:
-    """Every pose in which an item stays, with its probability.
+    """Return all stable poses of an item with their probabilities.
 
     Args:
         item: The item.
 
     Returns:
-        Poses and probabilities, the flattest first.
+        Poses and probabilities, the lowest first.
     """
     found = {round(s.height, 6): s for s in (_stance(item, up) for up in range(3)) if s is not None}
     ranked = [found[height] for height in sorted(found)]
@@ -53,10 +53,10 @@ def stable_poses(item: Item) -> list[tuple[StablePose, float]]:
 
 
 def _stance(item: Item, up: int) -> StablePose | None:
-    """The stance with one of the item's axes upwards, or None if it does not stay so."""
+    """Stable pose with one of the item's axes upwards, or None if it is unstable."""
     shape = item.shape
     if shape.kind is not ShapeKind.BOX and up == 1:
-        return None  # the same as lying on its x axis
+        return None  # equivalent to its x axis
     if shape.kind is ShapeKind.CYLINDER and up == 0 and shape.extents[2] < shape.extents[0]:
         return None  # a disc rolls away on its rim
     R = _upwards(shape, up)
@@ -70,7 +70,7 @@ def _stance(item: Item, up: int) -> StablePose | None:
 
 
 def _upwards(shape: Shape, up: int) -> Array:
-    """Turns the item so that ``up`` points upwards and the longer of its other sides lies along x."""
+    """Rotation that turns ``up`` upwards and the longer of the other sides along x."""
     a, b = (axis for axis in range(3) if axis != up)
     long, short = (a, b) if shape.extents[a] >= shape.extents[b] else (b, a)
     R = np.zeros((3, 3))

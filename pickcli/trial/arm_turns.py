@@ -1,7 +1,7 @@
-"""Arms that move in turns: how the one that acted gets out of the way before another one moves.
+"""Turns of several arms: parks the arm that acted before another one moves.
 
-KTH's rule: one arm moves at a time while the other one is in its resting position. An arm that acts again
-stays where it is meanwhile.
+As in KTH's system, one arm moves at a time while the others rest in their parking configurations. An arm that
+acts again is not parked in between.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from pickcli.trial.trial_result import Attempt, Outcome
 
 
 def hand_over(runner: AttemptRunner, attempt: Attempt) -> Attempt:
-    """Bring the arm that acted last to where it is parked, and let the arm of an attempt move.
+    """Park the arm that acted last, and switch to the arm of an attempt.
 
     Args:
         runner: Runs the attempts; its clock advances.
-        attempt: The attempt with its certified plan, of another arm than the one that acted last.
+        attempt: The attempt with its certified plan, for another arm than the one that acted last.
 
     Returns:
-        The attempt with the move that parked the other arm; without its plan, and with the reason, where that
-        came to nothing.
+        The attempt with the parking motion of the other arm; without its plan and with the reason if parking
+        failed.
     """
     assert attempt.plan is not None
     arm, scene, arena = runner.arm, runner.scene(), runner.interfaces.arena

@@ -1,4 +1,4 @@
-"""A planned attempt is executed, and looked at: what became of it. See docs/recovery.md."""
+"""Executes a planned attempt and determines its outcome. See docs/recovery.md."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def carry_out(runner: AttemptRunner, attempt: Attempt) -> Attempt:
         attempt: The attempt with its certified plan.
 
     Returns:
-        The attempt with its execution, or as rejected where the arm that acted before cannot be parked.
+        The attempt with its execution; rejected if the arm that acted before cannot be parked.
     """
     assert attempt.plan is not None
     if attempt.plan.arm != runner.arm:
@@ -47,7 +47,7 @@ def _executed(runner: AttemptRunner, attempt: Attempt) -> Attempt:
 
 
 def _judged(runner: AttemptRunner, attempt: Attempt, execution: ExecutionResult) -> Attempt:
-    """What the robot believes of the attempt, by a look; the stop and the sensor say why."""
+    """Determine the outcome as the robot perceives it, with the stop and the sensor as reasons."""
     seen = {placed.id: placed.location for placed in runner.scene().items}
     attempt = replace(attempt, truly_in=_true_place(runner, attempt.item))
     if not runner.has_seen:
@@ -67,7 +67,7 @@ def _judged(runner: AttemptRunner, attempt: Attempt, execution: ExecutionResult)
 
 
 def _true_place(runner: AttemptRunner, item: str) -> str:
-    """Where an item really is: for the record alone."""
+    """Return the true place of an item, for the record only."""
     arena = runner.interfaces.arena
     if arena.held == item:
         return HELD

@@ -1,8 +1,7 @@
-"""What plans, verifies and executes the attempts of a trial, with a clock and eyes.
+"""Plans, verifies and executes the attempts of a trial, with a clock and perception.
 
-A runner knows what a robot could know: what it perceives when it looks (which takes time), what the tool
-measures of its hold and why a motion stopped. Where things truly are is noted beside it for the score, and
-decides nothing.
+A runner uses only what a robot could know: perceived scenes (perception takes time), the tool's measurements
+of its hold, and the causes of stops. True poses are recorded for the score, and influence no decision.
 """
 
 from __future__ import annotations
@@ -31,14 +30,14 @@ from pickcli.trial.trial_result import Attempt, Outcome
 
 @dataclass(frozen=True)
 class TrialSettings:
-    """How a trial is played.
+    """Settings of a trial.
 
     Attributes:
-        seed: Every random choice follows from it.
-        noise: Bounds of the error of the item poses that are perceived.
-        reality: Levels at which the simulated world differs from its model.
+        seed: Seed of all random choices.
+        noise: Bounds of the errors of perceived item poses.
+        reality: Levels of the deviations of the simulated world from its model.
         time_limit: s; None for that of the order's year.
-        stow_rule: How bins are chosen for what is stowed.
+        stow_rule: Rule by which bins are chosen for stowed items.
     """
 
     seed: int = 0
@@ -49,20 +48,20 @@ class TrialSettings:
 
 
 class AttemptRunner:
-    """The interfaces of a trial with a clock and eyes.
+    """Runs attempts through a trial's interfaces, with a clock and perception.
 
     Args:
-        interfaces: Who plans, verifies and carries out.
-        settings: How the trial is played.
+        interfaces: Planner, verifier and arena.
+        settings: Settings of the trial.
         limit: Time limit of the trial, s.
-        say: Told what happens now.
+        say: Called with the attempt and a text when its stage changes.
 
     Attributes:
         clock: The clock of the trial.
         n_looks: Number of looks so far.
-        has_seen: Whether nothing that was seen last may have moved since.
-        stuck: Why the arm was where it could not be brought out of when the time ended, "" if it was not.
-        cut_short: What the end of the time left undone although there was a way, "" if nothing.
+        has_seen: Whether nothing may have moved since the last look.
+        stuck: Why the arm could not be brought to a safe place before the end of time, "" if it was.
+        cut_short: What the end of time interrupted although it was possible, "" if nothing.
     """
 
     def __init__(
@@ -76,32 +75,32 @@ class AttemptRunner:
         self.clock = TrialClock(limit)
         self.n_looks = 0
         self.stuck = self.cut_short = ""
-        self.has_seen = False  # nothing that was seen last may have moved since
+        self.has_seen = False  # whether nothing may have moved since the last look
         self._seen = self.look()
 
     def scene(self) -> Scene:
-        """Give the scene as it was last perceived.
+        """Return the scene as last perceived.
 
-        Looks first where something may have moved since, if there is time for a look.
+        Looks first if something may have moved since, and if there is time.
 
         Returns:
-            The scene as it is seen.
+            The perceived scene.
         """
         return self._seen if self.has_seen else self.look_again()
 
     def look_again(self) -> Scene:
-        """Look, if there is time for it.
+        """Look again if there is time.
 
         Returns:
-            The scene as it is seen; what was seen last, if there is no time.
+            The perceived scene; without time the last one.
         """
         return self.look() if self.clock.has_time_for(self.settings.reality.look_time) else self._seen
 
     def look(self) -> Scene:
-        """Look at pod and tote, which takes time, and keep what is perceived.
+        """Look at pod and tote, which takes time, and keep the result.
 
         Returns:
-            The scene as it is seen.
+            The perceived scene.
         """
         self.wait(self.settings.reality.look_time)
         self.n_looks += 1
@@ -112,18 +111,18 @@ class AttemptRunner:
 
     @property
     def has_time_to_plan(self) -> bool:
-        """Whether one more planning call ends in time."""
+        """Whether there is time for one more planning call."""
         return self.clock.has_time_for(self.clock.charge)
 
     def has_time_for(self, plan: Plan, afterwards: float = 0.0) -> bool:
-        """Tell whether a plan can be carried out in time.
+        """Whether a plan can be carried out in time.
 
         Args:
             plan: The plan.
             afterwards: s that must be left after it.
 
         Returns:
-            Whether it ends within the limit.
+            True if it ends within the limit.
         """
         return self.clock.has_time_for(plan.trajectory.duration + ARRIVAL + afterwards)
 
@@ -138,17 +137,17 @@ class AttemptRunner:
 
     @property
     def arm(self) -> str:
-        """Name of the arm that may move, all others being parked; empty where there is only one."""
+        """Name of the active arm, all others being parked; empty with a single arm."""
         return self._seen.cell.arm
 
     def let_move(self, arm: str) -> None:
-        """Let another arm move from now on. What was seen stays seen: a move that parks an arm moves nothing.
+        """Switch to another arm. The perceived scene stays valid, as parking an arm moves no item.
 
         Args:
             arm: Name of the arm.
 
         Raises:
-            InputError: The one that moved does not stand where it is parked.
+            InputError: The previous arm is not parked.
         """
         cell = self.interfaces.cells[arm]
         self.interfaces.arena.let_move(cell)
@@ -166,19 +165,19 @@ class AttemptRunner:
         exclude: Sequence[Grasp | GraspKind] = (),
         certifier: Certifier | None = None,
     ) -> Plan:
-        """Call planner and verifier, charged to the clock: once, or for one able arm after the other.
+        """Call planner and verifier, charged to the clock: once, or for each suitable arm until one succeeds.
 
         Args:
-            scene: The scene as it is seen.
-            attempt: What is to be moved, from where and where to, and the arms as they are ranked for it.
-            exclude: Grasps and kinds of grasps that are not to be used.
-            certifier: Asks the verifier, and keeps what it refuses; None for one of its own.
+            scene: The perceived scene.
+            attempt: The item, its place and destination, and the ranked arms.
+            exclude: Grasps and kinds of grasps to exclude.
+            certifier: Calls the verifier and keeps rejected plans; None to create one.
 
         Returns:
             The plan with its certificate.
 
         Raises:
-            NoPlanError: There is none that the verifier accepts; with the reasons.
+            NoPlanError: There is no plan that the verifier accepts; with the reasons.
         """
         query, seed = _query(attempt, exclude), self._seed(attempt)
         certifier = certifier or self.certifier()
@@ -199,32 +198,32 @@ class AttemptRunner:
         raise NoPlanError(f"pick {attempt.item} from {attempt.out_of}", failures)
 
     def certifier(self) -> Certifier:
-        """What asks the verifier for the certificates of one query's plans.
+        """Create a certifier for one query's plans.
 
         Returns:
-            One that has refused nothing yet.
+            A certifier without rejected plans.
         """
         return Certifier(self.interfaces.verify)
 
     def ranked(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """Rank the arms for an attempt, if there are several.
+        """Rank the arms for an attempt if there are several.
 
         Args:
-            attempt: What is to be moved, from where and where to.
-            scene: The scene as it is seen.
+            attempt: The item, its place and destination.
+            scene: The perceived scene.
 
         Returns:
-            The attempt with the arms in the order in which they are to be tried.
+            The attempt with the arms in the order in which to try them.
         """
         scenes = [self._seen_by(arm, scene) for arm in self.interfaces.cells]
         return replace(attempt, arms=self.interfaces.rank(scenes, _query(attempt), self._seed(attempt)))
 
     def _seen_by(self, arm: str, scene: Scene) -> Scene:
-        """A scene as an arm sees it; the same one where there is only one arm."""
+        """The scene as seen by an arm; unchanged with a single arm."""
         return replace(scene, cell=self.interfaces.cells[arm]) if self.interfaces.cells else scene
 
     def _start(self, cell: Cell) -> Start:
-        """Where the arm of a cell stands: as measured if it is the one that may move, else parked."""
+        """Start state of a cell's arm: measured for the active arm, parked for others."""
         if cell.arm == self.arm:
             arena = self.interfaces.arena
             return Start(arena.q, arena.tool_state)
@@ -236,15 +235,15 @@ class AttemptRunner:
         return derived_seed("plan", self.settings.seed, *names)
 
     def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
-        """Plan an attempt, and have the plan certified.
+        """Plan an attempt and have the plan certified.
 
         Args:
-            attempt: What is to be moved, from where and where to.
-            scene: The scene as it is seen.
-            exclude: Grasps and kinds of grasps that are not to be used.
+            attempt: The item, its place and destination.
+            scene: The perceived scene.
+            exclude: Grasps and kinds of grasps to exclude.
 
         Returns:
-            The attempt with its certified plan, or with the reason why there is none.
+            The attempt with its certified plan, or with the reason for failure.
         """
         began, certifier = time.perf_counter(), self.certifier()
         attempt = self.ranked(attempt, scene)
@@ -264,15 +263,15 @@ class AttemptRunner:
         return replace(attempt, rejected=rejected, statistics=statistics)
 
     def certified(self, plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Plan | str:
-        """Ask the verifier for a certificate.
+        """Request a certificate from the verifier.
 
         Args:
             plan: The plan.
-            scene: The scene that it was planned in.
-            stopped: What a way back after a stop leads along; None for other plans.
+            scene: The scene for which it was planned.
+            stopped: Trajectory along which a recovery leads back after a stop; None for other plans.
 
         Returns:
-            The plan with its certificate, or why the verifier refuses it.
+            The plan with its certificate, or why the verifier rejects it.
         """
         verdict = self.interfaces.verify(plan, scene, stopped)
         if verdict.certificate is None:
@@ -280,7 +279,7 @@ class AttemptRunner:
         return replace(plan, certificate=verdict.certificate)
 
     def execute(self, plan: Plan) -> ExecutionResult:
-        """Carry out a certified plan; what was seen before is no longer known to be so.
+        """Carry out a certified plan; the perceived scene is outdated afterwards.
 
         Args:
             plan: The plan with its certificate.
@@ -291,10 +290,10 @@ class AttemptRunner:
         return self._timed(self.interfaces.arena.execute(plan))
 
     def let_go(self, open_to: ToolState | None = None) -> ExecutionResult:
-        """Let go where the robot stands.
+        """Release the item at the present configuration.
 
         Args:
-            open_to: State to which fingers open; None for as wide as they go.
+            open_to: State to which fingers open; None for the widest.
 
         Returns:
             The record of the execution.

@@ -1,9 +1,9 @@
-"""What to move aside so that a target can be picked, and where to.
+"""Search for blocking items that must be moved before a target can be picked, and for their destinations.
 
-Delft moved an item that hid a target into the emptiest bin after two attempts in vain (their task planner).
-Here the failed plan says itself what is in the way, and planning without it says whether moving it helps.
-What no bin takes goes into the tote: the published penalties of 2016 name none for an item there that was not
-ordered, as long as the output file says that it is there.
+Delft moved an item that hid a target into the emptiest bin after two failed attempts (their task planner).
+Here failed plans report blocking items, and planning without an item shows whether moving it helps. Items
+that fit in no other bin go into the tote: the published penalties of 2016 include none for an item there that
+was not ordered, provided that the output file lists it.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from pickcli.grasping.method_choice import may_hold
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.trial.order import Target
 
-MOST_IN_THE_WAY = 5  # items of which all must go before a target can be picked
-MOST_DESTINATIONS = 4  # bins that are asked to take what is moved aside
+MOST_IN_THE_WAY = 5  # largest number of items that may have to be moved for one target
+MOST_DESTINATIONS = 4  # number of bins tried as destinations of a blocking item
 
 WhatIf = Callable[[Scene], object]  # plans a pick of the target in a scene, or raises NoPlanError
 
@@ -32,18 +32,19 @@ def in_the_way(
 ) -> tuple[str, ...]:
     """Find items of the bin without which the target can be picked.
 
-    The item that is blamed most is thought away, until there is a plan; then those that it can do with.
+    The most blamed item is removed from the scene until there is a plan; then items that need not be moved
+    are dropped from the list.
 
     Args:
         what_if: Plans the pick in a scene.
-        scene: The scene as it is seen.
-        target: The target as it is seen; it is never in its own way, though the tool may not reach it for it.
-        is_hopeful: Whether what is blamed is named even where moving it leaves something else that no item is
-            to blame for: that may be another one once the target can be reached, or is seen again.
-        blamed: Items that a plan blamed in this very scene, the most blamed first, if one was refused in it.
+        scene: The perceived scene.
+        target: The perceived target; it never counts as blocking, even if plans blame it.
+        is_hopeful: Whether to return blamed items even if, without them, plans fail for reasons other than
+            items: the plan may succeed once the target is accessible or seen again.
+        blamed: Items blamed by a failed plan in this scene, the most blamed first; None without one.
 
     Returns:
-        Ids of the items; () if nothing of the kind helps.
+        Ids of the items; () if moving items does not help.
     """
     here = {placed.id for placed in scene.in_location(target.location)} - {target.id}
     away: list[str] = []
@@ -55,7 +56,7 @@ def in_the_way(
             return tuple(away) if is_hopeful else ()
         away.append(first)
         blamed = _blamed(what_if, scene, away)
-    for name in away[:-1]:  # what was blamed first need not be in the way of what was found in the end
+    for name in away[:-1]:  # items blamed first need not block the plan found at last
         others = [other for other in away if other != name]
         if _blamed(what_if, scene, others) is None:
             away = others
@@ -65,17 +66,16 @@ def in_the_way(
 def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem, tools: Sequence[Tool]) -> tuple[str, ...]:
     """List the other items of the bin that a tool might hold.
 
-    Any of them that can be moved may give room to what cannot be yet.
+    Moving any of them may free space for others.
 
     Args:
         what_if: Plans the pick in a scene.
-        scene: The scene as it is seen.
-        target: The target as it is seen.
-        tools: Of every arm.
+        scene: The perceived scene.
+        target: The perceived target.
+        tools: Tools of all arms.
 
     Returns:
-        Ids, the item nearest to the mouth first; () where the target cannot be picked without all of them
-        either.
+        Ids, the item nearest to the mouth first; () if the target cannot be picked even without all of them.
     """
     here = from_the_mouth(scene, scene.in_location(target.location))
     others = tuple(p.id for p in here if p.id != target.id and may_hold(tools, p.item))
@@ -83,7 +83,7 @@ def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem, tools: Seque
 
 
 def _blamed(what_if: WhatIf, scene: Scene, away: Sequence[str]) -> Sequence[str] | None:
-    """What is in the way of a plan without some items, the most blamed first; None if there is one."""
+    """Blocking items of a plan without some items, the most blamed first; None if a plan was found."""
     for name in away:
         scene = scene.without(name)
     try:
@@ -108,15 +108,15 @@ def from_the_mouth(scene: Scene, items: Iterable[PlacedItem]) -> list[PlacedItem
 
 
 def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> Iterator[str]:
-    """Choose other bins to put something aside into.
+    """Choose other bins as destinations of a blocking item.
 
     Args:
-        scene: The scene as it is seen.
-        bin_name: The bin that something is taken out of.
-        still_open: Targets that are still to be picked.
+        scene: The perceived scene.
+        bin_name: The bin from which the item is removed.
+        still_open: Targets still to be picked.
 
     Yields:
-        Names of bins, the emptiest first, those in which targets still lie after them; a few at most.
+        Names of bins, at most MOST_DESTINATIONS: the emptiest first, bins with open targets last.
     """
     waiting = {target.bin for target in still_open}
     others = [name for name in scene.cell.pod.bins if name != bin_name]

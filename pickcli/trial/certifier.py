@@ -1,4 +1,4 @@
-"""Has the verifier judge what the planner proposes, and keeps what was rejected."""
+"""Has the verifier judge the planner's candidates, and keeps rejected plans."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 @dataclass
 class Certifier:
-    """Asks the verifier for the certificates of one query's plans.
+    """Requests the certificates of one query's plans from the verifier.
 
     Attributes:
-        verify: The verifier: judges a plan in a scene; the trajectory is that of a motion that stopped.
-        rejected: The plans that it refused, in their order.
-        seconds: Wall time that it took.
+        verify: The verifier: judges a plan in a scene; the trajectory is that of a stopped motion.
+        rejected: Rejected plans, in order.
+        seconds: Wall time spent in the verifier.
     """
 
     verify: Callable[[Plan, Scene, Trajectory | None], Verdict]
@@ -33,13 +33,13 @@ class Certifier:
     seconds: float = 0.0
 
     def within(self, scene: Scene) -> Certify:
-        """What certifies plans that are made in a scene.
+        """Return the function that certifies plans for a scene.
 
         Args:
-            scene: The scene, as the arm sees it that the plans are for.
+            scene: The scene as seen by the plans' arm.
 
         Returns:
-            A function that gives a plan its certificate, or says why it gets none.
+            Function that returns a plan with its certificate, or the reasons for its rejection.
         """
 
         def certify(plan: Plan) -> Plan | Failures:

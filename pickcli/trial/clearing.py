@@ -1,4 +1,4 @@
-"""The search for what to move aside, item after item, until a target can be picked."""
+"""Search for blocking items, one after the other, until a target can be picked."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from pickcli.trial.trial_result import Attempt
 
 
 class Clearing:
-    """What is in the way of one target in one scene, the most blamed first.
+    """Blocking items of one target in one scene, the most blamed first.
 
     Attributes:
-        is_reachable: Whether the target itself was planned for as it is seen: then nothing need go.
+        is_reachable: Whether a plan for the target was found in the unchanged scene, so nothing need be
+            moved.
 
     Args:
-        runner: Who plans, charged to its clock.
-        wanted: The attempt at the target, the arms ranked for it.
-        scene: The scene as it is seen.
-        tools: Of every arm.
+        runner: Runner for planning calls, charged to its clock.
+        wanted: The attempt at the target, with the arms ranked for it.
+        scene: The perceived scene.
+        tools: Tools of all arms.
         exclude: Grasps of the target that failed before.
     """
 
@@ -44,19 +45,19 @@ class Clearing:
         self.is_reachable = False
 
     def blame(self, is_hopeful: bool, blamed: Sequence[str] | None) -> None:
-        """Find what the target cannot be picked with.
+        """Find the items that block the target.
 
         Args:
-            is_hopeful: Whether what is blamed counts although moving it is not known to be enough.
-            blamed: Items that a plan blamed in this very scene, if one was refused in it.
+            is_hopeful: Whether blamed items count even if moving them is not known to be enough.
+            blamed: Items blamed by a failed plan in this scene, if there is one.
         """
         self._queue += in_the_way(self._what_if, self._scene, self._target, is_hopeful, blamed)
 
     def next_item(self) -> str | None:
-        """Name the next item that a tool may hold, each once.
+        """Return the next blocking item that a tool may hold; each is returned once.
 
         Returns:
-            Its id; None where there is none left.
+            Its id; None if there is none left.
         """
         left = (name for name in self._promising() if name not in self._asked)
         name = next((name for name in left if may_hold(self._tools, self._scene.find(name).item)), None)
@@ -64,10 +65,10 @@ class Clearing:
         return name
 
     def also(self, names: Sequence[str]) -> None:
-        """Look at more items, of the target's place: what cannot be moved may lie under something that can.
+        """Add items of the target's place, such as items on top of one that could not be moved.
 
         Args:
-            names: Their ids; those in other places are left out.
+            names: Ids; items in other places are ignored.
         """
         here = {p.id for p in self._scene.in_location(self._target.location)} - {self._target.id}
         self._queue += [name for name in names if name in here]
@@ -78,7 +79,7 @@ class Clearing:
 
     @cached_property
     def _others(self) -> tuple[str, ...]:
-        """The rest of the place: costs a planning call, asked for when nothing blamed can be moved."""
+        """The other items of the place; costs a planning call, so used only if no blamed item is movable."""
         return worth_moving(self._what_if, self._scene, self._target, self._tools)
 
     def _promising(self) -> Iterator[str]:
@@ -86,7 +87,7 @@ class Clearing:
         yield from self._others
 
     def _what_if(self, without: Scene) -> None:
-        """Plan the pick in another scene. Raises NoPlanError if there is no plan, or no time for one."""
+        """Plan the pick in another scene. Raises NoPlanError if there is no plan, or no time to plan."""
         if not self._runner.has_time_to_plan:
             raise NoPlanError("a pick without what is in its way", [])
         self._runner.plan(without, self._wanted, self._exclude)

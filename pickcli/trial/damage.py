@@ -1,9 +1,8 @@
-"""What is damaged by force, as a referee would grade it.
+"""Damage by contact forces, graded as a referee would.
 
-No team published what its items or the pod bear. The limits are ours, round, and stated here: a cardboard box
-of that size is dented by the weight of a few kilograms on a corner, a sheet-metal shelf by that of a person.
-Only contacts that no plan allowed are judged; what the cup presses on in a planned contact is bounded by its
-bellows.
+No team published load limits of its items or the pod. The limits here are round assumptions: a cardboard box
+of this size is dented by a few kilograms on a corner, a sheet-metal shelf by the weight of a person. Only
+unplanned contacts are judged; forces in planned contacts of the cup are limited by its bellows.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ SHELF = "shelf"
 
 @dataclass(frozen=True)
 class ForceLimits:
-    """Forces at one point of contact from which on damage is done.
+    """Forces at one contact point from which damage occurs.
 
     Attributes:
         minor: N, above which damage is minor.
@@ -34,13 +33,13 @@ class ForceLimits:
     major: float
 
     def grade(self, force: float) -> Damage | None:
-        """Grade the damage that a force does.
+        """Grade the damage caused by a force.
 
         Args:
             force: N at one point of contact.
 
         Returns:
-            The damage, None if there is none.
+            The damage, or None.
         """
         if force > self.major:
             return Damage.MAJOR
@@ -54,14 +53,14 @@ FRAGILE = ("oreo_mega_stuf", "soft_white_lightbulb")
 
 
 def damages(scene: Scene, collisions: Iterable[Collision]) -> tuple[tuple[str, Damage], ...]:
-    """Grade every item, and the shelf, that was hit too hard.
+    """Grade the damage to all items and the shelf.
 
     Args:
         scene: A scene with every item of the trial.
-        collisions: All that were counted.
+        collisions: All unplanned contacts.
 
     Returns:
-        Id of the item or name of the shelf, each once, with the worst damage; sorted.
+        Ids of damaged items, or the name of the shelf, each once with the worst grade; sorted.
     """
     limits = {p.id: FRAGILE_LIMITS if p.item.name in FRAGILE else ITEM_LIMITS for p in scene.items}
     pod = {body.name for body in scene.cell.pod.bodies}

@@ -1,7 +1,7 @@
-"""What else moved: items that nobody meant to move, and how they lie since.
+"""Disturbances: items that moved unintentionally.
 
-A neighbour that is carried along on a target, toppled by it or pushed aside costs nothing by the rules as
-long as it stays in its bin; it is named all the same: what moved unplanned once may fall the next time.
+A neighbour that is carried along with a target, toppled or pushed aside costs no points while it stays in its
+bin, but it is reported: an item that moved unplanned once may fall the next time.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from pickcli.geometry import rotation_angle
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.places import bounds
 
-MOVED = 0.005  # m of an item's centre; less is how items settle again when their support goes
+MOVED = 0.005  # m, displacement of an item's centre; less is settling after the support changed
 TURNED = np.radians(5.0)
-TOPPLED = np.radians(45.0)  # by which what pointed up points elsewhere
+TOPPLED = np.radians(45.0)  # rad, change of an item's upward direction
 CARRIED = 0.10  # m
 
 
 class DisturbanceKind(StrEnum):
-    """What became of an item, the worst that applies."""
+    """What happened to an item; the worst that applies."""
 
     FELL = "fell"
     CARRIED = "carried along"
@@ -33,16 +33,16 @@ class DisturbanceKind(StrEnum):
 
 @dataclass(frozen=True)
 class Disturbance:
-    """One item that lies otherwise than before a motion that was not about it.
+    """One item that moved in a motion that was not meant to move it.
 
     Attributes:
-        item: Its id.
-        kind: What became of it.
-        moved: How far its centre went, m.
-        turned: How far it turned, rad.
-        fell: How much lower its lowest point is, m; 0 if it is not lower.
-        out_of: Place where it was.
-        into: Place where it is.
+        item: Id of the item.
+        kind: What happened to it.
+        moved: Displacement of its centre, m.
+        turned: Rotation, rad.
+        fell: Descent of its lowest point, m; 0 if it is not lower.
+        out_of: Place before.
+        into: Place after.
     """
 
     item: str
@@ -57,18 +57,18 @@ class Disturbance:
 def disturbances(
     before: Scene, after: Scene, meant: Collection[str], drop_limit: float
 ) -> tuple[Disturbance, ...]:
-    """Find items that moved from one true scene to the other, without those that were meant to.
+    """Find items that moved between two true scenes, except intentionally moved ones.
 
-    An item that is in one of the scenes only is held in the other.
+    An item that is in only one of the scenes is held in the other.
 
     Args:
         before: The true scene before.
         after: The true scene after.
-        meant: Ids of the items that were picked or let go.
-        drop_limit: m, from which on going down is a fall by the rules.
+        meant: Ids of the items that were picked or released.
+        drop_limit: m, descent that counts as a fall by the rules.
 
     Returns:
-        What became of them, sorted by id.
+        The disturbances, sorted by id.
     """
     was = {placed.id: placed for placed in before.items}
     boxes = [place.name for place in after.cell.places.values() if place.is_open_box]
@@ -88,7 +88,7 @@ def _disturbed(a: PlacedItem, b: PlacedItem, drop_limit: float, boxes: Collectio
     if moved <= MOVED and turned <= TURNED and a.location == b.location:
         return None
     if a.location == b.location and a.location in boxes:
-        return None  # what is let go over others pushes them
+        return None  # released items push others in a box
     fell = max(0.0, float(bounds(a.item.shape, T_a)[0][2] - bounds(b.item.shape, T_b)[0][2]))
     kind = DisturbanceKind.PUSHED
     if fell > drop_limit:

@@ -1,4 +1,4 @@
-"""From the scenes before and after a trial to the state that the rules judge."""
+"""Computes the final state for the rules from the scenes before and after a trial."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ def final_state(
     drops: tuple[Drop, ...],
     damages: tuple[tuple[str, Damage], ...] = (),
 ) -> FinalState:
-    """Collect what the rules look at when a trial has ended.
+    """Collect the quantities that the rules judge after a trial.
 
     Args:
         order: The order that was played.
         before: The true scene before the trial.
-        after: The true scene after it, without what is held.
-        belief: The scene as it is seen in the end: what is claimed.
-        held: Id of the item that is held, None if there is none.
+        after: The true scene after it, without the held item.
+        belief: The last perceived scene, which is claimed in the output file.
+        held: Id of the held item, or None.
         drops: Free falls of items.
-        damages: Items, or the shelf, and how badly they were hit.
+        damages: Damaged items, or the shelf, with grades.
 
     Returns:
         The final state.
@@ -45,14 +45,14 @@ def final_state(
 
 
 def protrusion(scene: Scene, placed: PlacedItem) -> float:
-    """Measure how far an item stands out beyond the plane of the pod's front face.
+    """Compute how far an item protrudes from the plane of the pod's front face.
 
     Args:
         scene: The scene, for the pose of the pod.
         placed: The item.
 
     Returns:
-        m; 0 if it does not.
+        m; 0 if it does not protrude.
     """
     lower, _ = bounds(placed.item.shape, inverse(scene.T_world_pod) @ placed.T_world_item)
     return max(0.0, -float(lower[0]))

@@ -1,7 +1,7 @@
-"""A whole trial: the most promising target next, until all is done or the time is over.
+"""Plays a whole trial: the most promising target next, until all are done or time is over.
 
-All that is random follows from the seed, all that is timed from simulated time and counted planning calls:
-two runs of one trial differ in nothing but ``statistics``.
+Randomness depends only on the seed, and time only on simulated time and the number of planning calls: two
+runs of a trial differ only in ``statistics``.
 """
 
 from __future__ import annotations
@@ -44,17 +44,17 @@ def run_trial(
     on_progress: ProgressObserver = nobody,
     after_attempt: Callable[[], None] = lambda: None,
 ) -> TrialResult:
-    """Play an order to its end. What goes wrong is part of the result.
+    """Play an order to its end. Failures are part of the result.
 
     Args:
         order: A pick or stow order, or moves.
-        interfaces: Who plans, verifies and carries out.
-        settings: How the trial is played; None for the default.
-        on_progress: Told of the targets done, and of what happens now.
-        after_attempt: Called after every attempt, be it at a target or at what is in its way.
+        interfaces: Planner, verifier and arena.
+        settings: Settings of the trial; None for the default.
+        on_progress: Called with the number of finished targets and the present action.
+        after_attempt: Called after every attempt, at a target or at a blocking item.
 
     Returns:
-        What happened and what it scores.
+        The events and the score.
 
     Raises:
         InputError: The order cannot be played.
@@ -73,11 +73,11 @@ def run_trial(
 class _Trial:
     """The state of a trial: open targets and what happened so far.
 
-    homes: the bin, or other place, in which each item was seen at the start, by id
-    delivered: ids of the items that were brought where they are wanted
-    bins: of a stow, by name of the item the bins that are asked to take it, in this order
-    in_vain: grasps that failed, by the id of their item
-    refused: by the index of its target, in which scene there was no plan for which item, and what it blamed
+    homes: by id, the place in which each item was seen at the start
+    delivered: ids of the items brought to their destinations
+    bins: of a stow, by item name the bins to try, in this order
+    in_vain: failed grasps, by item id
+    refused: by target index, the scene and item of a failed plan, with the items that it blamed
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class _Trial:
         self.attempts: list[tuple[TargetState, Attempt]] = []
 
     def play(self) -> None:
-        """Make the most promising attempt, again and again, until all is done, tried, or the time is over."""
+        """Make the most promising attempt repeatedly, until all targets are done or tried or time is over."""
         self.homes = {placed.id: placed.location for placed in self.runner.scene().items}
         while self.runner.has_time_to_plan:
             may_clear = may_move_others(self.order)
@@ -127,7 +127,7 @@ class _Trial:
         self.on_progress(Progress(len(self.targets), len(self.targets), "done"))
 
     def so_far(self) -> str:
-        """What is lost with a trial that is interrupted, and how to have it again."""
+        """Describe what an interrupted trial loses, and how to repeat it."""
         n_in = sum(attempt.outcome.is_delivered for _, attempt in self.attempts)
         where = "in the tote" if self.order.kind is OrderKind.PICK else "delivered"
         played = f"{n_in} of {len(self.targets)} targets were {where} after {len(self.attempts)} attempts"
@@ -136,9 +136,9 @@ class _Trial:
         )
 
     def _pick(self, state: TargetState) -> None:
-        """One attempt at a target; what comes of it decides whether it stays open."""
+        """Make one attempt at a target, and update the target by its outcome."""
         if state.refusals:
-            self.runner.look_again()  # the scene has not changed, but no two looks are the same
+            self.runner.look_again()  # the scene has not changed, but every look has different errors
         state = state.tried()
         attempt = self._attempt(state)
         self._note(state, attempt)
@@ -161,16 +161,16 @@ class _Trial:
         return self._moved(replace(attempt, item=placed.id, out_of=placed.location), scene)
 
     def _moved(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """An attempt played to its end, whatever that is."""
+        """Play an attempt to its end and return it with its outcome."""
         if attempt.into == ANY_BIN:
             return self._stowed(attempt, scene)
         planned = self._planned(attempt, scene)
         return planned if planned.plan is None else carry_out(self.runner, planned)
 
     def _stowed(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """An attempt to bring an item into the first of its bins that takes it.
+        """Try to bring an item into the first of its bins that has room.
 
-        After the first bin that does not, it is asked whether the item comes out of where it lies at all.
+        After the first bin without room, check whether the item can be extracted from its place at all.
         """
         first: Attempt | None = None
         for name in self.bins[attempt.target.item]:
@@ -188,7 +188,7 @@ class _Trial:
         return first or replace(attempt, outcome=Outcome.NO_PLAN, reason="no bin is large enough for it")
 
     def _planned(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """Plan with a grasp of a kind that has not failed yet, else with another place of a kind that has."""
+        """Plan with a kind of grasp that has not failed, else with another grasp of a kind that has."""
         if not self.runner.has_time_to_plan:
             return replace(attempt, outcome=Outcome.NO_TIME, reason="no time is left to plan it")
         self.runner.say(attempt, "planning")
@@ -203,13 +203,13 @@ class _Trial:
         return self.runner.planned(attempt, scene, in_vain)
 
     def _note(self, state: TargetState, attempt: Attempt) -> None:
-        """Keep an attempt, and learn from it."""
+        """Record an attempt and update the experience."""
         self.attempts.append((state, attempt))
         self.after_attempt()
         self.open[state.index] = state
         if attempt.plan is None:
             return
-        # An early contact says that the item was seen wrongly, and nothing of the grasp.
+        # An early contact shows a wrong pose of the item, not a bad grasp.
         is_early = attempt.execution is not None and attempt.execution.stop_cause is StopCause.EARLY_CONTACT
         is_there = attempt.outcome.is_delivered or attempt.outcome is Outcome.MOVED
         if attempt.plan.grasp is not None and not is_there and not is_early:
@@ -220,14 +220,14 @@ class _Trial:
             self.experience.note(state.target, attempt.outcome.is_delivered)
             self.delivered |= {attempt.item} if attempt.outcome.is_delivered else set()
             self.open[state.index] = state.timed(attempt.plan.trajectory.duration)
-        # Whatever it came to, where it reached into and where it went something may lie otherwise now.
+        # Items may have moved in every place that the tool reached into or that the item was in.
         touched = {attempt.out_of, attempt.into, attempt.seen_in}
         for index, other in self.open.items():
             if touched & {placed.location for placed in self._copies(self.runner.scene(), other)}:
                 self.open[index] = other.renewed()
 
     def _clear(self, state: TargetState) -> None:
-        """Move one item aside that is in the way of a target."""
+        """Move one item aside that blocks a target."""
         scene = self.runner.scene()
         self.open[state.index] = replace(state, clearings=state.clearings + 1)
         placed = self._choose_copy(scene, state)
@@ -247,7 +247,7 @@ class _Trial:
         known = self.refused.get(state.index)
         blamed = known[2] if known is not None and known[0] is scene and known[1] == placed.id else None
         clearing.blame(state.clearings > 0, blamed)
-        if clearing.is_reachable:  # seen again since it was refused: it is to be picked by what is seen now
+        if clearing.is_reachable:  # perceived again since the last failure: pick by the new poses
             self.open[state.index] = replace(self.open[state.index], refusals=0)
             return
         while self.runner.has_time_to_plan and (name := clearing.next_item()) is not None:
@@ -259,10 +259,10 @@ class _Trial:
             clearing.also(aside.in_the_way)
 
     def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """An attempt to bring an item into another bin, or into the tote, where none takes it.
+        """Try to move an item into another bin, or into the tote if none has room.
 
-        What cannot be brought into the tote does not come out of its bin: no other place would help. What is
-        stowed was asked for by itself: no bin takes it yet, and it goes elsewhere in the tote.
+        An item that cannot be brought into the tote cannot leave its bin, so no other bin is tried. Items to
+        be stowed are moved within the tote only, as stowing them has been tried separately.
         """
         attempt = replace(attempt, t_start=self.runner.clock.now)
         out = self._planned(replace(attempt, into=TOTE), scene)
@@ -279,15 +279,15 @@ class _Trial:
         return carry_out(self.runner, out)
 
     def _choose_copy(self, scene: Scene, state: TargetState) -> PlacedItem | None:
-        """Of several copies of the target's place the one nearest to a mouth; on a retry the next one.
+        """Choose the copy of a target nearest to a mouth; on a retry the next one.
 
-        A copy counts for the bin in which it was at the start, wherever it has got to.
+        A copy counts for the bin that it was in at the start, even after it has moved.
         """
         copies = from_the_mouth(scene, self._copies(scene, state))
         return copies[max(0, state.attempts - 1) % len(copies)] if copies else None
 
     def _copies(self, scene: Scene, state: TargetState) -> tuple[PlacedItem, ...]:
-        """What would fulfil a target, wherever but at its destination it is seen."""
+        """Items that could fulfil a target, in any place except its destination."""
         return tuple(
             placed
             for placed in scene.items
@@ -305,9 +305,9 @@ class _Trial:
         self.on_progress(Progress(n_done, len(self.targets), told))
 
     def result(self) -> TrialResult:
-        """Everything measured, with the score of where the items really are."""
+        """Return all results, with the score of the true final state."""
         arena, runner = self.interfaces.arena, self.runner
-        belief = runner.scene()  # it may look once more, before all is counted
+        belief = runner.scene()  # may take another look, before counting
         after = arena.now()
         attempts = tuple(attempt for _, attempt in self.attempts)
         executions = [e for attempt in attempts for e in attempt.executions]

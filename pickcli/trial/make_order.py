@@ -1,11 +1,11 @@
-"""Fresh orders by the official rules, from a seed.
+"""Random orders by the official rules, from a seed.
 
-The rules of 2016 are those of Amazon's generator: how many bins hold how many items, of which items there
-are two, one target per bin, twelve items in the tote of a stow. Those of 2015 name lower bounds only (at
-least two bins each with one, two, and three or more items); the numbers are those of the example that the
-teams shared. Sources stand in docs/formats/order.md.
+The rules of 2016 are those of Amazon's generator: numbers of items by bin, items with two copies, one target
+per bin, twelve items in the tote of a stow. The rules of 2015 have only lower bounds (at least two bins each
+with one, two, and three or more items); the numbers are those of the example that the teams shared. Sources
+are in docs/formats/order.md.
 
-An order whose fullest bin could hardly be stowed is drawn again as a whole, as every item is dealt once.
+An order with a bin that is hard to stow is drawn again as a whole.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from pickcli.trial.order_file import BINS
 
 YEARS = (2015, 2016)
 
-# How many bins hold so many items; of a stow before one item of each bin goes into the tote.
+# Number of bins by number of items; of a stow before one item of each bin goes into the tote.
 BIN_SIZES: Mapping[tuple[OrderKind, int], Mapping[int, int]] = {
     (OrderKind.PICK, 2015): {1: 4, 2: 4, 3: 2, 4: 2},
     (OrderKind.PICK, 2016): {1: 1, 2: 3, 3: 2, 4: 3, 5: 1, 7: 1, 9: 1},
     (OrderKind.STOW, 2016): {2: 3, 3: 4, 4: 2, 6: 2, 8: 1},
 }
 
-MOST_FULL = 0.5  # of a bin's volume, by the boxes around its items: most that are fuller cannot be stowed
-MOST_DRAWS = 1000  # one is enough in 95 of 100 cases
-KIVA_POD = "apc2016_delft"  # the cell with the pod of both years
+MOST_FULL = 0.5  # share of a bin's volume filled by the items' boxes; most fuller bins cannot be stowed
+MOST_DRAWS = 1000  # a single draw succeeds in 95 of 100 cases
+KIVA_POD = "apc2016_delft"  # cell with the pod used in both years
 
 TWO_COPIES: Mapping[int, tuple[str, ...]] = {
     2015: ("mead_index_cards",),
@@ -58,13 +58,13 @@ def make_order(task: OrderKind, year: int, seed: int) -> Order:
     Args:
         task: PICK or STOW; in 2015 there was no stow.
         year: 2015 or 2016.
-        seed: Everything random follows from it, the task and the year.
+        seed: Seed of all randomness, together with task and year.
 
     Returns:
-        An order with all items of the year, each bin with as many as the rules say.
+        An order with all items of the year, and the numbers of items by bin that the rules prescribe.
 
     Raises:
-        InputError: There was no such task, or the items do not fit into the bins.
+        InputError: There was no such task, or the items do not fit in the bins.
     """
     if (task, year) not in BIN_SIZES:
         raise InputError(f"there was no {task} task in {year}; take one of {', '.join(tasks())}")
@@ -80,15 +80,15 @@ def make_order(task: OrderKind, year: int, seed: int) -> Order:
 
 
 def share_filled(bin_name: str, names: Sequence[str], year: int) -> float:
-    """Tell the share of a bin's clear volume that the boxes around some items take.
+    """Compute the share of a bin's clear volume filled by the items' boxes.
 
     Args:
         bin_name: Name of the bin.
         names: Names of the items.
-        year: 2015 or 2016, which decides the figures of the items.
+        year: 2015 or 2016, for the items' figures.
 
     Returns:
-        The share, 1 for all of the volume.
+        The share, 0 to 1.
     """
     cell = _cell()
     boxes = [float(np.prod(cell.item(name, year).shape.extents)) for name in names]
@@ -101,7 +101,7 @@ def _cell() -> Cell:
 
 
 def _draw(task: OrderKind, year: int, rng: np.random.Generator) -> Order:
-    """An order by the rules for numbers alone."""
+    """Draw an order that follows the rules for numbers, without regard to volume."""
     contents = _contents(BIN_SIZES[task, year], _copies(year), rng)
     drawn = {name: names[int(rng.integers(len(names)))] for name, names in contents.items()}
     if task is OrderKind.PICK:
@@ -112,7 +112,7 @@ def _draw(task: OrderKind, year: int, rng: np.random.Generator) -> Order:
 
 
 def tasks() -> tuple[str, ...]:
-    """List the tasks that there were.
+    """List all tasks that existed.
 
     Returns:
         Each as "pick 2016".
@@ -121,7 +121,7 @@ def tasks() -> tuple[str, ...]:
 
 
 def _copies(year: int) -> list[str]:
-    """Every item of a year by name, once per copy."""
+    """Names of all items of a year, repeated for each copy."""
     names = sorted(name for name, of in _cell().items if of == year)
     return sorted([*names, *TWO_COPIES[year]])
 
@@ -129,7 +129,7 @@ def _copies(year: int) -> list[str]:
 def _contents(
     sizes: Mapping[int, int], copies: list[str], rng: np.random.Generator
 ) -> dict[str, tuple[str, ...]]:
-    """All copies, dealt to the bins; which bin gets how many is drawn first."""
+    """Deal all copies to the bins, after drawing the number of items of each bin."""
     numbers = rng.permutation([size for size, n_bins in sizes.items() for _ in range(n_bins)])
     dealt = rng.permutation(np.array(copies))
     assert len(numbers) == len(BINS) and numbers.sum() == len(dealt)
@@ -138,6 +138,6 @@ def _contents(
 
 
 def _without(names: tuple[str, ...], one: str) -> tuple[str, ...]:
-    """The names without one copy of one of them."""
+    """Remove one copy of a name."""
     i = names.index(one)
     return names[:i] + names[i + 1 :]

@@ -1,7 +1,7 @@
-"""The motion of a trial as a file, to be replayed: joints, items, vacuum, and what was carried out when.
+"""Stores the motion of a trial in a file for replay: joints, items, vacuum and executions.
 
-What was recorded is thinned: straight lines between the rows that are kept lead past all others within stated
-bounds. The format is described in docs/formats/trial.md.
+Samples are thinned such that linear interpolation of the kept ones is within stated bounds of all others. See
+docs/formats/trial.md for the format.
 """
 
 from __future__ import annotations
@@ -42,28 +42,28 @@ from pickcli.trial.motion_schema import (
 
 FORMAT, VERSION = "apc motion", 1
 MAX_BYTES = 16 * 2**20
-MAX_TEXT = 4 * MAX_BYTES  # when it is no longer compressed
-SLACK = 0.002  # s by which rounded times of segments may be outside of what they are part of
+MAX_TEXT = 4 * MAX_BYTES  # uncompressed
+SLACK = 0.002  # s, tolerance for rounded times of segments
 
-JOINT_BOUND = 1e-3  # rad or m by which a replayed joint may be off where the recorder looked
+JOINT_BOUND = 1e-3  # rad or m, error bound of a replayed joint at a sample
 POSITION_BOUND = 1e-3  # m, of an item
 TURN_BOUND = 2e-3  # of a quaternion's elements
 VACUUM_BOUND = 300.0  # Pa
-_TIME, _JOINT, _POSE, _VACUUM, _SHARE = 1e-3, 1e-4, 1e-4, 50.0, 0.01  # what numbers are rounded to
+_TIME, _JOINT, _POSE, _VACUUM, _SHARE = 1e-3, 1e-4, 1e-4, 50.0, 0.01  # units for rounding
 
 
 @dataclass(frozen=True, eq=False)
 class RecordedExecution:
-    """One plan, or letting go, as it was carried out.
+    """Execution of one plan, or a release.
 
     Attributes:
-        query: What was asked for.
-        arm: Name of the arm that moved; empty in a cell with one.
+        query: The planned query.
+        arm: Name of the arm that moved; empty in a cell with one arm.
         t_start: s, simulated.
         t_end: s, simulated.
-        segments: Of the plan as far as it came, with their simulated times.
+        segments: Executed segments of the plan, with their simulated times.
         times: (N,) s, simulated.
-        shares: (N, n) each of velocity, acceleration and jerk as planned, over their limits.
+        shares: Planned velocity, acceleration and jerk, as shares of their limits, (N, n) each.
     """
 
     query: str
@@ -77,16 +77,16 @@ class RecordedExecution:
 
 @dataclass(frozen=True, eq=False)
 class RecordedMotion:
-    """What moved in a trial.
+    """Recorded motion of a trial.
 
     Attributes:
         joint_names: Names of the m joints: the planned ones, then those of the tool.
         times: (N,) s, simulated.
         joints: (N, m) rad or m, as measured.
         vacuum_times: (K,) s.
-        vacuum: (K,) Pa below ambient in the cup; without rows where there is none.
-        items: By id, s (M,) and poses (M, 7) of what moved.
-        executions: In the order of time.
+        vacuum: (K,) Pa below ambient in the cup; empty without vacuum.
+        items: By id of moved items, times in s (M,) and poses (M, 7).
+        executions: In order of time.
     """
 
     joint_names: tuple[str, ...]
@@ -99,11 +99,11 @@ class RecordedMotion:
 
 
 def motion_values(recorder: MotionRecorder, cell: Cell) -> dict[str, Any]:
-    """What was recorded, as JSON values.
+    """Convert a recording to JSON values.
 
     Args:
-        recorder: What looked at the world.
-        cell: The cell as the arm sees it that moved.
+        recorder: The recorder of the world.
+        cell: The cell as seen by the arm that moved.
 
     Returns:
         Values by name.
@@ -129,22 +129,22 @@ def motion_values(recorder: MotionRecorder, cell: Cell) -> dict[str, Any]:
 
 
 def write_motion(path: Path, values: Mapping[str, Any], replace: bool = True) -> None:
-    """Write what was recorded: JSON, compressed by gzip. The same values give the same bytes.
+    """Write recorded values as gzip-compressed JSON. Equal values give equal bytes.
 
     Args:
-        path: Where to write.
+        path: The file.
         values: JSON values by name.
-        replace: Whether a file that is there may be replaced.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: The place cannot be written.
+        InputError: The file cannot be written.
     """
     text = json.dumps(values, separators=(",", ":"), allow_nan=False)
     write_bytes(path, gzip.compress(text.encode(), compresslevel=9, mtime=0), replace)
 
 
 def read_motion(path: Path) -> RecordedMotion:
-    """Read what was recorded.
+    """Read a recorded motion.
 
     Args:
         path: The file.
@@ -153,7 +153,7 @@ def read_motion(path: Path) -> RecordedMotion:
         The motion.
 
     Raises:
-        InputError: It cannot be read, or is no such file.
+        InputError: The file cannot be read, or is not such a file.
     """
     content = read_bytes(path, MAX_BYTES, "apc run-trial writes one")
     try:
@@ -169,15 +169,15 @@ def read_motion(path: Path) -> RecordedMotion:
 
 
 def refuse_other_motion(motion: RecordedMotion, scene: Scene, where: str) -> None:
-    """Refuse a motion that names what a scene and its cell do not have: it is that of another trial.
+    """Refuse a motion with names that a scene and its cell do not have, as it is from another trial.
 
     Args:
-        motion: What moved.
-        scene: Where everything was at the start.
-        where: Name of the motion's file, for the message.
+        motion: The motion.
+        scene: The scene at the start.
+        where: Name of the motion's file, for messages.
 
     Raises:
-        StaleError: It is of another scene or cell.
+        StaleError: The motion is from another scene or cell.
     """
     robot = scene.cell.robot
     tool, known = robot.tool, {placed.id for placed in scene.items}
@@ -194,15 +194,15 @@ def refuse_other_motion(motion: RecordedMotion, scene: Scene, where: str) -> Non
 
 
 def thinned(times: Array, rows: Array, bounds: Array) -> NDArray[np.intp]:
-    """Which rows to keep so that straight lines between them lead past the others within bounds.
+    """Select rows such that linear interpolation between them is within bounds of all others.
 
     Args:
-        times: (N,) s, rising.
+        times: (N,) s, increasing.
         rows: (N, k).
-        bounds: (k,) by which an element may be off.
+        bounds: (k,) error bounds.
 
     Returns:
-        (M,) indices, the first and the last row among them.
+        (M,) indices, including the first and the last row.
     """
     kept, low, high = [0], np.full(rows.shape[1], -np.inf), np.full(rows.shape[1], np.inf)
     for i in range(1, len(times)):
@@ -217,7 +217,7 @@ def thinned(times: Array, rows: Array, bounds: Array) -> NDArray[np.intp]:
 
 
 def _has_moved(rows: Array) -> bool:
-    """Whether an item ever was farther from where it began than replayed ones may be off."""
+    """Whether an item moved by more than the replay bounds."""
     off = np.abs(rows[:, 1:] - rows[0, 1:]).max(axis=0)
     return bool(off[:3].max() > POSITION_BOUND or off[3:].max() > TURN_BOUND)
 
@@ -249,7 +249,7 @@ def _execution(run: RecordedRun, cell: Cell) -> dict[str, Any]:
 
 
 def _unzipped(content: bytes) -> bytes:
-    """The text of a compressed file. Raises ValueError if it is larger than any that is written."""
+    """Decompress text. Raises ValueError if it is larger than any that is written."""
     with gzip.open(BytesIO(content)) as file:
         text = file.read(MAX_TEXT + 1)
     if len(text) > MAX_TEXT:
@@ -258,7 +258,7 @@ def _unzipped(content: bytes) -> bytes:
 
 
 def _read(told: MotionModel) -> RecordedMotion:
-    """A motion from its file. Raises ValueError where arrays do not fit each other."""
+    """Build a motion from its file. Raises ValueError if arrays are inconsistent."""
     motion = RecordedMotion(
         told.joints, told.times.times(), told.positions.rows(len(told.joints), MAX_JOINT),
         told.vacuum.times.times(), _column(told.vacuum.values),
@@ -279,7 +279,7 @@ def _read(told: MotionModel) -> RecordedMotion:
 
 
 def _column(told: PackedModel) -> Array:
-    """Vacuum (N,), which is stated without columns."""
+    """Vacuum (N,), which is stored without columns."""
     return told.model_copy(update={"shape": (*told.shape, 1)}).rows(1, MAX_PRESSURE)[:, 0]
 
 
@@ -299,5 +299,5 @@ def _read_execution(told: ExecutionModel) -> RecordedExecution:
 
 
 def _is_moving(at: Array) -> NDArray[np.bool_]:
-    """Whether the plan's time passes at its times (N,)."""
+    """Mask (N,) of the times at which the plan's time advances."""
     return np.append(np.diff(at) > 0.0, False)

@@ -1,4 +1,4 @@
-"""The schema of a trial's recorded motion; its arrays have the shapes that they should have, in bounds."""
+"""Schema of a trial's recorded motion, including checks of array shapes and bounds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pickcli.files.schema import FileModel
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 
-MAX_TIME = 1e5  # s: a trial has a thousand
+MAX_TIME = 1e5  # s; a trial takes about a thousand
 MAX_JOINT = 1e3  # rad or m
 MAX_PRESSURE = 1e6  # Pa
 MAX_SHARE = 1e3  # of a limit
@@ -24,7 +24,7 @@ Kind = Annotated[SegmentKind, Field(strict=False)]
 
 
 class PackedModel(FileModel):
-    """An array as ``packed`` writes it."""
+    """An array as written by ``packed``."""
 
     type: Literal["i1", "i2", "i4"]
     shape: Annotated[tuple[Annotated[int, Field(ge=0, le=MAX_ROWS)], ...], Field(min_length=1, max_length=2)]
@@ -32,17 +32,17 @@ class PackedModel(FileModel):
     data: str
 
     def rows(self, n_columns: int, most: float) -> Array:
-        """The rows as one array.
+        """Return the rows as an array.
 
         Args:
-            n_columns: How many it should have.
-            most: What no element may be beyond.
+            n_columns: Required number of columns.
+            most: Bound of absolute values.
 
         Returns:
             (N, n_columns).
 
         Raises:
-            ValueError: It has another shape, fewer or more elements than it states, or one that is too large.
+            ValueError: The shape is wrong, the number of elements is inconsistent, or a value is too large.
         """
         values = unpacked(self.model_dump())
         if values.ndim != 2 or values.shape[1] != n_columns:
@@ -50,13 +50,13 @@ class PackedModel(FileModel):
         return _bounded(values, most)
 
     def times(self) -> Array:
-        """The array as times.
+        """Return the array as times.
 
         Returns:
             (N,) s.
 
         Raises:
-            ValueError: It has more than one axis, or does not rise.
+            ValueError: It has more than one axis, or decreases.
         """
         values = unpacked(self.model_dump())
         if values.ndim != 1:
@@ -80,7 +80,7 @@ class VacuumModel(FileModel):
 
 
 class ItemTrackModel(FileModel):
-    """Where an item was, over time."""
+    """Poses of an item over time."""
 
     id: Name
     times: PackedModel
@@ -88,7 +88,7 @@ class ItemTrackModel(FileModel):
 
 
 class ExecutionModel(FileModel):
-    """What was carried out; segments are kind, start and end, tool state, what is held and may be touched."""
+    """An execution; segments are kind, start, end, tool state, held item, and names that may be touched."""
 
     query: Annotated[str, Field(max_length=1000)]
     arm: Name

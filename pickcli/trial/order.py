@@ -1,4 +1,4 @@
-"""An order: where items are before a task, and where they are wanted."""
+"""Orders: contents of places before a task, and the wanted items."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from enum import StrEnum
 from pickcli.cell.station import TOTE
 from pickcli.errors import InputError
 
-ANY_BIN = "any bin"  # where each item of a stow is wanted
+ANY_BIN = "any bin"  # destination of each item of a stow
 
 
 class OrderKind(StrEnum):
-    """What an order asks for."""
+    """Kind of an order."""
 
     PICK = "pick"  # move the targets of the work order from their bins into the tote
     STOW = "stow"  # move everything from the tote into bins
-    OUTPUT = "output"  # not an order but the state after one: no work order and nothing in the tote
+    OUTPUT = "output"  # not an order but the state after one: no work order and an empty tote
     MOVE = "move"  # move items from place to place
 
 
 @dataclass(frozen=True)
 class Target:
-    """One line of a work order: one copy of an item, from one bin, or other place, to where it is wanted.
+    """One line of a work order: one copy of an item, its place, and its destination.
 
     Attributes:
         bin: Name of the bin, or other place.
         item: Name of the item.
-        into: Name of the place where it is wanted; ``ANY_BIN`` where one bin is as good as another.
+        into: Name of the destination; ``ANY_BIN`` if any bin will do.
     """
 
     bin: str
@@ -37,12 +37,12 @@ class Target:
 
 @dataclass(frozen=True)
 class Order:
-    """What lies where before the task (after it, for OUTPUT), and what is wanted.
+    """Contents before the task (after it, for OUTPUT), and the wanted items.
 
     Attributes:
-        kind: What is asked for.
-        year: 2015 or 2016, by the format of the file; it decides the rules and which figures an item has.
-        bin_contents: Names of items by bin, in the order of the bins; duplicates are copies. Of a MOVE by
+        kind: Kind of the order.
+        year: 2015 or 2016, by the format of the file; selects the rules and the items' figures.
+        bin_contents: Names of items by bin, in the order of the bins; duplicates are copies. For a MOVE by
             place.
         tote_contents: Names of the items in the tote.
         work_order: The targets of a pick, or the moves, in their order.
@@ -56,41 +56,41 @@ class Order:
 
     @property
     def contents(self) -> dict[str, tuple[str, ...]]:
-        """Names of all items by place, the tote among them if something lies in it."""
+        """Names of all items by place, including a tote that is not empty."""
         return self.bin_contents | ({TOTE: self.tote_contents} if self.tote_contents else {})
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        """What is to be moved: the work order, or of a stow all that lies in the tote, in its order."""
+        """Targets to be moved: the work order, or for a stow all items in the tote, in order."""
         if self.kind is not OrderKind.STOW:
             return self.work_order
         return tuple(Target(TOTE, name, ANY_BIN) for name in self.tote_contents)
 
     def is_met(self, target: Target, place: str) -> bool:
-        """Tell whether a target that lies in a place is where it is wanted.
+        """Whether a target in a place has reached its destination.
 
         Args:
             target: One of the order's targets.
             place: Name of the place.
 
         Returns:
-            Whether it is.
+            True if it has.
         """
         return place in self.bin_contents if target.into == ANY_BIN else place == target.into
 
 
 def require_playable(order: Order, where: str = "the order") -> Order:
-    """Refuse an order that is not one to be played.
+    """Refuse an order that cannot be played.
 
     Args:
         order: The order.
-        where: Its file, for the message.
+        where: Name of its file, for messages.
 
     Returns:
         The order.
 
     Raises:
-        InputError: It is the state after a task, or a pick order whose tote is not empty.
+        InputError: It is the state after a task, or a pick order with items in the tote.
     """
     if order.kind is OrderKind.OUTPUT:
         raise InputError(

@@ -1,8 +1,8 @@
-"""Order files: the official ones of the Amazon Picking Challenge of 2015 and 2016, and moves between places.
+"""Reads order files: official ones of the Amazon Picking Challenge of 2015 and 2016, and moves.
 
 2016 pick: ``bin_contents``, ``tote_contents`` (empty) and ``work_order``. 2016 stow: ``bin_contents`` and
 ``tote_contents``. 2016 output: as stow, the state after a task. 2015: ``bin_contents`` and ``work_order``.
-Ours, for cells with places of their own: ``contents`` and ``moves``. See docs/formats/order.md.
+For cells with other places: ``contents`` and ``moves``. See docs/formats/order.md.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pickcli.trial.order import Order, OrderKind, Target
 BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
 MAX_CONTENTS = 100  # items in one bin or in the tote
 MAX_TARGETS = 500
-NEWEST = 2016  # the year of the figures of items that no official order names
+NEWEST = 2016  # year of the items' figures in orders of moves
 
 
 def read_order(path: Path, cell: Cell) -> Order:
@@ -36,15 +36,15 @@ def read_order(path: Path, cell: Cell) -> Order:
 
     Args:
         path: A file, or the name of an order under data/tasks.
-        cell: Whose bins, other places and items may stand in it.
+        cell: The cell, for names of bins, other places and items.
 
     Returns:
         The order.
 
     Raises:
-        InputError: Something is wrong with the file; with every problem. Or the cell has no pod or tote, and
-            the order is an official one.
-        UnknownNameError: There is neither such a file nor an order of that name.
+        InputError: The file has mistakes: with every problem; or it is an official order and the cell has no
+            pod or tote.
+        UnknownNameError: There is no such file and no order of that name.
     """
     source, items = read_yaml(order_file(path, cell), ORDER), {name for name, _ in cell.items}
     has_bins = cell.pod.bins and cell.tote is not None
@@ -57,10 +57,10 @@ def read_order(path: Path, cell: Cell) -> Order:
 
 
 def order_names(cell: Cell | None = None) -> list[str]:
-    """List the orders that go by a name: those under data/tasks, and those in a cell's own folder.
+    """List the names of known orders: under data/tasks, and in a cell's own folder.
 
     Args:
-        cell: The cell; None for the first alone.
+        cell: The cell; None for only those under data/tasks.
 
     Returns:
         Their names, sorted.
@@ -69,17 +69,17 @@ def order_names(cell: Cell | None = None) -> list[str]:
 
 
 def order_file(name_or_path: Path, cell: Cell | None = None) -> Path:
-    """Find the file that a path, or the name of an order, means.
+    """Find the file of a path or the name of an order.
 
     Args:
-        name_or_path: What the user wrote.
-        cell: In whose folder orders are looked for besides data/tasks, if any.
+        name_or_path: As written by the user.
+        cell: Cell in whose folder to look besides data/tasks, if any.
 
     Returns:
-        The path of the file, which need not exist if it was written as a path.
+        Path of the file, which need not exist if a path was given.
 
     Raises:
-        UnknownNameError: There is neither such a file nor an order of that name.
+        UnknownNameError: There is no such file and no order of that name.
     """
     if name_or_path.exists() or name_or_path.suffix:
         return name_or_path
@@ -104,14 +104,14 @@ def _own_orders(cell: Cell | None) -> list[Path]:
 
 
 def _is_of_moves(keys: Collection[str], is_likely: bool) -> bool:
-    """Whether a file with these keys is meant as one of moves, its key misspelt perhaps."""
+    """Whether a file with these keys is meant as an order of moves, possibly with a misspelt key."""
     if {"moves", "contents"} & set(keys):
         return True
     return is_likely and not {"bin_contents", "tote_contents", "work_order"} & set(keys)
 
 
 def _refuse_official(source: Source, cell: Cell) -> None:
-    """Raise InputError for an official order in a cell without its shelf or tote, with what would do."""
+    """Raise InputError for an official order in a cell without pod or tote, with alternatives."""
     own = [path.stem for path in _own_orders(cell)]
     lacking = " and no ".join(
         key for key, has in (("pod", cell.pod.bins), ("tote", cell.tote is not None)) if not has
@@ -153,18 +153,18 @@ class _MovesModel(FileModel):
 
 
 def moves_of(source: Source, items: Collection[str], places: tuple[str, ...]) -> Order:
-    """The moves that a file's values stand for, its names checked.
+    """Build an order of moves from a file's values, with its names checked.
 
     Args:
-        source: The values of the file, with their places.
-        items: Names of the items that may stand in it.
-        places: Names of the places that may stand in it.
+        source: The values of the file, with their positions.
+        items: Known names of items.
+        places: Known names of places.
 
     Returns:
         The order, of the kind MOVE.
 
     Raises:
-        InputError: Something is wrong with the file; with every problem.
+        InputError: The file has mistakes: with every problem.
     """
     model = validate(source, _MovesModel)
     for name, names in model.contents.items():
@@ -189,18 +189,18 @@ def moves_of(source: Source, items: Collection[str], places: tuple[str, ...]) ->
 
 
 def order_of(source: Source, items: Collection[str], bins: tuple[str, ...]) -> Order:
-    """The order that a file's values stand for, its names checked.
+    """Build an official order from a file's values, with its names checked.
 
     Args:
-        source: The values of the file, with their places.
-        items: Names of the items that may stand in it.
-        bins: Names of the bins that may stand in it.
+        source: The values of the file, with their positions.
+        items: Known names of items.
+        bins: Known names of bins.
 
     Returns:
         The order.
 
     Raises:
-        InputError: Something is wrong with the file; with every problem.
+        InputError: The file has mistakes: with every problem.
     """
     model = validate(source, _OrderModel)
     _check_bins(source, model, bins)
@@ -221,7 +221,7 @@ def order_of(source: Source, items: Collection[str], bins: tuple[str, ...]) -> O
 
 
 def _check_bins(source: Source, model: _OrderModel, bins: tuple[str, ...]) -> None:
-    """Every bin of the cell stands in the contents, and nothing else."""
+    """Check that the contents list exactly the bins of the cell."""
     missing = [name for name in bins if name not in model.bin_contents]
     meant = ""
     for name in model.bin_contents:
@@ -229,7 +229,9 @@ def _check_bins(source: Source, model: _OrderModel, bins: tuple[str, ...]) -> No
             hint = "" if source.is_full else f"; {suggestion(name, missing or bins)}"
             source.add(("bin_contents", name), f"unknown bin{hint}")
             meant += hint
-    untold = [name for name in missing if repr(name) not in meant]  # else the key that is misspelt was told
+    untold = [
+        name for name in missing if repr(name) not in meant
+    ]  # without those suggested for a misspelt key
     if len(untold) > FEW_MISSING:
         told = f'the bins {", ".join(untold)} are missing; add them ("{untold[0]}": [] if empty)'
         source.add(("bin_contents",), told)
@@ -239,7 +241,7 @@ def _check_bins(source: Source, model: _OrderModel, bins: tuple[str, ...]) -> No
 
 
 def _check_items(source: Source, model: _OrderModel, items: Collection[str]) -> None:
-    """Everything that lies anywhere is an item that is known."""
+    """Check that all names of items are known."""
     lists: dict[Key, tuple[str, ...]] = {("tote_contents",): model.tote_contents}
     lists |= {("bin_contents", name): names for name, names in model.bin_contents.items()}
     for place, names in lists.items():
@@ -248,7 +250,7 @@ def _check_items(source: Source, model: _OrderModel, items: Collection[str]) -> 
 
 
 def _check_name(source: Source, key: Key, kind: str, name: str, known: Collection[str]) -> bool:
-    """Whether a name is known. Notes a mistake if not; beyond those that are told without a hint."""
+    """Whether a name is known; an unknown one is reported, with suggestions unless the list is full."""
     if name not in known:
         suggest = item_suggestion if kind == "item" else suggestion
         hint = "" if source.is_full else f"; {suggest(name, known)}"
@@ -259,7 +261,7 @@ def _check_name(source: Source, key: Key, kind: str, name: str, known: Collectio
 def _check_work_order(
     source: Source, model: _OrderModel, items: Collection[str], bins: tuple[str, ...]
 ) -> None:  # fmt: skip
-    """Every target lies in its bin, in as many copies as are ordered."""
+    """Check that every target is in its bin, in enough copies."""
     if "work_order" in model.model_fields_set and not model.work_order:
         source.add(("work_order",), "the work order is empty; name a target")
     copies = {name: Counter(names) for name, names in model.bin_contents.items()}
@@ -275,7 +277,7 @@ def _check_work_order(
 
 
 def _fault(target: Target, n_ordered: int, copies: Mapping[str, Counter[str]]) -> str:
-    """Why a target that is ordered for the n-th time cannot be had, "" if it can."""
+    """Why a target, ordered for the n-th time, is not available, "" if it is."""
     n_there = copies[target.bin][target.item] if target.bin in copies else 0
     if n_there == 0:
         holders = [name for name, names in copies.items() if target.item in names]

@@ -1,4 +1,4 @@
-"""The official task output file: where everything lies after the task, as far as we know."""
+"""Writes the official task output file: the believed contents of all places after the task."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pickcli.trial.order import Order, OrderKind
 
 
 def claim(order: Order, items: Iterable[PlacedItem]) -> Order:
-    """Tell the state after the task from where the items are believed to lie.
+    """Build the claimed state after the task from believed item locations.
 
-    An item believed to lie in no bin and not in the tote stands nowhere in it.
+    Items believed to be neither in a bin nor in the tote are left out.
 
     Args:
         order: The order that was played.
-        items: The items as they are believed to lie.
+        items: Items at their believed locations.
 
     Returns:
         The state, of the kind OUTPUT.
@@ -30,7 +30,7 @@ def claim(order: Order, items: Iterable[PlacedItem]) -> Order:
 
 
 def order_text(order: Order) -> str:
-    """Write an order as the official JSON of its year: one bin per line.
+    """Format an order as the official JSON of its year: one bin per line.
 
     Outputs have no ``work_order``, as the official sample output; orders of 2015 no ``tote_contents``.
 
@@ -54,11 +54,11 @@ def write_output(path: Path, order: Order, replace: bool = True) -> None:
     """Write an order or output file.
 
     Args:
-        path: Where to write.
+        path: The file.
         order: The order.
-        replace: Whether a file that is there may be replaced.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: The place cannot be written.
+        InputError: The file cannot be written.
     """
     write_text(path, order_text(order), replace)

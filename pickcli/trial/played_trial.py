@@ -1,4 +1,4 @@
-"""One trial in simulation, from its order and seed to all that its folder keeps."""
+"""Plays one trial in simulation, from order and seed to all contents of its folder."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TrialConditions:
-    """What a trial is played under, whatever its order and seed.
+    """Conditions of a trial, independent of order and seed.
 
     Attributes:
-        noise: Bounds of the error of the item poses that are perceived.
-        reality: Levels at which the simulated world differs from its model.
-        pod_shift: Where the pod stands: a displacement, "random" or "none"; None for what ``reality`` says.
-        stow_rule: By which bins are chosen in a stow.
+        noise: Bounds of the errors of perceived item poses.
+        reality: Levels of the deviations of the simulated world from its model.
+        pod_shift: Displacement of the pod, "random" or "none"; None to follow ``reality``.
+        stow_rule: Rule by which bins are chosen in a stow.
     """
 
     noise: PoseNoise = DEFAULT_NOISE
@@ -50,13 +50,13 @@ class TrialConditions:
 
 @dataclass(frozen=True)
 class TrialRequest:
-    """A trial that is to be played.
+    """Parameters of a trial.
 
     Attributes:
         order: The order.
         order_name: Name of its file, for the record.
-        conditions: What it is played under.
-        seed: Every random choice follows from it.
+        conditions: Conditions of the trial.
+        seed: Seed of all random choices.
     """
 
     order: Order
@@ -67,13 +67,13 @@ class TrialRequest:
 
 @dataclass(frozen=True, eq=False)
 class PlayedTrial:
-    """A trial, and all that its folder keeps of it.
+    """A trial with all contents of its folder.
 
     Attributes:
-        result: What happened.
-        record: The same as JSON values.
+        result: The result.
+        record: The result as JSON values.
         pictures: (height, width, 3) RGB, before and after.
-        motion: Everything that moved, as JSON values; None where several arms played.
+        motion: Recorded motion as JSON values; None with several arms.
     """
 
     result: TrialResult
@@ -83,18 +83,18 @@ class PlayedTrial:
 
 
 def stowed_scene(request: TrialRequest, cell: Cell, on_progress: ProgressObserver = nobody) -> Scene:
-    """Place the items of an order where a trial begins with them.
+    """Create the scene at the start of a trial, with the items of the order in their places.
 
     Args:
         request: The trial.
-        cell: The cell as the arm sees it that moves first.
-        on_progress: Told of the places done.
+        cell: The cell as seen by the arm that moves first.
+        on_progress: Called with the number of finished places.
 
     Returns:
         The true scene.
 
     Raises:
-        InputError: The items of a place cannot be stowed in it, or the pod would stand beyond its bounds.
+        InputError: The items do not fit in a place, or the pod would be beyond its displacement bounds.
     """
     order, conditions = request.order, request.conditions
     T_world_pod, _ = standing(conditions.pod_shift, conditions.reality, cell, request.seed)
@@ -112,17 +112,17 @@ def play_trial(
 
     Args:
         request: The trial.
-        scene: Where everything truly is, of ``stowed_scene``.
-        planners: Of every arm that plays, that of the arm first that moves first.
-        on_progress: Told of the targets done.
+        scene: The true scene, from ``stowed_scene``.
+        planners: Planners of all arms, that of the arm that moves first in front.
+        on_progress: Called with the number of finished targets.
         after_attempt: Called after every attempt.
 
     Returns:
-        What happened.
+        The trial.
     """
     first, conditions, seed = planners[0], request.conditions, request.seed
     _, reality = standing(conditions.pod_shift, conditions.reality, first.context.cell, seed)
-    recorder = MotionRecorder() if len(planners) == 1 else None  # of one robot, which several arms are not
+    recorder = MotionRecorder() if len(planners) == 1 else None  # the recorder supports a single arm
     with closing(SimulatedArena(scene, reality, seed, first.parked, recorder)) as arena:
         before, began = arena.picture(), time.perf_counter()
         settings = TrialSettings(seed, conditions.noise, reality, stow_rule=conditions.stow_rule)

@@ -1,4 +1,4 @@
-"""Where the pod stands in a trial: the organisers shifted it before each (KTH, section I)."""
+"""Displacement of the pod in a trial: the organisers shifted it before each (KTH, section I)."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ def random_displacement(bounds: Displacement, rng: np.random.Generator) -> Displ
 
 
 def random_shift(cell: Cell, seed: int) -> Displacement:
-    """Draw where a seed puts the pod, within what its cell allows for.
+    """Draw the displacement of the pod for a seed, within the cell's bounds.
 
     Args:
         cell: The cell.
         seed: The seed.
 
     Returns:
-        The displacement from the pod's nominal place.
+        The displacement from the pod's nominal pose.
     """
     return random_displacement(cell.pod.displacement, derived_rng("pod shift", seed))
 
 
 def shifted_pod(cell: Cell, shift: Displacement) -> Array:
-    """Move the pod from its nominal place.
+    """Compute the pose of a displaced pod.
 
     Args:
         cell: The cell.
@@ -55,7 +55,7 @@ def shifted_pod(cell: Cell, shift: Displacement) -> Array:
         Pose (4, 4) of the pod in the world.
 
     Raises:
-        InputError: The shift is beyond what the cell allows for.
+        InputError: The displacement is beyond the cell's bounds.
     """
     bounds = cell.pod.displacement
     if not cell.pod.bins and shift != UNMOVED:
@@ -70,7 +70,7 @@ def shifted_pod(cell: Cell, shift: Displacement) -> Array:
 
 
 def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
-    """Tell where the pod stands.
+    """Compute the pose of the pod for a stated or random displacement.
 
     Args:
         shift: A displacement, "random" or "none".
@@ -81,7 +81,7 @@ def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
         Pose (4, 4) of the pod in the world.
 
     Raises:
-        InputError: The shift is beyond the cell's bounds.
+        InputError: The displacement is beyond the cell's bounds.
     """
     if isinstance(shift, str):
         shift = random_shift(cell, seed) if shift == RANDOM else UNMOVED
@@ -91,19 +91,19 @@ def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
 def standing(
     asked: Displacement | str | None, reality: Reality, cell: Cell, seed: int
 ) -> tuple[Array, Reality]:
-    """Tell where the pod stands in a trial, and whether that is at random.
+    """Compute the pose of the pod in a trial, and whether it is random.
 
     Args:
-        asked: A displacement, "random" or "none"; None where nothing was said.
-        reality: Levels, whose own shift counts then.
-        cell: Whose bounds hold.
-        seed: Of a random shift.
+        asked: A displacement, "random" or "none"; None if not stated.
+        reality: Levels, used if no displacement is stated.
+        cell: The cell, for its bounds.
+        seed: Seed of a random displacement.
 
     Returns:
-        Pose (4, 4) of the pod in the world, and the levels with what holds of the shift.
+        Pose (4, 4) of the pod in the world, and the levels with the resulting ``pod_shift``.
 
     Raises:
-        InputError: The shift is beyond the cell's bounds.
+        InputError: The displacement is beyond the cell's bounds.
     """
     shift = asked or (RANDOM if reality.pod_shift else NONE)
     return pod_pose(shift, cell, seed), replace(reality, pod_shift=shift == RANDOM)

@@ -1,8 +1,8 @@
-"""Perception: the true poses with an error whose bound is told, and now and then one beyond it.
+"""Simulated perception: true poses with bounded errors, and occasional outliers.
 
-The only place where truth becomes belief. Planning and verification see nothing but what comes from here,
-together with the bounds. The pod's pose is estimated once, as the organisers shift it before a trial and not
-during it; items are seen again in every look.
+The only interface from true to perceived poses: planning and verification use only its result, with the error
+bounds. The pod's pose is estimated once, as the organisers shift it before a trial and not during it; items
+are perceived again in every look.
 """
 
 from __future__ import annotations
@@ -23,27 +23,26 @@ DEFAULT_NOISE = PoseNoise(position=0.002, angle=np.deg2rad(1.0))
 
 
 def perceive(true: Scene, noise: PoseNoise, seed: int, look: int, reality: Reality = IDEAL) -> Scene:
-    """Perceive a scene, with the errors of perception.
+    """Perceive a scene, with errors.
 
-    Items in bins and tote are displaced, each in the place that its seen pose is in or nearest to; what lies
-    on the floor of the hall is not seen. The pod stands where it is estimated to stand, and the bounds of
-    that error are stated as ``pod_error``.
+    Items in places are displaced, and assigned to the place nearest to their perceived pose; items on the
+    floor are not perceived. The pod is at its estimated pose, with the error bounds in ``pod_error``.
 
     Args:
-        true: Where everything is.
-        noise: Bound of the error of an item's pose, which the result states. A share of the poses,
-            ``reality.pose_outlier_share``, is off by more: by up to ``pose_outlier_scale`` times as much.
-        seed: Of the trial.
-        look: Number of the look. The error of an item depends on seed, its id and the look alone, so that it
-            does not change when other items come or go.
-        reality: Levels of outliers and of the error of the pod's pose.
+        true: The true scene.
+        noise: Bounds of item pose errors, which the result states. The share ``reality.pose_outlier_share``
+            of the poses exceeds them by up to the factor ``pose_outlier_scale``.
+        seed: Seed of the trial.
+        look: Number of the look. An item's error depends only on seed, its id and the look, so that it does
+            not change with other items.
+        reality: Levels of outliers and of the pod's pose error.
 
     Returns:
-        The scene as it is perceived.
+        The perceived scene.
     """
     error = _pod_error(reality)
     off = random_displacement(error, derived_rng("pod estimate", seed))
-    # The true pod stands off the estimated one by what the bounds speak of.
+    # The bounds refer to the pose of the true pod relative to the estimated one.
     T_world_pod = true.T_world_pod @ inverse(displaced(np.eye(4), off.x, off.y, off.yaw))
     seen = replace(true, noise=noise, T_world_pod=T_world_pod, pod_error=error)
     items = tuple(
@@ -65,10 +64,10 @@ def _pod_error(reality: Reality) -> Displacement:
 def _displaced(
     placed: PlacedItem, noise: PoseNoise, reality: Reality, rng: np.random.Generator
 ) -> PlacedItem:
-    """Turned about its own centre and shifted; both errors are drawn even where a bound is zero."""
+    """Rotate an item about its centre and shift it; both errors are drawn even if a bound is zero."""
     shift, turn = _in_ball(rng), _in_ball(rng)
     if rng.random() < reality.pose_outlier_share:
-        # Anywhere from the bound to so many times the bound, in the direction drawn.
+        # Outlier: between one and ``pose_outlier_scale`` times the bound, in the drawn direction.
         most = reality.pose_outlier_scale
         shift, turn = (v / np.linalg.norm(v) * rng.uniform(1.0, most) for v in (shift, turn))
     angle = float(np.linalg.norm(turn))
@@ -79,7 +78,7 @@ def _displaced(
 
 
 def _in_ball(rng: np.random.Generator) -> Array:
-    """A point (3,) uniform in the unit ball."""
+    """A point (3,) uniformly distributed in the unit ball."""
     direction = rng.standard_normal(3)
     radius = rng.random() ** (1.0 / 3.0)
     return np.asarray(direction * (radius / np.linalg.norm(direction)))

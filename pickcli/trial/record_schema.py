@@ -1,6 +1,6 @@
-"""The schema of a trial's record: what those who read one need of it, each fault named with its field.
+"""Schema of a trial's record: the fields that readers need, with each fault reported by field.
 
-A record says more than that, and not all of it in every cell: keys that are not stated here hold anything.
+Records have further fields, not all of them in every cell; fields that are not in the schema are not checked.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from pickcli.files.schema import causes, explain
 from pickcli.files.yaml_reader import name_of
 from pickcli.name_suggestion import shortened
 
-MOST_TOLD = 8  # faults that are told in one message
-MOST_SAME = 100_000  # reasons that differ in figures alone
+MOST_TOLD = 8  # number of faults reported in one message
+MOST_SAME = 100_000  # number of reasons that differ only in figures
 
 Text = Annotated[str, Field(max_length=20_000)]
 Count = Annotated[int, Field(ge=0, lt=2**31)]
@@ -139,14 +139,14 @@ class _Record(_Part):
 
 
 def refuse_bad_record(record: Mapping[str, Any], where: str) -> None:
-    """Refuse the record of a trial that lacks what its readers need, or has it in another form.
+    """Refuse a trial record with missing or malformed fields that its readers need.
 
     Args:
         record: JSON values by name, of the right format and version.
-        where: Name of the file, for the message.
+        where: Name of the file, for messages.
 
     Raises:
-        InputError: With the faults, each with its field.
+        InputError: The record has faults: each with its field.
     """
     try:
         _Record.model_validate(record)

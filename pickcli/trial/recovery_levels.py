@@ -1,7 +1,8 @@
-"""After a stop: bring what may be held to where it may lie, then bring the arm out, level by level.
+"""Recovery after a stop: brings a possibly held item to a safe place, then the arm, level by level.
 
-Nothing here gives up but time: where no level of recovery leads anywhere, the robot waits, looks again and
-tries them all with another seed, except for those that were stopped from there before. See docs/recovery.md.
+Recovery ends only when time is over: if no level succeeds, the robot waits, looks again and retries all
+levels with another seed, except those that were stopped from the same configuration before. See
+docs/recovery.md.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ from pickcli.trial.attempt_runner import AttemptRunner
 from pickcli.trial.trial_interfaces import LET_GO_TIME
 from pickcli.trial.trial_result import Attempt, RecoveryStep
 
-LET_GO = "let go"  # the step in which the valve is closed, or the fingers are opened
+LET_GO = "let go"  # step in which the valve is closed or the fingers are opened
 WAIT = "wait"
 FIRST_WAIT = 5.0  # s, doubled each time
 LONGEST_WAIT = 60.0  # s
-AS_HELD = 0.02  # m from where the grip would have it at which an item that is seen may be the one held
-MOST_STOPPED = 2  # motions of a level that are stopped from one place; then it is not tried from there again
+AS_HELD = 0.02  # m between the perceived item and its planned pose in the grip, if it may be held
+MOST_STOPPED = 2  # stopped motions of a level from one configuration, after which it is not retried there
 SAME_PLACE = 0.02  # rad or m of every joint
-HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # they end at home
+HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # levels that end at home
 
 
 def recover(runner: AttemptRunner, attempt: Attempt, before: Scene) -> tuple[RecoveryStep, ...]:
@@ -41,12 +42,12 @@ def recover(runner: AttemptRunner, attempt: Attempt, before: Scene) -> tuple[Rec
     Args:
         runner: Runs the attempts; its clock advances.
         attempt: The attempt with its execution.
-        before: The scene as it was seen when the attempt was planned.
+        before: The perceived scene for which the attempt was planned.
 
     Returns:
-        Every step that was tried, in the order of time. The last one that moved ended in a safe place, unless
-        the time was over before: then ``runner.stuck`` says that nothing led out, or ``runner.cut_short``
-        that there was no time for what did.
+        All steps in order of time. The last motion ended in a safe place, unless time was over before:
+        then ``runner.stuck`` states that no level succeeded, or ``runner.cut_short`` that there was no
+        time for one that would have.
     """
     return _Recovery(runner, attempt, before).play()
 
@@ -59,22 +60,22 @@ class _Recovery:
         self.runner, self.attempt, self.before = runner, attempt, before
         self.steps: list[RecoveryStep] = []
         self.round = 0
-        self.late = ""  # the way out for which no time was left
-        self.is_done = not attempt.execution.stopped  # it stands where its plan ends
+        self.late = ""  # the motion for which no time was left
+        self.is_done = not attempt.execution.stopped  # the arm is at the end of its plan
         path_time = attempt.plan.trajectory.duration if self.is_done else attempt.execution.path_time
-        # Motions, each begun where the one before stopped.
+        # Stopped motions, each of which began where the one before stopped.
         self.trail = [] if path_time is None else [StoppedMotion(attempt.plan, path_time)]
-        self.is_whole = path_time is not None  # the trail leads back to where it all began
-        self.first = 0  # level with which the next round begins: what has just met something is not repeated
-        self.in_vain: list[tuple[RecoveryLevel, Array]] = []  # what was stopped, with where it began
+        self.is_whole = path_time is not None  # whether the trail leads back to the start of the attempt
+        self.first = 0  # first level of the next round: a level that was just stopped is not repeated
+        self.in_vain: list[tuple[RecoveryLevel, Array]] = []  # stopped levels, with where they began
 
     @property
     def stopped(self) -> StoppedMotion | None:
-        """The last motion, if the robot still stands where it stopped."""
+        """The last motion, if the robot is still where it stopped."""
         return self.trail[-1] if self.trail else None
 
     def play(self) -> tuple[RecoveryStep, ...]:
-        """First the item, then the arm."""
+        """Bring the item to a safe place, then the arm."""
         assert self.attempt.plan is not None
         if self.stopped is not None and self._may_hold():
             self._bring_item()
@@ -84,7 +85,7 @@ class _Recovery:
             return tuple(self.steps)
         grasp = (
             self.attempt.plan.grasp
-        )  # fingers open as far as they came: wider, they might meet a neighbour
+        )  # fingers open only to the width of the approach: wider, they might hit a neighbour
         opened = self.runner.let_go(None if grasp is None else grasp.tool_state)
         self.steps.append(RecoveryStep(LET_GO, "", opened))
         if not self.is_done:
@@ -92,11 +93,10 @@ class _Recovery:
         return tuple(self.steps)
 
     def _may_hold(self) -> bool:
-        """Whether the item can be held, for all that a robot knows.
+        """Whether the item may be held, by what the robot can know.
 
-        A sensor can be wrong. What is seen elsewhere than where the grip would have it is not held,
-        whatever the grip has closed on; where it is seen nowhere, only a measurement of the tool says that it
-        is gone.
+        Sensors can be wrong. An item perceived elsewhere than in the grip is not held, even if the tool has
+        closed on something; an item that is not perceived counts as lost only by a measurement of the tool.
         """
         runner, attempt = self.runner, self.attempt
         assert attempt.execution is not None
@@ -108,7 +108,7 @@ class _Recovery:
         return is_holding and self._is_seen_as_held(seen)
 
     def _is_seen_as_held(self, seen: PlacedItem) -> bool:
-        """Whether an item is seen where it would be if the grip took it as planned."""
+        """Whether the item is perceived where it would be if it were held as planned."""
         arena, robot, stopped = self.runner.interfaces.arena, self.before.cell.robot, self.stopped
         if stopped is None or stopped.plan.grasp is None:
             return False
@@ -119,7 +119,7 @@ class _Recovery:
         return bool(off <= AS_HELD + self.runner.settings.noise.position)
 
     def _bring_item(self) -> None:
-        """To where it was to be let go if nothing, or only the sensor, stopped the motion; back if not."""
+        """Move on to the destination if only the sensor, or nothing, stopped the motion; otherwise back."""
         assert self.attempt.execution is not None and self.stopped is not None
         ways = [ItemRecovery.BACK, ItemRecovery.ON]
         if self.attempt.execution.stop_cause in (None, StopCause.SENSOR):
@@ -132,17 +132,17 @@ class _Recovery:
                 return self.runner.interfaces.bring(scene, stopped, way, seed)
 
             if self._tried(f"bring {way}", plan, scene) is not None:
-                self.is_done = False  # it stands elsewhere now
+                self.is_done = False  # the arm is now elsewhere
                 return
 
     def _with_item_held(self, scene: Scene, stopped: StoppedMotion) -> Scene:
-        """The scene with the item held, as it was to be taken, and nowhere else."""
+        """The scene with the item held as planned, and in no place."""
         item = self.attempt.item
         held = stopped.held_item(scene.cell.robot, self.before.find(item))
         return replace(scene, items=tuple(p for p in scene.items if p.id != item), held=held)
 
     def _bring_arm_out(self) -> None:
-        """Level after level, again and again, until the arm is out or the time is over."""
+        """Try all levels repeatedly until the arm is safe or time is over."""
         runner, patience = self.runner, FIRST_WAIT
         self.late = ""
         while not self.late and runner.has_time_to_plan:
@@ -165,7 +165,7 @@ class _Recovery:
             runner.stuck = f"the arm could not be brought out before the time was over; last: {levels[-1]}"
 
     def _round(self) -> bool:
-        """Every level once, until one has moved the arm. Returns whether one did."""
+        """Try every level once, until one moves the arm. Returns whether one did."""
         runner, arena, attempt = self.runner, self.runner.interfaces.arena, self.attempt
         scene = runner.scene()
         levels = list(RecoveryLevel)
@@ -193,12 +193,12 @@ class _Recovery:
         return False
 
     def _is_in_vain(self, level: RecoveryLevel, q: Array) -> bool:
-        """Whether what a level leads to from a configuration (n,) was stopped often enough."""
+        """Whether a level was stopped often enough from a configuration (n,)."""
         stopped = (at for other, at in self.in_vain if other is level)
         return sum(bool(np.abs(q - at).max() <= SAME_PLACE) for at in stopped) >= MOST_STOPPED
 
     def _tried(self, what: str, plan: Callable[[], Plan], scene: Scene) -> bool | None:
-        """Plan, verify and execute one step. Whether it went to its end; None if it did not move at all."""
+        """Plan, verify and execute one step. Returns whether it reached its end; None if nothing moved."""
         runner = self.runner
         if not runner.has_time_to_plan:
             self.steps.append(RecoveryStep(what, "no time is left to plan it"))
@@ -221,7 +221,7 @@ class _Recovery:
             return None
         execution = runner.execute(certified)
         self.steps.append(RecoveryStep(what, execution.stopped, execution))
-        if execution.duration == 0.0:  # refused at its start
+        if execution.duration == 0.0:  # refused at the start
             return None
         path_time = execution.path_time
         if what == RecoveryLevel.BACKWARDS and not execution.stopped:
@@ -229,7 +229,7 @@ class _Recovery:
         elif what != RecoveryLevel.BACKWARDS and path_time is not None:
             stopped = StoppedMotion(certified, path_time)
             self.trail += [stopped] if stopped.has_moved else []
-        else:  # from here nothing leads back
+        else:  # no motion leads back from here
             self.trail.clear()
             self.is_whole = False
         return not execution.stopped

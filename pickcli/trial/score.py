@@ -1,7 +1,7 @@
-"""The score of a trial by the official rules of 2015 and 2016, itemised. See docs/scoring.md.
+"""Score of a trial by the official rules of 2015 and 2016, itemised. See docs/scoring.md.
 
-Pure functions of an order and of where everything really is at the end. Sources: the transcription of the
-2016 rules in start-jsk/jsk_apc (doc/apc2016_rules.rst) and the 2015 score calculator of the same team.
+Pure functions of an order and the true final state. Sources: the transcription of the 2016 rules in
+start-jsk/jsk_apc (doc/apc2016_rules.rst) and the 2015 score calculator of the same team.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.order import Order, OrderKind
 
-HELD = "held"  # by the tool when the trial ended
+HELD = "held"  # place of an item held by the tool at the end of the trial
 
 
 class Damage(StrEnum):
@@ -28,14 +28,14 @@ class Damage(StrEnum):
 
 @dataclass(frozen=True)
 class FinalItem:
-    """Where one instance really is at the end. Places are bin names, TOTE, HELD or OUTSIDE.
+    """Final place of one instance. Places are bin names, TOTE, HELD or OUTSIDE.
 
     Attributes:
         id: Id of the instance.
         name: Name of the item.
         start: Place before the trial.
         end: Place after it.
-        protrusion: m that it stands out of its bin, beyond the front face.
+        protrusion: m by which it protrudes from its bin, beyond the front face.
     """
 
     id: str
@@ -52,7 +52,7 @@ class Drop:
     Attributes:
         item: Its id.
         height: m.
-        is_release: Whether it was let go on purpose, over the tote.
+        is_release: Whether it was released intentionally, over the tote.
     """
 
     item: str
@@ -62,13 +62,13 @@ class Drop:
 
 @dataclass(frozen=True)
 class FinalState:
-    """All that the rules look at.
+    """All quantities that the rules judge.
 
     Attributes:
-        items: Where every item is.
-        claim: The task output file, None if there is none.
+        items: Final places of all items.
+        claim: The task output file, or None.
         drops: Free falls of items.
-        damages: What was damaged, and how badly.
+        damages: Damaged items or the shelf, with grades.
     """
 
     items: tuple[FinalItem, ...]
@@ -82,14 +82,14 @@ class ScoringRules:
     """The points of one year.
 
     Attributes:
-        fill: From how many items in the bin at the start, how many points for a target of it.
+        fill: Pairs of the least number of items in the bin at the start, and the points for a target of it.
         outside: Points for an item outside of bins and tote.
-        wrong_claim: Points for an item that is claimed to be where it is not.
-        protruding: Points for an item that stands out of its bin by more than ``protrusion_limit``.
-        high_drop: Points for a fall from over ``drop_limit``, whoever let go.
+        wrong_claim: Points for an item claimed at a wrong place.
+        protruding: Points for an item that protrudes from its bin by more than ``protrusion_limit``.
+        high_drop: Points for a fall of more than ``drop_limit``, released or not.
         lost_target: Points for a target lost by the tool, from any height.
-        wrong_item: Points for something else than a target moved out of its bin.
-        damage: Points by how bad it is.
+        wrong_item: Points for an item that is not a target and was moved out of its bin.
+        damage: Points by grade of damage.
         drop_limit: m.
         protrusion_limit: m.
     """
@@ -106,7 +106,7 @@ class ScoringRules:
     protrusion_limit: float = 0.005
 
     def fill_points(self, n_items: int) -> int:
-        """Look up the points for a target by how full its bin was.
+        """Return the points for a target by the number of items in its bin.
 
         Args:
             n_items: Number of items in the bin at the start.
@@ -148,11 +148,11 @@ class ScoreLine:
 
 @dataclass(frozen=True)
 class Score:
-    """Every line, and what the order was worth.
+    """All lines of a score, with the largest possible total.
 
     Attributes:
         lines: The lines.
-        maximum: Points for all targets and no penalty.
+        maximum: Points for all targets without penalties.
     """
 
     lines: tuple[ScoreLine, ...]
@@ -165,7 +165,7 @@ class Score:
 
 
 def item_bonuses(cell: Cell, order: Order) -> dict[str, int]:
-    """Look up the bonus of every item of an order, by the rules of its year.
+    """Return the bonus of every item of an order, by the rules of its year.
 
     Args:
         cell: The cell, for its items.
@@ -179,7 +179,7 @@ def item_bonuses(cell: Cell, order: Order) -> dict[str, int]:
 
 
 def target_points(order: Order, bin_name: str, item: str, bonus: Mapping[str, int]) -> int:
-    """Tell what moving one item out of (stow: into) a bin is worth; each of an order's moves counts one.
+    """Return the points for one item moved out of (stow: into) a bin; 1 for each of an order's moves.
 
     Args:
         order: The order.
@@ -197,7 +197,7 @@ def target_points(order: Order, bin_name: str, item: str, bonus: Mapping[str, in
 
 
 def maximum_score(order: Order, bonus: Mapping[str, int]) -> int:
-    """Tell the most an order can give: all targets and no penalty.
+    """Return the largest possible score: all targets without penalties.
 
     Args:
         order: The order.
@@ -213,11 +213,11 @@ def maximum_score(order: Order, bonus: Mapping[str, int]) -> int:
 
 
 def score(order: Order, final: FinalState, bonus: Mapping[str, int]) -> Score:
-    """Score a final state; of moves count what is where it is wanted. The order of items does not matter.
+    """Score a final state; for moves the number of items at their destinations. The item order is irrelevant.
 
     Args:
         order: The order that was played.
-        final: What the rules look at.
+        final: The final state.
         bonus: Points by name of the item, as from ``item_bonuses``.
 
     Returns:
@@ -238,7 +238,7 @@ def score(order: Order, final: FinalState, bonus: Mapping[str, int]) -> Score:
 
 
 def _delivered(order: Order, items: tuple[FinalItem, ...]) -> dict[str, str]:
-    """Instances that fulfil the order: id -> the bin that counts. A spare copy fulfils nothing."""
+    """Instances that fulfil the order, with the bin that counts, by id. Spare copies fulfil nothing."""
     if order.kind is not OrderKind.PICK:
         return {i.id: i.end for i in items if i.start == TOTE and i.end in order.bin_contents}
     wanted = Counter((target.bin, target.item) for target in order.work_order)
@@ -251,7 +251,7 @@ def _delivered(order: Order, items: tuple[FinalItem, ...]) -> dict[str, str]:
 
 
 def _moved(order: Order, items: tuple[FinalItem, ...]) -> Iterator[ScoreLine]:
-    """One point for every move of which a copy of its own is where it is wanted."""
+    """Yield one point for every move with its own copy at the destination."""
     arrived = [item for item in items if item.end != item.start]
     for move in order.work_order:
         wanted = (move.bin, move.item, move.into)
@@ -280,7 +280,7 @@ def _picked(
 def _stowed(
     order: Order, items: tuple[FinalItem, ...], delivered: Mapping[str, str], bonus: Mapping[str, int]
 ) -> Iterator[ScoreLine]:
-    # Of several copies those count first that are in a bin: the order names no single one.
+    # Copies in bins count first, as the order does not distinguish copies.
     left = sorted((i for i in items if i.start == TOTE), key=lambda i: i.id not in delivered)
     for name in order.tote_contents:
         item = next(i for i in left if i.name == name)
@@ -305,7 +305,7 @@ def _places(order: Order, items: tuple[FinalItem, ...], delivered: Mapping[str, 
         if item.end in order.bin_contents and item.protrusion > rules.protrusion_limit and rules.protruding:
             millimetres = f"{1000 * item.protrusion:.1f} mm"
             yield ScoreLine(rules.protruding, item.id, f"stands {millimetres} out of {item.end}")
-        # A target on its way is no wrong item, wherever it ended.
+        # A moved target is never a wrong item, at any final place.
         is_target = any((t.bin, t.item) == (item.start, item.name) for t in order.work_order)
         is_spare = item.end == TOTE and item.id not in delivered
         if rules.wrong_item and item.end != item.start and (is_spare or not is_target):
@@ -313,7 +313,7 @@ def _places(order: Order, items: tuple[FinalItem, ...], delivered: Mapping[str, 
 
 
 def _claims(order: Order, items: tuple[FinalItem, ...], claim: Order | None) -> Iterator[ScoreLine]:
-    """Copies are indistinguishable in the file, so names are counted place by place."""
+    """Compare claimed and actual names by place, as copies are indistinguishable in the file."""
     points = RULES[order.year].wrong_claim
     if claim is None or not points:
         return

@@ -1,8 +1,8 @@
-"""Whether a mean differs from 0 by more than chance: the sign-flip (Fisher-Pitman) test, and its interval.
+"""Sign-flip (Fisher-Pitman) test of a mean against 0, with its confidence interval.
 
-Without a difference each value would as likely have come with the other sign. The test asks in which share of
-all ways to give signs the mean is as far from 0 as it is. It knows nothing of a normal distribution. The
-interval holds all shifts of the values that the test does not refuse, so that the two never disagree.
+Under the null hypothesis each value is equally likely with either sign. The p-value is the share of all sign
+assignments whose mean is at least as far from 0 as the observed one; no normal distribution is assumed. The
+interval consists of all shifts that the test does not reject, so test and interval always agree.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from pickcli.geometry import Array
 from pickcli.seeds import derived_rng
 from pickcli.trial.success_rate import CONFIDENCE
 
-EXACT = 14  # values up to which all 2^n ways are gone through
-N_FLIPS = 9999  # drawn where there are more
-FEWEST = 6  # values from which on a mean can differ from 0 by more than chance: 2 / 2^5 is over 5 %
+EXACT = 14  # largest number of values for which all 2^n sign assignments are enumerated
+N_FLIPS = 9999  # random assignments for more values
+FEWEST = 6  # least number of values for a significant result: 2 / 2^5 is over 5 %
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class SignFlipTest:
-    """A mean, its interval, and the chance of one as far from 0.
+    """A mean with its confidence interval and p-value.
 
     Attributes:
         n: Number of values.
         mean: Their mean.
-        low: Lower end of the 95 % interval; minus infinity where there are fewer than 6 values.
-        high: Its upper end, or infinity.
-        p_value: Share of the ways to give signs in which the mean is at least as far from 0.
+        low: Lower end of the 95 % interval; -infinity for fewer than 6 values.
+        high: Upper end of the interval, or infinity.
+        p_value: Share of the sign assignments whose mean is at least as far from 0.
     """
 
     n: int
@@ -47,25 +47,25 @@ class SignFlipTest:
             values: (n,), n at least 1.
 
         Returns:
-            The mean, its interval and its p-value. The same values give the same figures.
+            The mean, its interval and its p-value; deterministic.
         """
         d = np.asarray(values, float)
         mean, signs = float(d.mean()), _signs(len(d))
         means, balance = signs @ d / len(d), signs.mean(axis=1)
         slack = _ROUNDING * float(np.abs(d).max())
         p_value = float(np.mean(np.abs(means) >= abs(mean) - slack))
-        beside = means - mean * balance  # the flipped mean of what is left when the mean is taken off
+        beside = means - mean * balance  # flipped means of the values without their mean
         low, high = mean - _reach(beside, -balance), mean + _reach(beside, balance)
         return cls(len(d), mean, low - slack, high + slack, p_value)
 
     @property
     def is_significant(self) -> bool:
-        """Whether the mean is farther from 0 than chance would have it, once in 20 times."""
+        """Whether the mean differs from 0 at the 5 % level."""
         return self.p_value <= 1.0 - CONFIDENCE
 
 
 def _signs(n: int) -> Array:
-    """Ways (m, n) to give signs, the one as it is first: all, or so many at random."""
+    """Sign assignments (m, n), the unchanged one first: all, or random ones."""
     if n <= EXACT:
         return np.where((np.arange(2**n)[:, None] >> np.arange(n)) & 1, -1.0, 1.0)
     signs = np.ones((N_FLIPS + 1, n))
@@ -74,13 +74,13 @@ def _signs(n: int) -> Array:
 
 
 def _reach(beside: Array, balance: Array) -> float:
-    """How far the mean may be shifted before the test refuses the shift.
+    """Largest shift of the mean that the test does not reject.
 
-    Shifted by x, the flipped mean is ``beside - x balance``, the mean itself ``-x``; each way to give signs
-    is as far from 0 up to an x of its own.
+    Shifted by x, the flipped mean is ``beside - x balance`` and the mean itself ``-x``; each sign assignment
+    is at least as far from 0 up to its own limit of x.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = np.fmax(beside / (1.0 + balance), -beside / (1.0 - balance))
-    ends[np.abs(balance) == 1.0] = np.inf  # all signs alike: as far as the mean itself, whatever x is
+    ends[np.abs(balance) == 1.0] = np.inf  # all signs equal: as far from 0 as the mean itself, for any x
     at_most = int((1.0 - CONFIDENCE) * len(ends) + _ROUNDING)
     return float(np.sort(ends)[::-1][at_most])

@@ -1,4 +1,4 @@
-"""The simulated world as a trial sees it, and the interfaces of a trial in it."""
+"""Implements the interfaces of a trial in the simulated world."""
 
 from __future__ import annotations
 
@@ -46,20 +46,20 @@ if TYPE_CHECKING:
     from pickcli.simulation.contacts import Collision
 
 HOME = "home"
-LONGEST_FALL = 2.0  # s: over the shelf, down from the top row to the floor of the hall, and to rest
+LONGEST_FALL = 2.0  # s: a fall from the top row of the shelf to the floor of the hall, until rest
 FALL_STEP = 0.02  # s
 FALLING = 0.2  # m/s
 
 
 @dataclass(frozen=True, eq=False)
 class ArmPlanner:
-    """What plans for one arm.
+    """Planner of one arm.
 
     Attributes:
-        context: The cell as the arm sees it, with its stored motions.
-        recorder: Gets what coarse queries found that was not stored; None drops it.
-        parked: Where the arm stands while another one moves; None where it is the only one.
-        preference: Among arms that can do a thing, the one with the least does it.
+        context: Planning context: the cell as seen by the arm, with its stored motions.
+        recorder: Receives motions found by coarse queries that were not stored; None to discard them.
+        parked: Parked state of the arm; None for a single arm.
+        preference: Among the arms suitable for a task, the one with the least value is chosen.
     """
 
     context: PlanningContext
@@ -69,14 +69,14 @@ class ArmPlanner:
 
 
 class SimulatedArena:
-    """A world in pybullet, with the robot at home, or of several arms each where it is parked.
+    """A world in pybullet, with the robot at home, or several arms in their parking configurations.
 
     Args:
-        scene: Where the items truly are, as the arm sees it that moves first.
-        reality: Levels at which the world differs from its model.
-        seed: Seed of these differences.
-        parked: Where the arm that moves first is parked; None for home.
-        recorder: Gets everything that moves; None drops it.
+        scene: The true scene, as seen by the arm that moves first.
+        reality: Levels of the world's deviations from its model.
+        seed: Seed of these deviations.
+        parked: Parked state of the arm that moves first; None to start at home.
+        recorder: Receives all motion; None to discard it.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class SimulatedArena:
         if recorder is not None:
             recorder.look(self._world)
             self._world.observer = recorder.look
-        self._recorded = scene  # the truth when something was recorded last
+        self._recorded = scene  # true scene at the last record
 
     @property
     def q(self) -> Array:
@@ -102,41 +102,41 @@ class SimulatedArena:
 
     @property
     def tool_state(self) -> ToolState:
-        """State of the tool."""
+        """Present state of the tool."""
         return self._world.tool_state
 
     @property
     def held(self) -> str | None:
-        """Id of the item that is truly held."""
+        """Id of the item that is truly held, or None."""
         return self._world.held
 
     @property
     def collisions(self) -> tuple[Collision, ...]:
-        """Every contact so far that no plan allowed, in motion or not, once and with its largest force."""
+        """All unplanned contacts so far, in motion or not, each once with its largest force."""
         return self._world.contacts.collisions
 
     def now(self) -> Scene:
-        """Tell where everything really is.
+        """Return the true scene.
 
         Returns:
-            The true scene, without the item that is held.
+            The scene, without the held item.
         """
         return self._world.now()
 
     def is_holding(self) -> bool:
-        """Read the vacuum, or whether fingers stand on something.
+        """Read the vacuum sensor, or whether fingers stopped on something.
 
         Returns:
-            Whether the tool holds something, as far as that tells.
+            Whether the tool holds something, by that reading.
         """
         return self._world.grip.is_holding
 
     def close(self) -> None:
-        """Give back what the simulation holds."""
+        """Free the simulation."""
         self._world.close()
 
     def wait(self, duration: float) -> None:
-        """Stand still for some time.
+        """Let simulated time pass without motion.
 
         Args:
             duration: Simulated s.
@@ -144,13 +144,13 @@ class SimulatedArena:
         self._world.wait(duration)
 
     def let_move(self, cell: Cell) -> None:
-        """Let another arm move from now on.
+        """Switch to another arm.
 
         Args:
-            cell: The cell as that arm sees it, all others where they are parked.
+            cell: The cell as seen by that arm, with all others parked.
 
         Raises:
-            InputError: The arm that moved does not stand where it is parked.
+            InputError: The previous arm is not parked.
         """
         let_move(self._world, cell)
 
@@ -167,7 +167,7 @@ class SimulatedArena:
         noted = self._recorder.begin(plan, world)
         try:
             check_start(plan, world)
-        except InputError as error:  # nothing has moved: the way out starts from where the robot is
+        except InputError as error:  # nothing has moved, so recovery starts from the present configuration
             return ExecutionResult(0.0, stopped=str(error))
         run = execute(plan, world, on_progress=partial(noted.note, world))
         noted.t_end = world.t
@@ -175,10 +175,10 @@ class SimulatedArena:
         return self._settled(_recorded(run), run.t_start, run.releases, target)
 
     def release(self, open_to: ToolState | None = None) -> ExecutionResult:
-        """Close the valve, or open the fingers, where the robot stands and wait until the item is let go.
+        """Close the valve or open the fingers at the present configuration, and wait for the release.
 
         Args:
-            open_to: State to which fingers open; None for as wide as they go.
+            open_to: State to which fingers open; None for the widest.
 
         Returns:
             The record of the execution.
@@ -193,9 +193,10 @@ class SimulatedArena:
     def _settled(
         self, run: ExecutionResult, began: float, releases: Iterable[Release], target: str
     ) -> ExecutionResult:
-        """The record of what began at a time, once nothing falls any more.
+        """Complete the record of an execution once nothing falls any more.
 
-        With contacts, falls, and what else has moved since the record before; of the target, only a fall.
+        Adds contacts, falls, and other items that moved since the last record; the target itself only if it
+        fell.
         """
         world = self._world
         self._let_fall()
@@ -212,15 +213,15 @@ class SimulatedArena:
         )
 
     def disturbed(self) -> tuple[Disturbance, ...]:
-        """Tell what has moved since the last record, though nobody meant it to: while the robot stood.
+        """Find items that moved unintentionally since the last record, while the robot stood still.
 
         Returns:
-            The items, sorted by id.
+            The disturbances, sorted by id.
         """
         return disturbances(self._recorded, self.now(), (), ScoringRules.drop_limit)
 
     def _let_fall(self) -> None:
-        """Wait, for a while, until nothing falls any more: a fall is over before it is recorded."""
+        """Wait at most ``LONGEST_FALL`` until nothing falls any more, so that falls are recorded completely."""
         world, began = self._world, self._world.t
         items = [placed.id for placed in world.scene.items]
         while world.t - began < LONGEST_FALL and any(
@@ -229,7 +230,7 @@ class SimulatedArena:
             world.wait(FALL_STEP)
 
     def picture(self) -> NDArray[np.uint8]:
-        """Take a picture of the cell as it looks now, with a look into the bins and the tote.
+        """Take a picture of the cell, with views of the bins and the tote.
 
         Returns:
             (height, width, 3) RGB.
@@ -238,10 +239,10 @@ class SimulatedArena:
 
 
 def interfaces_of(planners: Iterable[ArmPlanner], arena: SimulatedArena) -> TrialInterfaces:
-    """Bring together the real interfaces: our planners, the independent verifier, the simulated arena.
+    """Combine the real interfaces: planners, the independent verifier, and the simulated arena.
 
     Args:
-        planners: Of every arm that plays.
+        planners: Planners of all arms.
         arena: The simulated cell.
 
     Returns:
@@ -281,10 +282,10 @@ def interfaces_of(planners: Iterable[ArmPlanner], arena: SimulatedArena) -> Tria
 
 
 def _let_go(world: World, duration: float, open_to: ToolState | None) -> None:
-    """Pump and valve off, or fingers open to a state, where the robot stands; to their widest one for None.
+    """Switch pump and valve off, or open the fingers to a state; None for the widest.
 
-    What tool and held item touch by then they may go on touching, until the robot moves again, and so may the
-    fingers what leans on them as they open.
+    Bodies that tool and held item touch at this moment may stay in contact until the robot moves again, and
+    so may items that lean on opening fingers.
     """
     bodies = (ROBOT,) if world.held is None else (ROBOT, world.held)
     touched = {touch.b for body in bodies for touch in world.engine.contact_points(body)}

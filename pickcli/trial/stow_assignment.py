@@ -1,9 +1,9 @@
-"""Which bin each item of a stow is meant for, and why: by the points there and the room that is left.
+"""Assigns bins to the items of a stow, by points and free volume.
 
-A bin gives the more the more it held at the start, whatever it holds now, and all items count alike but for a
-bonus that they give anywhere. So the most points come from as many items as possible in the bins that started
-fullest: the smallest first. That is a guess from sizes alone; whether an item can be set down in a bin says
-its plan, and what its bin does not take goes to the next.
+A bin gives more points the more it held at the start, independent of its present contents, and all items
+count alike except for a bonus that does not depend on the bin. So the score is largest with as many items as
+possible in the bins that started fullest: the smallest first. This is a heuristic by sizes; planning decides
+whether an item can be placed in a bin, and otherwise the next bin is tried.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import NEWEST
 from pickcli.trial.score import target_points
 
-FULL = 0.5  # share of a bin's volume, by the boxes around its items, over which its floor rarely has room
+FULL = 0.5  # share of a bin's volume filled by the items' boxes, above which its floor rarely has room
 
 
 class StowRule(StrEnum):
-    """How bins are chosen."""
+    """Rule for the choice of bins."""
 
-    POINTS = "points"  # the smallest items first, into the bins that give most
-    SIZE = "size"  # KTH: big items into big bins
+    POINTS = "points"  # the smallest items first, into the bins with the most points
+    SIZE = "size"  # KTH: large items into large bins
 
 
 @dataclass(frozen=True)
 class StowChoice:
-    """One item of a stow and the bins for it.
+    """One item of a stow with its bins.
 
     Attributes:
         item: Name of the item.
         bins: Names of all bins that are large enough, in the order in which they are tried.
-        points: What the item gives in the first of them; 0 where there is none.
-        reason: Why that one.
+        points: Points of the item in the first bin; 0 without bins.
+        reason: Why that bin comes first.
     """
 
     item: str
@@ -53,12 +53,12 @@ def assign_bins(
 
     Args:
         order: A stow order.
-        cell: Whose bins and items these are.
+        cell: The cell, for its bins and items.
         bonus: Points by name of the item, as from ``item_bonuses``.
-        rule: How bins are chosen.
+        rule: Rule for the choice of bins.
 
     Returns:
-        One choice per item, in the order in which they were made: the smallest first, KTH's the largest.
+        One choice per item, in the order of decision: the smallest first, for KTH's rule the largest.
     """
     filled = {
         name: sum(_box(cell.item(each, order.year)) for each in names) / cell.places[name].room.volume
@@ -77,7 +77,7 @@ def assign_bins(
 
 
 def order_as_it_lies(scene: Scene, item: Item) -> Order:
-    """Tell the stow order of one item for which a scene is the start.
+    """Return the stow order of one item that starts from a scene.
 
     Args:
         scene: The scene.
@@ -98,7 +98,7 @@ def _box(item: Item) -> float:
 def _ranked(
     order: Order, cell: Cell, item: Item, taking: Mapping[str, float], rule: StowRule
 ) -> Iterator[str]:
-    """The bins that are large enough for an item, the best first. taking: how full each would be with it."""
+    """Bins that are large enough for an item, the best first. taking: share filled with it, by bin."""
     rooms = {name: cell.places[name].room for name in taking}
     fitting = (name for name in taking if not rooms[name].too_small_for(item.shape.extents))
 
@@ -111,7 +111,7 @@ def _ranked(
 
 
 def _why(order: Order, item: Item, bins: tuple[str, ...], taking: Mapping[str, float], rule: StowRule) -> str:
-    """Why an item is meant for the first of its bins, in words."""
+    """Explain why the first of its bins was chosen for an item."""
     if not bins:
         return "no bin is large enough for it"
     first = bins[0]

@@ -1,4 +1,4 @@
-"""How often something succeeded, and how well that is known."""
+"""Success rates with confidence intervals."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ _Z = NormalDist().inv_cdf(0.5 + CONFIDENCE / 2)
 
 @dataclass(frozen=True)
 class SuccessRate:
-    """Successes among tries.
+    """Number of successes among tries.
 
     Attributes:
-        successes: How many.
-        tries: Of how many.
+        successes: Number of successes.
+        tries: Number of tries.
     """
 
     successes: int
@@ -24,14 +24,14 @@ class SuccessRate:
 
     @property
     def share(self) -> float:
-        """Successes by tries; 0 without tries."""
+        """Successes over tries; 0 without tries."""
         return self.successes / self.tries if self.tries else 0.0
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Wilson's score interval (1927) of 95 %: shares for which what happened is no rare chance.
+        """Wilson's score interval (1927) at 95 %.
 
-        Unlike the usual one about the share it stays within 0 and 1, and says something of 0 or all.
+        Unlike the normal approximation it stays within 0 and 1, and is meaningful for 0 or all successes.
         """
         n, p = self.tries, self.share
         if n == 0:

@@ -1,9 +1,9 @@
-"""What to do next: the attempt that promises most points per second, while there is something new to try.
+"""Selects the next attempt of a trial: the one with the most expected points per second.
 
-Delft retried failed picks for ever, at the end, and moved away what hid a target. Here a chance is kept for
-every target: it starts from a prior, falls with every attempt in vain, and learns from what happened to that
-item and in the same bin. What failed is tried again only where something about it is new: another grasp, a
-scene that has changed, or another look at one that has not.
+Delft retried failed picks at the end without limit, and moved items that hid a target. Here every target has
+a probability of success, which starts from a prior, decreases with failed attempts, and is updated by the
+outcomes for the same item and the same bin. A failed attempt is repeated only with something new: another
+grasp, a changed scene, or another look at an unchanged one.
 """
 
 from __future__ import annotations
@@ -19,46 +19,48 @@ from pickcli.grasping.method_choice import may_hold
 from pickcli.trial.order import ANY_BIN, Order, OrderKind, Target
 from pickcli.trial.score import target_points
 
-PICK_SECONDS = 12.0  # of an item of which no plan is known yet: the figure to reach, leaving to released
+PICK_SECONDS = 12.0  # s for an item without a plan: the target time from start to release
 TIME_LIMIT = {2015: 20 * 60.0, 2016: 15 * 60.0}  # s
 MOVE_TIME = 60.0  # s for each of an order's moves, which no rules limit
 PLANNING_CHARGE = 1.5  # s per planning call: at most 0.5 s of planning and 1 s of verification
 
-PRIOR = 4.0  # successes that every item and every bin starts with
-RETRY_CHANCE = 0.5  # by which each attempt in vain at one target lowers the chance of the next
-AGAIN_CHANCE = 0.2  # of a plan where another look found none: the error of the poses is another one
-HIDING = 0.03  # of a move to where other targets wait, which it hides: three looks at each of them come first
-CLEAR_CHANCE = 0.5  # that moving something aside helps
-CLEAR_CALLS = 4  # planning calls that finding out what is in the way takes, about
+PRIOR = 4.0  # successes assumed at the start for every item and every bin
+RETRY_CHANCE = 0.5  # factor on the chance for each failed attempt at a target
+AGAIN_CHANCE = 0.2  # factor for each look without a plan; another look has other pose errors
+HIDING = (
+    0.03  # factor for a move to a place of open targets, which it hides: about three looks at each come first
+)
+CLEAR_CHANCE = 0.5  # probability that moving an item aside helps
+CLEAR_CALLS = 4  # typical number of planning calls to find blocking items
 
-MOST_FAILURES = 8  # motions in vain for one target
-MOST_REFUSALS = 12  # looks at one unchanged scene that may lead to no plan
-MOST_CLEARED = 8  # items that are moved aside for one target
-MOST_CLEARINGS = 4  # looks at one unchanged scene with nothing found that could be moved
+MOST_FAILURES = 8  # failed motions for one target
+MOST_REFUSALS = 12  # looks at one unchanged scene without a plan
+MOST_CLEARED = 8  # items moved aside for one target
+MOST_CLEARINGS = 4  # looks at one unchanged scene without a movable blocking item
 
 
 class Move(StrEnum):
-    """What can be done for a target."""
+    """Kind of action for a target."""
 
     PICK = "pick"
-    CLEAR = "clear"  # move something aside that is in its way
+    CLEAR = "clear"  # move a blocking item aside
 
 
 @dataclass(frozen=True)
 class TargetState:
-    """One target and what is known of it. It is replaced, never changed.
+    """State of one target; immutable.
 
     Attributes:
-        index: Place in the work order, which breaks ties.
-        target: What is to be picked, and from where.
-        points: What the item gives where it is wanted, at most.
+        index: Position in the work order, which breaks ties.
+        target: The item and its place.
+        points: Largest number of points of the item at its destination.
         seconds: Estimated duration of the next attempt.
-        can_hold: Whether a tool can hold it at all; what it cannot hold is asked for once, at the end.
-        attempts: Attempts so far, whatever became of them.
-        failures: Motions in vain.
-        cleared: Motions by which something was moved aside for it, or should have been.
-        refusals: Looks at the scene as it is now that led to no plan.
-        clearings: Looks at the scene as it is now in which nothing was found that could be moved aside.
+        can_hold: Whether a tool can hold it; otherwise it is tried only once, at the end.
+        attempts: Number of attempts so far.
+        failures: Number of failed motions.
+        cleared: Number of motions, failed or not, to move blocking items aside.
+        refusals: Number of looks at the present scene that led to no plan.
+        clearings: Number of looks at the present scene without a movable blocking item.
     """
 
     index: int
@@ -81,18 +83,18 @@ class TargetState:
         return replace(self, attempts=self.attempts + 1)
 
     def timed(self, seconds: float) -> TargetState:
-        """Put the duration of a plan for it in place of the estimate.
+        """Replace the estimated duration by that of a plan.
 
         Args:
             seconds: Duration of the plan, s.
 
         Returns:
-            The target with it.
+            The updated target.
         """
         return replace(self, seconds=seconds)
 
     def failed(self) -> TargetState:
-        """Count one more motion in vain.
+        """Count one more failed motion.
 
         Returns:
             The target after it.
@@ -100,7 +102,7 @@ class TargetState:
         return replace(self, failures=self.failures + 1)
 
     def refused(self) -> TargetState:
-        """Count one more look that led to no plan.
+        """Count one more look without a plan.
 
         Returns:
             The target after it.
@@ -108,33 +110,33 @@ class TargetState:
         return replace(self, refusals=self.refusals + 1)
 
     def renewed(self) -> TargetState:
-        """Forget the looks at a scene that has changed where it matters.
+        """Reset the counts of looks after the relevant part of the scene has changed.
 
         Returns:
-            The target in the new scene.
+            The updated target.
         """
         return replace(self, refusals=0, clearings=0)
 
     @property
     def can_pick(self) -> bool:
-        """Whether another attempt could end otherwise than the last."""
+        """Whether another attempt could have another outcome."""
         if not self.can_hold:
             return self.attempts == 0
         return self.failures < MOST_FAILURES and self.refusals < MOST_REFUSALS
 
     @property
     def can_clear(self) -> bool:
-        """Whether it is known that it cannot be picked as it lies, and something might be moved aside."""
+        """Whether planning failed in the present scene, and blocking items may still be moved."""
         is_open = self.cleared < MOST_CLEARED and self.clearings < MOST_CLEARINGS
         return self.can_hold and self.refusals > 0 and self.failures < MOST_FAILURES and is_open
 
 
 @dataclass
 class Experience:
-    """How often executed attempts at an item, and in a bin, went well and ill in this trial.
+    """Outcomes of executed attempts in this trial, by item and by bin.
 
     Attributes:
-        successes: Number of attempts that went well, by name of the item and by name of the bin.
+        successes: Number of successful attempts, by name of the item and by name of the bin.
         failures: Attempts that failed, by the same keys.
     """
 
@@ -142,22 +144,22 @@ class Experience:
     failures: Counter[str] = field(default_factory=Counter)
 
     def note(self, target: Target, is_success: bool) -> None:
-        """Learn from one executed attempt.
+        """Record the outcome of an executed attempt.
 
         Args:
-            target: What was attempted.
-            is_success: Whether it went well.
+            target: The target of the attempt.
+            is_success: Whether it succeeded.
         """
         (self.successes if is_success else self.failures).update((target.item, target.bin))
 
     def chance(self, target: Target) -> float:
-        """Estimate the chance that an attempt goes well, from all that happened to others like it.
+        """Estimate the probability of success from the outcomes for the same item and the same bin.
 
         Args:
-            target: What would be attempted.
+            target: The target of the attempt.
 
         Returns:
-            Chance between 0 and 1.
+            Probability, 0 to 1.
         """
         shares = [
             (PRIOR + self.successes[name]) / (PRIOR + self.successes[name] + self.failures[name])
@@ -168,11 +170,11 @@ class Experience:
 
 @dataclass(frozen=True)
 class Option:
-    """One thing that could be done next.
+    """A possible next action.
 
     Attributes:
-        state: The target that it is done for.
-        move: What is done.
+        state: The target.
+        move: Kind of action.
         rate: Expected points per second.
     """
 
@@ -182,15 +184,15 @@ class Option:
 
 
 def options(targets: Iterable[TargetState], experience: Experience, may_clear: bool) -> Iterator[Option]:
-    """List all that is worth trying for the open targets.
+    """List all actions worth trying for the open targets.
 
     Args:
         targets: The open targets.
-        experience: What went well and ill so far.
+        experience: Outcomes so far.
         may_clear: Whether items may be moved aside.
 
     Yields:
-        What could be done next.
+        The possible actions.
     """
     targets = tuple(targets)
     waiting = {state.target.bin for state in targets}
@@ -208,38 +210,39 @@ def options(targets: Iterable[TargetState], experience: Experience, may_clear: b
 
 
 def best_option(found: Iterable[Option]) -> Option | None:
-    """Choose the option with the most points per second; the earlier line of the order where equal.
+    """Choose the option with the most points per second; if equal, that of the earlier line of the order.
 
     Args:
-        found: What could be done.
+        found: The options.
 
     Returns:
+        The option, or None without options.
         The option, None if there is none.
     """
     return max(found, key=lambda o: (o.rate, -o.state.index, o.move is Move.PICK), default=None)
 
 
 def time_limit(order: Order) -> float:
-    """How long a trial may take.
+    """Return the time limit of a trial.
 
     Args:
-        order: The order that is played.
+        order: The order of the trial.
 
     Returns:
-        s, by the rules of the order's year; of moves so much for each.
+        s, by the rules of the order's year; for moves a fixed time each.
     """
     return MOVE_TIME * len(order.work_order) if order.kind is OrderKind.MOVE else TIME_LIMIT[order.year]
 
 
 def may_move_others(order: Order) -> bool:
-    """Tell whether items that are no targets may go elsewhere.
+    """Whether items that are no targets may be moved to other places.
 
     Args:
-        order: The order that is played.
+        order: The order of the trial.
 
     Returns:
-        Whether they may: in 2015 the rules took 12 points for each, and moves name all that is to be moved.
-        In a stow they go elsewhere in the tote.
+        False in 2015, when the rules took 12 points for each, and for moves, which list everything to be
+        moved. In a stow other items are moved within the tote.
     """
     return order.kind is OrderKind.STOW or (order.kind is OrderKind.PICK and order.year != 2015)
 
@@ -247,13 +250,13 @@ def may_move_others(order: Order) -> bool:
 def target_states(
     order: Order, cell: Cell, bonus: Mapping[str, int], tools: Sequence[Tool]
 ) -> tuple[TargetState, ...]:
-    """Make one target per line of an order; of a stow, one per item in the tote.
+    """Create one target per line of an order; for a stow, one per item in the tote.
 
     Args:
         order: The order.
         cell: The cell, for its items.
         bonus: Points by name of the item, as from ``item_bonuses``.
-        tools: Of every arm.
+        tools: Tools of all arms.
 
     Returns:
         The targets, in the order of the lines.
@@ -262,23 +265,23 @@ def target_states(
     for index, target in enumerate(order.targets):
         item = cell.item(target.item, order.year)
         points = max(target_points(order, name, target.item, bonus) for name in _counting(order, target))
-        # Only the second half of a pick carries the item; slow items stretch that half.
+        # Only the second half of a pick carries the item, so slow items extend only that half.
         seconds = PICK_SECONDS / 2 * (1.0 + 1.0 / item.speed_scale)
         states.append(TargetState(index, target, points, seconds, can_hold=may_hold(tools, item)))
     return tuple(states)
 
 
 def _counting(order: Order, target: Target) -> Iterable[str]:
-    """Bins whose fill decides what a target is worth: where it is, and of a stow all where it may get."""
+    """Bins whose contents determine a target's points: its own, or for a stow all possible destinations."""
     return order.bin_contents if target.into == ANY_BIN else (target.bin,)
 
 
 @dataclass(frozen=True)
 class TrialClock:
-    """The clock of a trial: simulated time and a fixed charge per planning call, never wall time.
+    """Clock of a trial: simulated time plus a fixed charge per planning call, independent of wall time.
 
     Attributes:
-        limit: s, when the trial ends.
+        limit: s, end of the trial.
         simulated: s of simulated time so far.
         n_plans: Number of planning calls so far.
         charge: s per planning call.
@@ -303,28 +306,28 @@ class TrialClock:
         """Count one more planning call.
 
         Returns:
-            The clock after it.
+            The updated clock.
         """
         return replace(self, n_plans=self.n_plans + 1)
 
     def moved(self, seconds: float) -> TrialClock:
-        """Let simulated time pass.
+        """Add simulated time.
 
         Args:
             seconds: Simulated s.
 
         Returns:
-            The clock after them.
+            The updated clock.
         """
         return replace(self, simulated=self.simulated + seconds)
 
     def has_time_for(self, seconds: float) -> bool:
-        """Tell whether something still ends within the limit.
+        """Whether an action would end within the limit.
 
         Args:
-            seconds: How long it takes, s.
+            seconds: Its duration, s.
 
         Returns:
-            Whether it does.
+            True if it would.
         """
         return self.now + seconds <= self.limit

@@ -1,4 +1,4 @@
-"""Two Monte Carlo runs compared, paired by order and seed: which is better, and is that more than chance."""
+"""Compares two Monte Carlo runs, paired by order and seed, with a significance test."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class FigureComparison:
         name: One of ``FIGURES``.
         mean_a: Mean over the pairs in the first run.
         mean_b: Mean in the second.
-        test: Of the differences, second less first.
+        test: Test of the differences, second minus first.
     """
 
     name: str
@@ -41,12 +41,12 @@ class FigureComparison:
 
 @dataclass(frozen=True)
 class TrialComparison:
-    """Two runs, compared over the trials that both have.
+    """Comparison of two runs over the trials that both contain.
 
     Attributes:
-        names: What the two runs are called.
-        figures: The figures, the decisive one first.
-        n_unpaired: Trials that only the one or only the other has.
+        names: Names of the two runs.
+        figures: Comparisons of all figures.
+        n_unpaired: Numbers of trials that only the first or only the second run contains.
     """
 
     names: tuple[str, str]
@@ -60,16 +60,16 @@ class TrialComparison:
         """Compare two runs.
 
         Args:
-            names: What they are called.
-            first: What each ``trial.json`` of the first says, by any name.
-            second: The same of the second.
+            names: Names of the runs.
+            first: Records of the first run's trials, with any keys.
+            second: Records of the second run's trials, with any keys.
 
         Returns:
             The comparison.
 
         Raises:
-            InputError: No order was played with the same seed in both, an order is not the same, or one run
-                has a trial twice.
+            InputError: The runs have no order and seed in common, an order differs between them, or a run
+                contains a trial twice.
         """
         a, b = (_by_key(name, records) for name, records in zip(names, (first, second), strict=True))
         pairs = sorted(a.keys() & b.keys())
@@ -89,12 +89,12 @@ class TrialComparison:
 
     @property
     def decisive(self) -> FigureComparison:
-        """The share of the points."""
+        """Comparison of the score shares."""
         return next(each for each in self.figures if each.name == DECISIVE)
 
     @property
     def better(self) -> str:
-        """Which run is better by more than chance, "" if none is."""
+        """Name of the significantly better run, "" if there is none."""
         test = self.decisive.test
         return self.names[test.mean > 0] if test.is_significant else ""
 
@@ -125,10 +125,10 @@ class TrialComparison:
         )
 
     def values(self) -> dict[str, Any]:
-        """The comparison as JSON values.
+        """Return the comparison as JSON values.
 
         Returns:
-            Values by name; an interval without ends is null.
+            Values by name; an unbounded interval is null.
         """
         return {
             "a": self.names[0],
@@ -143,7 +143,7 @@ class TrialComparison:
 
 
 def _by_key(name: str, records: Mapping[str, Record]) -> dict[tuple[str, int], Record]:
-    """The trials by order and seed."""
+    """Index records by order and seed."""
     found: dict[tuple[str, int], Record] = {}
     for where, record in records.items():
         key = str(record["made_from"]["order"]), int(record["made_from"]["seed"])

@@ -1,4 +1,4 @@
-"""The folder that a trial leaves behind. Its files are described in docs/formats/trial.md."""
+"""Writes the folder of a trial. Its files are described in docs/formats/trial.md."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ if TYPE_CHECKING:
 
 MOTION = "motion.json.gz"
 
-# Everything that is written into the folder, and so replaced in one that exists. The first is there only
-# after a trial that can claim something.
+# All files of the folder, which are replaced in an existing one. The first is written only for orders with a
+# claim.
 NAMES = ("output.json", "scene.json", "after.json", "trial.json", "motion.json.gz", "before.png", "after.png")
 
 
 def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
-    """Refuse a folder, before any work is done, in which the results could not be written in the end.
+    """Refuse a folder, before any work, if the results could not be written there.
 
     Args:
         folder: The folder, which need not exist.
-        overwrite: Whether files that are there may be replaced.
+        overwrite: Whether existing files may be replaced.
 
     Raises:
-        InputError: It is a file, is not empty and must not be overwritten, or cannot be written.
+        InputError: It is a file, is not empty and may not be overwritten, or cannot be written.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; name a folder with -o")
@@ -45,7 +45,7 @@ def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
 
 
 def _refuse_unwritable(folder: Path) -> None:
-    """Try to make a file in what exists already of the folder's path: permissions alone do not tell."""
+    """Create a temporary file in the existing part of the path, as permissions alone are not conclusive."""
     there = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
     try:
         with tempfile.TemporaryFile(dir=there):
@@ -64,21 +64,21 @@ def write_folder(
     motion: Mapping[str, Any] | None = None,
     replace: bool = True,
 ) -> tuple[Path, ...]:
-    """Write all files of a trial, each whole or not at all.
+    """Write all files of a trial, each atomically.
 
     Args:
-        folder: Where to write; it is made if need be.
-        result: The trial that was played.
-        record: The record of the trial, as JSON values.
+        folder: The folder, created if it does not exist.
+        result: The result of the trial.
+        record: Record of the trial, as JSON values.
         pictures: (height, width, 3) RGB, by name.
-        motion: Everything that moved, as JSON values; None where that was not recorded.
-        replace: Whether files that are there may be replaced.
+        motion: Recorded motion as JSON values; None if not recorded.
+        replace: Whether existing files may be replaced.
 
     Returns:
         Paths of the files.
 
     Raises:
-        InputError: A file cannot be written, after all others were: it names both kinds.
+        InputError: A file cannot be written; all others are tried, and the message lists both.
     """
     from pickcli.simulation.camera import write_png
 
@@ -102,7 +102,7 @@ def write_folder(
 
 
 def _write_all(folder: Path, writers: Mapping[str, Callable[[Path], None]]) -> tuple[Path, ...]:
-    """Write files by name; one that cannot be written does not keep the next from being tried."""
+    """Write files by name; after a failure the remaining files are still tried."""
     written: list[Path] = []
     failed: dict[str, InputError] = {}
     for name, write in writers.items():

@@ -1,6 +1,6 @@
-"""What a trial needs of the rest: someone who plans, someone who verifies, an arena where it happens.
+"""Interfaces of a trial: planners, verifier, and the arena in which plans are carried out.
 
-The real ones are put together in ``simulated_cell``; tests play with a fake.
+``simulated_cell`` implements them; tests use fakes.
 """
 
 from __future__ import annotations
@@ -29,29 +29,28 @@ if TYPE_CHECKING:
     from pickcli.verification.verdict import Verdict
 
 
-ARRIVAL = 0.1  # s after a plan's end by which its execution ends, if nothing stops or falls
-LET_GO_TIME = 0.5  # s after which a closed valve has let go of anything
+ARRIVAL = 0.1  # s from a plan's end to the end of its execution, without stops and falls
+LET_GO_TIME = 0.5  # s within which a closed valve has released any item
 
 
 @dataclass(frozen=True)
 class ExecutionResult:
-    """What happened while something was carried out. Times are simulated seconds.
+    """Record of an execution in a trial. Times are simulated seconds.
 
     Attributes:
         duration: s.
         stopped: Why it ended before the plan did, "" if it did not.
-        has_item: What vacuum or fingers told at the end of the retreat, None if that was not read.
-        collisions: Contacts that no plan allowed and that began or went on in this time, as far as they had
-            come.
-        limit_violations: What went beyond a limit, in words.
+        has_item: Last reading of vacuum or fingers at the end of the retreat, None if not read.
+        collisions: Unplanned contacts that began or continued in this time, up to its end.
+        limit_violations: Exceeded limits, in words.
         drops: Free falls of items.
-        events: One mapping per fired event, with its device, action and distance from where it was due.
+        events: One mapping per fired event, with device, action and distance from its trigger.
         missed: Events that never fired.
-        max_lag: m, farthest that the tool was from where it was told to be.
-        max_load: Worst share of what the grip bears while something was held.
-        stop_cause: Why it stopped, as a kind; None if it did not stop or never started.
-        path_time: Where it came to rest after a stop, as s of the plan's trajectory; None without one.
-        disturbed: Items that moved since the record before, though nobody meant them to.
+        max_lag: m, largest distance between the actual and the commanded tool position.
+        max_load: Largest load as a share of the grip's limits while an item was held.
+        stop_cause: Kind of the stop; None if it did not stop or never started.
+        path_time: Time on the plan's trajectory at which it came to rest after a stop, s; None without one.
+        disturbed: Items that moved unintentionally since the last record.
     """
 
     duration: float
@@ -70,7 +69,7 @@ class ExecutionResult:
 
 
 class Arena(Protocol):
-    """The place where plans are carried out, and the truth about it."""
+    """Environment in which plans are carried out, with access to the true state."""
 
     @property
     def q(self) -> Array:
@@ -78,52 +77,52 @@ class Arena(Protocol):
 
     @property
     def tool_state(self) -> ToolState:
-        """State of the tool."""
+        """Present state of the tool."""
 
     @property
     def held(self) -> str | None:
-        """Id of the item that is truly held, for the score alone."""
+        """Id of the item that is truly held, only for the score."""
 
     @property
     def collisions(self) -> tuple[Collision, ...]:
-        """Every contact so far that no plan allowed, in motion or not: for damage and score alone."""
+        """All unplanned contacts so far, in motion or not; only for damage and score."""
 
     def now(self) -> Scene:
-        """Tell where everything really is: for perception and the score.
+        """Return the true scene, for perception and the score.
 
         Returns:
-            The true scene, without the item that is held.
+            The scene, without the held item.
         """
 
     def disturbed(self) -> tuple[Disturbance, ...]:
-        """Tell what has moved since the last record, though nobody meant it to: for the score alone.
+        """Find items that moved unintentionally since the last record; only for the score.
 
         Returns:
-            The items.
+            The disturbances.
         """
 
     def is_holding(self) -> bool:
-        """Read what the tool measures of its hold: the vacuum, or the width of its fingers.
+        """Read the tool's measurement of its hold: the vacuum, or the width of its fingers.
 
         Returns:
-            Whether it holds something, as far as that tells.
+            Whether it holds something, by that reading.
         """
 
     def wait(self, duration: float) -> None:
-        """Stand still for some time.
+        """Let simulated time pass without motion.
 
         Args:
             duration: Simulated s.
         """
 
     def let_move(self, cell: Cell) -> None:
-        """Let another arm move from now on.
+        """Switch to another arm.
 
         Args:
-            cell: The cell as that arm sees it, all others where they are parked.
+            cell: The cell as seen by that arm, with all others parked.
 
         Raises:
-            InputError: The arm that moved does not stand where it is parked.
+            InputError: The previous arm is not parked.
         """
 
     def execute(self, plan: Plan) -> ExecutionResult:
@@ -137,10 +136,10 @@ class Arena(Protocol):
         """
 
     def release(self, open_to: ToolState | None = None) -> ExecutionResult:
-        """Close the valve, or open the fingers, where the robot stands and wait until the item is let go.
+        """Close the valve or open the fingers at the present configuration, and wait for the release.
 
         Args:
-            open_to: State to which fingers open; None for as wide as they go.
+            open_to: State to which fingers open; None for the widest.
 
         Returns:
             The record of the execution.
@@ -148,105 +147,106 @@ class Arena(Protocol):
 
 
 class PlanPick(Protocol):
-    """Plans a pick, as ``planning.plan_pick`` does."""
+    """Planner of picks, such as ``planning.plan_pick``."""
 
     def __call__(self, scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         """Plan a pick.
 
         Args:
-            scene: The scene as it is seen.
-            query: What is to be moved, from where and where to.
-            start: Configuration and tool state to start from.
+            scene: The perceived scene.
+            query: The item, its place and destination.
+            start: Start configuration and tool state.
             seed: Seed of the plan.
-            certify: Gives a plan its certificate, or says why not: then another one is tried.
+            certify: Returns a plan with its certificate, or reasons for rejection; then the next candidate is
+                tried.
 
         Returns:
             The plan with its certificate.
 
         Raises:
-            NoPlanError: There is none that is certified; with the reasons.
+            NoPlanError: No plan is certified; with the reasons.
         """
         ...
 
 
 class PlanRecovery(Protocol):
-    """Plans a way out with the empty tool, on one level, from wherever it is."""
+    """Planner of recovery motions with an empty tool, on one level of recovery."""
 
     def __call__(
         self, scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None
     ) -> Plan:
-        """Plan a way out.
+        """Plan a recovery motion.
 
         Args:
-            scene: The scene as it is seen.
-            start: Configuration and tool state to start from.
+            scene: The perceived scene.
+            start: Start configuration and tool state.
             seed: Seed of the plan.
-            level: How the way out is to be searched.
-            stopped: The motion that stopped, None if the way out need not lead along it.
+            level: Level of recovery.
+            stopped: The stopped motion along which to return; None if not needed.
 
         Returns:
             The plan, without a certificate.
 
         Raises:
-            NoPlanError: There is none; with the reasons.
+            NoPlanError: There is no plan; with the reasons.
         """
         ...
 
 
 class PlanItemRecovery(Protocol):
-    """Plans the rest of a stopped motion, or the way back of it, with its item."""
+    """Planner that continues or reverses a stopped motion with its item."""
 
     def __call__(self, scene: Scene, stopped: StoppedMotion, bringing: ItemRecovery, seed: int) -> Plan:
-        """Plan to bring the item of a stopped motion on or back.
+        """Plan to bring the item of a stopped motion to its destination or back.
 
         Args:
-            scene: The scene as it is seen.
-            stopped: The motion that stopped.
-            bringing: Where to bring the item.
+            scene: The perceived scene.
+            stopped: The stopped motion.
+            bringing: Destination of the item.
             seed: Seed of the plan.
 
         Returns:
             The plan, without a certificate.
 
         Raises:
-            NoPlanError: There is none; with the reasons.
+            NoPlanError: There is no plan; with the reasons.
         """
         ...
 
 
 class PlanParking(Protocol):
-    """Plans the move of the arm that acted last to where it is parked."""
+    """Planner of the motion that parks the arm that acted last."""
 
     def __call__(self, scene: Scene, start: Start, seed: int) -> Plan:
-        """Plan the move.
+        """Plan the parking motion.
 
         Args:
-            scene: The scene as it is seen.
-            start: Configuration and tool state to start from.
+            scene: The perceived scene.
+            start: Start configuration and tool state.
             seed: Seed of the plan.
 
         Returns:
             The plan, without a certificate.
 
         Raises:
-            NoPlanError: There is none; with the reasons.
+            NoPlanError: There is no plan; with the reasons.
         """
         ...
 
 
 class RankArms(Protocol):
-    """Ranks the arms for a pick, as ``planning.arm_choice.rank_arms`` does."""
+    """Ranking of the arms for a pick, such as ``planning.arm_choice.rank_arms``."""
 
     def __call__(self, scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
         """Rank the arms.
 
         Args:
-            scenes: The scene as each arm sees it.
-            query: What is to be moved, from where and where to.
+            scenes: The scene as seen by each arm.
+            query: The item, its place and destination.
             seed: Seed of all random choices.
 
         Returns:
-            The arms, in the order in which they are tried.
+            The arms, in the order in which to try them.
         """
         ...
 
@@ -261,17 +261,17 @@ def _nothing_to_rank(scenes: Sequence[Scene], query: PickQuery, seed: int) -> tu
 
 @dataclass(frozen=True, eq=False)
 class TrialInterfaces:
-    """Everything that a trial calls: planners, verifier and arena.
+    """All interfaces of a trial: planners, verifier and arena.
 
     Attributes:
         plan: Plans a pick.
-        recover: Plans a way out with the empty tool.
-        bring: Plans the rest of a stopped motion, or the way back of it, with its item.
-        verify: Judges a plan in a scene; the trajectory is that of the stopped motion, if there is one.
-        arena: Where plans are carried out.
-        cells: The cell as each arm sees it, by name; empty where there is one arm.
-        rank: Ranks the arms for a pick, where there are several.
-        park: Plans the move of an arm to where it is parked, where there are several.
+        recover: Plans a recovery motion with an empty tool.
+        bring: Plans to continue or reverse a stopped motion with its item.
+        verify: Judges a plan in a scene; the trajectory is that of the stopped motion, if any.
+        arena: Environment in which plans are carried out.
+        cells: The cell as seen by each arm, by name; empty with a single arm.
+        rank: Ranks the arms for a pick, if there are several.
+        park: Plans the parking motion of an arm, if there are several.
     """
 
     plan: PlanPick

@@ -1,4 +1,4 @@
-"""Trials as tasks: one for each order and seed, done here, on processes or on a cluster."""
+"""Trials as jobs: one per order and seed, executed serially, in processes or on a cluster."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ NOT_STOWED = "cannot be stowed"
 
 @dataclass(frozen=True, eq=False)
 class TrialJob:
-    """Trials of one cell under the same conditions; the key of a task is the name of its order and its seed.
+    """Trials of one cell under common conditions; the key of a job is order name and seed.
 
-    A record holds the files of the trial's folder. But for the wall-clock figures in its ``trial.json`` it
-    follows from the key and the job: nothing that a trial plans is kept for the next one.
+    A result contains the files of the trial's folder. Except for wall-clock figures in its ``trial.json`` it
+    depends only on key and job: no planned motion is reused by later trials.
 
     Attributes:
         orders: By name.
-        order_files: Names of the files of the orders, by name.
-        planners: Of every arm that plays, that of the arm first that moves first.
-        conditions: What trials are played under.
-        read: Digest of the files that cell, items, orders and stored motions were read from.
+        order_files: File names of the orders, by name.
+        planners: Planners of all arms, that of the arm that moves first in front.
+        conditions: Conditions of the trials.
+        read: Digest of the files of cell, items, orders and stored motions.
         sources: Digest of the program.
     """
 
@@ -46,15 +46,15 @@ class TrialJob:
 
     @property
     def inputs(self) -> str:
-        """SHA-256 over all that trials depend on besides the key."""
+        """SHA-256 over everything that trials depend on besides the key."""
         cells = [planner.context.cell.fingerprint for planner in self.planners]
         return digest(["trial", cells, repr(self.conditions), self.read, self.sources])
 
     def keys(self, seeds: Sequence[int]) -> list[Key]:
-        """Tell the tasks that orders and seeds make.
+        """List the keys of all combinations of orders and seeds.
 
         Args:
-            seeds: Seeds that each order is played with.
+            seeds: Seeds for each order.
 
         Returns:
             Keys, order by order.
@@ -62,10 +62,10 @@ class TrialJob:
         return [(name, str(seed)) for name in self.orders for seed in seeds]
 
     def effort(self, key: Key) -> float:
-        """Estimate the cost of a task.
+        """Estimate the cost of a job.
 
         Args:
-            key: The task.
+            key: The key.
 
         Returns:
             The number of targets.
@@ -76,14 +76,13 @@ class TrialJob:
         """Play one trial.
 
         Args:
-            key: The task.
+            key: The key.
 
         Returns:
-            A record with the trial's files (base64, by name), or with the reason why its items cannot be
-            stowed.
+            The trial's files (base64, by name), or the reason why its items cannot be stowed.
 
         Raises:
-            InputError: This process runs another program than the one that asks.
+            InputError: This process runs another version of the program than the caller.
         """
         if self.sources != sources_digest():
             raise InputError("a worker runs another version of the program; install the same one there")
@@ -100,7 +99,7 @@ class TrialJob:
         return JobResult({"files": files})
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Without what was made for the work: that belongs to this process.
+        # Without caches, which belong to this process.
         planners = tuple(replace(planner, context=replace(planner.context)) for planner in self.planners)
         return TrialJob, (
             self.orders, self.order_files, planners, self.conditions, self.read, self.sources,
@@ -108,10 +107,10 @@ class TrialJob:
 
 
 def files_of(record: JobResult) -> dict[str, bytes]:
-    """The files of a trial's folder.
+    """Return the files of a trial's folder.
 
     Args:
-        record: Of a trial that was played.
+        record: Result of a trial that was played.
 
     Returns:
         Contents by name.

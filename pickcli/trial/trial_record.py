@@ -1,7 +1,7 @@
-"""The trial JSON: everything that was measured in a trial. The format is described in docs/formats/trial.md.
+"""Record of a trial as JSON, with all measurements. The format is described in docs/formats/trial.md.
 
-All wall-clock figures stand under ``statistics`` and nowhere else: without that key, two runs of one trial
-with one seed give the same bytes.
+All wall-clock figures are under ``statistics``: without that key, two runs of a trial with the same seed give
+identical bytes.
 """
 
 from __future__ import annotations
@@ -41,18 +41,18 @@ CLAIM = (
     "evidence about the model, not a statement about the safety of a cell."
 )
 MAX_BYTES = 24 * 2**20
-MOST_REASONS = 20  # of an attempt
+MOST_REASONS = 20  # largest number per attempt
 _FIGURE = re.compile(r"\d+(?:\.\d+)?")
 _PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig")
 
 
 def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[str, Any]:
-    """Tell the whole trial as JSON data, the figures that people ask for first.
+    """Convert a trial to JSON data, with the main figures first.
 
     Args:
-        result: The trial that was played.
-        order_file: Name of the order, for the reader.
-        wall_s: Duration of the trial by the wall clock, s.
+        result: The result of the trial.
+        order_file: Name of the order.
+        wall_s: Wall time of the trial, s.
 
     Returns:
         JSON values by name.
@@ -91,7 +91,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
 
 
 def record_text(record: Mapping[str, Any]) -> str:
-    """Write the record as JSON text.
+    """Format the record as JSON text.
 
     Args:
         record: JSON values by name.
@@ -106,12 +106,12 @@ def write_record(path: Path, record: Mapping[str, Any], replace: bool = True) ->
     """Write the record to a file.
 
     Args:
-        path: Where to write.
+        path: The file.
         record: JSON values by name.
-        replace: Whether a file that is there may be replaced.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: The place cannot be written.
+        InputError: The file cannot be written.
     """
     write_text(path, record_text(record), replace)
 
@@ -126,8 +126,8 @@ def read_record(path: Path) -> dict[str, Any]:
         JSON values by name.
 
     Raises:
-        InputError: It cannot be read, is no record, or lacks what every record has, with every field.
-        StaleError: It is of another version of the format.
+        InputError: The file cannot be read, is no record, or lacks required fields: with every field.
+        StaleError: It has another version of the format.
     """
     record: dict[str, Any] = parse_json(
         read_text(path, MAX_BYTES, "apc run-trial writes one", TRIAL), str(path)
@@ -161,14 +161,14 @@ def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
 
 
 def _arms(result: TrialResult) -> dict[str, Any]:
-    """What each arm did; nothing in a cell with one arm."""
+    """Summary of each arm; empty with a single arm."""
     return (
         {"arms": {arm: dataclasses.asdict(work) for arm, work in result.arms.items()}} if result.arms else {}
     )
 
 
 def _pod_shift(scene: Scene) -> dict[str, float]:
-    """Where the pod truly stands, from its place."""
+    """Displacement of the true pod from its nominal pose."""
     x, y = (_rounded(1e3 * v) for v in scene.T_nominal_pod[:2, 3])
     return {"x_mm": x, "y_mm": y, "yaw_deg": _rounded(np.degrees(yaw_of(scene.T_nominal_pod)))}
 
@@ -208,7 +208,7 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
 
 
 def _reasons(reasons: Iterable[Reason]) -> list[dict[str, Any]]:
-    """Reasons that differ in figures alone as one, the first of them; the most frequent first."""
+    """Merge reasons that differ only in figures, keeping the first; the most frequent come first."""
     groups: dict[tuple[str, ...], list[Reason]] = {}
     for reason in reasons:
         key = (reason.what, reason.where, _FIGURE.sub("", reason.detail), reason.in_the_way)
@@ -218,7 +218,7 @@ def _reasons(reasons: Iterable[Reason]) -> list[dict[str, Any]]:
 
 
 def _turn(attempt: Attempt) -> dict[str, Any]:
-    """Which arm it was, and why; nothing in a cell with one arm."""
+    """The chosen arm with the ranking; empty with a single arm."""
     if not attempt.arms:
         return {}
     ranked = [
@@ -302,5 +302,5 @@ def _median(values: list[float]) -> float | None:
 
 
 def _rounded(value: float) -> float:
-    """To a microsecond or micrometre: figures that a person can read."""
+    """Round to a microsecond or micrometre, for readability."""
     return round(float(value), 6)

@@ -1,4 +1,4 @@
-"""What a trial leaves behind: attempts, targets, final state, score."""
+"""Results of a trial: attempts, targets, final state and score."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ if TYPE_CHECKING:
 
 
 class Outcome(StrEnum):
-    """How an attempt ended."""
+    """Outcome of an attempt, as the robot perceives it."""
 
     IN_TOTE = "in tote"
-    DELIVERED = "delivered"  # of a stow into a bin, of moves to where each item is wanted
-    MOVED = "moved aside"  # into another bin, or the tote, so that a target can be picked
+    DELIVERED = "delivered"  # in a stow into a bin, with moves to the destination
+    MOVED = "moved aside"  # a blocking item, into another bin or the tote
     NO_PLAN = "no plan"
-    REJECTED = "rejected"  # by the verifier, every plan that was found: nothing was executed
-    NOT_PICKED = "not picked"  # nothing was measured to be held after the retreat
-    LOST = "lost"  # it was held, but did not arrive
+    REJECTED = "rejected"  # the verifier rejected all plans; nothing was executed
+    NOT_PICKED = "not picked"  # no item was measured in the tool after the retreat
+    LOST = "lost"  # the item was held but did not arrive
     MISSING = "missing"  # no such item is left in its bin
     NO_TIME = "no time"
 
     @property
     def is_delivered(self) -> bool:
-        """Whether a target is where it is wanted."""
+        """Whether a target reached its destination."""
         return self in (Outcome.IN_TOTE, Outcome.DELIVERED)
 
 
 @dataclass(frozen=True, eq=False)
 class RecoveryStep:
-    """One thing that was tried after a stop.
+    """One step of recovery after a stop.
 
     Attributes:
         what: A level of recovery, "bring on", "bring back", "let go" or "wait".
-        reason: Why it came to nothing, or stopped; "" if it did not.
-        execution: What was carried out, None if nothing was.
+        reason: Why it failed or stopped; "" if it succeeded.
+        execution: Its execution, or None.
     """
 
     what: str
@@ -56,11 +56,11 @@ class RecoveryStep:
 
 @dataclass(frozen=True, eq=False)
 class RejectedPlan:
-    """A plan that the verifier refused, so that the next candidate took its place.
+    """A plan that the verifier rejected, so that the next candidate was tried.
 
     Attributes:
-        grasp: How the item was to be held.
-        reasons: Every fault that the verifier found.
+        grasp: Grasp of the plan.
+        reasons: All faults found by the verifier.
     """
 
     grasp: Grasp | None
@@ -69,28 +69,28 @@ class RejectedPlan:
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """One try at one target, or at moving aside what is in its way.
+    """One attempt at a target, or at moving a blocking item aside.
 
     Attributes:
-        target: The target that it was for.
-        item: Id of what is to be moved, "" if there was none.
-        number: 1 for the first try at this target.
+        target: The target of the attempt.
+        item: Id of the item to be moved, "" without one.
+        number: 1 for the first attempt at this target.
         t_start: s on the clock of the trial.
-        outcome: What the robot believes.
-        reason: Why it did not go as planned, "" if it did.
-        into: Place where to, a bin for what is moved aside.
-        out_of: Place where from.
-        is_aside: Whether it was to make room for the target.
-        arms: Why its arm was chosen: the arms in the order in which they were tried; none in a cell with one.
-        plan: What was executed, or was to be.
-        parking: How the arm that had acted before was brought to where it is parked, None if it was not.
-        execution: What happened then, None if nothing was executed.
-        recovery: What was tried to bring item and arm out afterwards.
-        seen_in: Where the item was seen afterwards, "" if it was not.
-        truly_in: Where it really was.
-        in_the_way: Ids that the failed plan blames, the most blamed first.
-        reasons: Every reason why there is no plan.
-        rejected: Plans that the verifier refused on the way to this one, or to none.
+        outcome: Outcome as the robot perceives it.
+        reason: Why it failed, "" if it succeeded.
+        into: Destination; a bin for items moved aside.
+        out_of: Place of the item before.
+        is_aside: Whether it moves a blocking item aside.
+        arms: The ranked arms in the order in which they were tried; empty with a single arm.
+        plan: The plan that was or should have been executed.
+        parking: Execution of the motion that parked the previous arm, or None.
+        execution: Execution of the plan, or None.
+        recovery: Steps of recovery afterwards.
+        seen_in: Place where the item was perceived afterwards, "" if it was not.
+        truly_in: True place of the item afterwards.
+        in_the_way: Ids blamed by the failed plan, the most blamed first.
+        reasons: All reasons why there is no plan.
+        rejected: Plans that the verifier rejected.
         statistics: Wall-clock figures.
     """
 
@@ -117,21 +117,21 @@ class Attempt:
 
     @property
     def executions(self) -> tuple[ExecutionResult, ...]:
-        """All that was executed in this attempt."""
+        """All executions of this attempt."""
         steps = (self.parking, self.execution, *(step.execution for step in self.recovery))
         return tuple(execution for execution in steps if execution is not None)
 
 
 @dataclass(frozen=True, eq=False)
 class TargetResult:
-    """One line of the order, played.
+    """Result for one line of the order.
 
     Attributes:
         target: The line.
-        outcome: What the robot believes.
-        reason: Why it did not go well, "" if it did.
-        points: What it truly gave.
-        attempts: Everything tried for it, in the order of time.
+        outcome: Outcome as the robot perceives it.
+        reason: Why it failed, "" if it succeeded.
+        points: Points by the true final state.
+        attempts: All attempts for it, in order of time.
     """
 
     target: Target
@@ -142,18 +142,18 @@ class TargetResult:
 
     @property
     def into(self) -> str:
-        """Name of the place where it was brought, or wanted: of a stow the bin that was tried last."""
+        """Name of the destination; for a stow the bin that was tried last."""
         tried = next((a.into for a in reversed(self.attempts) if not a.is_aside and a.into), "")
         return tried if self.target.into == ANY_BIN and tried else self.target.into
 
 
 @dataclass(frozen=True)
 class ArmSummary:
-    """What one of several arms did in a trial.
+    """Summary of one of several arms in a trial.
 
     Attributes:
-        executed: Attempts at targets that it moved for.
-        delivered: Those of them that truly brought the target where it is wanted.
+        executed: Number of executed attempts at targets.
+        delivered: Number of those that truly brought the target to its destination.
     """
 
     executed: int
@@ -162,25 +162,25 @@ class ArmSummary:
 
 @dataclass(frozen=True, eq=False)
 class TrialResult:
-    """A whole trial.
+    """Result of a whole trial.
 
     Attributes:
         order: The order that was played.
         seed: Seed of the trial.
-        noise: Bounds of the error of the item poses that were perceived.
-        reality: Levels at which the simulated world differed from its model.
-        targets: In the order of the work order.
-        attempts: In the order of time.
+        noise: Bounds of the errors of perceived item poses.
+        reality: Levels of the deviations of the simulated world from its model.
+        targets: Results in the order of the work order.
+        attempts: Attempts in order of time.
         before: The true scene before the trial.
         after: The true scene after it.
-        final: What the rules look at.
-        score: What they give.
-        collisions: Every contact that no plan allowed, in motion or not, once, in the order of their start.
+        final: The final state for the rules.
+        score: The score of the final state.
+        collisions: All unplanned contacts, in motion or not, each once, in the order of their start.
         simulated: s of simulated time.
-        clock: s on the clock of the trial: simulated time and the charge of the planning calls.
-        aborted: Why the arm stood where it could not be brought out of when the time ended, "" if it did not.
-        cut_short: What the end of the time left undone although there was a way, "" if nothing.
-        disturbed_last: What moved without being meant to after the last execution, during the last look.
+        clock: s on the clock of the trial: simulated time plus the charge for planning calls.
+        aborted: Why the arm could not be brought to a safe place before the end of time, "" if it was.
+        cut_short: What the end of time interrupted although it was possible, "" if nothing.
+        disturbed_last: Items that moved unintentionally after the last execution.
     """
 
     order: Order
@@ -202,12 +202,12 @@ class TrialResult:
 
     @property
     def executions(self) -> tuple[ExecutionResult, ...]:
-        """Everything that was executed, in the order of time."""
+        """All executions in order of time."""
         return tuple(e for attempt in self.attempts for e in attempt.executions)
 
     @property
     def arms(self) -> dict[str, ArmSummary]:
-        """What each arm did, by name; empty where there is one arm."""
+        """Summary of each arm, by name; empty with a single arm."""
         names = sorted({arm.arm for attempt in self.attempts for arm in attempt.arms})
         moved = [a for a in self.attempts if a.execution is not None and not a.is_aside]
         own = {name: [a for a in moved if a.plan is not None and a.plan.arm == name] for name in names}
@@ -218,12 +218,12 @@ class TrialResult:
 
     @property
     def n_collisions(self) -> int:
-        """Contacts that no plan allowed."""
+        """Number of unplanned contacts."""
         return len(self.collisions)
 
     @property
     def n_limit_violations(self) -> int:
-        """Executed motions beyond a limit."""
+        """Number of limit violations in all executions."""
         return sum(len(e.limit_violations) for e in self.executions)
 
     @property
@@ -233,20 +233,20 @@ class TrialResult:
 
     @property
     def disturbed(self) -> tuple[Disturbance, ...]:
-        """What moved without being meant to, in the order of time."""
+        """Items that moved unintentionally, in order of time."""
         return (*(d for e in self.executions for d in e.disturbed), *self.disturbed_last)
 
     @property
     def items_in_tote(self) -> int:
-        """Targets that truly lie in the tote, or where else the order wants them."""
+        """Number of targets that are truly at their destinations."""
         return sum(target.points > 0 for target in self.targets)
 
     @property
     def n_misjudged(self) -> int:
-        """Targets of which the robot believes something else than is true."""
+        """Number of targets with a wrongly perceived outcome."""
         return sum(t.outcome.is_delivered != (t.points > 0) for t in self.targets)
 
     @property
     def is_clean(self) -> bool:
-        """Whether it ran through, touched nothing and kept every limit."""
+        """Whether the trial was completed without unplanned contacts and limit violations."""
         return not self.aborted and self.n_collisions == 0 and self.n_limit_violations == 0

@@ -1,4 +1,4 @@
-"""What many trials have in common: scores, how often which item came out of which place, and why not."""
+"""Statistics over many trials: scores, success rates by item and place, and causes of failures."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ MAX_CAUSE = 160  # characters of a cause
 _FIGURE = re.compile(r"[-+]?\d+(?:\.\d+)?")
 _TOTALS = ("collisions", "limit_violations", "drops", "disturbed", "misjudged")
 
-Record = Mapping[str, Any]  # what a trial.json says
+Record = Mapping[str, Any]  # content of a trial.json
 
 
 @dataclass(frozen=True, eq=False)
 class TrialStatistics:
-    """Figures of several trials, all but ``computing`` without a clock on the wall.
+    """Statistics of several trials; only ``computing`` depends on wall time.
 
     Attributes:
-        records: What their ``trial.json`` say, by name.
+        records: Contents of their ``trial.json`` files, by name.
     """
 
     records: Mapping[str, Record]
@@ -37,24 +37,24 @@ class TrialStatistics:
 
     @property
     def shares(self) -> list[float]:
-        """Of each trial its score as a share of the most that its order can give."""
+        """Score of each trial as a share of the largest possible score of its order."""
         return [score_share(record) for record in self.records.values()]
 
     @property
     def mean_share(self) -> SignFlipTest:
-        """Mean of these, with its interval."""
+        """Mean score share with its confidence interval."""
         return SignFlipTest.of(np.array(self.shares))
 
     @property
     def delivered(self) -> SuccessRate:
-        """How many of all targets were delivered."""
+        """Success rate over all targets."""
         return _rate(self.targets)
 
     def by(self, key: str) -> dict[str, SuccessRate]:
-        """How many targets were delivered, apart.
+        """Compute success rates by item or by bin.
 
         Args:
-            key: "item" or "bin", which tells them apart.
+            key: "item" or "bin".
 
         Returns:
             Rates by name.
@@ -66,7 +66,7 @@ class TrialStatistics:
 
     @property
     def causes(self) -> list[tuple[int, str]]:
-        """Why targets were missed: how many, and the cause without figures; the most frequent first."""
+        """Number of missed targets by cause without figures; the most frequent first."""
         told = Counter(
             f"{t['outcome']}: {_FIGURE.sub('…', t['reason']) or 'no reason told'}"[:MAX_CAUSE]
             for t in self.targets
@@ -76,14 +76,14 @@ class TrialStatistics:
 
     @property
     def motion_times(self) -> list[float]:
-        """Of each delivered target all motion for it, with retries and recoveries, in simulated s."""
+        """Simulated time in s of all motion for each delivered target, including retries and recoveries."""
         return [target["motion_s"] for target in self.targets if target["points"] > 0]
 
     def total(self, key: str) -> int:
-        """Sum a figure that trials count.
+        """Sum a figure over all trials.
 
         Args:
-            key: Its name in ``trial.json``, or "aborted" for how many trials were.
+            key: Its name in ``trial.json``, or "aborted" for the number of aborted trials.
 
         Returns:
             The sum.
@@ -91,7 +91,7 @@ class TrialStatistics:
         return sum(bool(r[key]) if key == "aborted" else r[key] for r in self.records.values())
 
     def values(self) -> dict[str, Any]:
-        """All figures but those by the clock on the wall.
+        """Return all figures that do not depend on wall time.
 
         Returns:
             JSON values by name.
@@ -113,12 +113,12 @@ class TrialStatistics:
         }
 
     def computing(self) -> dict[str, Any]:
-        """Figures by the clock on the wall.
+        """Return the figures that depend on wall time.
 
         Returns:
-            ``planning_ms`` per call that gave a plan, ``planning_failed_ms`` per call that gave none,
-            ``planning_per_item_ms`` of each trial all calls, those in vain too, by delivered targets,
-            ``verification_ms`` and ``wall_s`` of a trial, each as in ``spread``.
+            ``planning_ms`` per successful call, ``planning_failed_ms`` per failed call,
+            ``planning_per_item_ms``: the time of all calls of a trial over its delivered targets,
+            ``verification_ms``, and ``wall_s`` per trial, each as in ``spread``.
         """
         planned: list[float] = []
         failed: list[float] = []
@@ -144,25 +144,25 @@ class TrialStatistics:
 
 
 def score_share(record: Record) -> float:
-    """The score of a trial as a share of the most that its order can give.
+    """Compute the score of a trial as a share of the largest possible score of its order.
 
     Args:
-        record: What its ``trial.json`` says.
+        record: Content of its ``trial.json``.
 
     Returns:
-        The share; below 0 where penalties outweigh.
+        The share; below 0 if penalties outweigh the points.
     """
     return float(record["score"]) / max(1.0, float(record["max_score"]))
 
 
 def spread(values: Iterable[float]) -> dict[str, Any]:
-    """How values are distributed.
+    """Describe the distribution of values.
 
     Args:
         values: Any number of values.
 
     Returns:
-        ``n``, and where there are any ``mean``, ``min``, ``p10``, ``median``, ``p90``, ``p99``, ``max``.
+        ``n``, and if there are values ``mean``, ``min``, ``p10``, ``median``, ``p90``, ``p99``, ``max``.
     """
     found = np.array(list(values), float)
     if len(found) == 0:
@@ -174,7 +174,7 @@ def spread(values: Iterable[float]) -> dict[str, Any]:
 
 
 def rate_values(rate: SuccessRate) -> dict[str, Any]:
-    """A success rate as JSON values.
+    """Convert a success rate to JSON values.
 
     Args:
         rate: The rate.

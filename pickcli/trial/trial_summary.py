@@ -1,4 +1,4 @@
-"""Rows of the table at the end of a trial. Drawing it is the command's business."""
+"""Rows and sentences of the summary of a trial; the command formats them."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from pickcli.trial.trial_result import TargetResult, TrialResult
 
 @dataclass(frozen=True)
 class Row:
-    """One target as people want to read it.
+    """Row of the summary table for one target.
 
     Attributes:
         bin: Name of the bin.
         item: Name of the item.
-        into: Name of the place where it was wanted.
-        outcome: What the robot believes, in words.
-        points: What it truly gave.
-        planning_ms: Wall-clock time of all planning calls for it; None if there was none.
+        into: Name of the destination.
+        outcome: Outcome as the robot perceives it.
+        points: Points by the true final state.
+        planning_ms: Wall time of all planning calls for it; None without calls.
         motion_s: Simulated seconds of all motion for it.
-        reason: Why it did not go well, "" if it did.
+        reason: Why it failed, "" if it succeeded.
     """
 
     bin: str
@@ -38,10 +38,10 @@ class Row:
 
 
 def rows(result: TrialResult) -> tuple[Row, ...]:
-    """Make one row per target.
+    """Create one row per target.
 
     Args:
-        result: The trial that was played.
+        result: The result of the trial.
 
     Returns:
         The rows, in the order of the work order.
@@ -52,7 +52,7 @@ def rows(result: TrialResult) -> tuple[Row, ...]:
 def _row(target: TargetResult) -> Row:
     planning = [a.statistics["planning_ms"] for a in target.attempts if "planning_ms" in a.statistics]
     motion = math.fsum(e.duration for attempt in target.attempts for e in attempt.executions)
-    # A retry that worked still has a story worth telling.
+    # A success after a retry still reports the earlier failure.
     told = next((f"after: {a.reason}" for a in target.attempts if a.reason), "")
     return Row(
         target.target.bin, target.target.item, target.into, str(target.outcome), target.points,
@@ -61,10 +61,10 @@ def _row(target: TargetResult) -> Row:
 
 
 def summary(result: TrialResult) -> tuple[str, ...]:
-    """Write the sentences under the table.
+    """Create the sentences below the table.
 
     Args:
-        result: The trial that was played.
+        result: The result of the trial.
 
     Returns:
         The sentences.
@@ -91,7 +91,7 @@ def summary(result: TrialResult) -> tuple[str, ...]:
 
 
 def _counted(result: TrialResult) -> str:
-    """What came of the order in figures."""
+    """Main result of the order."""
     n_there, n_targets = result.items_in_tote, len(result.targets)
     if result.order.kind is OrderKind.MOVE:
         return f"{n_there} of {n_targets} items delivered"
@@ -102,7 +102,7 @@ def _counted(result: TrialResult) -> str:
 
 
 def _outliers(reality: Reality) -> str:
-    """Which poses were off by more than planning was told."""
+    """Share and size of pose outliers."""
     if not reality.pose_outlier_share:
         return ""
     share, scale = 100 * reality.pose_outlier_share, reality.pose_outlier_scale
@@ -110,7 +110,7 @@ def _outliers(reality: Reality) -> str:
 
 
 def _told(d: Disturbance) -> str:
-    """A neighbour that was more than pushed aside."""
+    """Describe a disturbed neighbour."""
     where = d.out_of if d.into == d.out_of else f"{d.out_of}, now {d.into}"
     fell = f", {d.fell:.2f} m down" if d.fell > 0.01 else ""
     how_far = f"{1e3 * d.moved:.0f} mm and {math.degrees(d.turned):.0f} degrees"

@@ -1,6 +1,6 @@
-"""The folder of a Monte Carlo run: a folder of each trial, and what they have in common in ``trials.json``.
+"""Folder of a Monte Carlo run: a folder for each trial, and a summary in ``trials.json``.
 
-docs/formats/trials.md describes it. Everything by the clock on the wall stands under ``statistics``.
+See docs/formats/trials.md. All wall-clock figures are under ``statistics``.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ _COUNTED = ("score", "max_score", "items_in_tote", "collisions", "limit_violatio
 
 @dataclass(frozen=True, eq=False)
 class TrialsReport:
-    """What a Monte Carlo run found.
+    """Results of a Monte Carlo run.
 
     Attributes:
-        files: Contents of the files of each trial's folder, by name, by the name of the folder.
-        records: What each ``trial.json`` says, by the name of the trial's folder.
+        files: File contents by name, by name of the trial's folder.
+        records: Content of each ``trial.json``, by name of the trial's folder.
         not_stowed: Why trials could not be played, by the name that their folder would have had.
-        summary: What ``trials.json`` says.
+        summary: Content of ``trials.json``.
     """
 
     files: Mapping[str, Mapping[str, bytes]]
@@ -47,16 +47,16 @@ class TrialsReport:
 
 
 def refuse_trials_folder(folder: Path, overwrite: bool) -> None:
-    """Refuse a folder, before any work, in which the results could not be written in the end.
+    """Refuse a folder, before any work, if the results could not be written there.
 
-    A folder with nothing in it but the journal of an interrupted run is taken.
+    A folder that contains only the journal of an interrupted run is accepted.
 
     Args:
         folder: The folder, which need not exist.
-        overwrite: Whether files that are there may be replaced.
+        overwrite: Whether existing files may be replaced.
 
     Raises:
-        InputError: It is a file, has other files and must not be overwritten, or cannot be written.
+        InputError: It is a file, has other files and may not be overwritten, or cannot be written.
     """
     kept = set(journals(folder / SUMMARY)) if folder.is_dir() else set()
     only_kept = bool(kept) and kept == set(folder.iterdir())
@@ -66,16 +66,16 @@ def refuse_trials_folder(folder: Path, overwrite: bool) -> None:
 def play_trials(
     build: Build, job: TrialJob, seeds: Sequence[int], made_from: Mapping[str, Any]
 ) -> TrialsReport:
-    """Play what is not played yet.
+    """Play the trials that have not been played yet.
 
     Args:
-        build: Who plays, and where what is played is kept.
+        build: Runs the jobs and stores their results.
         job: The trials.
-        seeds: Seeds that each order is played with.
-        made_from: What ``trials.json`` tells of how it was made.
+        seeds: Seeds for each order.
+        made_from: Provenance for ``trials.json``.
 
     Returns:
-        What was found; nothing is written yet.
+        The results, which are not written yet.
 
     Raises:
         InputError: No trial could be played.
@@ -91,13 +91,13 @@ def play_trials(
 
 
 def write_trials(folder: Path, report: TrialsReport, page: bytes, replace: bool) -> None:
-    """Write the folder of each trial, the page, and the summary last.
+    """Write the folder of each trial, then the page, and the summary last.
 
     Args:
-        folder: Where to write; it is there.
-        report: What was found.
+        folder: The folder, which must exist.
+        report: The results.
         page: The page as HTML.
-        replace: Whether files that are there may be replaced.
+        replace: Whether existing files may be replaced.
 
     Raises:
         InputError: A file cannot be written.
@@ -111,25 +111,25 @@ def write_trials(folder: Path, report: TrialsReport, page: bytes, replace: bool)
 
 
 def trial_name(key: Key) -> str:
-    """Name of the folder of a trial.
+    """Return the name of a trial's folder.
 
     Args:
-        key: The task.
+        key: The job's key.
 
     Returns:
-        Order and seed with a hyphen.
+        Order and seed joined by a hyphen.
     """
     return "-".join(key)
 
 
 def require_folder(folder: Path) -> None:
-    """Refuse what is no folder.
+    """Refuse a path that is not a folder.
 
     Args:
-        folder: Where trials should be.
+        folder: The path.
 
     Raises:
-        InputError: It is a file, or nothing.
+        InputError: It is a file, or does not exist.
     """
     if folder.is_dir():
         return
@@ -144,14 +144,14 @@ def read_trials(folder: Path) -> dict[str, dict[str, Any]]:
     """Read the records of all trials in a folder.
 
     Args:
-        folder: With a folder for each trial, as ``run-trials`` or several ``run-trial`` leave it.
+        folder: A folder with one folder per trial, as written by ``run-trials`` or several ``run-trial``.
 
     Returns:
-        What each ``trial.json`` says, by the name of its folder, sorted.
+        Content of each ``trial.json``, by the name of its folder, sorted.
 
     Raises:
-        InputError: There is no trial in it, or a record cannot be read.
-        StaleError: A record is of another version.
+        InputError: It contains no trial, or a record cannot be read.
+        StaleError: A record has another version of the format.
     """
     require_folder(folder)
     records = {path.parent.name: read_record(path) for path in sorted(folder.glob(f"*/{RECORD}"))}
