@@ -50,7 +50,7 @@ def lay_heap(
 
 
 def _side_down(place: Place, item: Item, rng: np.random.Generator) -> Array:
-    """Orientation (3, 3) of an item before its yaw: not leaning, and if possible not rolling without walls."""
+    """Orientation (3, 3) of an item before its yaw; without walls one that does not roll, if possible."""
     every = stable_poses(item)
     standing = [(kind, weight) for kind, weight in every if not kind.is_on_edge]
     if not place.is_open_box:

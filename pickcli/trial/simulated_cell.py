@@ -221,7 +221,7 @@ class SimulatedArena:
         return disturbances(self._recorded, self.now(), (), ScoringRules.drop_limit)
 
     def _let_fall(self) -> None:
-        """Wait at most ``LONGEST_FALL`` until nothing falls any more, so that falls are recorded completely."""
+        """Wait at most ``LONGEST_FALL`` until nothing falls any more, so that records include whole falls."""
         world, began = self._world, self._world.t
         items = [placed.id for placed in world.scene.items]
         while world.t - began < LONGEST_FALL and any(
