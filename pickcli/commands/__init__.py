@@ -1,20 +1,19 @@
-"""One file per subcommand: parse, call one library function, report. No algorithm inside.
+"""One file per subcommand: parse, call one library function, report. No algorithms.
 
 Read in this order:
 
-- What every subcommand is: `main`, the group of all, and `command`; then any of these, e.g. `plan_pick`.
+- The basis of every subcommand: `main`, the group of all, and `command`; then any of these, e.g. `plan_pick`.
 - A new cell: `init`, `suggest_mount`, `suggest_configurations`.
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
-- Online: `make_order`, `make_scene`, `plan_stow`, `plan_move`, `verify`, `execute`, `check_driver`,
-  `export` and `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for many.
-- What is in a file, and whether it is right: `inspect`, `show` and `check`.
+- Online: `make_order`, `make_scene`, `plan_stow`, `plan_move`, `verify`, `execute`, `check_driver`, `export`
+  and `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for many.
+- Content and checks of files: `inspect`, `show` and `check`.
 - Items: `show_grasps` and `import_tsr`, with the `named_item` of both.
-- Options that commands share: `options` with `option_types`; `arm_options` with the
-  `configuration_option`, `scene_options`, `build_options`, `trial_options`, `pod_shift`; `logs` has --verbose
-  and --debug.
-- Queries: `stated_pick` refuses what cannot be, `motion_queries` reads --pick and --move.
-- Work that commands share: `planner`, `pick_request` and `experience_session` for queries, `building` for
-  builds, `progress_bar`.
-- What is told on stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for
-  `apc inspect`, `checked_texts` for `apc check`, `execution_report` and `trial_table` for what was played.
+- Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
+  `scene_options`, `build_options`, `trial_options`, `pod_shift`; `logs` has --verbose and --debug.
+- Queries: `stated_pick` refuses impossible picks, `motion_queries` reads --pick and --move.
+- Functions that commands share: `planner`, `pick_request` and `experience_session` for queries, `building`
+  for builds, `progress_bar`.
+- Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
+  inspect`, `checked_texts` for `apc check`, `execution_report` and `trial_table` for executions.
 """

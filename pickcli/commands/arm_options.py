@@ -1,4 +1,4 @@
-"""--arm and --standing of the commands that work with one arm of a cell, and the cell as that arm sees it."""
+"""Options --arm and --standing of commands for one arm of a cell, and the cell as that arm sees it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def arm_option(default: str = ONLY_ARM) -> Callable[[F], F]:
     """Give a command the option --arm NAME.
 
     Args:
-        default: Which arm it is where none is named.
+        default: The arm if none is named, for the help.
 
     Returns:
         A decorator that adds the option.
@@ -46,19 +46,19 @@ def standing_option(function: F) -> F:
     """
     return click.option(
         "--standing", metavar="ARM=NAME|q", multiple=True,
-        help="Where another arm stands; once for each.  [default: parked]",
+        help="Configuration of another arm; may be repeated.  [default: parked]",
     )(function)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class ArmRequest:
-    """What the command line says of the arms of a cell.
+    """The arms stated on the command line.
 
     Attributes:
-        arm: The arm that moves; None where nothing is said.
-        standing: Where other arms stand, as ``ARM=NAME|q``.
-        configurations: Named configurations that the arm must have, which tell it where nothing is said.
-        is_of_plan: Whether the arm is that of a plan, which a cell without it makes stale.
+        arm: The arm that moves; None if not stated.
+        standing: Configurations of other arms, as ``ARM=NAME|q``.
+        configurations: Named configurations that the arm must have; they select it if none is stated.
+        is_of_plan: Whether the arm is that of a plan, which is stale for a cell without that arm.
         items: The user's own items that the cell is loaded with.
     """
 
@@ -70,11 +70,11 @@ class ArmRequest:
 
     @classmethod
     def of_plan(cls, plan: Plan, standing: Sequence[str], items: Path | None = None) -> ArmRequest:
-        """The request to see a cell as the arm of a plan does.
+        """Build the request to see a cell as the arm of a plan does.
 
         Args:
             plan: The plan.
-            standing: Where other arms stand, as ``ARM=NAME|q``.
+            standing: Configurations of other arms, as ``ARM=NAME|q``.
             items: The user's own items.
 
         Returns:
@@ -83,7 +83,7 @@ class ArmRequest:
         return cls(plan.arm or None, tuple(standing), is_of_plan=True, items=items)
 
     def cell_of(self, workcell: Workcell) -> Cell:
-        """The cell as the arm sees it.
+        """Return the cell as the arm sees it.
 
         Args:
             workcell: The cell with all its arms.
@@ -92,7 +92,7 @@ class ArmRequest:
             The cell.
 
         Raises:
-            InputError: No arm is named where there are several, or what stands for an arm is wrong.
+            InputError: No arm is named although there are several, or a configuration of an arm is wrong.
             StaleError: The plan is of an arm that the cell does not have.
         """
         if self.is_of_plan and (self.arm or "") not in workcell.arms:
@@ -102,12 +102,12 @@ class ArmRequest:
                 f"the plan was made for {made_for}, cell {workcell.name} has {has}; plan it again"
             )
         arm, states = self._arm_of(workcell), [_state(workcell, text) for text in self.standing]
-        if self.arm is None:  # whichever moves stands where it starts
+        if self.arm is None:  # if it is selected, it stands where it starts
             states = [state for state in states if state.arm != arm]
         return workcell.cell(arm, states)
 
     def _arm_of(self, workcell: Workcell) -> str | None:
-        """The arm that is named, else the preferred one of those that have all the configurations."""
+        """Return the named arm, else the preferred one of those that have all the configurations."""
         if self.arm is not None or not self.configurations:
             return self.arm
         named = {name for cell in workcell.arms.values() for name in cell.configurations}
@@ -121,11 +121,11 @@ class ArmRequest:
 
 
 def open_cell(name: str, request: ArmRequest) -> Cell:
-    """Load a cell as the arm that is asked for sees it.
+    """Load a cell as the requested arm sees it.
 
     Args:
         name: Name under data/cells, or path of the cell.
-        request: What the command line says of its arms.
+        request: The arms stated on the command line.
 
     Returns:
         The cell.
@@ -139,14 +139,14 @@ def open_cell(name: str, request: ArmRequest) -> Cell:
 
 
 def seen_by_others(scene: Scene, request: ArmRequest) -> list[Scene]:
-    """A scene as other arms see it that could do what is asked for, where no arm is named.
+    """Return the scene as seen by other arms that could also execute the request, if no arm is named.
 
     Args:
-        scene: The scene as the arm sees it that follows from the request.
-        request: What the command line says of its arms.
+        scene: The scene as the selected arm sees it.
+        request: The arms stated on the command line.
 
     Returns:
-        The scene of every other arm that has the configurations that are named; none where an arm is named.
+        The scene of every other arm that has the named configurations; none if an arm is named.
     """
     from pickcli.cell.cell_file import load_workcell
 
@@ -160,13 +160,13 @@ def seen_by_others(scene: Scene, request: ArmRequest) -> list[Scene]:
 
 
 def preferences_of(cell: Cell) -> dict[str, int]:
-    """The preferences that a cell states for its arms.
+    """Return the preferences that a cell states for its arms.
 
     Args:
         cell: The cell as one of them sees it.
 
     Returns:
-        By name of the arm.
+        Preference by name of the arm.
     """
     from pickcli.cell.cell_file import load_workcell
 
@@ -174,7 +174,7 @@ def preferences_of(cell: Cell) -> dict[str, int]:
 
 
 def refuse_arm_mismatch(plan: Plan, path: Path, scene_cell: Cell) -> None:
-    """Refuse a plan of an arm, or without one, for a cell that is otherwise.
+    """Refuse a plan for another arm, or for other states of the arms.
 
     Args:
         plan: The plan.
@@ -191,7 +191,7 @@ def refuse_arm_mismatch(plan: Plan, path: Path, scene_cell: Cell) -> None:
 
 
 def _state(workcell: Workcell, text: str) -> ArmState:
-    """Where an arm stands, from the command line."""
+    """Parse the configuration of an arm from the command line."""
     from pickcli.cell.cell import ArmState
 
     arm, equals, configuration = text.partition("=")

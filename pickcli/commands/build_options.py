@@ -23,12 +23,12 @@ PLANNERS = click.Choice([planner.value for planner in PlannerName], case_sensiti
 def build_options(
     output: str, settings: type[RoadmapSettings] | type[TrajectorySettings], one: str
 ) -> Callable[[F], F]:
-    """Give a command what both builds take besides the cell, with the defaults of their settings.
+    """Add the options that both builds share besides the cell, with the defaults of their settings.
 
     Args:
-        output: What is written.
+        output: Name of the output, for the help.
         settings: Class of the settings, for the defaults.
-        one: What the planner looks for, in the singular.
+        one: Name of what the planner searches, in the singular.
 
     Returns:
         A decorator that adds the options.
@@ -56,7 +56,7 @@ def jobs_option(function: F) -> F:
     """
     return click.option(
         "--jobs", type=NumberType(1, 1024), metavar="N",
-        help="Processes that work at once; the bytes are the same.  [default: one per core]",
+        help="Number of parallel processes; the bytes are the same.  [default: one per core]",
     )(function)  # fmt: skip
 
 
@@ -71,7 +71,7 @@ def scheduler_option(function: F) -> F:
     """
     return click.option(
         "--scheduler", metavar="ADDRESS",
-        help="Let the workers of this Dask scheduler do the tasks, e.g. tcp://host:8786; the bytes are the "
+        help="Run the tasks on the workers of this Dask scheduler, e.g. tcp://host:8786; the bytes are the "
         "same. It is trusted: see docs/cluster.md.",
     )(function)  # fmt: skip
 

@@ -39,8 +39,8 @@ def command(
 
     Section IV of their paper. Every edge is proven free. Edges are added until important pairs (home, bins
     and camera poses to the tote; bins side by side) have a second route that shares no edge with the first.
-    What is not free, has no path or has no second route is reported, with the reason. An interrupted build
-    goes on when the same command is given again.
+    Configurations that are not free, and pairs without a path or a second route, are reported with the
+    reason. An interrupted build continues when the same command is given again.
 
     \b
     Example:
@@ -77,7 +77,7 @@ def _summary(output: Path, fingerprint: str, roadmap: Roadmap, built: RoadmapRep
 
 
 def _lines(output: Path, roadmap: Roadmap, built: RoadmapReport) -> list[str]:
-    """What was built, and everything that was not or not as asked."""
+    """Describe the roadmap, its gaps and its additional edges."""
     settings, gaps, more = built.settings, built.gaps, "another --seed or more --iterations may find one"
     counts = f"{roadmap.n_nodes} nodes, {roadmap.n_edges} edges"
     lines = [f"{output}: {counts}, k = {settings.n_neighbours}, {settings.planner}"]
@@ -90,7 +90,7 @@ def _lines(output: Path, roadmap: Roadmap, built: RoadmapReport) -> list[str]:
 
 
 def _route_lines(routes: RouteRedundancy) -> list[str]:
-    """Second routes of the important pairs: figures, what was added for them, and who has none."""
+    """Describe the second routes of the critical pairs: numbers, added edges, and pairs without one."""
     told = routes.summary()
     longer = told["second_over_first_length"]
     head = f"second routes: {told['n_with_second_route']} of {told['n_important']} important pairs have one"

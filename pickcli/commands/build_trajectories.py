@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @standing_option
 @click.option("--tries", type=NumberType(1, 1000), default=TrajectorySettings.n_tries,
               show_default=True,
-              help="Paths that the planner is asked for where bending leads to no quick motion.")  # fmt: skip
+              help="Paths to plan for a pair if bending yields no fast motion.")  # fmt: skip
 @build_options("trajectory database", TrajectorySettings, "path")
 def command(
     cell_name: str, arm: str | None, standing: tuple[str, ...],
@@ -35,9 +35,9 @@ def command(
 ) -> None:  # fmt: skip
     """Offline: Delft's database of coarse motions.
 
-    Timed motions between named configurations (section 1 of their paper). The quickest motion of a pair is
-    bent until it is free; the planner is asked only where that leads to no quick one. Every motion is proven
-    free and within its limits; pairs without one are reported. An interrupted build continues when the same
+    Timed motions between named configurations (section 1 of their paper). The fastest motion of a pair is
+    bent until it is free; the planner is used only if that yields no fast one. Every motion is proven free
+    and within its limits; pairs without one are reported. An interrupted build continues when the same
     command is given again.
 
     \b

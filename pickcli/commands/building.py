@@ -1,4 +1,4 @@
-"""What the building commands share: who works, progress, and how an interrupted build goes on."""
+"""Shared by the building commands: executors, progress, and notes on how to continue an interrupted build."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ if TYPE_CHECKING:
 def building(
     label: str, output: Path, jobs: int | None, as_json: bool, scheduler: str | None = None
 ) -> Iterator[RunOptions]:
-    """Provide the means of a build that tells its progress and, where it cannot be finished, how it goes on.
+    """Provide the options of a build that shows its progress and, if interrupted, how to continue it.
 
     Args:
-        label: What is done, for the progress.
+        label: Name of the build, for the progress.
         output: The file that is built.
-        jobs: Number of processes that work at once; None for one per core.
-        as_json: Whether progress is told as JSON.
-        scheduler: Address of a Dask scheduler whose workers do the tasks; None for processes of this machine.
+        jobs: Number of parallel processes; None for one per core.
+        as_json: Whether progress is printed as JSON.
+        scheduler: Address of a Dask scheduler whose workers run the tasks; None for processes of this
+            machine.
 
     Yields:
-        Who does the tasks, and who is told.
+        Executor of the tasks, and observer of the progress.
 
     Raises:
         UsageError: Both ``jobs`` and ``scheduler`` are given.
@@ -79,14 +80,14 @@ def _who_works(jobs: int | None, scheduler: str | None) -> Executor:
 
 @contextmanager
 def build_report(label: str, as_json: bool = False) -> Iterator[BuildObserver]:
-    """Show progress on stderr: a line of JSON per task, a bar on a terminal, else a line now and then.
+    """Show progress on stderr: a line of JSON per task, a bar on a terminal, else a line from time to time.
 
     Args:
-        label: What is done.
-        as_json: Whether lines of JSON are wanted.
+        label: Name of the work.
+        as_json: Whether to print lines of JSON.
 
     Yields:
-        Whom to tell the progress.
+        Observer of the progress.
     """
     if as_json:
         yield _telling_json()

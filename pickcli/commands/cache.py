@@ -1,4 +1,4 @@
-"""``apc cache``: where built files lie, how large they are, and away with them."""
+"""``apc cache``: show or delete the cache of built files."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 @click.command("cache", cls=Command)
-@click.option("--clear", is_flag=True, help="Delete everything in it; what is needed again is built again.")
+@click.option("--clear", is_flag=True, help="Delete everything in it; files are built again when needed.")
 @json_option
 def command(clear: bool, as_json: bool) -> None:
     """Show what is in the cache of built files, or delete it.
 
-    Roadmaps and trajectory databases that a trial builds lie there, each cell's in a folder named by its
-    fingerprint: $XDG_CACHE_HOME/apc, ~/.cache/apc by default.
+    It contains the roadmaps and trajectory databases that trials build, for each cell in a folder named by
+    its fingerprint: $XDG_CACHE_HOME/apc, ~/.cache/apc by default.
 
     \b
     Example:
@@ -42,7 +42,7 @@ def command(clear: bool, as_json: bool) -> None:
 
 
 def _lines(base: Path, found: list[CachedFolder], is_cleared: bool) -> list[str]:
-    """Where the cache is, and a line for each folder in it."""
+    """Describe the cache, with a line for each folder in it."""
     size = sum(folder.n_bytes for folder in found) / 1e6
     told = [f"{base}: {'deleted ' if is_cleared else ''}{size:.1f} MB in {len(found)} folders"]
     for folder in found:

@@ -1,4 +1,4 @@
-"""``apc inspect CELL``: what a cell is made of, and where its arms cannot stand."""
+"""``apc inspect CELL``: a summary of a cell, with the named configurations that are not free."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 def cell_summary(path: Path, arms: ArmRequest) -> dict[str, Any]:
-    """Sum up a cell as one arm sees it; of several, none of them named, each by itself.
+    """Summarise a cell as one arm sees it; if it has several and none is named, each arm by itself.
 
     Args:
         path: Name, folder or file of the cell.
-        arms: What the command line says of its arms.
+        arms: The arms stated on the command line.
 
     Returns:
         JSON values by name.
@@ -84,7 +84,7 @@ def _of_one_arm(cell: Cell) -> dict[str, Any]:
 
 
 def _tool(tool: Tool) -> dict[str, Any]:
-    """Which kind of tool there is, and its states: positions of its joint, or widths between its pads."""
+    """Return the kind of the tool, and its states: positions of its joint, or widths between its pads."""
     return {
         "kind": tool.grip.kind,
         **{f"state {state}": position for state, position in tool.positions.items()},
@@ -92,14 +92,14 @@ def _tool(tool: Tool) -> dict[str, Any]:
 
 
 def _place(place: Place) -> str:
-    """How large the room of a place is, and how it is reached."""
+    """Describe size and access of a place."""
     size = " x ".join(f"{1e3 * side:.0f}" for side in place.room.size)
     way = "above" if place.access.is_from_above else "the front"
     return f"{size} mm, from {way}, part of {place.carrier}"
 
 
 def _spheres(cell: Cell) -> dict[str, dict[str, Any]]:
-    """By link that moves: its spheres, and how far they stick out of its shapes."""
+    """Return the spheres of each moving link, and how far they stick out of its shapes."""
     from pickcli.collision.robot_model import CollisionModel
     from pickcli.robot_setup.sphere_excess import sphere_excess
 

@@ -1,4 +1,4 @@
-"""``apc check``: mistakes in what people write, damage in what was stored, and making it whole again."""
+"""``apc check``: mistakes in hand-written files, and damage in stored ones with its repair."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from pickcli.precompute.repair import Repair
     from pickcli.storage.integrity_scan import IntegrityReport
 
-MOST_LINES = 20  # damaged blocks that are listed for people
+MOST_LINES = 20  # damaged blocks that are listed in the text output
 
 
 @click.command("check", cls=Command)
 @click.argument("path", metavar="FILE", type=PATH)
-@click.option("--strict", is_flag=True, help="Take warnings for mistakes: exit code 3.")
+@click.option("--strict", is_flag=True, help="Treat warnings as mistakes: exit code 3.")
 @click.option("--picture", type=PATH, metavar="FILE",
-              help="Of a cell also draw what is reached: .png, or .html to turn about.")  # fmt: skip
+              help="For a cell, also draw what it reaches: .png, or .html to rotate.")  # fmt: skip
 @overwrite_option
 @click.option("--poses", type=NumberType(1, 10000), default=60, show_default=True,
               help="Tool poses by which each place of a cell is judged.")  # fmt: skip
@@ -61,11 +61,11 @@ def command(
 ) -> None:  # fmt: skip
     """Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.
 
-    Of a cell (its name, folder or cell.yaml) everything is read, whether the arm can stand in its named
-    configurations, and how much of each place it reaches. What is wrong ends with exit code 3; what may be
-    meant is a warning, with --strict as well. Of a stored file every damaged block is named, and what is lost
-    with it. With --repair the file is made whole again: what is intact is kept, the rest computed again, for
-    the same cell. Exit code 4 where damage is left.
+    For a cell (its name, folder or cell.yaml) everything is read, and it is checked whether its named
+    configurations are free, and how much of each place the arm reaches. Mistakes end with exit code 3; what
+    may be intended is a warning, which --strict treats as a mistake. For a stored file every damaged block is
+    listed, with what is lost. With --repair intact parts are kept and the rest is computed again, for the
+    same cell. Exit code 4 if damage is left.
 
     \b
     Example:
@@ -90,7 +90,7 @@ def command(
 
 
 def _check_stored(path: Path, cell: Cell, is_repair: bool, jobs: int | None, as_json: bool) -> None:
-    """Look at every byte of a roadmap or trajectory database. Raises DamagedError where damage is left."""
+    """Scan every byte of a roadmap or trajectory database. Raises DamagedError if damage is left."""
     from pickcli.roadmap.store import describe, surveyed
 
     with stage("reading of every byte"):
@@ -138,7 +138,7 @@ def _lines(path: Path, found: IntegrityReport, done: Repair | None) -> list[str]
     intact = ", ".join(f"{len(rows)} {name}" for name, rows in found.intact.items())
     if not found.damage:
         return [f"{path}: {found.kind.name}, undamaged: {intact}"]
-    if found.cut_off:  # one cause, whatever is lost with it
+    if found.cut_off:  # one cause of all losses
         lines = [f"{path}: {found.kind.name}, {found.cut_off}; intact: {intact}"]
     else:
         listed = [f"  {d.where}: {'lost: ' + d.lost if d.lost else 'nothing is lost'}" for d in found.damage]

@@ -1,4 +1,4 @@
-"""``apc check-driver``: whether a driver keeps to the protocol."""
+"""``apc check-driver``: a test of a driver against the protocol."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def command(
 ) -> None:  # fmt: skip
     """Let a driver carry out a plan, and check that it keeps to the protocol.
 
-    The robot moves. The plan is verified first. It begins where the robot stands; a short move will do, a
-    pick tells also whether devices are switched and sensors read. Nothing moves after a check that failed.
+    The robot moves. The plan is verified first. It begins where the robot stands; a short move is enough, a
+    pick also tests that devices are switched and sensors read. Nothing moves after a failed check.
 
     \b
     Example:
@@ -69,7 +69,7 @@ def _summary(name: str, report: DriverReport) -> dict[str, Any]:
 
 
 def _text(report: DriverReport) -> str:
-    """A line for each check."""
+    """Describe each check in a line."""
     told = {True: "passed", False: "not tried"}
     return "\n".join(
         f"{'FAILED' if check.fault else told[check.is_passed]:>10}  {check.what}" for check in report.checks

@@ -1,4 +1,4 @@
-"""What ``apc check`` says of files that people write: cells, scenes, orders and files of items."""
+"""``apc check`` of hand-written files: cells, scenes, orders and files of items."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
 
     from pickcli.reachability.cell_check import CellCheck
 
-HEAD = 4096  # bytes, in which a text file of this program names its format
+HEAD = 4096  # bytes at the start of a text file that state its format
 TEXTS = (CELL, SCENE, ORDER, ITEMS)
 _log = logging.getLogger(__name__)
 
 
 def kind_of_text(path: Path) -> FileKind | None:
-    """Tell which of the texts that people write a path means.
+    """Return the kind of hand-written file that a path names.
 
     Args:
         path: A folder, the name of a cell under data/cells, or a file.
 
     Returns:
-        The kind; None for anything else, also for what cannot be read.
+        The kind; None for any other file, also for an unreadable one.
 
     Raises:
-        InputError: It is a plan.
+        InputError: The file is a plan.
     """
     from pickcli.cell.cell_file import cell_names
     from pickcli.files.bounded_reading import refuse_special_file
@@ -48,7 +48,7 @@ def kind_of_text(path: Path) -> FileKind | None:
 
     if path.is_dir() or str(path) in cell_names():
         return CELL
-    with suppress(OSError):  # who reads it then says why it cannot be
+    with suppress(OSError):  # the reader will report why it cannot be read
         refuse_special_file(path)
         with path.open("rb") as file:
             kind = kind_of(file.read(HEAD))
@@ -60,11 +60,11 @@ def kind_of_text(path: Path) -> FileKind | None:
 
 
 def refuse_options_of_cells(strict: bool, picture: Path | None) -> None:
-    """Refuse options that mean nothing for a stored file.
+    """Refuse options that do not apply to stored files.
 
     Args:
-        strict: Whether warnings are taken for mistakes.
-        picture: What is drawn.
+        strict: Whether warnings are treated as mistakes.
+        picture: File of the picture.
 
     Raises:
         UsageError: One of them was given.
@@ -75,17 +75,17 @@ def refuse_options_of_cells(strict: bool, picture: Path | None) -> None:
 
 
 def refuse_picture(kind: FileKind, picture: Path, overwrite: bool, *inputs: Path | str | None) -> None:
-    """Refuse, before any work, what could not be drawn in the end.
+    """Refuse, before any work, a picture that could not be drawn or written.
 
     Args:
-        kind: What is checked.
-        picture: The picture's file.
-        overwrite: Whether a file that is there may be replaced.
-        *inputs: What the command reads.
+        kind: Kind of the checked file.
+        picture: File of the picture.
+        overwrite: Whether an existing file may be replaced.
+        *inputs: Files that the command reads.
 
     Raises:
-        UsageError: What is checked is no cell.
-        InputError: The picture cannot be written there.
+        UsageError: The checked file is not a cell.
+        InputError: The picture cannot be written.
     """
     from pickcli.drawing.draw import refuse_suffix
 
@@ -97,15 +97,15 @@ def refuse_picture(kind: FileKind, picture: Path, overwrite: bool, *inputs: Path
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """How a text is checked.
+    """Options of the check of a file.
 
     Attributes:
         cell_name: The cell of a scene or order; None for the scene's own, or the default.
-        arms: What the command line says of the cell's arms.
-        strict: Whether warnings are taken for mistakes.
-        poses: Tool poses by which each place of a cell is judged.
-        picture: Where to draw what a cell's arm reaches.
-        overwrite: Whether a file that is there may be replaced.
+        arms: The arms stated on the command line.
+        strict: Whether warnings are treated as mistakes.
+        poses: Number of tool poses by which each place of a cell is judged.
+        picture: File for a picture of what a cell's arm reaches.
+        overwrite: Whether an existing file may be replaced.
         as_json: Whether JSON is printed.
     """
 
@@ -119,15 +119,15 @@ class CheckOptions:
 
 
 def check_text(path: Path, kind: FileKind, options: CheckOptions) -> None:
-    """Check a cell, scene, order or file of items, and say what was found.
+    """Check a cell, scene, order or file of items, and print the result.
 
     Args:
-        path: Of the file; of a cell also its name or folder.
-        kind: What it is.
-        options: How.
+        path: The file; for a cell also its name or folder.
+        kind: Kind of the file.
+        options: Options of the check.
 
     Raises:
-        InputError: With every mistake, or with the number of warnings where these are taken for mistakes.
+        InputError: With every mistake, or with the number of warnings if they are treated as mistakes.
     """
     check = {CELL: _checked_cell, SCENE: _checked_scene, ORDER: _checked_order, ITEMS: _checked_items}[kind]
     with _heard() as warnings:
@@ -144,7 +144,7 @@ def check_text(path: Path, kind: FileKind, options: CheckOptions) -> None:
 
 @contextmanager
 def _heard() -> Iterator[list[str]]:
-    """The warnings that are logged meanwhile, each once."""
+    """Collect the warnings logged in the context, without repetitions."""
     heard: list[str] = []
 
     def hear(record: logging.LogRecord) -> bool:
@@ -197,7 +197,7 @@ def _checked_cell(path: Path, options: CheckOptions) -> dict[str, Any]:
 
 
 def _reach_table(found: CellCheck) -> list[str]:
-    """A row per place: the share of tool poses that the arm reaches, and in a line from where it waits."""
+    """Return a row per place: the share of tool poses that the arm reaches at all, and along a line."""
     rows = []
     for each in found.reaches:
         in_line = "-" if each.share_in_line is None else f"{each.share_in_line:.0%}"

@@ -1,4 +1,4 @@
-"""What every subcommand is: a click command that takes each option once, and with --json answers in JSON."""
+"""Base class of all subcommands: a click command that accepts each option once, with JSON output."""
 
 from __future__ import annotations
 
@@ -13,40 +13,40 @@ import click
 
 from pickcli.errors import ApcError, NoPlanError, RejectedError
 
-_RESULT = f"{__name__}.result"  # where a result waits in a click context until its command ends
-_ORDER = f"{__name__}.order"  # where a click context has the parameters as they were given
+_RESULT = f"{__name__}.result"  # key of the result in a click context until its command ends
+_ORDER = f"{__name__}.order"  # key of the parameters in their given order in a click context
 
 
 def _is_told_once(option: click.Option) -> bool:
-    """Whether an option has one value, so that a second one would silently replace the first."""
+    """Whether an option has one value, so that a repetition would silently replace it."""
     return not option.is_flag and not option.multiple
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM, which ends a command as Ctrl-C does: so that it can say what is kept and how it goes on."""
+    """SIGTERM, which ends a command like Ctrl-C, so that it can print how to continue."""
 
 
 class Command(click.Command):
-    """A command that refuses an option which is given twice, where click would take the last.
+    """A command that refuses repeated options, of which click would use the last.
 
-    With --json it prints one object in the end, whether it succeeds or not.
+    With --json it prints one object at the end, whether it succeeds or not.
     """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the words of the command line.
+        """Parse the words of the command line.
 
         Args:
             ctx: Context of click.
             args: The words.
 
         Returns:
-            Words that are left.
+            Remaining words.
 
         Raises:
-            UsageError: An option with a value is given twice, or anything that click refuses.
+            UsageError: An option with a value is repeated, or click refuses the command line.
             InputError: A value is refused.
         """
-        is_json = "--json" in args  # which click takes the words from
+        is_json = "--json" in args  # before click consumes the words
         try:
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             ctx.meta[_ORDER] = [parameter.name for parameter in order]
@@ -66,7 +66,7 @@ class Command(click.Command):
             ctx: Context of click, with the values of the parameters.
 
         Returns:
-            What the command returns.
+            The command's return value.
 
         Raises:
             ApcError: The command failed.
@@ -86,7 +86,7 @@ class Command(click.Command):
 
 
 def _given(option: click.Option, times: int, words: Sequence[str]) -> str:
-    """How an option is given more than once among the words of a command line, by whichever of its names."""
+    """Describe how an option is repeated in the words of a command line, by the names that were used."""
     names = [name for name in option.opts if any(word.partition("=")[0] == name for word in words)]
     if len(names) > 1:
         return f"{' and '.join(names)} mean the same"
@@ -94,13 +94,13 @@ def _given(option: click.Option, times: int, words: Sequence[str]) -> str:
 
 
 def in_order_given(**values: Sequence[str]) -> list[tuple[str, str]]:
-    """Tell in which order the values of several options that may be repeated were given.
+    """Return the values of several repeatable options in the order in which they were given.
 
     Args:
-        **values: Values of each by the name of its parameter.
+        **values: Values of each option, by the name of its parameter.
 
     Returns:
-        Names and values, as they stand on the command line.
+        Pairs of name and value, in the order of the command line.
     """
     left = {name: iter(given) for name, given in values.items()}
     order = click.get_current_context().meta[_ORDER]
@@ -108,22 +108,22 @@ def in_order_given(**values: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def emit_json(value: dict[str, Any]) -> None:
-    """Answer with one JSON object, printed when the command ends: with what went wrong then, if anything did.
+    """Set the JSON object to be printed when the command ends, together with its error, if any.
 
     Args:
-        value: JSON values, in the order in which they are to be told.
+        value: JSON values, in the order of printing.
     """
     click.get_current_context().meta[_RESULT] = value
 
 
 def exit_code(error: BaseException) -> int:
-    """The exit code of a command that ends by an exception.
+    """Return the exit code of a command that ends with an exception.
 
     Args:
-        error: One of those that are no bug.
+        error: An exception that does not indicate a bug.
 
     Returns:
-        As docs/reference/errors.md says.
+        The code, as in docs/reference/errors.md.
     """
     if isinstance(error, KeyboardInterrupt):
         return 143 if isinstance(error, Terminated) else 130
@@ -131,7 +131,7 @@ def exit_code(error: BaseException) -> int:
 
 
 def _print(ctx: click.Context, error: BaseException | None = None) -> None:
-    """Print what a command found out and what went wrong: the latter counts, if stdout takes neither."""
+    """Print result and error as JSON; an error takes precedence over a stdout that cannot be written."""
     head = {"command": ctx.info_name, "exit_code": 0 if error is None else exit_code(error)}
     told = {**head, "error": None if error is None else _told(error), **ctx.meta.get(_RESULT, {})}
     text = json.dumps(told, indent=2, allow_nan=False)
@@ -143,19 +143,19 @@ def _print(ctx: click.Context, error: BaseException | None = None) -> None:
 
 
 def how_to_go_on(stop: KeyboardInterrupt) -> str:
-    """Say how an interrupted command goes on.
+    """Describe how to continue an interrupted command.
 
     Args:
-        stop: The interruption, with what was noted on its way up (``add_note``), if anything was kept.
+        stop: The interruption, with notes (``add_note``) if results were kept.
 
     Returns:
-        The notes, else that the command begins again.
+        The notes, else a statement that the command starts over.
     """
     return "\n".join(getattr(stop, "__notes__", ())) or "the same command begins again"
 
 
 def _told(error: BaseException) -> dict[str, Any]:
-    """What went wrong, as JSON values."""
+    """Convert an error to JSON values."""
     reasons = error.reasons if isinstance(error, NoPlanError | RejectedError) else ()
     if isinstance(error, KeyboardInterrupt):
         message = how_to_go_on(error)

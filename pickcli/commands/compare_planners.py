@@ -1,4 +1,4 @@
-"""``apc compare-planners``: a contest over the same pairs."""
+"""``apc compare-planners``: a benchmark of planners on the same pairs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"], case_sensitive=False)
 @click.option(
     "--pairs", metavar="A:B,...", help="Configurations.  [default: Delft's pairs whose line is blocked]"
 )
-@click.option("--payload", type=PAYLOADS, default="empty", show_default=True, help="What hangs on the cup.")
+@click.option("--payload", type=PAYLOADS, default="empty", show_default=True, help="Payload in the cup.")
 @click.option("--planners", default=DEFAULT, show_default=True, metavar="NAME,...",
               help=f"The kernel's RRTConnect, OMPL's, and {SEARCH!r}: the database's.")  # fmt: skip
 @click.option("--tries", type=NumberType(1, 1000), default=3, show_default=True, metavar="N",
@@ -56,8 +56,8 @@ def command(
 ) -> None:  # fmt: skip
     """Let planners compete over the same pairs: time, length, duration, share solved.
 
-    RRT-Connect (Delft) in the kernel and by OMPL, RRT* (KTH), AORRTC and our own search in time. Where the
-    straight line is free, all take it, so by default only pairs are tried where it is not.
+    RRT-Connect (Delft) in the kernel and by OMPL, RRT* (KTH), AORRTC and our own minimum-time search. If the
+    straight line is free, all take it, so by default only pairs with a blocked line are tried.
 
     \b
     Example:
@@ -84,7 +84,7 @@ def command(
 
 
 def _pairs(text: str) -> list[tuple[str, str]]:
-    """Pairs of names. Raises InputError."""
+    """Parse pairs of names. Raises InputError."""
     pairs = [tuple(part.split(":")) for part in text.split(",")]
     wrong = next((":".join(pair) for pair in pairs if len(pair) != 2 or "" in pair), None)
     if wrong is not None:
@@ -93,7 +93,7 @@ def _pairs(text: str) -> list[tuple[str, str]]:
 
 
 def _contestants(text: str, iterations: int) -> list[BenchmarkEntry]:
-    """The planners named by --planners. Raises InputError for a name that is not known."""
+    """Return the planners named by --planners. Raises InputError for an unknown name."""
     from pickcli.planner_benchmark.benchmark_entries import GeometricEntry, MinimumTimeEntry
     from pickcli.trajopt.trajectory_settings import TrajectorySettings
 

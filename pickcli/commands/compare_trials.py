@@ -1,4 +1,4 @@
-"""``apc compare-trials``: which of two Monte Carlo runs is better, and whether that is more than chance."""
+"""``apc compare-trials``: a comparison of two Monte Carlo runs, with a significance test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A configuration on the command line: the name of one of the cell's, or numbers."""
+"""Configurations on the command line: the name of a configuration of the cell, or numbers."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]:
-    """Read a configuration: the name of one of the cell's, or n numbers with commas.
+    """Parse a configuration: a name in the cell, or n numbers with commas.
 
     Args:
         cell: The cell.
-        text: What was written on the command line.
+        text: Text from the command line.
 
     Returns:
-        Configuration (n,) in rad and m, and the state of the tool; None for numbers, which say nothing of it.
+        Configuration (n,) in rad and m, and the tool state; None for numbers, which do not include it.
 
     Raises:
-        InputError: The name is unknown, or the numbers are no configuration within the joint limits.
+        InputError: The name is unknown, or the numbers are not a configuration within the joint limits.
     """
     if text in cell.configurations:
         named = cell.configurations[text]
@@ -40,7 +40,7 @@ def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]
 
 
 def _numbers(cell: Cell, text: str) -> Array:
-    """The configuration (n,) written as numbers with commas. Raises InputError, also for an unknown name."""
+    """Parse a configuration (n,) written as numbers. Raises InputError, also for an unknown name."""
     import numpy as np
 
     names = cell.robot.joint_names
@@ -70,15 +70,15 @@ def _is_number(text: str) -> bool:
 
 
 def stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState]:
-    """Where the robot stands before a plan is carried out.
+    """Return the state of the robot before a plan is executed.
 
     Args:
         plan: The plan.
         scene: The scene.
-        start: Configuration from the command line; None for where the plan begins.
+        start: Configuration from the command line; None for the start of the plan.
 
     Returns:
-        Configuration (n,) and state of the tool: as requested, else those where the plan begins.
+        Configuration (n,) and tool state: as requested, else those at the start of the plan.
 
     Raises:
         InputError: The cell has no such configuration.

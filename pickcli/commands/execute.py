@@ -1,4 +1,4 @@
-"""``apc execute``: carry out one plan in simulation, or by another driver."""
+"""``apc execute``: execution of a plan in simulation, or by another driver."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ if TYPE_CHECKING:
 @query_options
 @scene_or_cell_options
 @click.option("--planned-in", type=PATH, metavar="FILE",
-              help="Scene that the plan was made in, where --scene says how things truly are.")  # fmt: skip
+              help="Scene that the plan was made in, if --scene states the true one.")  # fmt: skip
 @click.option("--start", metavar=CONFIGURATION,
               help="Where the robot stands.  [default: where plan or move begins, else home]")  # fmt: skip
 @standing_option
 @click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
 @click.option("--unverified", is_flag=True,
-              help="An experiment: run the plan as it is, unchecked, in any scene.")  # fmt: skip
+              help="An experiment: run the plan unchecked, in any scene.")  # fmt: skip
 @click.option("--driver", "driver_name", metavar="NAME", default=SIMULATED, show_default=True,
               help=f"What carries it out: one of {', '.join(driver_names())}.")  # fmt: skip
 @reality_option
@@ -88,16 +88,16 @@ def command(
 ) -> None:  # fmt: skip
     """Run a plan in pybullet, or by another driver; or answer queries there.
 
-    The plan is verified first, whatever certificate it carries. It does not start when the robot stands more
-    than 0.01 rad or m from the plan's first point; --bridge plans the way there, verifies it and carries it
-    out before.
+    The plan is verified first, even if it has a certificate. It does not start if the robot stands more than
+    0.01 rad or m from the plan's first point; --bridge plans the way there, verifies it and carries it out
+    before.
 
-    In the stead of PLAN.json --pick and --move ask for motions, several in the order given: each is planned
-    from the stored files, from where the arm stands and the scene as it then is, verified, and carried out
-    in one simulated world. A move goes to its first configuration before, if the arm stands elsewhere.
+    Instead of PLAN.json, --pick and --move request motions, several in the order given: each is planned from
+    the stored files, from the arm's current configuration in the current scene, verified, and carried out in
+    one simulated world. If the arm is elsewhere, a move first goes to its first configuration.
 
-    Exit code 6 when something collided, a limit was broken, an event was missed, or the robot stopped as it
-    could not follow or met something. An item that was not picked or was lost is a result: exit code 0.
+    Exit code 6 when something collided, a limit was broken, an event was missed, or the robot stopped because
+    it could not follow or hit something. An item that was not picked or was lost is a result: exit code 0.
 
     \b
     Example:
@@ -153,7 +153,7 @@ def command(
             emit_json({"driver": driver_name, **execution_summary(plans, runs, world)})
         else:
             click.echo(execution_text(plans, runs, world))
-        if film is not None and video is not None:  # after what was found out, which is worth more
+        if film is not None and video is not None:  # after the result, which matters more
             film.write(video, overwrite)
             click.echo(f"  wrote {video}", err=as_json)
     if why := trouble(runs):
@@ -162,7 +162,7 @@ def command(
 
 @dataclass(frozen=True)
 class _QueryRequest:
-    """Queries, and how they are to be answered."""
+    """Queries, and the options of their execution."""
 
     given: list[tuple[str, str]]
     start: str | None
@@ -174,7 +174,7 @@ class _QueryRequest:
 
 
 def _refuse_mixed(plan_path: Path | None, given: list[tuple[str, str]], of_plan: dict[str, bool]) -> None:
-    """Raise UsageError unless queries alone are asked for. of_plan: options that are of a plan file alone."""
+    """Raise UsageError unless there are only queries. of_plan: options that apply only to a plan file."""
     if not given:
         raise click.UsageError(
             "nothing to carry out: name PLAN.json, or ask for motions with --pick PLACE:ITEM and --move "
@@ -192,7 +192,7 @@ def _refuse_mixed(plan_path: Path | None, given: list[tuple[str, str]], of_plan:
 
 
 def _answer(request: _QueryRequest, scene: Scene, load: Callable[[], PlanningContext]) -> None:
-    """Answer queries in one world and tell what came of them, also if one cannot be answered."""
+    """Execute queries in one simulated world and print the results, also if a query fails."""
     import numpy as np
 
     from pickcli.api.arm_states import refuse_standing
@@ -229,7 +229,7 @@ def _answer(request: _QueryRequest, scene: Scene, load: Callable[[], PlanningCon
 
 
 def _tell_answers(request: _QueryRequest, queries: list[MotionQuery], sequence: QuerySequence) -> None:
-    """Print what came of queries; nothing where nothing was carried out."""
+    """Print the results of queries; nothing if no motion was executed."""
     answers, world = sequence.answers, sequence.world
     if request.as_json:
         emit_json({"driver": SIMULATED, **answers_summary(queries, answers, world)})
@@ -238,7 +238,7 @@ def _tell_answers(request: _QueryRequest, queries: list[MotionQuery], sequence: 
 
 
 def _judged(plan: Plan, path: Path, scene: Scene, believed: Scene, is_experiment: bool) -> Plan:
-    """The plan with a certificate of now; of an experiment as it is, and that is said."""
+    """Return the plan with a new certificate; an experiment is not verified, which a note states."""
     if not is_experiment:
         return trusted(plan, path, believed, "plan it again, or watch it fail with --unverified")
     _refuse_unknown_states(plan, path, scene)
@@ -247,7 +247,7 @@ def _judged(plan: Plan, path: Path, scene: Scene, believed: Scene, is_experiment
 
 
 def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
-    """Raise InputError if a segment names a state that the tool of the scene's cell does not have."""
+    """Raise InputError if a segment has a tool state that the tool of the scene's cell does not have."""
     from pickcli.errors import InputError
 
     tool = scene.cell.robot.tool
@@ -270,7 +270,7 @@ def _is_away(plan: Plan, q: Array, limits: Limits) -> bool:
 def _bridge(
     planner: PlanningContext, believed: Scene, plan: Plan, q: Array, tool_state: ToolState, seed: int
 ) -> Plan:  # fmt: skip
-    """A certified move from where the robot stands to the plan's first point."""
+    """Plan a certified move from the robot's configuration to the plan's first point."""
     from pickcli.planning.move import plan_move
     from pickcli.planning.start_state import Start
 
@@ -294,7 +294,7 @@ def _film(video: Path | None, cell: Cell, plans: list[Plan]) -> GifRecorder | No
 def _run(
     plans: list[Plan], carry_out: Callable[[Plan, ProgressObserver], PlanRecord]
 ) -> list[PlanRecord]:  # fmt: skip
-    """Execute the plans in order until one fails. What stands afterwards stays as it is."""
+    """Execute the plans in order until one fails; the world is left as it is then."""
     from pickcli.simulation.start_check import StartError
 
     runs: list[PlanRecord] = []
@@ -312,14 +312,14 @@ def _run(
 
 
 def _driven(driver: Driver) -> Callable[[Plan, ProgressObserver], PlanRecord]:
-    """What executes a plan as any driver does."""
+    """Return a function that executes a plan by any driver."""
     from pickcli.simulation.plan_run import drive
 
     return lambda plan, report: drive(plan, driver, on_progress=report)
 
 
 def _simulated(world: World, film: GifRecorder | None) -> Callable[[Plan, ProgressObserver], Execution]:
-    """What executes a plan in the simulated world, with all that it knows."""
+    """Return a function that executes a plan in the simulated world, with its additional records."""
     from pickcli.simulation.execute import execute
 
     def look(world: World) -> None:

@@ -1,4 +1,4 @@
-"""What ``apc execute`` says: outcome, events, loads and everything that went wrong."""
+"""Report of ``apc execute``: outcome, events, loads and all faults."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from pickcli.simulation.world import World
 
 
-HINDERED = (StopCause.FOLLOWING_ERROR, StopCause.CONTACT)  # stops of what cannot move as planned
+HINDERED = (StopCause.FOLLOWING_ERROR, StopCause.CONTACT)  # stops of a robot that cannot move as planned
 
 
 def trouble(runs: Sequence[PlanRecord]) -> str:
-    """Tell what must not happen in one sentence. A lost item is a result, not trouble.
+    """Describe the faults of executions in one sentence. A lost item is a result, not a fault.
 
     Args:
-        runs: What was executed.
+        runs: The executions.
 
     Returns:
-        The sentence, "" if nothing of the kind happened.
+        The sentence, "" if there were no faults.
     """
     counts = (
         (sum(len(_collisions(run)) for run in runs), "collision"),
@@ -39,12 +39,12 @@ def trouble(runs: Sequence[PlanRecord]) -> str:
 def execution_summary(
     plans: Sequence[Plan], runs: Sequence[PlanRecord], world: World | None
 ) -> dict[str, Any]:  # fmt: skip
-    """Sum up an execution: the outcome, and the record of the plan and of the bridge to it.
+    """Summarise an execution: the outcome, and the records of the plan and of the bridge to it.
 
     Args:
         plans: The bridge, if there was one, and the plan.
-        runs: Their executions, as far as they were begun.
-        world: The simulated world afterwards; None where another driver did it, who knows of no item.
+        runs: Their executions, as far as they were started.
+        world: The simulated world afterwards; None for another driver, which does not know where items are.
 
     Returns:
         JSON values by name.
@@ -63,10 +63,10 @@ def execution_summary(
 
 
 def runs_counts(runs: Sequence[PlanRecord]) -> dict[str, Any]:
-    """Count over several executions.
+    """Sum counts over several executions.
 
     Args:
-        runs: What was executed.
+        runs: The executions.
 
     Returns:
         JSON values by name.
@@ -79,12 +79,12 @@ def runs_counts(runs: Sequence[PlanRecord]) -> dict[str, Any]:
 
 
 def execution_text(plans: Sequence[Plan], runs: Sequence[PlanRecord], world: World | None) -> str:
-    """Sum up an execution in a few lines.
+    """Summarise an execution in a few lines.
 
     Args:
         plans: The bridge, if there was one, and the plan.
-        runs: Their executions, as far as they were begun.
-        world: The simulated world afterwards; None where another driver did it, who knows of no item.
+        runs: Their executions, as far as they were started.
+        world: The simulated world afterwards; None for another driver, which does not know where items are.
 
     Returns:
         The text.
@@ -99,12 +99,12 @@ def execution_text(plans: Sequence[Plan], runs: Sequence[PlanRecord], world: Wor
 
 
 def run_lines(plan: Plan, run: PlanRecord, world: World | None) -> list[str]:
-    """Tell of one execution.
+    """Describe one execution.
 
     Args:
         plan: The plan.
         run: Its execution.
-        world: The simulated world; None where another driver did it.
+        world: The simulated world; None for another driver.
 
     Returns:
         The lines.
@@ -115,11 +115,11 @@ def run_lines(plan: Plan, run: PlanRecord, world: World | None) -> list[str]:
 
 
 def whereabouts_line(item: str, where: str, world: World) -> str:
-    """Tell where an item is.
+    """Describe where an item is.
 
     Args:
-        item: Its id.
-        where: Name of a place, what holds it, or "outside".
+        item: Id of the item.
+        where: Name of a place, of the holder of items, or "outside".
         world: The simulated world.
 
     Returns:
@@ -133,14 +133,14 @@ def whereabouts_line(item: str, where: str, world: World) -> str:
 def _told_apart(
     plans: Sequence[Plan], runs: Sequence[PlanRecord]
 ) -> tuple[PlanRecord | None, PlanRecord | None]:
-    """The run of the bridge and that of the plan; None for what was not carried out."""
+    """Return the executions of the bridge and of the plan; None for one that was not started."""
     if len(plans) == 1:
         return None, runs[0]
     return runs[0], runs[1] if len(runs) > 1 else None
 
 
 def _whereabouts(plan: Plan, world: World | None) -> tuple[str | None, str | None]:
-    """The item that the plan is about, and where it is now, if that is known."""
+    """Return the item of the plan, and its current place, if that is known."""
     if plan.grasp is None:
         return None, None
     item = plan.grasp.item
@@ -150,12 +150,12 @@ def _whereabouts(plan: Plan, world: World | None) -> tuple[str | None, str | Non
 
 
 def _holder(world: World) -> str:
-    """What holds items: the cup, or the gripper."""
+    """Return the holder of items: cup or gripper."""
     return world.robot.tool.grip.holder
 
 
 def run_record(run: PlanRecord) -> dict[str, Any]:
-    """Record one execution.
+    """Convert one execution to a record.
 
     Args:
         run: The execution.
@@ -188,7 +188,7 @@ def run_record(run: PlanRecord) -> dict[str, Any]:
 
 
 def _seen_record(run: PlanRecord) -> dict[str, Any]:
-    """What only the simulated world knows."""
+    """Return the values that are only recorded in the simulated world."""
     from pickcli.simulation.execution import Execution
 
     if not isinstance(run, Execution):
@@ -205,7 +205,7 @@ def _seen_record(run: PlanRecord) -> dict[str, Any]:
 
 
 def _collisions(run: PlanRecord) -> tuple[Collision, ...]:
-    """Collisions, which only the simulated world knows."""
+    """Return the collisions, which are only recorded in the simulated world."""
     from pickcli.simulation.execution import Execution
 
     return run.collisions if isinstance(run, Execution) else ()

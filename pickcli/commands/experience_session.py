@@ -1,4 +1,4 @@
-"""--learn: what queries find is kept for later ones."""
+"""Option --learn: experience of queries is kept for later ones."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def learn_option(function: F) -> F:
     """
     return click.option(
         "--learn", is_flag=True,
-        help="Keep, beside roadmap and database, what is found and was not stored; use what was kept before.",
+        help="Store new motions beside roadmap and database, and use those stored before.",
     )(function)  # fmt: skip
 
 
@@ -42,22 +42,23 @@ def learn_option(function: F) -> F:
 def experience_session(
     planner: PlanningContext, roadmap: Path | None, trajectories: Path | None, is_on: bool
 ) -> Iterator[ExperienceSession]:
-    """Let a planner use what was learned, and keep in the end what it learns, also where it finds no plan.
+    """Add stored experience to a planner, and store new experience at the end, also if no plan is found.
 
-    What a command is asked for is to be written before that end: learning takes its time, and may fail.
+    The command's output should be written before that end: learning takes time, and may fail.
 
     Args:
         planner: The planner as loaded.
-        roadmap: The file named on the command line, if any; what is learned lies beside it, or beside the
-            one in the cache.
-        trajectories: The file named on the command line, if any, as above.
-        is_on: Whether anything is learned at all.
+        roadmap: The roadmap named on the command line, if any; learned edges are stored beside it, or beside
+            the one in the cache.
+        trajectories: The trajectory database named on the command line, if any; learned motions are stored
+            likewise.
+        is_on: Whether experience is used and stored.
 
     Yields:
         The session, with the planner to be used.
 
     Raises:
-        InputError: At once where nothing can be kept; in the end like ``ExperienceFiles``.
+        InputError: At once if nothing can be stored; at the end as raised by ``ExperienceFiles``.
     """
     session = ExperienceSession.of(planner, roadmap, trajectories) if is_on else ExperienceSession(planner)
     try:
@@ -69,16 +70,16 @@ def experience_session(
 
 
 class ExperienceSession:
-    """What one command learns.
+    """Experience of one command.
 
     Args:
-        planner: The planner to be used, with what was learned before.
-        learner: The files that what is learned goes to; None for not learning at all.
-        recorder: Gets what is learned; None for not learning at all.
+        planner: The planner to be used, with stored experience.
+        learner: The files of the experience; None to store none.
+        recorder: Recorder of new experience; None to store none.
 
     Attributes:
-        planner: The planner to be used, with what was learned before.
-        recorder: To be handed to every query, if anything is learned at all.
+        planner: The planner to be used, with stored experience.
+        recorder: Recorder to be passed to every query; None to store none.
     """
 
     def __init__(
@@ -87,7 +88,7 @@ class ExperienceSession:
         learner: ExperienceFiles | None = None,
         recorder: ExperienceRecorder | None = None,
     ) -> None:
-        """Begin to learn, or not to learn at all without a learner."""
+        """Start a session; without a learner, it stores nothing."""
         self.planner, self._learner, self.recorder = planner, learner, recorder
         self._edges = self._unproven = 0
         self._failed: ApcError | None = None
@@ -96,18 +97,18 @@ class ExperienceSession:
     def of(
         cls, planner: PlanningContext, roadmap: Path | None, trajectories: Path | None
     ) -> ExperienceSession:
-        """Begin to learn, into files beside the roadmap and the trajectory database.
+        """Start a session with files beside the roadmap and the trajectory database.
 
         Args:
             planner: The planner as loaded.
-            roadmap: The roadmap that was named; None for the one in the cache.
-            trajectories: The trajectory database that was named; None for the one in the cache.
+            roadmap: The named roadmap; None for the one in the cache.
+            trajectories: The named trajectory database; None for the one in the cache.
 
         Returns:
             The session.
 
         Raises:
-            InputError: Nothing can be kept there.
+            InputError: Nothing can be stored there.
         """
         from pickcli.precompute.artifact_cache import default_paths
         from pickcli.precompute.experience import ExperienceFiles
@@ -125,7 +126,7 @@ class ExperienceSession:
         return cls(learning, learner, ExperienceRecorder())
 
     def keep_edges(self) -> None:
-        """Save the edges that are new. On failure continue; the error is raised when the command ends."""
+        """Store new edges. On failure continue; the error is raised when the command ends."""
         if self._failed is None:
             try:
                 self._keep_edges()
@@ -139,10 +140,10 @@ class ExperienceSession:
             self._unproven += kept.unproven
 
     def finish(self) -> None:
-        """Keep the last edges, make the motions that were missed, and say what was learned.
+        """Store the last edges and the missing motions, and print what was learned.
 
         Raises:
-            ApcError: Something could not be kept, now or before.
+            ApcError: Something could not be stored, now or before.
         """
         if self._failed is not None:
             raise self._failed
@@ -156,7 +157,7 @@ class ExperienceSession:
             )
 
     def _learn_motions(self, learner: ExperienceFiles) -> int:
-        """Make the motions between named configurations that were asked for and not stored; how many."""
+        """Make the motions between named configurations that were missing; return their number."""
         planner = self.planner
         asked = () if self.recorder is None else self.recorder.recorded
         missed = learner.missed(asked, planner.database, planner.learned)

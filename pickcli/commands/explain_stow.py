@@ -1,4 +1,4 @@
-"""``apc explain-stow``: which bin each item of a stow order is meant for, and why, before anything moves."""
+"""``apc explain-stow``: the bin assigned to each item of a stow order, with the reason, before any motion."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from pickcli.commands.table import stdout_console
 def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path | None, as_json: bool) -> None:
     """Tell which bin each item of a stow order is meant for, and why.
 
-    ORDER is a file, or the name of one under data/tasks. The assignment follows from the order alone, by the
-    sizes of items and bins. In a trial, an item for which there is no plan into its bin goes to the next one
-    that takes it.
+    ORDER is a file, or the name of one under data/tasks. The assignment depends only on the order, by the
+    sizes of items and bins. In a trial, an item without a plan into its bin is assigned to the next one that
+    fits.
 
     \b
     Example:

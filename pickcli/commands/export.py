@@ -16,7 +16,7 @@ from pickcli.commands.planner import trusted
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
 from pickcli.export.formats import format_names
 
-_NUMBER = re.compile("[0-9]{1,9}")  # of a channel
+_NUMBER = re.compile("[0-9]{1,9}")  # number of a channel
 
 
 @click.command("export", cls=Command)
@@ -39,8 +39,8 @@ def command(
 ) -> None:  # fmt: skip
     """Write a verified plan for a robot or for other tools.
 
-    The plan is verified first, whatever certificate it carries: in the scene that it was made for, or with
-    --cell alone where it was made without one. The same plan gives the same bytes.
+    The plan is verified first, even if it has a certificate: in the scene that it was made for; name only
+    --cell if it was made without one. The same plan gives the same bytes.
 
     \b
     Example:
@@ -77,7 +77,7 @@ def command(
 
 
 def _channels(texts: tuple[str, ...]) -> dict[str, int]:
-    """Numbers of channels by device. Raises UsageError for anything else."""
+    """Parse channel numbers by device. Raises UsageError for anything else."""
     found: dict[str, int] = {}
     for text in texts:
         device, equals, number = text.partition("=")

@@ -1,4 +1,4 @@
-"""``apc import-tsr``: KTH's task space regions as an item of a file of items."""
+"""``apc import-tsr``: conversion of KTH's task space regions to an item in a file of items."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ AXES = ("x", "y", "z", "-x", "-y", "-z")
 
 
 def parse_axes(ctx: click.Context | None, param: click.Parameter | None, value: str | None) -> Array | None:
-    """Read the value of --axes.
+    """Parse the value of --axes.
 
     Args:
         ctx: Context of click.
         param: The option.
-        value: Three axes with commas, e.g. x,-z,y; None where nothing was said.
+        value: Three axes with commas, e.g. x,-z,y; None if not given.
 
     Returns:
-        (3, 3) signed permutation that turns the regions' frame into the item's; None as above.
+        (3, 3) signed permutation from the regions' frame to the item's; None if not given.
 
     Raises:
-        BadParameter: They are no three axes, or those of a mirror.
+        BadParameter: The value is not three axes, or they form a mirror.
     """
     import numpy as np
 
@@ -55,7 +55,7 @@ def parse_axes(ctx: click.Context | None, param: click.Parameter | None, value: 
 @click.option("--item", "item_name", required=True, metavar="ITEM", help="The item that the regions are of.")
 @year_option
 @click.option("--as", "new_name", metavar="NAME",
-              help="What the new item is called.  [default: ITEM_tsr]")  # fmt: skip
+              help="Name of the new item.  [default: ITEM_tsr]")  # fmt: skip
 @click.option(
     "--axes", metavar="X,Y,Z", callback=parse_axes,
     help="Which axes of the regions are the item's x, y, z, e.g. x,-z,y.  [default: the longest is the "
@@ -64,7 +64,7 @@ def parse_axes(ctx: click.Context | None, param: click.Parameter | None, value: 
 @click.option("--rim", type=click.FloatRange(1.0, 100.0), default=17.5, show_default=True, metavar="MM",
               help="Radius of the cup that the regions are for.")  # fmt: skip
 @click.option("--seal", type=click.FloatRange(0.05, 1.0), metavar="SHARE",
-              help="How well faces seal that do not by ITEM.  [default: as its best one]")  # fmt: skip
+              help="Seal of faces that do not seal according to ITEM.  [default: its best]")  # fmt: skip
 @items_option
 @output_option("file of items, .yaml")
 @json_option
@@ -76,7 +76,7 @@ def command(
 
     FILE.tsrs is a list of !BoxTSR. Each region becomes the part of a face that the cup is sent to (seals and
     areas, docs/formats/items.md); all else of the item stays. The new item has a name of its own, and is used
-    with --items FILE. What no face could be found for is told.
+    with --items FILE. Regions for which no face was found are listed.
 
     \b
     Example:
@@ -108,7 +108,7 @@ def command(
 
 
 def _refuse_bad_name(name: str, items_path: Path | None) -> str:
-    """The name; raises InputError for one that no item may have, or that one has already."""
+    """Return the name; raise InputError if it is invalid or already in use."""
     import re
 
     from pickcli.cell.schemas.items_file import load_items
@@ -122,7 +122,7 @@ def _refuse_bad_name(name: str, items_path: Path | None) -> str:
 
 
 def _axes_text(axes: Array) -> str:
-    """The axes as --axes takes them."""
+    """Format axes like the value of --axes."""
     signs = (axes.sum(axis=1) < 0.0).tolist()
     return ",".join(
         f"{'-' * sign}{'xyz'[k]}" for sign, k in zip(signs, abs(axes).argmax(axis=1), strict=True)
@@ -130,7 +130,7 @@ def _axes_text(axes: Array) -> str:
 
 
 def _lines(found: ImportedRegions, name: str, n: int, output: Path) -> list[str]:
-    """What became of the regions."""
+    """Describe the result for the regions."""
     used = sum(found.counts.values())
     lines = [f"{name}: {used} of {n} regions on {', '.join(found.counts)}; axes {_axes_text(found.axes)}"]
     for face in found.counts:

@@ -1,4 +1,4 @@
-"""``apc init``: a cell for a robot that nobody prepared."""
+"""``apc init``: a cell for a robot from its URDF."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ FIGURE = "[JOINT=]NUMBER"
 @click.option("--tip", metavar="LINK",
               help="Link at the end of the arm.  [default: of the group or the longest chain]")  # fmt: skip
 @click.option("--without", metavar="LINK", multiple=True,
-              help="Link that is not there, with all that hangs on it; may be repeated.")  # fmt: skip
+              help="Link to leave out, with all links below it; may be repeated.")  # fmt: skip
 @click.option("--package-path", "package_path", metavar="[NAME=]DIR", multiple=True,
-              help="Where ROS packages lie, or one of them; may be repeated.")  # fmt: skip
+              help="Folder of ROS packages, or of one package; may be repeated.")  # fmt: skip
 @click.option("--xacro-arg", "xacro_arguments", metavar="NAME=VALUE", multiple=True,
               help="Argument of a xacro; may be repeated.")  # fmt: skip
 @click.option("--joint-limits", type=PATH, metavar="FILE", help="A ROS joint_limits.yaml.")
@@ -46,10 +46,10 @@ FIGURE = "[JOINT=]NUMBER"
 @click.option("--motor-force", "forces", metavar=FIGURE, multiple=True,
               help="N or Nm, likewise; for simulation only.")  # fmt: skip
 @click.option("--accept-unshaped", is_flag=True,
-              help="Leave links untested that have no collision shape.")  # fmt: skip
-@click.option("--tool", metavar="KIND", help="What is mounted: suction, or gripper (as the URDF has it).")
+              help="Accept links without a collision shape, which are not tested.")  # fmt: skip
+@click.option("--tool", metavar="KIND", help="Mounted tool: suction, or gripper (as in the URDF).")
 @click.option("--place", "places", metavar="[NAME=]KIND", multiple=True,
-              help="What holds items: pod, grid, box or table; may be repeated.")  # fmt: skip
+              help="Place for items: pod, grid, box or table; may be repeated.")  # fmt: skip
 @click.option("--tool-figure", "tool_figures", metavar="KEY=NUMBER", multiple=True,
               help="Figure of the tool, e.g. friction=0.5; may be repeated.")  # fmt: skip
 @seed_option
@@ -113,7 +113,7 @@ def command(
 
 
 def _assignments(option: str, texts: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """NAME=VALUE, or NAME:=VALUE as ROS has it. Raises UsageError."""
+    """Split NAME=VALUE, or NAME:=VALUE as in ROS. Raises UsageError."""
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals or not name.rstrip(":"):
@@ -122,7 +122,7 @@ def _assignments(option: str, texts: Sequence[str]) -> Iterator[tuple[str, str]]
 
 
 def _figure(kind: str, text: str) -> StatedLimit:
-    """A limit from the command line, of one joint or of all. Raises UsageError for what is none."""
+    """Parse a limit from the command line, of one joint or of all. Raises UsageError if it is invalid."""
     from pickcli.robot_setup.setup_options import StatedLimit
     from pickcli.robot_setup.stated_limits import option_of
 
@@ -169,7 +169,7 @@ def _stands(place: SuggestedPlace) -> str:
 
 
 def _lines(made: CellSetup, spheres: list[SphereExcess]) -> list[str]:
-    """The report for people."""
+    """Format the text report."""
     from pickcli.robot_setup.collision_sampling import N_SPHERES
     from pickcli.robot_setup.sphere_excess import mean_of
     from pickcli.robot_setup.suggested_configurations import HOME

@@ -1,4 +1,4 @@
-"""``apc inspect``: what is in a file that apc wrote or reads."""
+"""``apc inspect``: a summary of a file that apc wrote or reads."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ if TYPE_CHECKING:
                    "[default: the one under data/cells]")  # fmt: skip
 @items_option
 @click.option("--all", "is_all", is_flag=True,
-              help="Of a roadmap or database also its solids, and every list to its end.")  # fmt: skip
+              help="For a roadmap or database, also its solids, and every list in full.")  # fmt: skip
 @click.option("--motion", "ends", nargs=2, metavar="START GOAL",
-              help="Of a database only the motions between two named configurations.")  # fmt: skip
+              help="For a database, only the motions between two named configurations.")  # fmt: skip
 @click.option("--plot", type=PATH, metavar="FILE",
-              help="Draw a cell, or a stored file over its cell: .png, or .html to turn about.")  # fmt: skip
+              help="Draw a cell, or a stored file over its cell: .png, or .html to rotate.")  # fmt: skip
 @arm_option("all arms, of a cell")
 @standing_option
 @overwrite_option
@@ -52,7 +52,7 @@ def command(
 ) -> None:  # fmt: skip
     """Show what is in a roadmap, database, plan, scene or cell.
 
-    FILE may also be a cell's folder or name. Of a roadmap or database it is what fits on a screen; --all and
+    FILE may also be a cell's folder or name. A roadmap or database is shortened to fit on a screen; --all and
     --json show everything.
 
     \b
@@ -81,7 +81,7 @@ def command(
 
 
 def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None:
-    """Refuse, before any work, what could not be drawn in the end."""
+    """Refuse, before any work, a plot that could not be written."""
     from pickcli.drawing.draw import refuse_suffix
 
     refuse_suffix(plot)
@@ -91,7 +91,7 @@ def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None
 def _draw(
     path: Path, plot: Path, cell_name: str | None, arms: ArmRequest, summary: dict[str, Any], overwrite: bool
 ) -> None:  # fmt: skip
-    """Draw what was described. Raises InputError for what is no cell, roadmap or database."""
+    """Draw the described file. Raises InputError if it is not a cell, roadmap or database."""
     from pickcli.cell.cell_file import load_workcell
     from pickcli.drawing.cell_picture import cell_picture
     from pickcli.drawing.draw import cell_of, picture_of
@@ -117,7 +117,7 @@ def _draw(
 
 
 def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any]:
-    """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
+    """Determine the kind of the file, and describe it. Raises InputError, DamagedError, StaleError."""
     from pickcli.errors import InputError
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE
@@ -143,7 +143,7 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
 
 
 def _refuse_other_cell(path: Path, fingerprint: str, cell_name: str, arms: ArmRequest) -> None:
-    """Raise StaleError for a stored file of another cell than the one that is named."""
+    """Raise StaleError for a stored file of another cell than the named one."""
     from pickcli.errors import StaleError
 
     named = open_cell(cell_name, arms).fingerprint
@@ -177,7 +177,7 @@ def _scene(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any
 
 
 def _supports(scene: Scene) -> dict[str, Any]:
-    """By item: what it rests on, and what falls, slumps or rolls when it is taken away."""
+    """Return for each item what it rests on, and what falls, slumps or rolls if it is removed."""
     from pickcli.scene.supports import supports_of
 
     supports = supports_of(scene)
@@ -214,7 +214,7 @@ def _plan(path: Path) -> dict[str, Any]:
 
 
 def _stored(path: Path) -> dict[str, Any]:
-    """Roadmap or database: what the file says of itself, and what is in it in figures."""
+    """Describe a roadmap or database: its metadata, and statistics of its content."""
     from pickcli.roadmap.roadmap_tables import ROADMAP
     from pickcli.roadmap.statistics import database_statistics, roadmap_statistics
     from pickcli.roadmap.store import describe, read_database, read_gaps, read_missing, read_roadmap

@@ -1,4 +1,4 @@
-"""--verbose and --debug: what a command reads and writes, and how long its stages take, on stderr."""
+"""Options --verbose and --debug: log files read and written, and times of stages, on stderr."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pickcli.errors import printable
 if TYPE_CHECKING:
     from rich.console import Console
 
-NAME = "pickcli"  # of the logger that all of the package's are below
+NAME = "pickcli"  # logger that is the parent of all loggers of the package
 _log = logging.getLogger(__name__)
 
 
@@ -50,10 +50,10 @@ def _debug(_: click.Context, __: click.Parameter, is_on: bool) -> None:
 
 
 def show(level: int) -> None:
-    """Let what is logged appear on stderr; a lower level that was set stays.
+    """Print log messages on stderr; a lower level that was set before is kept.
 
     Args:
-        level: Level of ``logging`` from which on it appears.
+        level: Lowest level of ``logging`` that is printed.
     """
     logger = logging.getLogger(NAME)
     if not any(not isinstance(handler, _Warnings) for handler in logger.handlers):
@@ -64,21 +64,21 @@ def show(level: int) -> None:
 
 
 def show_warnings() -> None:
-    """Let warnings appear on stderr as errors do, each once, whether or not anything else that is logged."""
+    """Print warnings on stderr like errors, each once, whether or not other messages are printed."""
     logger = logging.getLogger(NAME)
     logger.addHandler(_Warnings(logging.WARNING))
     logger.propagate = False
 
 
 class _Warnings(logging.Handler):
-    """Writes each warning once, in a line of its own."""
+    """Handler that prints each warning once, on its own line."""
 
     def __init__(self, level: int) -> None:
         super().__init__(level)
         self._told: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Write a warning that was not written before.
+        """Print a warning that was not printed before.
 
         Args:
             record: The warning.
@@ -90,7 +90,7 @@ class _Warnings(logging.Handler):
 
 
 def stderr_console() -> Console:
-    """Open the console of progress and logs: shared, so that lines of a log stand above a bar, not within.
+    """Return the console of progress and logs: shared, so that log lines appear above a bar, not within it.
 
     Returns:
         The console on stderr.
@@ -106,7 +106,7 @@ def _console_of(stream: TextIO) -> Console:
 
 
 def _handler() -> logging.Handler:
-    """What writes all but warnings to stderr: in columns on a terminal, else one line per message."""
+    """Make the handler of all messages except warnings: columns on a terminal, else one line per message."""
     handler: logging.Handler
     if sys.stderr.isatty():
         from rich.logging import RichHandler
@@ -120,7 +120,7 @@ def _handler() -> logging.Handler:
 
 
 def hide() -> None:
-    """Let nothing that is logged appear any more, as before the first ``show``."""
+    """Remove all handlers, as before the first ``show``."""
     logger = logging.getLogger(NAME)
     logger.handlers.clear()
     logger.setLevel(logging.NOTSET)
@@ -129,13 +129,13 @@ def hide() -> None:
 
 @contextmanager
 def stage(what: str) -> Iterator[None]:
-    """Log how long something takes, also where it fails.
+    """Log how long a stage takes, also if it fails.
 
     Args:
         what: A noun, e.g. "verification".
 
     Yields:
-        Nothing, once; what is timed runs meanwhile.
+        Nothing, once; the body is timed.
     """
     _log.debug("%s begins", what)
     began = time.perf_counter()

@@ -23,8 +23,8 @@ from pickcli.name_suggestion import suggestion
 
 _log = logging.getLogger(__name__)
 
-# name -> what it does, in one line. The command lives in pickcli.commands.<name with underscores>
-# as an object called ``command``.
+# Name -> one-line description. The command is the object ``command`` in the module
+# pickcli.commands.<name with underscores>.
 COMMANDS: dict[str, str] = {
     "init": "Write a cell for a robot, from its URDF.",
     "build-roadmap": "Offline: KTH's roadmap of the named configurations.",
@@ -46,7 +46,7 @@ COMMANDS: dict[str, str] = {
     "run-trials": "Play orders with many seeds, and tell how scores are distributed.",
     "compare-trials": "Tell which of two folders of trials is better, and whether that is more than chance.",
     "check": "Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.",
-    "refresh": "Make a roadmap or trajectory database right for a cell that changed.",
+    "refresh": "Update a roadmap or trajectory database for a cell that changed.",
     "cache": "Show what is in the cache of built files, or delete it.",
     "show": "Make a page to watch a cell, scene, plan, trial, roadmap or database in 3-D.",
     "show-grasps": "Make a page of an item with its regions and candidate grasps.",
@@ -91,17 +91,17 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that is named first.
+        """Find the command that the first word names.
 
         Args:
             ctx: Context of click.
             args: Words of the command line.
 
         Returns:
-            Name and command, and the words that are left for it.
+            Name and command, and the remaining words.
 
         Raises:
-            UsageError: There is no such command; with what was meant.
+            UsageError: There is no such command; with a suggestion.
         """
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
             ctx.fail(f"unknown command {args[0]!r}; {suggestion(args[0], COMMANDS)}")
@@ -138,7 +138,7 @@ def main() -> None:
     """Entry point: maps every outcome to its exit code (docs/commands.md)."""
     _open_closed_streams()
     _buffer_stdout()
-    with suppress(AttributeError):  # not every stream can be told
+    with suppress(AttributeError):  # not every stream can be reconfigured
         sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     show_warnings()
     before, began = signal.signal(signal.SIGTERM, _terminate), time.perf_counter()
@@ -152,9 +152,9 @@ def main() -> None:
 
 
 def _open_closed_streams() -> None:
-    """Open what the caller closed (``>&-``), or the next file that is opened would get its number.
+    """Open streams that the caller closed (``>&-``); else the next opened file would get their numbers.
 
-    On stdout writing fails then, as on a full disk; nobody can be told where stderr is closed.
+    Writing to such a stdout fails then, as on a full disk; if stderr is closed, messages are lost.
     """
     for name, flags, mode in (
         ("stdin", os.O_RDONLY, "r"),
@@ -162,28 +162,28 @@ def _open_closed_streams() -> None:
         ("stderr", os.O_WRONLY, "w"),
     ):
         if getattr(sys, name) is None:
-            handle = os.open(os.devnull, flags)  # gets the lowest number that is free: the stream's own
+            handle = os.open(os.devnull, flags)  # gets the lowest free number: the stream's own
             os.set_inheritable(handle, True)
             setattr(sys, name, os.fdopen(handle, mode, encoding="utf-8"))
 
 
 def _buffer_stdout() -> None:
-    """Put a buffer of one line before an unbuffered stdout (PYTHONUNBUFFERED, as in many containers).
+    """Add a line buffer to an unbuffered stdout (PYTHONUNBUFFERED, as in many containers).
 
-    Without one Python drops the rest of what a full disk took in part, and says nothing.
+    Without one, Python silently drops the rest of a text that a full disk accepted in part.
     """
     if isinstance(raw := getattr(sys.stdout, "buffer", None), io.RawIOBase):
         sys.stdout = os.fdopen(raw.fileno(), "w", 1, sys.stdout.encoding, closefd=False)
 
 
 def _terminate(*_: object) -> None:
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # who asks twice does not want to wait
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second signal ends the process at once
     raise Terminated
 
 
 def _outcome() -> int:
-    """Run the command that was asked for. Returns its exit code."""
-    if "_APC_COMPLETE" in os.environ:  # a shell asks for completions
+    """Run the command. Returns its exit code."""
+    if "_APC_COMPLETE" in os.environ:  # a shell requests completions
         apc.main(prog_name="apc")
     try:
         with apc.make_context("apc", sys.argv[1:]) as context:
@@ -200,14 +200,14 @@ def _outcome() -> int:
         return 3
     except ApcError as error:
         _log.debug("raised here", exc_info=error)
-        for note in getattr(error, "__notes__", ()):  # e.g. of a build whose disk is full
+        for note in getattr(error, "__notes__", ()):  # e.g. of a build on a full disk
             click.echo(note, err=True)
         click.echo(f"apc: error: {printable(str(error))}", err=True)
         return error.exit_code
-    except BrokenPipeError:  # who read us has heard enough
+    except BrokenPipeError:  # the reader has closed the pipe
         _give_up_stdout()
         return 0
-    except OSError as error:  # a disk that is full, a name that is too long: never our bug
+    except OSError as error:  # a full disk, a name that is too long: not a bug
         where = error.filename if error.filename is not None else "output"
         if error.filename is None:
             _give_up_stdout()
@@ -217,14 +217,14 @@ def _outcome() -> int:
 
 
 def _stopped(stop: KeyboardInterrupt) -> int:
-    """Say how an interrupted command goes on."""
+    """Print how to continue an interrupted command."""
     click.echo(how_to_go_on(stop), err=True)
     click.echo("terminated" if isinstance(stop, Terminated) else "interrupted", err=True)
     return exit_code(stop)
 
 
 def _with_help(error: click.UsageError) -> click.UsageError:
-    """The error; of what is missing with what belongs there: its help, or an example of the command."""
+    """Return the error; for a missing parameter with its help, or an example of the command."""
     if not isinstance(error, click.MissingParameter) or error.param is None or error.ctx is None:
         return error
     if isinstance(error.param, click.Option):
@@ -236,7 +236,7 @@ def _with_help(error: click.UsageError) -> click.UsageError:
 
 
 def _flushed(code: int) -> int:
-    """The exit code, when all that was said has been written or could not be."""
+    """Flush stdout and return the exit code, 3 if that fails."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:
@@ -249,7 +249,7 @@ def _flushed(code: int) -> int:
 
 
 def _give_up_stdout() -> None:
-    """Let what could not be written go, or the interpreter would try again at its end."""
+    """Redirect stdout to nowhere, so that the interpreter does not try to write the rest at exit."""
     with suppress(OSError, ValueError):
         null = os.open(os.devnull, os.O_WRONLY)
         os.dup2(null, sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""``apc make-order``: a fresh order by the official rules."""
+"""``apc make-order``: a random order by the official rules."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pickcli.commands.options import json_option, output_option, refuse_output, 
               show_default=True,
               help="Move targets into the tote, or the tote's items into bins.")  # fmt: skip
 @click.option("--year", type=click.Choice(["2015", "2016"]), default="2016", show_default=True,
-              help="Whose rules, items and numbers per bin. There was no stow in 2015.")  # fmt: skip
+              help="Year of rules, items and numbers per bin. There was no stow in 2015.")  # fmt: skip
 @output_option("order")
 @seed_option
 @json_option

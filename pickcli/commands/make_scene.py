@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 Contents = dict[str, tuple[str, ...]]  # names of items by place
 
-NEWEST = 2016  # year of the figures of items that no order names
+NEWEST = 2016  # year of items that no order names
 
 
 @click.command("make-scene", cls=Command)
 @optional_order_argument
 @click.option(
     "--in", "stated", metavar="PLACE=ITEM[,ITEM]", multiple=True,
-    help="What lies in a place, besides the order or without one; can be given several times.",
+    help="Items in a place, besides those of the order; may be repeated.",
 )  # fmt: skip
 @output_option("scene")
 @click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the places.")
@@ -68,11 +68,11 @@ def command(
     """Place items in bins and other places, at rest.
 
     ORDER is a file, or the name of one under data/tasks. Items have their real sizes and masses. They are
-    stowed in bins, heaped in boxes (in the tote, of a stow order), and laid side by side on tables. With
-    --in, or with that alone, they lie where it says.
+    stowed in bins, heaped in boxes (for a stow order, in the tote), and laid side by side on tables. --in
+    states the place of items, with or without an order.
 
-    A plan for the scene that --perceived writes is carried out in the true one:
-    apc execute --scene scene.json --planned-in seen.json.
+    To carry out a plan for the scene of --perceived in the true one: apc execute --scene scene.json
+    --planned-in seen.json.
 
     \b
     Example:
@@ -129,7 +129,7 @@ def command(
 
 
 def _perceived(scene: Scene, pose_noise: PoseNoise, seed: int) -> Scene:
-    """The scene as the first look of a trial shows it."""
+    """Return the scene as perceived at the start of a trial."""
     from pickcli.simulation.reality import DEFAULT
     from pickcli.trial.pose_noise import perceive
 
@@ -137,7 +137,7 @@ def _perceived(scene: Scene, pose_noise: PoseNoise, seed: int) -> Scene:
 
 
 def _stated_contents(stated: tuple[str, ...], cell: Cell) -> Contents:
-    """Names of items by place, as --in states them. Raises UsageError for what is no such statement."""
+    """Parse --in: names of items by place. Raises UsageError for an invalid value."""
     from pickcli.errors import UnknownNameError
 
     contents: Contents = {}
@@ -156,5 +156,5 @@ def _stated_contents(stated: tuple[str, ...], cell: Cell) -> Contents:
 
 
 def _together(a: Contents, b: Contents) -> Contents:
-    """What lies where by either of two statements, the places of the first one first."""
+    """Merge two mappings of items by place, the places of the first one first."""
     return {name: (*a.get(name, ()), *b.get(name, ())) for name in {**a, **b}}

@@ -1,6 +1,6 @@
-"""Queries on the command line of ``apc execute``: --pick and --move, as often as wanted, in the order given.
+"""Queries on the command line of ``apc execute``: --pick and --move, repeatable, in the given order.
 
-A further kind is an entry of ``KINDS``: its words become a ``MotionQuery``.
+A further kind of query is an entry of ``KINDS``, which converts its text to a ``MotionQuery``.
 """
 
 from __future__ import annotations
@@ -33,28 +33,28 @@ def query_options(function: F) -> F:
     """
     function = click.option(
         "--move", "moves", metavar="FROM:TO", multiple=True,
-        help="A query in the stead of PLAN.json: move between two configurations (named, or numbers).",
+        help="A query instead of PLAN.json: move between two configurations (named, or numbers).",
     )(function)  # fmt: skip
     return click.option(
         "--pick", "picks", metavar="PLACE:ITEM[:TO]", multiple=True,
-        help="A query in the stead of PLAN.json: take an item (its name, or an id of the scene) from a "
+        help="A query instead of PLAN.json: take an item (its name, or an id of the scene) from a "
         "place, to the tote or to another place.",
     )(function)  # fmt: skip
 
 
 def queries_of(given: Sequence[tuple[str, str]], scene: Scene) -> list[MotionQuery]:
-    """Read the queries of a command line.
+    """Parse the queries of a command line.
 
     Args:
-        given: "picks" or "moves" and the words, in the order given.
-        scene: The scene before the first.
+        given: Pairs of "picks" or "moves" and the text, in the given order.
+        scene: The scene before the first query.
 
     Returns:
         The queries.
 
     Raises:
-        UsageError: One has another form.
-        InputError: A name is unknown, or the scene alone says that it cannot be.
+        UsageError: A query has a wrong form.
+        InputError: A name is unknown, or the query is impossible in the scene.
     """
     queries: list[MotionQuery] = []
     for kind, words in given:
@@ -77,7 +77,7 @@ def _pick(words: str, scene: Scene) -> MotionQuery:
     option = f"--pick {words}"
     refuse_impossible(scene, (out_of, item, into), (option, option))
     label = f"pick {item} from {out_of} to {into}"
-    # By its id: an item of the same name that was brought there before is another one.
+    # By its id, because an item of the same name may be brought there before.
     return MotionQuery(label, (PickStep(PickQuery(out_of, scene.find(item, out_of).id, into=into)),))
 
 
@@ -95,10 +95,10 @@ KINDS: dict[str, Callable[[str, Scene], MotionQuery]] = {"picks": _pick, "moves"
 
 
 def configurations_in(given: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    """The configurations that queries name, which tell the arm where a cell has several.
+    """Return the configurations that queries name; they select the arm if a cell has several.
 
     Args:
-        given: "picks" or "moves" and the words.
+        given: Pairs of "picks" or "moves" and the text.
 
     Returns:
         Names, or numbers with commas.
@@ -107,18 +107,18 @@ def configurations_in(given: Sequence[tuple[str, str]]) -> tuple[str, ...]:
 
 
 def start_of_queries(given: Sequence[tuple[str, str]], scene: Scene, start: str | None) -> Start:
-    """Tell where the robot stands before the first query.
+    """Return the state of the robot before the first query.
 
     Args:
-        given: "picks" or "moves" and the words.
+        given: Pairs of "picks" or "moves" and the text.
         scene: The scene.
-        start: Configuration from the command line; None for where the first move begins, else home.
+        start: Configuration from the command line; None for the start of the first move, else home.
 
     Returns:
-        Configuration and state of the tool.
+        Configuration and tool state.
 
     Raises:
-        InputError: The configuration is none of the cell.
+        InputError: The cell has no such configuration.
     """
     from pickcli.planning.start_state import Start
 
@@ -131,11 +131,11 @@ def start_of_queries(given: Sequence[tuple[str, str]], scene: Scene, start: str 
 def answers_summary(
     queries: Sequence[MotionQuery], answers: Sequence[QueryAnswer], world: World
 ) -> dict[str, Any]:
-    """Sum up what was done, as JSON values.
+    """Summarise executed queries as JSON values.
 
     Args:
-        queries: All that was asked for.
-        answers: What was answered, as far as it was.
+        queries: All queries.
+        answers: Answers to the queries that were executed.
         world: The world afterwards.
 
     Returns:
@@ -169,11 +169,11 @@ def answers_summary(
 
 
 def answers_text(queries: Sequence[MotionQuery], answers: Sequence[QueryAnswer], world: World) -> str:
-    """Sum up what was done in a few lines.
+    """Summarise executed queries in a few lines.
 
     Args:
-        queries: All that was asked for.
-        answers: What was answered, as far as it was.
+        queries: All queries.
+        answers: Answers to the queries that were executed.
         world: The world afterwards.
 
     Returns:

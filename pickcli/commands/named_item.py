@@ -1,4 +1,4 @@
-"""An item that is named on the command line, with its year."""
+"""Items named on the command line, with their years."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ def year_option(function: F) -> F:
     """
     return click.option(
         "--year", type=NumberType(2015, 2100), metavar="N",
-        help="Of the item, where several years have one of its name.  [default: 2016, else the latest]",
+        help="Year of the item, if several have one of its name.  [default: 2016, else the latest]",
     )(function)  # fmt: skip
 
 
 def find_item(name: str, year: int | None, own: Path | None, where: str = "") -> Item:
-    """Find an item.
+    """Find an item by name and year.
 
     Args:
-        name: Its name.
+        name: Name of the item.
         year: Its year; None for 2016, else the latest.
-        own: The user's own items beside those of the package.
-        where: What names it, for the message.
+        own: The user's own items, besides those of the package.
+        where: Source of the name, for the message.
 
     Returns:
         The item.
 
     Raises:
-        UnknownNameError: There is none of that name.
-        InputError: There is none of that name in that year.
+        UnknownNameError: There is no item of that name.
+        InputError: There is no item of that name in that year.
     """
     from pickcli.cell.schemas.items_file import load_items
 

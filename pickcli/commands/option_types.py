@@ -1,4 +1,4 @@
-"""Types of options and arguments, and names of outputs that are refused before any work."""
+"""Types of options and arguments, and refusal of output names with a wrong suffix."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from pickcli.errors import InputError
 
 
 class PathType(click.Path):
-    """The path of a file or folder. An empty one, and `-` for a stream, are wrong usage."""
+    """Path of a file or folder. An empty path, or `-` for a stream, is a usage error."""
 
     def __init__(self) -> None:
-        """Paths as `pathlib.Path`; whether they exist is asked by who reads or writes them."""
+        """Paths become `pathlib.Path`; whether they exist is checked when they are read or written."""
         super().__init__(path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Check a path.
 
         Args:
-            value: What was written on the command line.
+            value: Text from the command line.
             param: The option or argument of click.
             ctx: Context of click.
 
         Returns:
-            The path as it was given.
+            The path as given.
 
         Raises:
-            BadParameter: It is empty, or `-`.
+            BadParameter: The path is empty, or `-`.
         """
         if not str(value).strip():
             self.fail("the path is empty; name a file", param, ctx)
@@ -43,12 +43,12 @@ PATH = PathType()
 
 
 def refuse_suffix(path: Path, suffixes: Collection[str], what: str) -> None:
-    """Refuse, before any work, an output whose name promises another format.
+    """Refuse, before any work, an output whose name implies another format.
 
     Args:
         path: The output.
         suffixes: In lower case, e.g. `.png`.
-        what: What is written, e.g. "a picture".
+        what: Name of the output, e.g. "a picture".
 
     Raises:
         InputError: The name ends with none of the suffixes.

@@ -1,4 +1,4 @@
-"""Options that several commands share, and what they refuse before any work."""
+"""Options that several commands share, and checks of them before any work."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pickcli.name_suggestion import suggestion
 F = TypeVar("F", bound=Callable[..., Any])
 
 DEFAULT_CELL = "apc2016_delft"
-CELL_SUFFIXES = (".yaml", ".urdf")  # of the files that describe a cell
+CELL_SUFFIXES = (".yaml", ".urdf")  # suffixes of the files that describe a cell
 
 
 def cell_option(function: F) -> F:
@@ -77,7 +77,7 @@ def optional_order_argument(function: F) -> F:
 
 
 def _named_order(_: click.Context, __: click.Parameter, text: str | None) -> Path | None:
-    """The path; an empty one would be that of this folder. Raises InputError where nothing is named."""
+    """Return the path. An empty one, which would mean the current folder, raises InputError."""
     from pickcli.trial.order_file import order_names
 
     if text is None:
@@ -150,7 +150,7 @@ def output_option(what: str) -> Callable[[F], F]:
     """Give a command the options -o FILE and --overwrite.
 
     Args:
-        what: What is written.
+        what: Name of the output.
 
     Returns:
         A decorator that adds the options.
@@ -179,12 +179,12 @@ def overwrite_option(function: F) -> F:
 
 
 def refuse_output(path: Path, overwrite: bool, *inputs: Path | str | None) -> None:
-    """Refuse an output, before any work, that could not be written in the end.
+    """Refuse, before any work, an output that could not be written.
 
     Args:
         path: The output.
-        overwrite: Whether a file that is there may be replaced.
-        *inputs: What the command reads (a cell by its folder or name): never replaced.
+        overwrite: Whether an existing file may be replaced.
+        *inputs: Files that the command reads (a cell by its folder or name); they are never replaced.
 
     Raises:
         InputError: The output cannot be written, exists, or is an input.
@@ -212,7 +212,7 @@ def refuse_reading(path: Path, *inputs: Path | str | None) -> None:
 
     Args:
         path: The output.
-        *inputs: What the command reads (a cell by its folder or name); None for what was not given.
+        *inputs: Files that the command reads (a cell by its folder or name); None for an option not given.
 
     Raises:
         InputError: The output is an input.
@@ -225,13 +225,13 @@ def refuse_reading(path: Path, *inputs: Path | str | None) -> None:
 
 
 def refuse_same(*outputs: Path) -> None:
-    """Refuse two outputs that are one file, also through links.
+    """Refuse two outputs that are the same file, also through links.
 
     Args:
-        *outputs: Everything that the command writes.
+        *outputs: All outputs of the command.
 
     Raises:
-        InputError: Two of them are one.
+        InputError: Two of them are the same.
     """
     by_target: dict[str, Path] = {}
     for output in outputs:
@@ -241,14 +241,14 @@ def refuse_same(*outputs: Path) -> None:
 
 
 def refuse_missing(path: Path, suffixes: Collection[str] = ()) -> None:
-    """Refuse a path that leads nowhere and is no name of a cell either, with what was meant.
+    """Refuse a path that does not exist and is not the name of a cell either, with a suggestion.
 
     Args:
         path: A file, or the name or folder of a cell.
-        suffixes: Of the files that could be meant.
+        suffixes: Suffixes of files that may be suggested.
 
     Raises:
-        InputError: Nothing is there.
+        InputError: The path does not exist.
     """
     from pickcli.cell.cell_file import cell_names
 
@@ -262,7 +262,7 @@ def refuse_missing(path: Path, suffixes: Collection[str] = ()) -> None:
 
 @contextmanager
 def of_file(path: Path) -> Iterator[None]:
-    """Name the file in what is refused because of it, where who refuses does not know of files.
+    """Add the file to the message of an InputError raised in the context.
 
     Args:
         path: The file.
@@ -271,7 +271,7 @@ def of_file(path: Path) -> Iterator[None]:
         Nothing, once.
 
     Raises:
-        InputError: As it was raised inside, with the file.
+        InputError: As raised inside, with the file.
     """
     try:
         yield
@@ -280,7 +280,7 @@ def of_file(path: Path) -> Iterator[None]:
 
 
 def _files(inputs: Sequence[Path | str | None]) -> Iterator[Path]:
-    """The files that a command reads; of a cell all that describe it, of other folders those near the top."""
+    """Yield the files that a command reads; for a cell all that describe it, else those near the top."""
     from pickcli.cell.data_path import data_path
 
     for each in (name for name in inputs if name is not None):
@@ -295,11 +295,11 @@ def _files(inputs: Sequence[Path | str | None]) -> Iterator[Path]:
 
 
 def refuse_unwritable(folder: Path, output: Path, option: str = "-o") -> None:
-    """Refuse a folder in which no file can be made. Tries it: permissions alone do not tell.
+    """Refuse a folder in which no file can be created. Tries it, because permissions are not sufficient.
 
     Args:
         folder: The folder.
-        output: What is to be written there, for the message.
+        output: The output, for the message.
         option: The option that names another place, for the message.
 
     Raises:

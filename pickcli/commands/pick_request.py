@@ -1,4 +1,4 @@
-"""One pick asked for on the command line, planned with the arm that is named or the first able one."""
+"""A pick requested on the command line, planned with the named arm or the first able one."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PickRequest:
-    """What is asked for, whichever arm does it.
+    """A requested pick, independent of the arm.
 
     Attributes:
         query: The pick.
-        start: Configuration to start from, as written.
+        start: Start configuration, as written.
         seed: Seed of all random choices.
         roadmap: File of the roadmap, None for that of the cache.
         trajectories: File of the database, None for that of the cache.
-        learn: Whether what was found is kept.
-        is_verified: Whether the verifier is asked, and what it rejects gives way to the next candidate.
+        learn: Whether experience is stored.
+        is_verified: Whether plans are verified, and the next candidate is tried after a rejection.
     """
 
     query: PickQuery
@@ -46,14 +46,14 @@ class PickRequest:
 
 
 def plan_with_first_able(scene: Scene, arms: ArmRequest, asked: PickRequest, write: Write) -> None:
-    """Plan with the arm that is named or the cell's only one, else with the first of all that finds a plan.
+    """Plan with the named arm or the cell's only one, else with the first of all that finds a plan.
 
     Args:
         scene: The scene as the preferred arm sees it.
-        arms: What was said of the arms.
-        asked: The pick.
-        write: Gets the plan, certified if that is asked for, the scene as its arm sees it, and the arms as
-            they were ranked.
+        arms: The arms stated on the command line.
+        asked: The requested pick.
+        write: Called with the plan, certified if requested, the scene as its arm sees it, and the ranking of
+            the arms.
 
     Raises:
         NoPlanError: No arm has a plan; with the reasons of all of them.

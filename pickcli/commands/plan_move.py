@@ -1,4 +1,4 @@
-"""``apc plan-move``: KTH's move primitive."""
+"""``apc plan-move``: a move of the empty tool (KTH's move primitive)."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def command(
 ) -> None:  # fmt: skip
     """Plan a move between two configurations.
 
-    The primitive ``move`` of KTH (section IV): with the empty tool, the cup as it is at the start. Without a
-    scene there is nothing around the robot but the cell itself. The plan is verified, and carries its
-    certificate. Exit code 4 when the verifier rejects it, 5 when there is no plan; nothing is written then.
+    The primitive ``move`` of KTH (section IV): with the empty tool, in its state at the start. Without a
+    scene the cell is empty. The plan is verified, and contains its certificate. Exit code 4 when the verifier
+    rejects it, 5 when there is no plan; nothing is written then.
 
     \b
     Example:

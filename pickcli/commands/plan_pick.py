@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 @click.option(
     "--pick",
     metavar="PLACE:ITEM",
-    help="What is taken from where: an item, or an instance id of the scene (name#2).",
+    help="Place and item to take: an item's name, or an instance id of the scene (name#2).",
 )
-@click.option("--bin", "bin_name", metavar="PLACE", help="Where the item is, in the stead of --pick.")
-@click.option("--item", metavar="ITEM", help="What is taken from there.")
+@click.option("--bin", "bin_name", metavar="PLACE", help="Where the item is, instead of --pick.")
+@click.option("--item", metavar="ITEM", help="Item to take from --bin.")
 @click.option(
     "--from", "start", metavar=CONFIGURATION, default="home", show_default=True, help=CONFIGURATION_HELP
 )
@@ -66,9 +66,9 @@ def command(
 ) -> None:  # fmt: skip
     """Plan one pick, from leaving for the item to the item in the tote, or in another place.
 
-    Over boxes that are open above the item is let go just over what lies there; on shelves and tables it is
-    set down. The plan is verified, and carries its certificate; one that the verifier rejects gives way to
-    the next candidate. Exit code 5 when there is no plan, with every reason; nothing is written then.
+    Over boxes that are open above, the item is released just above their content; on shelves and tables it is
+    set down. The plan is verified, and contains its certificate; if it is rejected, the next candidate is
+    tried. Exit code 5 when there is no plan, with every reason; nothing is written then.
 
     \b
     Example:
@@ -96,7 +96,7 @@ def command(
 
 
 def _taken(pick: str | None, place: str | None, item: str | None, scene: Scene) -> tuple[str, str]:
-    """The place that is picked from, and the item's name or id. Raises UsageError if not stated once."""
+    """Return the place to pick from, and the item's name or id. Raises UsageError unless stated once."""
     if pick is None and place is not None and item is not None:
         return place, item
     if pick is None or place is not None or item is not None:

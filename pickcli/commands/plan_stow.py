@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 @click.command("plan-stow", cls=Command)
 @scene_options
 @click.option("--item", metavar="ITEM", required=True,
-              help="What is stowed: an item in the tote, or an instance id (name#2).")  # fmt: skip
+              help="Item to stow: an item in the tote, or an instance id (name#2).")  # fmt: skip
 @click.option("--into", metavar="BIN",
-              help="Where to.  [default: the bin that gives most points of those that take it]")  # fmt: skip
+              help="Bin.  [default: of those that fit, the one that gives most points]")  # fmt: skip
 @click.option(
     "--from", "start", metavar=CONFIGURATION, default="home", show_default=True, help=CONFIGURATION_HELP
 )
@@ -53,10 +53,9 @@ def command(
 ) -> None:  # fmt: skip
     """Plan to stow one item: out of the tote, and set down in a bin.
 
-    Without --into the bins are tried in the order that apc explain-stow would give, taking the scene for the
-    start of the task. The plan is verified, and carries its certificate; one that the verifier
-    rejects gives way to the next candidate. Exit code 5 when there is no plan, with every reason; nothing is
-    written then.
+    Without --into the bins are tried in the order of apc explain-stow, as if the scene were the start of the
+    task. The plan is verified, and contains its certificate; if it is rejected, the next candidate is tried.
+    Exit code 5 when there is no plan, with every reason; nothing is written then.
 
     \b
     Example:
@@ -91,7 +90,7 @@ def command(
 
 
 def _in_tote(scene: Scene, item: str) -> PlacedItem:
-    """The item in the tote. Raises InputError where it is elsewhere, UnknownNameError where it is nowhere."""
+    """Find an item in the tote. Raises InputError if it is elsewhere, UnknownNameError if nowhere."""
     from pickcli.scene.scene import TOTE
 
     places = sorted({placed.location for placed in scene.items if item in (placed.id, placed.item.name)})
@@ -102,7 +101,7 @@ def _in_tote(scene: Scene, item: str) -> PlacedItem:
 
 
 def _bin(scene: Scene, placed: PlacedItem, name: str) -> str:
-    """The name of a bin that is large enough. Raises UnknownNameError or InputError for any other."""
+    """Return the name of a bin that is large enough. Raises UnknownNameError or InputError for any other."""
     bins = scene.cell.pod.bins
     if name not in bins:
         raise UnknownNameError("bin", name, list(bins), "--into")
@@ -112,7 +111,7 @@ def _bin(scene: Scene, placed: PlacedItem, name: str) -> str:
 
 
 def _bins_for(scene: Scene, placed: PlacedItem) -> tuple[str, ...]:
-    """The bins that are tried, the best first. Raises InputError if the item is larger than any."""
+    """Return the bins to try, the best first. Raises InputError if the item is too large for all."""
     from pickcli.trial.score import item_bonuses
     from pickcli.trial.stow_assignment import assign_bins, order_as_it_lies
 

@@ -1,4 +1,4 @@
-"""What the planning commands share: artifacts, configurations from the command line, the certificate."""
+"""Shared by the planning commands: artifacts, configurations from the command line, the certificate."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 
 CONFIGURATION = "NAME|q"
-_TOLD = f"{__name__}.told"  # where notes that were told are kept in a click context
+_TOLD = f"{__name__}.told"  # key of the notes already printed in a click context
 CONFIGURATION_HELP = (
     "Named configuration of the cell (see apc inspect), or q: numbers with commas, m and rad."
 )
@@ -65,7 +65,7 @@ def verify_option(function: F) -> F:
         The command with the option.
     """
     return click.option(
-        "--no-verify", is_flag=True, help="Write the plan without asking the verifier: no certificate."
+        "--no-verify", is_flag=True, help="Write the plan unverified, without a certificate."
     )(function)
 
 
@@ -76,15 +76,15 @@ def load_planner(
     build_missing: bool = False,
     jobs: int | None = None,
 ) -> PlanningContext:
-    """Load a planner with the named artifacts, or those in the cache where they are built.
+    """Load a planner with the named artifacts, or those in the cache if they are built.
 
     Args:
         cell: The cell.
-        roadmap: The roadmap that was named; None for the one in the cache.
-        trajectories: The trajectory database that was named; None for the one in the cache.
-        build_missing: Whether to build those in the cache that are needed and not there; else the planner
-            does without, and a note says so.
-        jobs: Number of processes that build at once; None for one per core.
+        roadmap: The named roadmap; None for the one in the cache.
+        trajectories: The named trajectory database; None for the one in the cache.
+        build_missing: Whether to build missing artifacts in the cache; else planning works without them, and
+            a note says so.
+        jobs: Number of parallel processes of the build; None for one per core.
 
     Returns:
         The planner.
@@ -92,14 +92,14 @@ def load_planner(
     Raises:
         InputError: A named file is missing.
         StaleError: A file was made for another cell or by another version of the format.
-        DamagedError: A file is not what was written.
+        DamagedError: The content of a file is not what was written.
     """
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.precompute.artifact_cache import read_stored
     from pickcli.roadmap.store import read_database, read_roadmap
 
     if build_missing and (roadmap is None or trajectories is None):
-        if roadmap is not None:  # what is named is refused before anything is built
+        if roadmap is not None:  # named files are checked before anything is built
             read_roadmap(roadmap, cell)
         if trajectories is not None:
             read_database(trajectories, cell)
@@ -114,7 +114,7 @@ def load_planner(
 
 
 def _tell_once(note: str) -> None:
-    """Print a note, once in a command, however many arms it is true of."""
+    """Print a note only once per command, also if it applies to several arms."""
     told = click.get_current_context().meta.setdefault(_TOLD, set())
     if note not in told:
         told.add(note)
@@ -122,7 +122,7 @@ def _tell_once(note: str) -> None:
 
 
 def _build_missing(cell: Cell, jobs: int | None) -> None:
-    """Build what is missing in the cell's cache, with progress."""
+    """Build the missing artifacts in the cell's cache, with progress."""
     from contextlib import ExitStack
 
     from pickcli.jobs.executors import available_cores, runner
@@ -144,13 +144,13 @@ def _build_missing(cell: Cell, jobs: int | None) -> None:
 
 
 def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -> Plan:
-    """Have a plan verified.
+    """Verify a plan.
 
     Args:
         plan: The plan.
-        scene: What it is to be carried out in.
-        advice: What to do where it is rejected.
-        path: Its file; None for a plan that was made just now.
+        scene: The scene in which it is to be executed.
+        advice: Advice for a rejection.
+        path: Its file; None for a new plan.
 
     Returns:
         The plan with the verifier's certificate.
@@ -172,13 +172,13 @@ def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -
 
 
 def certifying(scene: Scene) -> Certify:
-    """What has the plans of a query verified, one after the other, until one is accepted.
+    """Return a function that verifies the plans of a query, one after the other, until one is accepted.
 
     Args:
-        scene: What they are to be carried out in.
+        scene: The scene in which they are to be executed.
 
     Returns:
-        A function that gives a plan its certificate, or says why it gets none.
+        A function that returns a plan with its certificate, or the reasons for its rejection.
     """
     from pickcli.verification.verify import certifying as judging
 
@@ -195,19 +195,19 @@ def certifying(scene: Scene) -> Certify:
 
 
 def trusted(plan: Plan, path: Path, believed: Scene, advice: str) -> Plan:
-    """Have a plan of a file verified, whatever certificate it carries: that guards against accidents only.
+    """Verify a plan from a file even if it has a certificate, which only guards against accidents.
 
     Args:
         plan: The plan.
         path: Its file.
         believed: The scene that it must be made for.
-        advice: What to do where it is rejected.
+        advice: Advice for a rejection.
 
     Returns:
         The plan with the verifier's certificate.
 
     Raises:
-        RejectedError: The verifier refuses it.
+        RejectedError: The verifier rejects it.
         StaleError: It was made for another scene or cell.
     """
     from pickcli.errors import StaleError
@@ -235,20 +235,20 @@ def deliver(
     plan: Plan, scene: Scene, output: Path, is_verified: bool, as_json: bool, overwrite: bool,
     ranked: Sequence[ArmSuitability] = (),
 ) -> None:  # fmt: skip
-    """Have a plan verified, write it and print what it is.
+    """Verify a plan, write it and print its summary.
 
     Args:
         plan: The plan.
-        scene: What it is to be carried out in.
-        output: Where to write it.
-        is_verified: Whether the verifier is asked.
+        scene: The scene in which it is to be executed.
+        output: Output file.
+        is_verified: Whether it is verified.
         as_json: Whether JSON is printed.
-        overwrite: Whether a file that is there may be replaced.
-        ranked: Why this arm does it, where it was chosen: all arms, the best first.
+        overwrite: Whether an existing file may be replaced.
+        ranked: Ranking of the arms, the best first, if the arm was chosen.
 
     Raises:
-        RejectedError: The verifier refuses the plan; nothing is written.
-        InputError: The place cannot be written.
+        RejectedError: The verifier rejects the plan; nothing is written.
+        InputError: The file cannot be written.
     """
     from pickcli.motion.plan_file import write_plan
 
@@ -263,7 +263,7 @@ def deliver(
 
 
 def _advice(plan: Plan, cell: Cell) -> str:
-    """What to do where the verifier rejects a plan."""
+    """Return advice for a plan that the verifier rejects."""
     from pickcli.motion.plan import MAX_DURATION
 
     speed = cell.max_tool_speed

@@ -1,4 +1,4 @@
-"""--pod-shift of the commands that make a scene."""
+"""Option --pod-shift of the commands that make a scene."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def pod_shift_option(default: str) -> Callable[[F], F]:
     """Give a command the option --pod-shift X,Y,YAW|random|none.
 
     Args:
-        default: What holds without the option, as the help tells it.
+        default: Effect without the option, for the help.
 
     Returns:
         A decorator that adds the option.
@@ -33,18 +33,18 @@ def pod_shift_option(default: str) -> Callable[[F], F]:
 def parse_pod_shift(
     ctx: click.Context | None, param: click.Parameter | None, value: str | None
 ) -> Displacement | str | None:
-    """Read the value of --pod-shift.
+    """Parse the value of --pod-shift.
 
     Args:
         ctx: Context of click.
         param: The option.
-        value: What was written on the command line.
+        value: Text from the command line.
 
     Returns:
-        A displacement in m and rad, "random", "none", or None where nothing was said.
+        A displacement in m and rad, "random", "none", or None if not given.
 
     Raises:
-        BadParameter: It is none of these.
+        BadParameter: The value is invalid.
     """
     from pickcli.cell.pod_tolerance import Displacement
     from pickcli.trial.pod_shift import NONE, RANDOM

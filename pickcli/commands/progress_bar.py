@@ -1,4 +1,4 @@
-"""Progress on stderr: a bar with the time left on a terminal, a line now and then anywhere else."""
+"""Progress on stderr: a bar with the remaining time on a terminal, else a line from time to time."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import click
 from pickcli.commands.logs import stderr_console
 from pickcli.progress import Progress, ProgressObserver
 
-LINE_PERIOD = 10.0  # s between two lines where nobody looks at a terminal
+LINE_PERIOD = 10.0  # s between two lines if stderr is not a terminal
 
 
 @contextmanager
 def progress(label: str) -> Iterator[ProgressObserver]:
-    """Show all progress of some work on stderr.
+    """Show progress on stderr.
 
     Args:
-        label: What is done.
+        label: Name of the work.
 
     Yields:
-        Whom to tell the progress.
+        Observer of the progress.
     """
     with _bar(label) if sys.stderr.isatty() else _lines(label) as told:
         yield told
@@ -31,7 +31,7 @@ def progress(label: str) -> Iterator[ProgressObserver]:
 
 @contextmanager
 def _bar(label: str) -> Iterator[ProgressObserver]:
-    """One line on a terminal, its end cut where it is too long."""
+    """Show one line on a terminal, truncated if it is too long."""
     from rich.progress import BarColumn, SpinnerColumn, TextColumn
     from rich.progress import Progress as Bar
     from rich.table import Column
@@ -57,7 +57,7 @@ def _bar(label: str) -> Iterator[ProgressObserver]:
 
 
 def duration(seconds: float) -> str:
-    """Write a time to wait, as precisely as it interests: "95 s", "12 min", "3.5 h".
+    """Format a waiting time with suitable precision: "95 s", "12 min", "3.5 h".
 
     Args:
         seconds: The time, s.
@@ -72,7 +72,7 @@ def duration(seconds: float) -> str:
 
 @contextmanager
 def _lines(label: str) -> Iterator[ProgressObserver]:
-    """A line now and then."""
+    """Print a line from time to time."""
     began = said = time.monotonic()
 
     def tell(progress: Progress, /) -> None:
@@ -86,12 +86,12 @@ def _lines(label: str) -> Iterator[ProgressObserver]:
 
 
 def progress_line(label: str, progress: Progress, elapsed: float) -> str:
-    """Write one line of a log.
+    """Format one line of a log.
 
     Args:
-        label: What is done.
-        progress: How far it is.
-        elapsed: s since it began.
+        label: Name of the work.
+        progress: Current progress.
+        elapsed: s since the start.
 
     Returns:
         The line.
@@ -103,5 +103,5 @@ def progress_line(label: str, progress: Progress, elapsed: float) -> str:
 
 
 def _state(progress: Progress) -> str:
-    """What is done of all, in whole units."""
+    """Format done and total in whole units."""
     return f"{progress.done:.0f}/{progress.total:.0f}"

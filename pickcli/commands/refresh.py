@@ -1,4 +1,4 @@
-"""``apc refresh``: a roadmap or trajectory database after its cell changed."""
+"""``apc refresh``: update of a roadmap or trajectory database after a change of its cell."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 def command(
     path: Path, cell_name: str, arm: str | None, standing: tuple[str, ...], jobs: int | None, as_json: bool
 ) -> None:  # fmt: skip
-    """Make a roadmap or trajectory database right for a cell that changed.
+    """Update a roadmap or trajectory database for a cell that changed.
 
-    What the change does not touch is kept; what it touches is proven again, and only what fails is planned
-    again. Where solids were removed, pairs that failed before, or that hold only for the pod in its place,
-    are planned again too. The same pairs get a motion or an edge as in a new build. FILE stays as it was
-    until the new one is written whole; an interrupted refresh continues when the same command is given
-    again. Where the robot, its limits or its tool changed, everything is done again.
+    Results that the change does not affect are kept; others are proven again, and planned again only if that
+    fails. If solids were removed, pairs that failed before, or that hold only for the pod in its place, are
+    planned again, too. The same pairs get a motion or an edge as in a new build. FILE is kept until the new
+    one is complete; an interrupted refresh continues when the same command is given again. If the robot, its
+    limits or its tool changed, everything is done again.
 
     \b
     Example:

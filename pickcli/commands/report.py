@@ -1,4 +1,4 @@
-"""What commands answer on stdout: JSON values for programs, short text for people."""
+"""Output of commands on stdout: JSON values for programs, short text for people."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
 
 KEY_WIDTH = 18  # characters of the widest key
-LEAST_ROOM = 30  # columns that a value has beside its key; where there are fewer, it stands below
-INDENT = "    "  # of a value that stands below its key
+LEAST_ROOM = 30  # least columns for a value beside its key; with fewer, it is printed below
+INDENT = "    "  # of a value below its key
 DIGEST = re.compile(r"\b[0-9a-f]{64}\b")  # SHA-256: copied as one word or not at all
 
 
 def key_lines(summary: Mapping[str, Any], width: int | None = None) -> list[str]:
-    """Write ``key: value`` lines; what is long or nested goes on below its key.
+    """Format ``key: value`` lines; long or nested values continue below their key.
 
     Args:
-        summary: What is told, by key.
-        width: Columns that a line may have; a word that is longer is folded, unless it is a hash. None where
-            nobody says how many there are: then words stay whole, for programs that search for them.
+        summary: Values by key.
+        width: Columns of a line; longer words are folded, unless they are hashes. None if unknown: then words
+            are kept whole, for programs that search for them.
 
     Returns:
         The lines.
@@ -39,7 +39,7 @@ def key_lines(summary: Mapping[str, Any], width: int | None = None) -> list[str]
 
 
 def _below(key: str, value: Any, width: int, is_folded: bool) -> list[str]:
-    """The lines of a value, the first beside its key if there is room, the others below that."""
+    """Format a value, the first line beside its key if there is room, the others below that."""
     room = width - len(key) - 2
     first, *rest = _entries(value, max(room, 1), is_folded)
     is_beyond = len(first) > room and (is_folded or room < LEAST_ROOM)
@@ -50,20 +50,20 @@ def _below(key: str, value: Any, width: int, is_folded: bool) -> list[str]:
 
 
 def _entries(value: Any, width: int, is_folded: bool) -> list[str]:
-    """The lines of one value, at least one."""
+    """Format one value in at least one line."""
     if isinstance(value, dict):
         lines = [line for key, v in value.items() for line in _below(printable(key), v, width, is_folded)]
         return lines or ["none"]
     if isinstance(value, list):
         texts = [_in_words(v) for v in value]
-        if not any(" " in text for text in texts):  # words stand side by side, phrases below each other
+        if not any(" " in text for text in texts):  # words are printed side by side, phrases below each other
             texts = [" ".join(texts)] if texts else ["none"]
         return [line for text in texts for line in _wrapped(text, width, is_folded)]
     return _wrapped(_in_words(value), width, is_folded)
 
 
 def _in_words(value: Any) -> str:
-    """One value without structure, or the values of a list side by side."""
+    """Format one value without structure, or the values of a list side by side."""
     if value is None:
         return "none"
     if isinstance(value, bool):
@@ -76,13 +76,13 @@ def _in_words(value: Any) -> str:
 
 
 def _wrapped(text: str, width: int, is_folded: bool) -> list[str]:
-    """A text in lines of so many columns at most; a word that is not folded may be a longer line."""
+    """Wrap a text to a number of columns; a line with a word that may not be folded can be longer."""
     is_cut = is_folded and DIGEST.search(text) is None
     return textwrap.wrap(text, width, break_long_words=is_cut, break_on_hyphens=False) or [text]
 
 
 def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
-    """Sum up a plan that was written or read.
+    """Summarise a plan that was written or read.
 
     Args:
         plan: The plan.
@@ -124,7 +124,7 @@ def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
 
 
 def _arms(plan: Plan) -> dict[str, Any]:
-    """Which arm moves and where the others stand; nothing in a cell that has only one."""
+    """Return the moving arm and the states of the others; {} in a cell with one arm."""
     if not plan.arm:
         return {}
     others = {
@@ -134,7 +134,7 @@ def _arms(plan: Plan) -> dict[str, Any]:
 
 
 def plan_text(plan: Plan, path: Path) -> str:
-    """Sum up a plan for people: what was found, when what happens, and where it is.
+    """Summarise a plan as text: its grasp, a timetable, and its file.
 
     Args:
         plan: The plan.
@@ -166,7 +166,7 @@ def plan_text(plan: Plan, path: Path) -> str:
 
 
 def _tool(plan: Plan) -> str:
-    """The states that the empty tool goes through."""
+    """Describe the sequence of states of the empty tool."""
     states = [str(segment.tool_state) for segment in plan.segments]
     return (
         f"tool {', then '.join(state for i, state in enumerate(states) if i == 0 or state != states[i - 1])}"
@@ -174,7 +174,7 @@ def _tool(plan: Plan) -> str:
 
 
 def _timetable(plan: Plan) -> list[str]:
-    """Segments and events in the order of time."""
+    """Format segments and events in the order of time."""
     rows = [(s.t_start, f"{s.kind}, {s.t_end - s.t_start:.2f} s") for s in plan.segments]
     rows += [(e.t_trigger, f"  {e.device} {e.action}") for e in plan.events if e.t_trigger is not None]
     return [f"  {t:7.3f} s  {what}" for t, what in sorted(rows, key=lambda row: row[0])]

@@ -1,4 +1,4 @@
-"""``apc run-trial``: a whole order, played by the rules."""
+"""``apc run-trial``: a simulated trial of a whole order."""
 
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ def command(
 
     ORDER is the file of a pick or stow order, or the name of one under data/tasks. It is played in
     simulation, by the rules of its year. A file may also name moves from place to place
-    (docs/formats/order.md). Exit code 6 when the arm could not be brought out of where it stopped, something
-    collided or a limit was broken; an item that was missed is a result.
+    (docs/formats/order.md). Exit code 6 when the arm could not recover from a stop, something collided or a
+    limit was broken; an item that was missed is a result.
 
     \b
     Example:
@@ -120,7 +120,7 @@ def command(
         with stage("trial"), progress("playing") as report:
             played = play_trial(request, scene, planners, report, keep_edges)
         result = played.result
-        if as_json:  # before it is written, for which there may be no room
+        if as_json:  # before files are written, which may fail
             emit_json(played.record)
         else:
             _show(result)
@@ -132,7 +132,7 @@ def command(
 
 
 def _refuse_outputs(folder: Path, overwrite: bool, inputs: Sequence[Path | str | None]) -> None:
-    """Refuse, before any work, a folder that must not be written, or in which an input lies."""
+    """Refuse, before any work, a folder that must not be written, or that contains an input."""
     from pickcli.trial.trial_folder import NAMES, refuse_existing_folder
 
     refuse_existing_folder(folder, overwrite)
@@ -143,7 +143,7 @@ def _refuse_outputs(folder: Path, overwrite: bool, inputs: Sequence[Path | str |
 
 
 def _show(result: TrialResult) -> None:
-    """The table and the score."""
+    """Print the table and the score."""
     from pickcli.commands.trial_table import print_rows
     from pickcli.trial.trial_summary import rows, summary
 
@@ -152,11 +152,11 @@ def _show(result: TrialResult) -> None:
         print_rows(console, rows(result))
         for line in summary(result):
             console.print(line, markup=False, highlight=False)
-    click.echo("\n".join(line.rstrip() for line in captured.get().splitlines()))  # no blanks at the ends
+    click.echo("\n".join(line.rstrip() for line in captured.get().splitlines()))  # no trailing blanks
 
 
 def _what_went_wrong(result: TrialResult) -> str:
-    """One sentence for the end, when the trial was not clean."""
+    """Describe in one sentence why the trial was not clean."""
     if result.aborted:
         return f"{result.aborted}; see trial.json"
     collisions, violations = result.n_collisions, result.n_limit_violations

@@ -39,22 +39,22 @@ if TYPE_CHECKING:
 
 MOST_SEEDS = 10_000
 LARGEST_SEED = 2**31 - 1
-MOST_CAUSES = 5  # that are printed; the page has more
+MOST_CAUSES = 5  # that are printed; the page lists more
 
 
 def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value: str) -> tuple[int, ...]:
-    """Read the value of --seeds.
+    """Parse the value of --seeds.
 
     Args:
         ctx: Context of click.
         param: The option.
-        value: Numbers and ranges A:B (without B) with commas, as written on the command line.
+        value: Numbers and ranges A:B (without B) with commas, from the command line.
 
     Returns:
         The seeds.
 
     Raises:
-        BadParameter: It is neither, out of range, or names a seed twice.
+        BadParameter: The value is invalid, out of range, or contains a seed twice.
     """
     seeds: list[int] = []
     for part in value.split(","):
@@ -102,10 +102,10 @@ def command(
 ) -> None:  # fmt: skip
     """Play orders with many seeds, and tell how scores are distributed.
 
-    Each ORDER (a file, or the name of one under data/tasks) is played with each seed as run-trial plays it,
-    and leaves the same files in OUTPUT/ORDER-SEED. What trials have in common is written to trials.json and
+    Each ORDER (a file, or the name of one under data/tasks) is played with each seed as by run-trial, which
+    writes its files to OUTPUT/ORDER-SEED. Statistics of all trials are written to trials.json and
     trials.html: scores, success by item and place with 95 % intervals, causes of failure, times. An
-    interrupted run goes on when the same command is given again.
+    interrupted run continues when the same command is given again.
 
     \b
     Example:
@@ -150,7 +150,7 @@ def command(
 
 
 def _orders(paths: Sequence[Path], cell: Cell) -> dict[str, Order]:
-    """The orders by name. Raises InputError for two of one name, and for what cannot be played."""
+    """Read the orders by name. Raises InputError for two of one name, and for unplayable ones."""
     from pickcli.stowing.make_scene import refuse_too_much
     from pickcli.trial.order import require_playable
     from pickcli.trial.order_file import read_order
@@ -172,7 +172,7 @@ def _stored_files(cell: Cell, roadmap: Path | None, trajectories: Path | None) -
 
 
 def _cell_files(cell_name: str, items_path: Path | None) -> list[Path]:
-    """Files that describe the cell and its items."""
+    """Return the files that describe the cell and its items."""
     from pickcli.cell.data_path import data_path
 
     named = data_path() / "cells" / cell_name
@@ -185,7 +185,7 @@ def _cell_files(cell_name: str, items_path: Path | None) -> list[Path]:
 
 
 def _digest(paths: Iterable[Path]) -> str:
-    """SHA-256 over the contents of files, in whatever folder they lie."""
+    """Compute the SHA-256 of the contents of files, independent of their folders."""
     contents = sorted(hashlib.sha256(path.read_bytes()).hexdigest() for path in paths if path.is_file())
     return hashlib.sha256("".join(contents).encode()).hexdigest()
 
@@ -194,7 +194,7 @@ def _play(
     job: TrialJob, seeds: Sequence[int], output: Path, overwrite: bool,
     who: tuple[int | None, str | None, bool],
 ) -> TrialsReport:  # fmt: skip
-    """Play, and write the folder. An interrupted run keeps its trials in a journal there."""
+    """Play the trials and write the folder. An interrupted run keeps its trials in a journal there."""
     from pickcli.jobs.job_run import Build
     from pickcli.page.html_page import page_bytes
     from pickcli.page.trials_page import trials_page
@@ -213,7 +213,7 @@ def _play(
 
 
 def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
-    """How the trials were made, for trials.json."""
+    """Return the parameters of the trials, for trials.json."""
     import math
 
     cell, noise = job.planners[0].context.cell, job.conditions.noise
@@ -240,7 +240,7 @@ def _shift(conditions: TrialConditions) -> Any:
 
 
 def _lines(report: TrialsReport, output: Path) -> list[str]:
-    """The figures that people ask for first."""
+    """Format the most important results."""
     from pickcli.trial.success_rate import SuccessRate
     from pickcli.trial.trials_folder import PAGE, SUMMARY
 
@@ -264,7 +264,7 @@ def _lines(report: TrialsReport, output: Path) -> list[str]:
 
 
 def _times(motion: dict[str, Any], clock: dict[str, Any]) -> list[str]:
-    """Times of motion and of planning, where there are any."""
+    """Format times of motion and of planning, if there are any."""
     lines = []
     if motion["n"]:
         lines.append(f"motion for a delivered target: {motion['mean']:.1f} s simulated in the mean")

@@ -1,4 +1,4 @@
-"""--scene and --cell of the commands that work in a scene."""
+"""Options --scene and --cell of the commands that work in a scene."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def scene_options(function: F) -> F:
-    """Give a command the options --scene FILE, which it needs, --cell NAME|DIR and --items.
+    """Give a command the options --scene FILE (required), --cell NAME|DIR and --items.
 
     Args:
         function: The command.
@@ -42,7 +42,7 @@ def scene_options(function: F) -> F:
 
 
 def scene_or_cell_options(function: F) -> F:
-    """Give a command the options --scene FILE and --cell NAME|DIR, of which it needs one, and --items.
+    """Give a command the options --scene FILE and --cell NAME|DIR, one of which is required, and --items.
 
     Args:
         function: The command.
@@ -65,12 +65,12 @@ def _cell_option(function: F) -> F:
 
 
 def scene_or_empty(path: Path | None, cell_name: str | None, arms: ArmRequest = NO_ARM) -> Scene:
-    """Read a scene, or take a cell with nothing in it.
+    """Read a scene, or make the empty scene of a cell.
 
     Args:
-        path: The file; None for the cell alone.
+        path: The file; None for the empty cell.
         cell_name: Name or folder of the cell; None for the one that the scene names.
-        arms: What the command line says of its arms.
+        arms: The arms stated on the command line.
 
     Returns:
         The scene.
@@ -95,12 +95,12 @@ def scene_or_empty(path: Path | None, cell_name: str | None, arms: ArmRequest = 
 def open_scene(path: Path, cell_name: str | None, arms: ArmRequest = NO_ARM) -> Scene:
     """Read a scene.
 
-    Where its pod stands beyond the cell's bounds, a note tells what that means.
+    If its pod is beyond the cell's bounds, a note explains the consequences.
 
     Args:
         path: The file.
-        cell_name: Name or folder of the cell that it must be of; None for the one that it names.
-        arms: What the command line says of the cell's arms.
+        cell_name: Name or folder of the cell that it must belong to; None for the one that it names.
+        arms: The arms stated on the command line.
 
     Returns:
         The scene.
@@ -126,14 +126,14 @@ def open_scene(path: Path, cell_name: str | None, arms: ArmRequest = NO_ARM) -> 
 
 
 def refuse_held(scene: Scene, path: Path | None) -> None:
-    """Refuse a scene in which the cup holds something, where a command begins with an empty one.
+    """Refuse a scene with a held item for a command that needs an empty tool.
 
     Args:
         scene: The scene.
-        path: Its file, for the message; None for one that no file holds.
+        path: Its file, for the message; None for a scene without a file.
 
     Raises:
-        InputError: The cup holds something.
+        InputError: The scene has a held item.
     """
     if scene.held is not None:
         raise InputError(
@@ -143,7 +143,7 @@ def refuse_held(scene: Scene, path: Path | None) -> None:
 
 
 def allowed(cell: Cell) -> str:
-    """Tell how far the pod may stand from its place.
+    """Describe how far the pod may be from its nominal pose.
 
     Args:
         cell: The cell.

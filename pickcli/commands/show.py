@@ -30,7 +30,7 @@ RECORD = "trial.json"
 @click.command("show", cls=Command)
 @click.argument("path", metavar="WHAT", type=PATH)
 @click.option("--scene", "scene_path", type=PATH, metavar="FILE",
-              help="Of a plan its scene.  [default: --cell with nothing in it]")  # fmt: skip
+              help="Scene of a plan.  [default: --cell with nothing in it]")  # fmt: skip
 @click.option("--cell", "cell_name", metavar="NAME|DIR",
               help="The cell of what is shown.  [default: the one under data/cells]")  # fmt: skip
 @items_option
@@ -45,9 +45,9 @@ def command(
     """Make a page to watch a cell, scene, plan, trial, roadmap or database in 3-D.
 
     The page is one file that needs no network. Motions are replayed in it: with the segments and devices, the
-    joints' velocity, acceleration and jerk against their limits, and the clearance along the path. What the
-    verifier has against a plan is drawn where it is, and of a trial every failure. WHAT may also be a cell's
-    folder or name, the folder of a trial, or a folder of such folders, which are compared.
+    joints' velocity, acceleration and jerk against their limits, and the clearance along the path. Faults
+    that the verifier finds in a plan are drawn in place, as are the failures of a trial. WHAT may also be a
+    cell's folder or name, the folder of a trial, or a folder of such folders, which are compared.
 
     \b
     Example:
@@ -74,7 +74,7 @@ def command(
 
 
 def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: ArmRequest) -> PageDocument:
-    """The page of whatever a file is. Raises InputError for what cannot be shown."""
+    """Build the page for any supported file. Raises InputError for other files."""
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE, TRIAL
 
@@ -126,7 +126,7 @@ def _stored(path: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument
 
 
 def _has_trials(path: Path) -> bool:
-    """Whether a folder is that of a trial, or has some in it."""
+    """Whether a folder is that of a trial, or contains such folders."""
     return path.is_dir() and ((path / RECORD).is_file() or any(path.glob(f"*/{RECORD}")))
 
 

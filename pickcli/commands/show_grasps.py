@@ -1,4 +1,4 @@
-"""``apc show-grasps``: a page of one item, with its regions and candidate grasps on it."""
+"""``apc show-grasps``: a page of one item, with its regions and candidate grasps."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 @click.argument("item_name", metavar="ITEM")
 @year_option
 @click.option("--place", "place_name", metavar="PLACE",
-              help="Where it lies while grasps are drawn.  [default: the cell's first place]")  # fmt: skip
+              help="Place in which it lies.  [default: the cell's first place]")  # fmt: skip
 @cell_option
 @items_option
 @arm_option("the preferred one")
@@ -43,9 +43,9 @@ def command(
 ) -> None:  # fmt: skip
     """Make a page of an item with its regions and candidate grasps.
 
-    Drawn on the item are the regions that the centre of the cup may be sent to, and an arrow for each
-    candidate that a search draws for the item where it lies alone in a place, coloured by how much of what
-    the tool bears it takes. Nothing around the item is asked; plan-pick does that.
+    It shows the regions for the centre of the cup, and an arrow for each candidate that a search samples for
+    the item lying alone in a place, coloured by its share of what the tool bears. Obstacles are not
+    considered; plan-pick does that.
 
     \b
     Example:

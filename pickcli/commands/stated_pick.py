@@ -1,4 +1,4 @@
-"""What commands that pick check of a request before any work: its places, its item, and whether that fits."""
+"""Checks of a requested pick before any work: its places, its item, and whether that fits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NO_OTHER = "it has one place alone: add another one under places in its cell.ya
 
 
 def example(scene: Scene) -> str:
-    """Show a request that the scene has an item for.
+    """Return an example of a request that is possible in the scene.
 
     Args:
         scene: The scene.
@@ -25,19 +25,19 @@ def example(scene: Scene) -> str:
 
 
 def destination(scene: Scene, place: str | None, out_of: str, how: str = "with --to") -> str:
-    """Tell the place that an item is brought to.
+    """Return the place that an item is brought to.
 
     Args:
         scene: The scene.
-        place: The place as stated; None where nothing was said.
+        place: The stated place; None if not stated.
         out_of: The place that it is taken from.
         how: How a place is stated, for the message.
 
     Returns:
-        The place as stated, else the tote.
+        The stated place, else the tote.
 
     Raises:
-        InputError: Nothing was said, and the cell has no tote.
+        InputError: No place is stated, and the cell has no tote.
     """
     from pickcli.scene.scene import TOTE
 
@@ -49,7 +49,7 @@ def destination(scene: Scene, place: str | None, out_of: str, how: str = "with -
 
 
 def refuse_impossible(scene: Scene, pick: tuple[str, str, str], stated: tuple[str, str]) -> None:
-    """Refuse, before any work, what the scene alone says cannot be.
+    """Refuse, before any work, a pick that is impossible in the scene.
 
     Args:
         scene: The scene.
@@ -57,7 +57,7 @@ def refuse_impossible(scene: Scene, pick: tuple[str, str, str], stated: tuple[st
         stated: The options that state the first place and the other one, for messages.
 
     Raises:
-        InputError: A name is unknown, the item is to be brought to where it is, or is too large for there.
+        InputError: A name is unknown, the item is already at its destination, or is too large for it.
     """
     from pickcli.scene.scene import TOTE
 
@@ -78,5 +78,5 @@ def refuse_impossible(scene: Scene, pick: tuple[str, str, str], stated: tuple[st
 
 
 def _other_places(scene: Scene, out_of: str) -> list[str]:
-    """Names of the places but that which is picked from."""
+    """Return the names of all places except the one that is picked from."""
     return [name for name in scene.cell.places if name != out_of]

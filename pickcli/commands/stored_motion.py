@@ -15,21 +15,21 @@ if TYPE_CHECKING:
 def motions_between(
     path: Path, start: str, goal: str, cell_name: str | None, arms: ArmRequest
 ) -> dict[str, Any]:
-    """Read what a database holds from one named configuration to another; nothing else of it is read.
+    """Read the motions of a database from one named configuration to another; no others are read.
 
     Args:
         path: The file of the database.
-        start: Name of the configuration where the motions begin.
-        goal: Name of the configuration where they end.
-        cell_name: The cell that the file has to be of; None for any.
-        arms: What the command line says of its arms.
+        start: Name of the start configuration.
+        goal: Name of the goal configuration.
+        cell_name: The cell that the file must belong to; None for any.
+        arms: The arms stated on the command line.
 
     Returns:
-        JSON values: the two ends, and the motions by payload class.
+        JSON values: the two names, and the motions by payload class.
 
     Raises:
         InputError: The file is missing or of another kind, or holds no such motion.
-        DamagedError: What was read of it is not what was written.
+        DamagedError: The data that were read are not those that were written.
         StaleError: It was made for another cell or by another version of the format.
     """
     from pickcli.errors import InputError
@@ -50,7 +50,7 @@ def motions_between(
 
 
 def _values(motion: CoarseMotion) -> dict[str, Any]:
-    """A stored motion with its timed points, as in trajectory_msgs/JointTrajectory."""
+    """Convert a stored motion with its timed points, as in trajectory_msgs/JointTrajectory."""
     timed = motion.trajectory
     assert timed is not None  # read_motion reads the points too
     rows = zip(timed.times, timed.positions, timed.velocities, timed.accelerations, strict=True)
@@ -72,10 +72,10 @@ def _values(motion: CoarseMotion) -> dict[str, Any]:
 
 
 def motion_text(told: Mapping[str, Any]) -> str:
-    """Tell a stored motion in a sentence.
+    """Describe a stored motion in a sentence.
 
     Args:
-        told: Its JSON values, as ``motions_between`` has them.
+        told: Its JSON values from ``motions_between``.
 
     Returns:
         The sentence.

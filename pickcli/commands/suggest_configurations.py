@@ -1,4 +1,4 @@
-"""``apc suggest-configurations``: where the arm should wait in front of a bin."""
+"""``apc suggest-configurations``: configurations in which the arm can wait in front of a bin."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip
               help="State in which the tool goes in, e.g. straight.")  # fmt: skip
 @click.option("--count", type=NumberType(1, 100), default=5, show_default=True, help="Suggestions to show.")
 @click.option("--poses", type=NumberType(1, 10000), default=100, show_default=True,
-              help="Tool poses in the bin that each is judged by.")  # fmt: skip
+              help="Tool poses in the bin by which each is judged.")  # fmt: skip
 @click.option("--candidates", type=NumberType(1, 10000), default=40, show_default=True,
-              help="Configurations that are judged, the most manipulable.")  # fmt: skip
+              help="Configurations to judge, the most manipulable.")  # fmt: skip
 @click.option("-o", "--output", type=PATH, metavar="FILE",
               help="Also write the best as an entry of a cell file (YAML).")  # fmt: skip
 @overwrite_option

@@ -1,4 +1,4 @@
-"""``apc suggest-mount``: where the robot should stand."""
+"""``apc suggest-mount``: base poses of the robot."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 HALF_WIDTHS = {"x": 0.3, "y": 0.3, "z": 0.2, "yaw": 0.7854}  # of the default bounds, m and rad
 STEPS = (5, 5, 3, 3)
-MOST_POSES = 20_000  # base poses of a grid: some ten minutes
-FARTHEST = 100.0  # m or rad: beyond it a bound is in another unit
+MOST_POSES = 20_000  # base poses of a grid: about ten minutes
+FARTHEST = 100.0  # m or rad: a larger bound is probably in another unit
 
 
 def _bounds_option(axis: str, unit: str) -> Callable[[F], F]:
@@ -56,7 +56,7 @@ def _bounds_option(axis: str, unit: str) -> Callable[[F], F]:
               help="State of the tool, e.g. straight.")  # fmt: skip
 @click.option("--count", type=NumberType(1, 100), default=5, show_default=True, help="Base poses to show.")
 @click.option("--poses", type=NumberType(1, 10000), default=40, show_default=True,
-              help="Tool poses of each place that the best are judged by.")  # fmt: skip
+              help="Tool poses of each place by which the best are judged.")  # fmt: skip
 @seed_option
 @json_option
 def command(
@@ -67,9 +67,10 @@ def command(
 ) -> None:  # fmt: skip
     """Rank base poses of the robot by the share of tool poses that it reaches from them.
 
-    Tool poses are drawn all over every place of the cell, or stated with --pose. One is reached where the arm
-    takes it, at any quarter turn about the tool's own axis, within its limits and without a collision. Base
-    poses in which the base would stand in something that it does not stand in now are left out.
+    Tool poses are sampled all over every place of the cell, or stated with --pose. One is reached if inverse
+    kinematics has a solution, at any quarter turn about the tool's own axis, within limits and without a
+    collision. Base poses at which the base would collide with something that it does not touch now are left
+    out.
 
     \b
     Example:
@@ -96,7 +97,7 @@ def command(
 
 
 def _grid(cell: Cell, bounds: dict[str, Bounds | None], steps: Sequence[int]) -> MountGrid:
-    """The base poses to try. Raises InputError for bounds that are the wrong way round, and for too many."""
+    """Return the base poses to try. Raises InputError for reversed bounds, and for too many poses."""
     from pickcli.errors import InputError
     from pickcli.geometry import to_rpy
     from pickcli.reachability.mount_ranking import AXES, MountGrid
@@ -116,7 +117,7 @@ def _grid(cell: Cell, bounds: dict[str, Bounds | None], steps: Sequence[int]) ->
 
 
 def _pose(text: str) -> Array:
-    """A pose of the tool frame (4, 4). Raises InputError for anything else."""
+    """Parse a pose of the tool frame (4, 4). Raises InputError for anything else."""
     import numpy as np
 
     from pickcli.errors import InputError
@@ -149,7 +150,7 @@ def _values(each: RankedMount) -> dict[str, Any]:
 
 
 def _line(best: RankedMount) -> str:
-    """The line of a cell file."""
+    """Format the line of a cell file."""
     from pickcli.reachability.mount_ranking import DECIMALS
 
     xyz, rpy = (", ".join(f"{value + 0.0:.{DECIMALS}f}" for value in values) for values in _figures(best))
@@ -157,7 +158,7 @@ def _line(best: RankedMount) -> str:
 
 
 def _figures(each: RankedMount) -> tuple[list[float], list[float]]:
-    """Position in m and roll, pitch, yaw in rad, rounded as in a cell file."""
+    """Return position in m and roll, pitch, yaw in rad, rounded as in a cell file."""
     from pickcli.geometry import to_rpy
     from pickcli.reachability.mount_ranking import DECIMALS
 

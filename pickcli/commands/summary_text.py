@@ -1,4 +1,4 @@
-"""What ``apc inspect`` found, put for people: figures in words, and what fits on a screen."""
+"""Text output of ``apc inspect``: values in words, shortened to a screen."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ MOST_LISTED = 3  # entries of a list that are shown without --all
 
 
 def in_words(summary: dict[str, Any]) -> dict[str, Any]:
-    """Put a summary into words: sentences for figures that only programs want one by one.
+    """Replace values of a summary that only programs need one by one with sentences.
 
     Args:
-        summary: Of a stored file, plan, scene, cell or stored motion, as ``--json`` writes it.
+        summary: Summary of a stored file, plan, scene, cell or stored motion, as ``--json`` prints it.
 
     Returns:
-        The summary, with texts where there were figures; of supports only those that are items.
+        The summary, with texts instead of values; of supports only those that are items.
     """
     if "segments" in summary:
         return _plan_in_words(summary)
@@ -39,7 +39,7 @@ def in_words(summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def _spheres_in_words(spheres: dict[str, dict[str, Any]]) -> dict[str, str]:
-    """The spheres of each link in a line."""
+    """Format the spheres of each link in a line."""
     return {
         link: f"{each['count']}, {1e3 * each['mean_excess_m']:.1f} mm outside in the mean, "
         f"{1e3 * each['max_excess_m']:.1f} mm at most"
@@ -48,10 +48,10 @@ def _spheres_in_words(spheres: dict[str, dict[str, Any]]) -> dict[str, str]:
 
 
 def on_a_screen(summary: dict[str, Any]) -> dict[str, Any]:
-    """Shorten the summary of a stored file to a screen: figures side by side, the first of every list.
+    """Shorten the summary of a stored file to a screen: values side by side, the first entries of every list.
 
     Args:
-        summary: In words.
+        summary: Summary from ``in_words``.
 
     Returns:
         The summary, shortened if it is of a roadmap or database.
@@ -68,7 +68,7 @@ def on_a_screen(summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def _shortened(value: Any) -> Any:
-    """Figures that are not 0 side by side, the first entries of a list; anything else as it is."""
+    """Format nonzero values side by side, or the first entries of a list; return others unchanged."""
     if isinstance(value, dict):
         return ", ".join(f"{name}: {figure}" for name, figure in value.items() if figure) or "none"
     if isinstance(value, list) and len(value) > MOST_LISTED:
@@ -77,7 +77,7 @@ def _shortened(value: Any) -> Any:
 
 
 def _provenance_lines(made: Mapping[str, Any]) -> list[str]:
-    """Versions and settings of a stored file, in a line each."""
+    """Format versions and settings of a stored file, each in a line."""
     told = []
     for key in ("by", "settings"):
         values = made.get(key)
@@ -87,7 +87,7 @@ def _provenance_lines(made: Mapping[str, Any]) -> list[str]:
 
 
 def _plan_in_words(summary: dict[str, Any]) -> dict[str, Any]:
-    """A plan's segments, events, grasp and certificate in a sentence each."""
+    """Format a plan's segments, events, grasp and certificate in a sentence each."""
     grasp = summary["grasp"]
     is_certified = summary["certified"]
     segments = [

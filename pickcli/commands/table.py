@@ -11,30 +11,30 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
-FILE_WIDTH = 100  # columns of what does not go to a terminal, where COLUMNS says nothing else
+FILE_WIDTH = 100  # columns of output that does not go to a terminal, unless COLUMNS is set
 
 
 def told_width() -> int | None:
-    """Find out how wide stdout is.
+    """Return the width of stdout, if known.
 
     Returns:
-        Columns of the terminal that stdout is, else those that COLUMNS says; None where nothing says so.
+        Columns of the terminal, else the value of COLUMNS; None if neither is known.
     """
     is_told = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdecimal()
     return get_terminal_size().columns if is_told else None
 
 
 def stdout_width() -> int:
-    """Measure the width of stdout.
+    """Return the width of stdout, or a default.
 
     Returns:
-        Its columns, those of a file where nothing says how many there are.
+        Columns of stdout; those of a file if unknown.
     """
     return told_width() or FILE_WIDTH
 
 
 def stdout_console() -> Console:
-    """Make a console as wide as stdout.
+    """Make a console with the width of stdout.
 
     Returns:
         The console.
@@ -45,14 +45,13 @@ def stdout_console() -> Console:
 
 
 def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]], width: int | None = None) -> list[str]:
-    """Write a line per row below that of the head: first column to the left, figures to the right.
+    """Format the head and a line per row: the first column left-aligned, the others right-aligned.
 
     Args:
         head: The titles.
-        rows: The cells, as many per row as there are titles.
-        width: Columns that a line may have; None for those of a terminal, and as many as it takes where
-            stdout is none. Where there is too little room, titles go on below themselves, and after them
-            cells.
+        rows: The cells, with one entry per title in each row.
+        width: Columns of a line; None for those of the terminal, or unlimited if stdout is not one. If there
+            is too little room, titles are wrapped, and then cells.
 
     Returns:
         The lines.
@@ -76,7 +75,7 @@ def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]], width: int |
 
 
 def _lines(head: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[str] | None:
-    """Every row on a line of its own, None where that is too wide."""
+    """Format every row on its own line; return None if that is too wide."""
     widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
     lines = ["  ".join(_padded(row, widths)).rstrip() for row in (head, *rows)]
     return lines if max(map(len, lines)) <= width else None

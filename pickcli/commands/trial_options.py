@@ -1,4 +1,4 @@
-"""What the commands that play trials share: --pose-noise, and the arms that play."""
+"""Shared by the commands that play trials: --pose-noise, and the selection of arms."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pickcli.trial.simulated_cell import ArmPlanner
 
 F = TypeVar("F", bound=Callable[..., Any])
-MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
+MAX_NOISE = (50.0, 45.0)  # mm, degrees: larger errors make poses meaningless
 
 
 def pose_noise_option(function: F) -> F:
@@ -39,18 +39,18 @@ def pose_noise_option(function: F) -> F:
 
 
 def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value: str) -> PoseNoise:
-    """Read the value of --pose-noise.
+    """Parse the value of --pose-noise.
 
     Args:
         ctx: Context of click.
         param: The option.
-        value: Millimetres and degrees with a comma, as written on the command line.
+        value: Millimetres and degrees with a comma, from the command line.
 
     Returns:
         Bounds of the error of item poses in m and rad.
 
     Raises:
-        BadParameter: It is not two numbers, or they are out of range.
+        BadParameter: The value is not two numbers, or they are out of range.
     """
     from pickcli.scene.scene import PoseNoise
 
@@ -68,16 +68,16 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
 def cells_that_play(
     workcell: Workcell, arm: str | None, roadmap: Path | None, trajectories: Path | None
 ) -> list[Cell]:
-    """Tell which arms play.
+    """Select the arms that play.
 
     Args:
         workcell: The cell with all its arms.
-        arm: The arm that was named; None for all.
-        roadmap: The roadmap that was named, if any.
-        trajectories: The trajectory database that was named, if any.
+        arm: The named arm; None for all.
+        roadmap: The named roadmap, if any.
+        trajectories: The named trajectory database, if any.
 
     Returns:
-        The cell as each arm sees it that plays, the preferred one first.
+        The cell as seen by each arm that plays, the preferred one first.
 
     Raises:
         InputError: A stored file is named, and several arms play.
@@ -96,12 +96,12 @@ def cells_that_play(
 def planner_of(
     workcell: Workcell, context: PlanningContext, recorder: ExperienceRecorder | None = None
 ) -> ArmPlanner:
-    """Make what plans for one arm of a cell.
+    """Make the planner for one arm of a cell.
 
     Args:
         workcell: The cell with all its arms.
-        context: What the arm's queries need.
-        recorder: Gets what they find that is not stored; None drops it.
+        context: Planning context of the arm.
+        recorder: Records experience of its queries; None discards it.
 
     Returns:
         The planner.

@@ -1,4 +1,4 @@
-"""The table at the end of a trial, for wide and for narrow terminals."""
+"""The table at the end of a trial, for wide and narrow terminals."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
 
     from pickcli.trial.trial_summary import Row
 
-WIDE = 120  # columns from which the reasons have a column of their own
+WIDE = 120  # columns from which on reasons have their own column
 
 
 def print_rows(console: Console, rows: Sequence[Row]) -> None:
-    """Print one row per target; where there is little room, the reasons follow as a list below.
+    """Print one row per target; on a narrow terminal, the reasons follow as a list below.
 
-    What is no terminal gets every reason on a line of its own, however long: for who looks for one by grep.
+    If stdout is not a terminal, every reason is printed on one line, however long, for use with grep.
 
     Args:
-        console: Where to print.
+        console: The console.
         rows: The targets.
     """
     is_wide = console.width >= WIDE
@@ -38,7 +38,7 @@ def _table(rows: Sequence[Row], has_reasons: bool) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    # No frame: so the longest name fits into 80 columns.
+    # Without a frame the longest name fits into 80 columns.
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
     are_moves = any(row.into != TOTE for row in rows)
     for title in ("from", "item", "to", "outcome") if are_moves else ("bin", "item", "outcome"):

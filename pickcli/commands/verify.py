@@ -1,4 +1,4 @@
-"""``apc verify``: the independent second opinion on a plan."""
+"""``apc verify``: independent verification of a plan."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @click.argument("plan_path", metavar="PLAN", type=PATH)
 @scene_or_cell_options
 @click.option("--stopped", "stopped_path", type=PATH, metavar="PLAN",
-              help="Of a way back after a stop, the plan that stopped.")  # fmt: skip
+              help="For a way back after a stop, the plan that stopped.")  # fmt: skip
 @standing_option
 @click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
 @json_option
@@ -33,8 +33,8 @@ def command(
 ) -> None:  # fmt: skip
     """Let the independent verifier check a plan.
 
-    Exact shapes, kinematics of its own, proven bounds, in the scene that the plan was made for: --cell alone
-    where it was made without one.
+    It uses exact shapes, its own kinematics and proven bounds, in the scene that the plan was made for; name
+    only --cell if it was made without one.
 
     Exit code 0 when it may be executed, 4 when it is rejected, damaged or made for another scene.
 
@@ -68,7 +68,7 @@ def command(
 
 
 def _summary(verdict: Verdict, path: Path, write: bool) -> dict[str, Any]:
-    """The verdict as JSON values."""
+    """Convert the verdict to JSON values."""
     certificate = verdict.certificate
     return {
         "path": str(path),
@@ -80,7 +80,7 @@ def _summary(verdict: Verdict, path: Path, write: bool) -> dict[str, Any]:
 
 
 def _text(verdict: Verdict) -> str:
-    """What was checked, in a few lines."""
+    """Describe what was checked, in a few lines."""
     certificate = verdict.certificate
     assert certificate is not None
     rows = (
