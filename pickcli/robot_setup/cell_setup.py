@@ -1,4 +1,4 @@
-"""Making a cell: everything that can be found out is, and what cannot is listed."""
+"""Creates a cell: derives everything that can be derived, and lists what the owner must fill in."""
 
 from __future__ import annotations
 
@@ -44,21 +44,21 @@ from pickcli.robot_setup.suggested_places import OPTION, SuggestedPlace
 
 _log = logging.getLogger(__name__)
 
-STEPS = 4  # that are told of as progress, without those for each place
-STAND_IN = 1.0  # of limits that are missing, while nothing but the robot's shape is looked at
+STEPS = 4  # number of reported steps, without one for each place
+STAND_IN = 1.0  # placeholder for missing limits, while only the robot's geometry is used
 
 
 @dataclass(frozen=True, eq=False)
 class CellSetup:
-    """A cell that was made.
+    """A created cell.
 
     Attributes:
-        folder: Where it lies.
-        draft: What stands in it.
-        cell: The cell itself; where something is left to fill in with stand-ins for limits.
-        collisions: How often links meet.
-        notes: What the SRDF says that could not be used.
-        left: What only its owner can fill in.
+        folder: Its folder.
+        draft: Content of the cell file.
+        cell: The cell; with placeholders for limits if something is left to fill in.
+        collisions: Collision counts of link pairs.
+        notes: Parts of the SRDF that could not be used, and other remarks.
+        left: What only the owner can fill in.
         meshes: Number of mesh files.
     """
 
@@ -72,25 +72,25 @@ class CellSetup:
 
     @property
     def n_pairs(self) -> dict[CollisionFrequency, int]:
-        """Number of pairs of links whose spheres meet always, sometimes and never."""
+        """Number of link pairs whose spheres collide always, sometimes and never."""
         return {how: sum(pair.spheres is how for pair in self.collisions) for how in CollisionFrequency}
 
 
 def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserver = nobody) -> CellSetup:
-    """Make the folder of a new cell. It is there whole, in the end, or not at all.
+    """Create the folder of a new cell, atomically.
 
     Args:
-        folder: Where; nothing may be there.
-        request: What it is made from.
-        on_progress: Told of each step.
+        folder: Path of the new folder; must not exist.
+        request: Options of the setup.
+        on_progress: Called at each step.
 
     Returns:
         The cell.
 
     Raises:
-        InputError: With every mistake in the files, or with the list of what could be meant.
+        InputError: With every mistake in the files, or with a list of alternatives for an ambiguous option.
     """
-    if os.path.lexists(folder):  # a link that leads nowhere, too
+    if os.path.lexists(folder):  # also a broken link
         raise InputError(f"{folder}: exists already; name another folder, or remove this one first")
     if not folder.parent.is_dir():
         raise InputError(f"{folder}: the folder {folder.parent} does not exist; make it first")
@@ -99,7 +99,7 @@ def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserv
             with _unheard():
                 made = _make(staging, folder, request, on_progress)
             staging.rename(folder)
-    except OSError as error:  # a full disk, or a folder that another command made meanwhile
+    except OSError as error:  # a full disk, or another command created the folder
         raise InputError(f"{folder}: cannot be made: {error.strerror}; nothing was left") from None
     for line in made.cell.warnings:
         _log.warning("%s", line.replace(str(staging), str(folder)))
@@ -108,7 +108,7 @@ def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserv
 
 @contextmanager
 def _unheard() -> Iterator[None]:
-    """No warnings of cells that are not finished: the finished one is warned of in the end."""
+    """Suppress warnings about the unfinished cell; the finished one is checked at the end."""
     log = logging.getLogger(file_warnings.__name__)
     log.disabled = True
     try:
@@ -119,7 +119,7 @@ def _unheard() -> Iterator[None]:
 
 @contextmanager
 def _staging(folder: Path, request: SetupOptions) -> Iterator[Path]:
-    """A folder beside the final one; messages that name it are made to name that one or the given files."""
+    """A temporary folder beside the final one; messages refer to the final one or the given files instead."""
     staging = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     staging.chmod(0o755)
     try:
@@ -133,7 +133,7 @@ def _staging(folder: Path, request: SetupOptions) -> Iterator[Path]:
 
 
 def _make(staging: Path, folder: Path, request: SetupOptions, on_progress: ProgressObserver) -> CellSetup:
-    """Everything in its folder."""
+    """Create everything in the folder."""
     on_progress(Progress(0, STEPS, "reading the robot"))
     source = read_robot(request, staging)
     draft, srdf = stated_text(folder, request, source, staging), source.srdf
@@ -174,7 +174,7 @@ def _make(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
 def _with_place(
     draft: CellText, place: SuggestedPlace, srdf: Srdf | None, staging: Path, seed: int
 ) -> CellText:
-    """The draft with a place where the arm reaches best into it. InputError if it reaches nothing."""
+    """Add a place to the draft at the pose best reached by the arm. InputError if it reaches none."""
     cell = _probed(staging, replace(draft, places=(*draft.places, place)))
     without = _probed(staging, draft)
     empty = checker(CollisionModel(without), without.robot.tool.default_state, PayloadClass.EMPTY)
@@ -195,7 +195,7 @@ def _with_place(
 def _with_configurations(
     draft: CellText, srdf: Srdf | None, cell: Cell, places: Sequence[Array], seed: int
 ) -> tuple[CellText, list[str]]:
-    """The draft with named configurations, and notes: what was left out, or that none was found."""
+    """Add named configurations to the draft; also return notes on omitted ones, or if none was found."""
     empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY)
     known, notes = ([], []) if srdf is None else states_of_srdf(srdf, cell, empty)
     found = suggest(cell, empty, known, seed, places)
@@ -206,7 +206,7 @@ def _with_configurations(
 
 
 def _probed(staging: Path, draft: CellText) -> Cell:
-    """The cell as far as its shape goes, with stand-ins for limits that are missing."""
+    """Load the draft with placeholders for missing limits, for its geometry."""
     limits = {name: _stood_in(each) for name, each in draft.limits.items()}
     tool = None if draft.tool is None else draft.tool.stood_in(STAND_IN)
     (staging / CELL).write_text(replace(draft, limits=limits, tool=tool, accepts_unshaped=True).text())

@@ -1,4 +1,4 @@
-"""A new cell: what is known of it so far, and its text with a comment on where each figure is from."""
+"""Content of a new cell, and its text as a cell file with the source of each value in comments."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ devices: {}"""
 
 @dataclass(frozen=True)
 class JointPosture:
-    """A joint that is not planned.
+    """Fixed position of a joint that is not planned.
 
     Attributes:
-        name: Of the joint.
+        name: Name of the joint.
         position: rad or m.
-        source: Where the position is from.
+        source: Source of the position.
     """
 
     name: str
@@ -55,13 +55,13 @@ class JointPosture:
 
 @dataclass(frozen=True, eq=False)
 class SuggestedConfiguration:
-    """A configuration with a name.
+    """A named configuration.
 
     Attributes:
         name: Unique in the cell.
-        kind: As in the cell file.
+        kind: Kind as in the cell file.
         q: rad or m of the planned joints.
-        source: Where it is from.
+        source: Source of the configuration.
     """
 
     name: str
@@ -72,23 +72,23 @@ class SuggestedConfiguration:
 
 @dataclass(frozen=True, eq=False)
 class CellText:
-    """What is known of a cell.
+    """Content of a cell file.
 
     Attributes:
-        name: Of the cell.
-        source: Name of the file that it is made from.
-        srdf: Path of its SRDF from its folder; None without one.
-        packages: Folders by the name that ``package://`` calls them.
-        without: Links that are not there.
-        chain: What is planned.
-        standing: Joints that are not planned.
+        name: Name of the cell.
+        source: Name of the file that it was created from.
+        srdf: Path of its SRDF relative to its folder; None without one.
+        packages: Folders of packages, by name as in ``package://``.
+        without: Removed links.
+        chain: The planned chain.
+        standing: Positions of the joints that are not planned.
         unshaped: Links without a collision shape.
-        accepts_unshaped: Whether they may stay untested.
-        limits: Of the planned joints, by name.
-        limits_file: Path of a ``joint_limits.yaml`` from its folder; None without one.
-        tool: What is mounted; None where nothing is.
-        places: What holds items, where it stands.
-        pairs: Links that are never tested against each other.
+        accepts_unshaped: Whether these may remain without collision checks.
+        limits: Limits of the planned joints, by name.
+        limits_file: Path of a ``joint_limits.yaml`` relative to its folder; None without one.
+        tool: The tool, or None.
+        places: Places for items, with their poses.
+        pairs: Pairs of links exempt from collision checks.
         configurations: Named configurations.
     """
 
@@ -109,7 +109,7 @@ class CellText:
     configurations: tuple[SuggestedConfiguration, ...] = ()
 
     def text(self) -> str:
-        """The cell file.
+        """Format the cell file.
 
         Returns:
             YAML with comments.
@@ -120,10 +120,10 @@ class CellText:
         return "\n".join(lines) + "\n"
 
     def left(self) -> Iterator[str]:
-        """What only the owner of the cell can fill in.
+        """List what only the owner of the cell can fill in.
 
         Yields:
-            Each key once, with the joints that it is blank of, and how to state it.
+            Each key once, with the joints for which it is missing, and how to state it.
         """
         if self.unshaped and not self.accepts_unshaped:
             yield (
@@ -196,7 +196,7 @@ class CellText:
         yield from self.tool.device_lines()
 
     def _places(self) -> Iterator[str]:
-        """The pod and the other places, each with a blank line behind it."""
+        """The pod and the other places, each followed by a blank line."""
         if self.places:
             yield "# What holds items. Where each stands was found by what the arm reaches: move it to yours;"
             yield "# apc check tells what is reached there. Frames of places: docs/formats/cell.md."

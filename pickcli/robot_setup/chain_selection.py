@@ -1,4 +1,4 @@
-"""Which chain of a robot is planned: that of an SRDF group, else the longest one that is no finger."""
+"""Selects the chain to be planned: that of an SRDF group, else the longest one that is not a finger."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from pickcli.cell.robots.srdf import Group, Srdf
 from pickcli.cell.robots.urdf import Urdf
 from pickcli.errors import InputError, UnknownNameError
 
-FLANGES = ("tool0", "tcp", "ee_link", "flange")  # what makers call the frame that tools are mounted on
-LEAST_JOINTS = 2  # of a group that may be meant by itself: one joint is a gripper's or a rail's
+FLANGES = ("tool0", "tcp", "ee_link", "flange")  # makers' names of the frame that tools are mounted on
+LEAST_JOINTS = 2  # of an arm's group; groups of one joint are grippers or rails
 
 
 @dataclass(frozen=True)
 class PlannedChain:
-    """The joints of a robot that are planned, and the frame at their end.
+    """The planned joints of a robot, and the frame at their end.
 
     Attributes:
         joints: Names of the planned joints, base outwards.
         tip: Name of the link at the end.
-        group: Name of the SRDF group that says so; empty where none does.
-        other_tips: Links that stand still with the tip and carry no shape: each could be it as well.
+        group: Name of the SRDF group that states them; empty without one.
+        other_tips: Links rigidly connected to the tip and without a shape, which could be the tip as well.
     """
 
     joints: tuple[str, ...]
@@ -32,20 +32,20 @@ class PlannedChain:
 
 
 def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | None) -> PlannedChain:
-    """Choose the chain that is planned.
+    """Choose the chain to be planned.
 
     Args:
         robot: The robot.
-        srdf: What MoveIt's users say about it, if anything.
-        group: Name of the SRDF group that is asked for.
-        tip: Name of the link that is asked for as the end.
+        srdf: The SRDF, if there is one.
+        group: Name of the requested SRDF group.
+        tip: Name of the requested last link.
 
     Returns:
         The chain.
 
     Raises:
         UnknownNameError: There is no such group or link.
-        InputError: Several chains could be meant, with the list; or the group is no chain.
+        InputError: The choice is ambiguous, with all candidates; or the group is not a chain.
     """
     fingers = finger_joints(robot, srdf)
     if tip is not None and tip not in robot.links:
@@ -77,29 +77,29 @@ def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | N
 
 
 def group_joints(robot: Urdf, srdf: Srdf, name: str) -> tuple[str, ...]:
-    """The joints of a group that move by themselves.
+    """Return the joints of a group that are neither fixed nor mimics.
 
     Args:
         robot: The robot.
-        srdf: What knows the group.
-        name: Of the group.
+        srdf: The SRDF with the group.
+        name: Name of the group.
 
     Returns:
-        Their names in the order of the robot. What the robot does not have is left out.
+        Their names in the order of the robot. Joints that the robot does not have are left out.
     """
     found = set(_members(robot, srdf.groups, name, frozenset()))
     return tuple(joint for joint in robot.driven(robot.joints.values()) if joint in found)
 
 
 def finger_joints(robot: Urdf, srdf: Srdf | None) -> frozenset[str]:
-    """The joints that move fingers.
+    """Find the joints that move fingers.
 
-    These are joints that another one mimics, joints of an SRDF end effector, and branches of a hand: of a
-    link that two or more chains go on from, each of them shorter than the way to it.
+    These are joints that another one mimics, joints of an SRDF end effector, and branches of a hand: a link
+    with two or more subchains, each shorter than the chain that leads to it.
 
     Args:
         robot: The robot.
-        srdf: What MoveIt's users say about it, if anything.
+        srdf: The SRDF, if there is one.
 
     Returns:
         Names of joints.
@@ -120,7 +120,7 @@ def finger_joints(robot: Urdf, srdf: Srdf | None) -> frozenset[str]:
 
 
 def rigid_with(robot: Urdf, last: str) -> tuple[str, ...]:
-    """The links that a joint moves and no joint after it.
+    """Return the links that a joint moves and no later joint.
 
     Args:
         robot: The robot.
@@ -138,7 +138,7 @@ def rigid_with(robot: Urdf, last: str) -> tuple[str, ...]:
 
 
 def _members(robot: Urdf, groups: Mapping[str, Group], name: str, within: frozenset[str]) -> Iterable[str]:
-    """Names of the joints of a group and of the groups in it; a group that contains itself is read once."""
+    """Names of the joints of a group and its subgroups; a group that contains itself is read once."""
     if name not in groups or name in within:
         return
     group = groups[name]
@@ -157,19 +157,19 @@ def _without(joints: Iterable[str], fingers: Iterable[str]) -> tuple[str, ...]:
 
 
 def _below(robot: Urdf, joint: Joint) -> list[str]:
-    """Driven joints of a branch that begins with a joint."""
+    """Driven joints of the branch that begins with a joint."""
     behind = (name for child in robot.children(joint.child) for name in _below(robot, child))
     return [*robot.driven([joint]), *behind]
 
 
 def _longest_below(robot: Urdf, link: str, joint: str, fingers: Iterable[str]) -> tuple[str, ...]:
-    """The most driven joints in a row of a branch, without fingers."""
+    """Longest chain of driven joints in a branch, without fingers."""
     behind = (_longest_below(robot, child.child, child.name, fingers) for child in robot.children(link))
     return _without(robot.driven([robot.joints[link]]), fingers) + max(behind, key=len, default=())
 
 
 def _group_chain(robot: Urdf, srdf: Srdf | None, name: str, fingers: frozenset[str]) -> tuple[str, ...]:
-    """The joints of a group that was asked for. Raises InputError unless they are a chain."""
+    """The joints of a requested group. Raises InputError unless they are a chain."""
     if srdf is None:
         raise InputError(f"--group {name}: groups stand in an SRDF file; name it with --srdf")
     if name not in srdf.groups:
@@ -187,7 +187,7 @@ def _group_chain(robot: Urdf, srdf: Srdf | None, name: str, fingers: frozenset[s
 
 
 def _likeliest(robot: Urdf, srdf: Srdf | None, fingers: frozenset[str]) -> tuple[str, tuple[str, ...]]:
-    """The group that must be meant and its joints, else the longest chain. Raises InputError for a tie."""
+    """The only arm group and its joints, else the longest chain. Raises InputError if ambiguous."""
     named = {} if srdf is None else _group_chains(robot, srdf, fingers)
     if len(set(named.values())) > 1:
         raise InputError(f"which arm? name its group with --group; {_candidates(named)}")
@@ -205,7 +205,7 @@ def _likeliest(robot: Urdf, srdf: Srdf | None, fingers: frozenset[str]) -> tuple
 
 
 def _group_chains(robot: Urdf, srdf: Srdf, fingers: frozenset[str]) -> dict[str, tuple[str, ...]]:
-    """The groups that are an arm, with their joints."""
+    """Groups that form an arm, with their joints."""
     found = {}
     for name in srdf.groups:
         chain = _as_chain(robot, _without(group_joints(robot, srdf, name), fingers))
@@ -215,7 +215,7 @@ def _group_chains(robot: Urdf, srdf: Srdf, fingers: frozenset[str]) -> dict[str,
 
 
 def _as_chain(robot: Urdf, joints: tuple[str, ...]) -> tuple[str, ...] | None:
-    """The joints in the order of the chain that they are part of; None if they are of no single one."""
+    """The joints in the order of their common chain; None if they have none."""
     for link in robot.links:
         chain = tuple(name for name in robot.driven(robot.way(link)) if name in joints)
         if joints and len(chain) == len(joints):
@@ -224,7 +224,7 @@ def _as_chain(robot: Urdf, joints: tuple[str, ...]) -> tuple[str, ...] | None:
 
 
 def _likeliest_tip(robot: Urdf, srdf: Srdf | None, group: str, ends: tuple[str, ...]) -> str:
-    """The tip that the group states, what carries the end effector, a flange by name, else the last frame."""
+    """The group's stated tip, the end effector's parent, a flange by name, or else the last frame."""
     if srdf is not None:
         stated = [tip for _, tip in srdf.groups[group].chains] if group else []
         stated += [effector.parent_link for effector in srdf.end_effectors]

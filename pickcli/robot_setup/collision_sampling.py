@@ -1,8 +1,8 @@
-"""Which links of a robot collide: always, never or sometimes, counted over sampled configurations.
+"""Counts over sampled configurations whether pairs of links collide always, sometimes or never.
 
-As MoveIt's Setup Assistant does, but the answer is used otherwise. That two links never collided in a sample
-does not prove that they never do, so such pairs stay tested: it costs little. Only pairs that meet in every
-sample would leave nothing to plan; they are allowed, with what was counted.
+MoveIt's Setup Assistant samples in the same way, but the result is used differently. Pairs that never
+collided in the sample are still checked: a sample proves nothing, and checks cost little. Only pairs that
+collide in every sample are allowed, with the counts as reason, since otherwise nothing could be planned.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from pickcli.seeds import derived_rng
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.forward_kinematics import link_poses
 
-N_SPHERES = 10_000  # configurations at which spheres are tested
-N_FIRST = 500  # of these, that already tell of most pairs that they meet sometimes
-N_SHAPES = 200  # of these, at which shapes are measured
+N_SPHERES = 10_000  # configurations for tests of spheres
+N_FIRST = 500  # of these, tested first, which suffice for most pairs that collide sometimes
+N_SHAPES = 200  # of these, for measurements of shapes
 
 
 class CollisionFrequency(StrEnum):
-    """How often two links are nearer to each other than coarse motions are planned with."""
+    """How often two links are closer than the clearance of coarse motions."""
 
     ALWAYS = "always"
     SOMETIMES = "sometimes"
@@ -41,15 +41,15 @@ class CollisionFrequency(StrEnum):
 
 @dataclass(frozen=True)
 class CollisionCount:
-    """How often two links are nearer to each other than coarse motions are planned with.
+    """Collision frequency of two links at the clearance of coarse motions.
 
     Attributes:
         a: Name of one link.
         b: Name of the other.
-        spheres: How often their spheres are, which planning tests.
-        shapes: How often their shapes are, which the verifier measures; None where nobody asked.
-        least: m, the smallest distance of the shapes that was measured.
-        clearance: m, that of the cell and what is kept on top of it.
+        spheres: Frequency for their spheres, which planning uses.
+        shapes: Frequency for their shapes, which the verifier uses; None if not measured.
+        least: m, smallest measured distance of the shapes.
+        clearance: m, clearance of the cell plus the planning reserve.
     """
 
     a: str
@@ -61,7 +61,7 @@ class CollisionCount:
 
     @property
     def allowed(self) -> AllowedPair | None:
-        """The pair as the cell has to allow it so that anything can be planned; None where that is not so."""
+        """The allowed pair that planning requires; None if it requires none."""
         if self.spheres is not CollisionFrequency.ALWAYS:
             return None
         near = f"{1e3 * self.clearance:g} mm"
@@ -77,19 +77,19 @@ class CollisionCount:
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether the pair is allowed although its shapes collide in some configurations only."""
+        """Whether the pair is allowed although its shapes collide only in some configurations."""
         return self.spheres is CollisionFrequency.ALWAYS and self.shapes is CollisionFrequency.SOMETIMES
 
 
 def count_collisions(cell: Cell, seed: int) -> list[CollisionCount]:
-    """Count over sampled configurations how often the links of a robot collide.
+    """Count over sampled configurations how often links collide.
 
     Args:
-        cell: The cell. Pairs that it allows are left out.
-        seed: Of the configurations.
+        cell: The cell, whose allowed pairs are left out.
+        seed: Seed of the configurations.
 
     Returns:
-        Every pair of links that planning tests against each other, base first.
+        Counts for every pair of links that planning checks, base first.
     """
     model, robot, clearance = CollisionModel(cell), cell.robot, cell.clearance + RESERVE
     Q = Arm(robot).random_seeds(derived_rng(seed, "collisions of links"), N_SPHERES)
@@ -106,14 +106,14 @@ def count_collisions(cell: Cell, seed: int) -> list[CollisionCount]:
 
 
 def _moving(model: CollisionModel) -> Iterator[tuple[str, str, Checker]]:
-    """Links that move against each other, and a checker of each pair alone."""
+    """Pairs of links that move relative to each other, with a checker for each pair."""
     robot, names = model.state(model.robot.tool.default_state), model.frame_names
     for i, j in robot.self_pairs.tolist():
         yield names[i], names[j], robot.of_frames([i, j])
 
 
 def _with_base(model: CollisionModel) -> Iterator[tuple[str, str, Checker]]:
-    """Links that stand still and links that move, and a checker of each pair alone."""
+    """Pairs of a static and a moving link, with a checker for each pair."""
     robot, solids = model.state(model.robot.tool.default_state), dict[str, list[tuple[Array, Shape]]]()
     for link, T, body in model.static_bodies():
         solids.setdefault(link, []).append((T @ body.T_parent_shape, body.shape))
@@ -129,7 +129,7 @@ def _with_base(model: CollisionModel) -> Iterator[tuple[str, str, Checker]]:
 
 
 def _surround(checker: Checker, solids: Sequence[tuple[Array, Shape]]) -> None:
-    """Put solids at poses (4, 4) around what a checker knows."""
+    """Set the world of a checker to solids at poses (4, 4)."""
     checker.set_world(
         np.array([T for T, _ in solids]),
         np.array([shape.extents / 2 for _, shape in solids]),
@@ -139,7 +139,7 @@ def _surround(checker: Checker, solids: Sequence[tuple[Array, Shape]]) -> None:
 
 
 def _spheres_colliding(checker: Checker, Q: Array, clearance: float) -> CollisionFrequency:
-    """How often anything is nearer than the clearance, over Q (N, n)."""
+    """Frequency of clearance violations over Q (N, n)."""
     collides = ~checker.are_free(Q[:N_FIRST], clearance)
     if 0 < np.count_nonzero(collides) < N_FIRST:
         return CollisionFrequency.SOMETIMES
@@ -147,7 +147,7 @@ def _spheres_colliding(checker: Checker, Q: Array, clearance: float) -> Collisio
 
 
 def _distances(cell: Cell, a: str, b: str, poses: Array) -> Array:
-    """Distances (N,) in m of the shapes of two links, the links at poses (L, N, 4, 4)."""
+    """Distances (N,) in m between the shapes of two links, at link poses (L, N, 4, 4)."""
     names = [link.name for link in cell.robot.links]
     one, other = (
         [(Solid(body.shape), body, names.index(name)) for body in cell.robot.link(name).shapes]

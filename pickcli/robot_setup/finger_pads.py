@@ -1,4 +1,4 @@
-"""The flat pads of two fingers, found in their collision shapes: where both are flat, opposite each other."""
+"""Finds the flat pads of two fingers in their collision shapes: where both are flat and face each other."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.geometry import Array
 
-CELL = 0.0005  # m, side of the cells that pads are made of
-MOST_CELLS = 200  # along a side; longer fingers have larger cells
-FLAT = 0.0003  # m that the face of a pad may be uneven
-DEEP = 0.002  # m behind its face in which a pad is solid
-LEAST = 0.003  # m, the shorter side of what is called a pad
+CELL = 0.0005  # m, side of the grid cells that form pads
+MOST_CELLS = 200  # along a side; cells are larger on longer fingers
+FLAT = 0.0003  # m, tolerated unevenness of a pad's face
+DEEP = 0.002  # m behind the face within which a pad must be solid
+LEAST = 0.003  # m, least width of a pad
 
-_N_SIDES = 64  # of the prism that stands for a cylinder
+_N_SIDES = 64  # of the prism that approximates a cylinder
 
 
 @dataclass(frozen=True, eq=False)
 class FingerPads:
-    """Two pads of one size that face each other.
+    """Two pads of equal size that face each other.
 
     Attributes:
-        middle: (3,) m, the middle between both, in the frame in which the fingers were given.
+        middle: (3,) m, the middle between both, in the frame of the fingers' shapes.
         size: m, their sides along x and z of that frame.
         gap: m between their faces along y.
     """
@@ -36,15 +36,15 @@ class FingerPads:
 
 
 def find_pads(upper: Sequence[Body], lower: Sequence[Body]) -> FingerPads | None:
-    """Find the largest rectangle that is flat and solid on both fingers.
+    """Find the largest rectangle on which both fingers are flat and solid.
 
     Args:
-        upper: Shapes of the finger on the side of +y, their ``T_parent_shape`` in a frame whose y points
-            along which the fingers close.
-        lower: Shapes of the finger on the side of -y, in the same frame.
+        upper: Shapes of the finger on the +y side, with ``T_parent_shape`` in a frame whose y is the
+            closing direction.
+        lower: Shapes of the finger on the -y side, in the same frame.
 
     Returns:
-        The pads; None where no such rectangle is ``LEAST`` wide.
+        The pads; None if there is no rectangle at least ``LEAST`` wide.
     """
     corners = [_box_around(shapes) for shapes in (upper, lower)]
     low = np.max([low for low, _ in corners], axis=0)
@@ -59,7 +59,7 @@ def find_pads(upper: Sequence[Body], lower: Sequence[Body]) -> FingerPads | None
     if above is None or below is None:
         return None
     first, last = _largest_rectangle((above[1] & below[1]).reshape(*n))
-    size = sides * (last - first - 1)  # the cells at the rim are in by their middles only
+    size = sides * (last - first - 1)  # cells at the rim are included only by their centres
     if size.min() < LEAST:
         return None
     middle = low + sides * (first + last) / 2
@@ -79,9 +79,9 @@ def _box_around(shapes: Sequence[Body]) -> tuple[Array, Array]:
 def _inner_face(
     shapes: Sequence[Body], columns: Array, side: float
 ) -> tuple[float, NDArray[np.bool_]] | None:
-    """Where along y a finger begins, and over which columns (N, 2) its face is flat there and solid behind.
+    """Position of a finger's face along y, and mask of the columns (N, 2) where it is flat and solid behind.
 
-    What is on the side of -y is looked at from there, mirrored. None where no column meets the finger.
+    Fingers on the -y side are mirrored. None if no column hits the finger.
     """
     spans = [_span(body, columns, side) for body in shapes]
     begins = np.min([begin for begin, _ in spans], axis=0)
@@ -93,13 +93,13 @@ def _inner_face(
 
 
 def _span(body: Body, columns: Array, side: float) -> tuple[Array, Array]:
-    """Where lines along y, at x and z (N, 2), enter a solid and leave it, (N,) each. Infinite: a miss."""
+    """Entry and exit (N,) of lines along y, at x and z (N, 2), through a solid. Infinite for a miss."""
     T = body.T_parent_shape
     normals, offsets = _planes(body.shape)
     normals = normals @ T[:3, :3].T
     offsets = offsets - normals @ T[:3, 3]
     along = side * normals[:, 1]
-    across = columns @ normals[:, [0, 2]].T + offsets  # of the point at y = 0
+    across = columns @ normals[:, [0, 2]].T + offsets  # value at y = 0
     with np.errstate(divide="ignore", invalid="ignore"):
         t = -across / along
     enters = np.where(along < 0.0, t, -np.inf).max(axis=1)
@@ -109,12 +109,13 @@ def _span(body: Body, columns: Array, side: float) -> tuple[Array, Array]:
 
 
 def _planes(shape: Shape) -> tuple[Array, Array]:
-    """Outward normals (M, 3) and offsets (M,) of a convex solid, ``normal @ p + offset <= 0`` inside it.
+    """Outward normals (M, 3) and offsets (M,) of a convex solid, with ``normal @ p + offset <= 0`` inside.
 
-    A cylinder is the prism inside it; a ball has no flat side, and its planes hold nothing.
+    A cylinder is approximated by an inscribed prism; a sphere has no flat face, so its planes exclude every
+    point.
     """
     if shape.kind is ShapeKind.HULL:
-        from scipy.spatial import ConvexHull  # only where a finger has meshes
+        from scipy.spatial import ConvexHull  # slow to import; only for fingers with meshes
 
         planes = ConvexHull(np.array(shape.vertices)).equations
         return planes[:, :3], planes[:, 3]
@@ -133,7 +134,8 @@ def _planes(shape: Shape) -> tuple[Array, Array]:
 def _largest_rectangle(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
     """First and past-the-last row and column, (2,) each, of the largest rectangle that is all true.
 
-    Under every row the true cells that end in it are a histogram, whose largest rectangle a stack finds.
+    For every row, the runs of true cells that end in it form a histogram, whose largest rectangle is found
+    with a stack.
     """
     best, found = 0, (np.zeros(2, dtype=int), np.zeros(2, dtype=int))
     heights = np.zeros(mask.shape[1] + 1, dtype=int)

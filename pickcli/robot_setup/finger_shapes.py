@@ -1,4 +1,4 @@
-"""Shapes of what is fixed to a finger, moved onto the finger: a cell knows fingers of one link each."""
+"""Moves shapes of links fixed to a finger onto the finger, as cells support only one link per finger."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ _DRAWN = ("visual", "collision")
 
 
 def with_whole_fingers(text: str, robot: Urdf, ends: Sequence[str]) -> str:
-    """A URDF in which the shapes of what is fixed to a sliding link stand in that link.
+    """Rewrite a URDF such that shapes of links fixed to a sliding link belong to that link.
 
     Args:
-        text: The URDF, which was read without a mistake.
-        robot: What was read.
-        ends: Names of the links that the arm's last joint moves and no joint after it.
+        text: The URDF, which was read without mistakes.
+        robot: The robot read from it.
+        ends: Names of the links that the arm's last joint moves and no later joint.
 
     Returns:
-        The URDF; the text itself where no link with a shape is fixed to one that slides.
+        The URDF; unchanged if no link with a shape is fixed to a sliding one.
     """
     sliding = [j.child for end in ends for j in robot.children(end) if j.type is JointType.PRISMATIC]
     pads = {
@@ -47,7 +47,7 @@ def with_whole_fingers(text: str, robot: Urdf, ends: Sequence[str]) -> str:
 
 
 def _fixed_to(robot: Urdf, link: str) -> Iterator[tuple[str, Array]]:
-    """Links that fixed joints hang on a link, also through others, with their poses (4, 4) in it."""
+    """Links that are fixed to a link, directly or indirectly, with their poses (4, 4) in it."""
     for joint in robot.children(link):
         if joint.type is JointType.FIXED:
             yield joint.child, joint.T_parent_joint
@@ -56,7 +56,7 @@ def _fixed_to(robot: Urdf, link: str) -> Iterator[tuple[str, Array]]:
 
 
 def _move(drawn: ElementTree.Element, T: Array) -> None:
-    """Put the origin of a shape, which stands at identity where it has none, behind a pose (4, 4)."""
+    """Premultiply the origin of a shape, identity if it has none, by a pose (4, 4)."""
     origin = drawn.find("origin")
     if origin is None:
         origin = ElementTree.Element("origin")

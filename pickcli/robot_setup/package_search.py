@@ -1,4 +1,4 @@
-"""Where the ROS packages lie that a URDF names."""
+"""Finds the folders of ROS packages named in a URDF."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pathlib import Path
 
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 MANIFEST = "package.xml"
-MANIFEST_BYTES = 100_000  # of a manifest that are read
+MANIFEST_BYTES = 100_000  # limit of reading a manifest
 
 
 class PackageSearch:
-    """Finds packages by name: in folders that were stated, above the URDF, and where ROS has them.
+    """Finds packages by name: in stated folders, above the URDF, and in ROS's own paths.
 
     Args:
         urdf: The file that names packages.
-        stated: Folders, each a package or one that holds packages.
+        stated: Folders, each a package or a folder of packages.
         named: Folders of packages by name.
     """
 
@@ -32,10 +32,10 @@ class PackageSearch:
         """Find a package.
 
         Args:
-            name: Its name.
+            name: Name of the package.
 
         Returns:
-            Its folder; None if it is nowhere.
+            Its folder; None if it is not found.
         """
         if name in self._named:
             return self._named[name]
@@ -46,10 +46,10 @@ class PackageSearch:
         return None
 
     def why_none(self, name: str) -> str:
-        """Tell that a package was not found, and what to do.
+        """Explain that a package was not found, with advice.
 
         Args:
-            name: Its name.
+            name: Name of the package.
 
         Returns:
             The text.
@@ -70,7 +70,7 @@ def _ros_folders() -> Iterator[Path]:
 
 
 def _names_of(folder: Path) -> tuple[str, ...]:
-    """What a package may be called: as its folder, or as its manifest says. Nothing for what is no folder."""
+    """Possible names of a package: its folder's, and that in its manifest. Empty if it is not a folder."""
     with suppress(OSError):
         manifest = folder / MANIFEST
         if manifest.is_file():

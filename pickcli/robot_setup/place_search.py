@@ -1,9 +1,9 @@
-"""Where a shelf, a box or a table stands so that the arm reaches best into it, and hits nothing there.
+"""Searches the pose of a shelf, box or table that the arm reaches best without collisions.
 
-Around the arm's first joint, poses are tried from straight ahead on to either side, then higher and
-lower. At each, inverse kinematics and the collision checker say how many tool poses in the place and before
-it the arm can take, as they do where a base is mounted (`reachability.mount_ranking`): there the robot is
-moved, here what stands before it.
+Candidate poses are around the arm's first joint: first straight ahead, then to either side, then higher and
+lower. Each is rated by the number of tool poses in and in front of the place that the arm can reach, by
+inverse kinematics and collision checks, as in the search for a base pose (`reachability.mount_ranking`),
+where the robot is moved instead.
 """
 
 from __future__ import annotations
@@ -31,29 +31,29 @@ from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.scene.solid_overlap import PosedSolid
 from pickcli.seeds import derived_rng
 
-ENOUGH = 0.85  # mean of the share of all tool poses and that of the worst place, which ends the search
-SAME = 0.05  # by which a pose has to be better than one that was tried before
-ROOM = 0.02  # m between what is placed and anything else that stands there
+ENOUGH = 0.85  # rating, mean of the overall share and that of the worst place, at which the search ends
+SAME = 0.05  # least improvement over an earlier pose
+ROOM = 0.02  # m between the carrier and anything else
 
 _TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])
-_FROM_ABOVE = (0.4, 0.3, 0.5)  # distances of the middle, as shares of the arm's reach
+_FROM_ABOVE = (0.4, 0.3, 0.5)  # distances of the centre, as shares of the arm's reach
 _FROM_FRONT = (0.45, 0.55, 0.65)  # of the front face
-_HEIGHTS = (0.0, 0.2, -0.2)  # of the middle over the arm's first joint, as shares of its reach
-_N_POSES = 12  # tool poses in all places by which a pose is judged, with as many before them
+_HEIGHTS = (0.0, 0.2, -0.2)  # of the centre above the arm's first joint, as shares of its reach
+_N_POSES = 12  # tool poses in all places by which a pose is rated, with as many in front of them
 _MOST_TRIED = 48
-_N_LEAST = 2  # of these in each place
+_N_LEAST = 2  # least number of these per place
 _N_SEEDS = 64
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedCarrier:
-    """Where something that holds items is best placed.
+    """Best pose found for a carrier.
 
     Attributes:
         T_world_carrier: (4, 4).
-        share: Share of the tool poses in it that the arm takes there; 0 where it reaches nothing anywhere.
-        n_poses: Number of these.
-        n_tried: Number of poses that were tried, those in which it would stand in something left out.
+        share: Share of the tool poses that the arm reaches there; 0 if it reaches none at any pose.
+        n_poses: Number of tool poses.
+        n_tried: Number of candidate poses rated, without those in collision.
     """
 
     T_world_carrier: Array
@@ -64,18 +64,18 @@ class PlacedCarrier:
 
 @dataclass(frozen=True, eq=False)
 class PlaceSearch:
-    """Seeks the pose of one carrier of a cell.
+    """Search of the pose of one carrier of a cell.
 
     Attributes:
-        cell: The cell with everything that stands where it is to stay, and the carrier anywhere.
+        cell: The cell with everything at its final pose, and the carrier at any pose.
         carrier: The carrier.
-        level: m that its frame is over the robot's base where both stand on one level; None where that is no
-            pose of its own.
-        keeps_free: (M, n) configurations that it must leave free.
-        seed: Of tool poses and of inverse kinematics.
+        level: m, height of its frame above the robot's base if both stand on the same level; None to skip
+            that candidate.
+        keeps_free: (M, n) configurations that must stay free.
+        seed: Seed of tool poses and inverse kinematics.
 
     Raises:
-        InputError: The tool fits into one of its places nowhere.
+        InputError: The tool does not fit anywhere in one of its places.
     """
 
     cell: Cell
@@ -85,12 +85,12 @@ class PlaceSearch:
     seed: int
 
     def best(self) -> PlacedCarrier:
-        """The pose at which most tool poses are reached, also in the worst of its places.
+        """Find the pose with the most reachable tool poses, also in the worst of its places.
 
-        Of poses that are as good it is the first.
+        Of equally good poses the first is chosen.
 
         Returns:
-            The pose; of no use where nothing is reached.
+            The pose; arbitrary if nothing is reached.
         """
         best, worth, n_poses = PlacedCarrier(np.eye(4), 0.0, 0, 0), 0.0, sum(map(len, self._tools))
         n_tried = 0
@@ -108,7 +108,7 @@ class PlaceSearch:
         return replace(best, n_tried=n_tried, n_poses=n_poses)
 
     def _poses(self) -> Iterator[Array]:
-        """Poses (4, 4) that are tried: on the level of the base first, and there straight ahead first."""
+        """Candidate poses (4, 4): on the level of the base first, and straight ahead first."""
         center, radius = reach_ball(self.cell.robot)
         away = _FROM_ABOVE if self._places[0].access.is_from_above else _FROM_FRONT
         for z in self._heights(float(center[2]), radius):
@@ -117,7 +117,7 @@ class PlaceSearch:
                 yield pose((x, y, z), rpy=(0.0, 0.0, turn))
 
     def _heights(self, center: float, radius: float) -> Iterator[float]:
-        """Heights in m: on the level of the base, then its middle about that of the arm's first joint."""
+        """Candidate heights in m: the level of the base, then around that of the arm's first joint."""
         if self.level is not None:
             yield float(self.cell.robot.T_world_base[2, 3]) + self.level
         middles = [place.T_carrier_place[2, 3] + place.room.size[2] / 2 for place in self._places]
@@ -125,7 +125,7 @@ class PlaceSearch:
             yield center + share * radius - float(np.mean(middles))
 
     def _shares(self, T: Array, empty: SceneChecker) -> Array:
-        """(P,) share of the tool poses of each place that the arm takes, the carrier at a pose (4, 4)."""
+        """Share (P,) of the reachable tool poses of each place, with the carrier at a pose (4, 4)."""
         robot = self.cell.robot
         reach = ToolReachability(
             self._arm, empty, robot.tool.default_state, self._seeds, *reach_ball(robot), self._seeds[:0]
@@ -133,7 +133,7 @@ class PlaceSearch:
         return np.array([np.mean([reach.has(T @ T_tool) for T_tool in tools]) for tools in self._tools])
 
     def _checker_at(self, T: Array) -> SceneChecker | None:
-        """The checker of the cell with the carrier at a pose (4, 4); None where something is in its way."""
+        """Checker of the cell with the carrier at a pose (4, 4); None if it is in collision there."""
         moved = replace(self.carrier, T_world_carrier=T)
         solids = [PosedSolid(body.shape.inflated(ROOM), T @ body.T_parent_shape) for body in moved.bodies]
         if any(overlaps(solid, other) for solid in solids for other in self._standing):
@@ -152,12 +152,12 @@ class PlaceSearch:
 
     @cached_property
     def _seeds(self) -> Array:
-        """(K, n) starting points of inverse kinematics, the same for all poses."""
+        """Seeds (K, n) of inverse kinematics, the same for all poses."""
         return self._arm.random_seeds(derived_rng(self.seed, "place", "seeds"), _N_SEEDS)
 
     @cached_property
     def _tools(self) -> list[Array]:
-        """For each place of the carrier (N, 4, 4) tool poses in it and before its mouth, in its frame."""
+        """Tool poses (N, 4, 4) in and in front of each place, in the carrier's frame."""
         alone = replace(
             self.cell,
             pod=self.cell.pod if self.carrier.name == POD else NO_POD,
@@ -176,7 +176,7 @@ class PlaceSearch:
 
     @cached_property
     def _standing(self) -> list[PosedSolid]:
-        """Everything else that stands: the robot's base, and what is around it."""
+        """All other stationary solids: the robot's base and its surroundings."""
         own = {body.name for body in self.carrier.bodies}
         around = empty_scene(self.cell).standing
         return [
@@ -186,14 +186,14 @@ class PlaceSearch:
 
 
 def with_carrier(cell: Cell, carrier: Carrier) -> Cell:
-    """A cell in which a carrier stands elsewhere.
+    """Return a cell with one carrier moved.
 
     Args:
         cell: The cell.
-        carrier: The carrier, where it is to stand.
+        carrier: The carrier at its new pose.
 
     Returns:
-        The cell, under its old fingerprint: nothing of it is to be stored.
+        The cell, with its old fingerprint: it must not be stored.
     """
     if carrier.name == POD:
         return replace(cell, T_world_pod=carrier.T_world_carrier)

@@ -1,4 +1,4 @@
-"""The files that a robot comes in: its URDF, expanded if it is a xacro, and the meshes that this names."""
+"""Collects the files of a robot: its URDF, expanded from xacro if necessary, and the meshes named in it."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ MAX_BYTES = 10_000_000
 
 @dataclass(frozen=True)
 class RobotFiles:
-    """What has to lie in a cell's folder so that it needs nothing outside of it.
+    """The files that make a cell's folder self-contained.
 
     Attributes:
         urdf: Text of the URDF.
-        meshes: Files by the path, from the cell's folder, that they are to have there.
-        packages: Folders of the cell by the name that ``package://`` calls them.
+        meshes: Files by their target path in the cell's folder.
+        packages: Folders in the cell's folder, by name as in ``package://``.
     """
 
     urdf: str
@@ -40,21 +40,21 @@ class RobotFiles:
 def find_robot_files(
     urdf: Path, packages: PackageSearch, arguments: Mapping[str, str], scratch: Path
 ) -> RobotFiles:
-    """Find what a URDF needs: the meshes of its collision shapes, and of its visuals those that are there.
+    """Find the files that a URDF needs: meshes of collision shapes, and available meshes of visuals.
 
-    The text stays as it is except for meshes that it names by a path that leads out of its folder.
+    The text is unchanged except for meshes named by a path outside its folder.
 
     Args:
         urdf: A URDF or xacro file.
-        packages: Finds the packages that it names.
-        arguments: Of a xacro, by name.
+        packages: Finder of packages.
+        arguments: Arguments of a xacro, by name.
         scratch: A folder for the expanded text of a xacro.
 
     Returns:
         The files.
 
     Raises:
-        InputError: With every package and every mesh of a collision shape that is not found.
+        InputError: With every missing package and every missing mesh of a collision shape.
     """
     if urdf.suffix == ".xacro":
         text, path = expanded(urdf, packages, arguments), scratch / f"{urdf.stem}.urdf"
@@ -67,7 +67,7 @@ def find_robot_files(
         mistakes.tried(lambda mesh=mesh: found.add(mesh), None)  # type: ignore[misc]
     mistakes.check()
     for mesh in _meshes(robot, "visual"):
-        with suppress(InputError):  # without it a link is drawn by its collision shapes
+        with suppress(InputError):  # without the mesh, collision shapes are drawn
             found.add(mesh)
     for name, target in found.renamed.items():
         text = re.sub(rf"(filename\s*=\s*[\"']){re.escape(name)}([\"'])", rf"\g<1>{target}\g<2>", text)
@@ -75,7 +75,7 @@ def find_robot_files(
 
 
 def _meshes(robot: Element, tag: str) -> Iterator[Element]:
-    """Every mesh of the collision shapes or visuals."""
+    """Yield all meshes of collision shapes or visuals."""
     for link in robot.all("link"):
         for shape in link.all(tag):
             for geometry in shape.all("geometry"):
@@ -83,11 +83,11 @@ def _meshes(robot: Element, tag: str) -> Iterator[Element]:
 
 
 class _Found:
-    """The meshes found so far.
+    """Meshes found so far.
 
     Args:
         urdf: The file that names them.
-        packages: Finds packages.
+        packages: Finder of packages.
     """
 
     def __init__(self, urdf: Path, packages: PackageSearch) -> None:
@@ -95,7 +95,7 @@ class _Found:
         self.meshes: dict[str, Path] = {}
         self.packages: dict[str, str] = {}
         self._missing = set[str]()
-        self.renamed: dict[str, str] = {}  # what the text calls a mesh: what it is to be called
+        self.renamed: dict[str, str] = {}  # old and new mesh name in the text
 
     def add(self, mesh: Element) -> None:
         """Find the file of a mesh. Raises InputError."""
@@ -122,7 +122,7 @@ class _Found:
         self._keep(mesh, inside, path)
 
     def _tell_missing(self, mesh: Element, package: str) -> None:
-        """Raise InputError for the first mesh of a package that was not found; one message is enough."""
+        """Raise InputError for the first mesh of a missing package; later ones are ignored."""
         if package not in self._missing:
             self._missing.add(package)
             raise mesh.error(self._search.why_none(package))
@@ -133,7 +133,7 @@ class _Found:
         self.meshes[target] = path
 
     def _own_name(self, path: Path) -> str:
-        """A name in the folder of meshes that no other file has."""
+        """A file name in the folder of meshes that no other file has."""
         for k in range(len(self.meshes) + 1):
             name = f"{MESHES}/{path.name}" if k == 0 else f"{MESHES}/{path.stem}_{k}{path.suffix}"
             if self.meshes.get(name, path) == path:

@@ -1,4 +1,4 @@
-"""Reading the files of a robot, and copying them into the folder of its cell."""
+"""Reads the files of a robot and copies them into the folder of its cell."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from pickcli.robot_setup.suggested_tool import GRIPPER
 
 @dataclass(frozen=True, eq=False)
 class RobotSource:
-    """A robot as its files have it.
+    """A robot as read from its files.
 
     Attributes:
         files: The files.
-        robot: The robot without the links that are not there.
-        srdf: What its SRDF says, if there is one.
+        robot: The robot without removed links.
+        srdf: Its SRDF, if there is one.
         limits: Its file of limits, if there is one.
     """
 
@@ -50,8 +50,8 @@ def read_robot(request: SetupOptions, staging: Path) -> RobotSource:
     """Read a robot, and copy its files.
 
     Args:
-        request: What a cell is to be made from.
-        staging: The folder where they are copied to.
+        request: Options of the setup.
+        staging: The folder that they are copied to.
 
     Returns:
         The robot.
@@ -87,7 +87,7 @@ def _copy(files: RobotFiles, staging: Path) -> None:
 
 
 def _refuse_unknown_names(request: SetupOptions, urdf: Path) -> None:
-    """Refuse names that the URDF does not have before its meshes are read, which takes minutes.
+    """Refuse names that the URDF does not have, before its meshes are read, which can take minutes.
 
     Raises:
         UnknownNameError: There is no such link or joint.
@@ -104,7 +104,7 @@ def _refuse_unknown_names(request: SetupOptions, urdf: Path) -> None:
 
 
 def _refuse_long_names(robot: Urdf, urdf: Path) -> None:
-    """Refuse names that no cell file may hold. Raises InputError."""
+    """Refuse names that are too long for a cell file. Raises InputError."""
     for name in (*robot.links, *(joint.name for joint in robot.joints.values())):
         if len(name) > MAX_TEXT:
             told = f"has {len(name)} characters, a cell takes {MAX_TEXT}; rename it"
@@ -112,7 +112,7 @@ def _refuse_long_names(robot: Urdf, urdf: Path) -> None:
 
 
 def _limits(path: Path | None, whole: Urdf, staging: Path) -> Source | None:
-    """The file of limits, copied. Raises InputError for a mistake in it."""
+    """Read and copy the file of limits. Raises InputError for mistakes in it."""
     if path is None:
         return None
     limits = read_joint_limits(path)
@@ -122,7 +122,7 @@ def _limits(path: Path | None, whole: Urdf, staging: Path) -> Source | None:
 
 
 def _without(robot: Urdf, links: Sequence[str]) -> Urdf:
-    """The robot without some links. Raises UnknownNameError for one that it does not have."""
+    """Remove links from the robot. Raises UnknownNameError for a link that it does not have."""
     hanging = [name for name in robot.links if name != robot.root]
     for link in links:
         if link not in hanging:
@@ -131,7 +131,7 @@ def _without(robot: Urdf, links: Sequence[str]) -> Urdf:
 
 
 def _srdf(path: Path | None, robot: Urdf, staging: Path) -> Srdf | None:
-    """The SRDF, copied. Raises InputError for one of another robot."""
+    """Read and copy the SRDF. Raises InputError if it is for another robot."""
     if path is None:
         return None
     srdf = read_srdf(path)

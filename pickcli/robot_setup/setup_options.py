@@ -1,4 +1,4 @@
-"""What a cell is to be made from, and the names of the files in its folder."""
+"""Options for creating a cell, and the names of the files in its folder."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ URDF, SRDF, LIMITS, CELL = "robot.urdf", "robot.srdf", "joint_limits.yaml", "cel
 
 @dataclass(frozen=True)
 class StatedLimit:
-    """A limit that the author of a cell states.
+    """A limit stated by the user.
 
     Attributes:
         kind: "velocity", "acceleration", "jerk" or "effort".
-        joint: Whose it is; None for every planned joint that has none.
-        value: In rad or m per s, s2 or s3; of an effort N or Nm.
+        joint: Name of the joint; None for every planned joint without one.
+        value: rad or m per s, s2 or s3; for an effort N or Nm.
     """
 
     kind: str
@@ -28,24 +28,24 @@ class StatedLimit:
 
 @dataclass(frozen=True)
 class SetupOptions:
-    """What a cell is to be made from.
+    """Options for creating a cell.
 
     Attributes:
         urdf: A URDF or xacro file.
         srdf: An SRDF file, if there is one.
-        group: Name of the SRDF group that is to be planned.
-        tip: Name of the link at the end of what is to be planned.
-        without: Names of links that are not there, with all that hangs on them.
-        package_path: Folders in which packages are looked for first.
+        group: Name of the SRDF group to be planned.
+        tip: Name of the last link of the planned chain.
+        without: Names of links to remove, with everything attached to them.
+        package_path: Folders to search for packages first.
         packages: Folders of packages by name.
-        arguments: Of a xacro, by name.
+        arguments: Arguments of a xacro, by name.
         joint_limits: A ROS ``joint_limits.yaml``.
-        figures: Limits that are stated on top of these.
-        accepts_unshaped: Whether links without a collision shape may stay untested.
-        tool: Kind of the tool, "suction" or "gripper"; None where nothing is to be mounted.
-        tool_figures: What is stated of it, by the keys of a cell file.
-        places: What is to hold items.
-        seed: Of all samples.
+        figures: Limits that override those of the files.
+        accepts_unshaped: Whether links without a collision shape may remain without collision checks.
+        tool: Kind of the tool, "suction" or "gripper"; None without a tool.
+        tool_figures: Stated figures of the tool, by the keys of a cell file.
+        places: Places for items.
+        seed: Seed of all samples.
     """
 
     urdf: Path

@@ -1,4 +1,4 @@
-"""How far the spheres of a robot's links stick out of their shapes."""
+"""Measures how far the spheres of a robot's links extend beyond their shapes."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from pickcli.collision.sphere_cover import Cover
 from pickcli.geometry import Array, pose
 from pickcli.verification.fcl_solids import Solid
 
-N_POINTS = 16  # on each sphere, at which it is measured how far out it is
+N_POINTS = 16  # sample points on each sphere
 POINT = Shape(ShapeKind.SPHERE, (1e-6,))
 
 
 @dataclass(frozen=True)
 class SphereExcess:
-    """The spheres of one link.
+    """Excess of the spheres of one link.
 
     Attributes:
         link: Name of the link.
-        n_spheres: How many there are.
-        mean_excess: m outside of the link's shapes, in the mean of the spheres' outer surface.
-        max_excess: m outside of them, at most.
+        n_spheres: Number of spheres.
+        mean_excess: m beyond the link's shapes, mean over the outer surface of the spheres.
+        max_excess: m beyond the link's shapes, at most.
     """
 
     link: str
@@ -36,14 +36,14 @@ class SphereExcess:
 
 
 def sphere_excess(cell: Cell, model: CollisionModel) -> list[SphereExcess]:
-    """Measure the spheres of every link that moves.
+    """Measure the spheres of every moving link.
 
     Args:
         cell: The cell.
         model: Its collision model.
 
     Returns:
-        By link, from the base outwards; links without shapes are left out.
+        Results by link, from the base outwards; links without shapes are left out.
     """
     return [
         SphereExcess(name, len(cover.radii), mean_excess(cell.robot.link(name), cover), cover.excess)
@@ -53,10 +53,10 @@ def sphere_excess(cell: Cell, model: CollisionModel) -> list[SphereExcess]:
 
 
 def mean_of(figures: list[SphereExcess]) -> float:
-    """The mean over all spheres.
+    """Compute the mean excess over all spheres.
 
     Args:
-        figures: Of the links.
+        figures: Results of the links.
 
     Returns:
         m.
@@ -66,7 +66,7 @@ def mean_of(figures: list[SphereExcess]) -> float:
 
 
 def mean_excess(link: Link, cover: Cover) -> float:
-    """Mean distance of the outer surface of a link's spheres from its shapes.
+    """Compute the mean distance from a link's shapes to the outer surface of its spheres.
 
     Args:
         link: The link.
@@ -87,7 +87,7 @@ def mean_excess(link: Link, cover: Cover) -> float:
 
 
 def _outer_points(cover: Cover) -> Array:
-    """Points (N, 3) spread over each sphere, without those inside another one."""
+    """Points (N, 3) spread over all spheres, without those inside other spheres."""
     k = np.arange(N_POINTS) + 0.5
     z, angle = 1.0 - 2.0 * k / N_POINTS, np.pi * (1.0 + np.sqrt(5.0)) * k  # Fibonacci's lattice
     flat = np.sqrt(1.0 - z**2)

@@ -1,4 +1,4 @@
-"""Limits of joints as somebody stated them: the URDF, a ``joint_limits.yaml``, or the author of the cell."""
+"""Stated limits of joints: from the URDF, a ``joint_limits.yaml``, or the user."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.xml_reader import Element, read_xml
 from pickcli.files.yaml_reader import Source
 
-FILL_IN = "fill in"  # begins the comment on a value that only the owner of a cell knows
+FILL_IN = "fill in"  # begins the comment on a value to be filled in by the owner of a cell
 KINDS = ("velocity", "acceleration", "jerk")
 EFFORT = "effort"
 
 
 @dataclass(frozen=True)
 class StatedLimits:
-    """What is stated of one joint, and by whom.
+    """Stated limits of one joint, with their sources.
 
     Attributes:
         unit: "rad" or "m".
-        effort: N or Nm; None where nobody says.
-        values: By kind, in unit/s, unit/s2 and unit/s3; None where nobody says.
-        sources: Where each is from; a kind that the limits file of the cell states is not among the values.
+        effort: N or Nm; None if not stated.
+        values: By kind, in unit/s, unit/s2 and unit/s3; None if not stated.
+        sources: Source of each value; kinds stated by the cell's limits file are not among the values.
     """
 
     unit: str
@@ -36,13 +36,13 @@ class StatedLimits:
     sources: dict[str, str]
 
     def most(self, kind: str) -> tuple[float, str]:
-        """The most of any joint that is built.
+        """Return the bound of plausible limits of any real joint.
 
         Args:
             kind: "velocity", "acceleration" or "jerk".
 
         Returns:
-            The limit, and in words the unit that it is in.
+            The bound, and its unit in words.
         """
         is_linear = self.unit == "m"
         return (LINEAR if is_linear else ANGULAR)[
@@ -50,10 +50,10 @@ class StatedLimits:
         ], "m, not mm" if is_linear else "rad, not degrees"
 
     def lines(self) -> Iterator[str]:
-        """The lines of a cell file that state them.
+        """Format the limits as lines of a cell file.
 
         Yields:
-            One for each key, blank where nobody states its value.
+            One line for each key; missing values are blank.
         """
         for power, kind in enumerate(KINDS, start=1):
             if kind in self.values:
@@ -65,7 +65,7 @@ class StatedLimits:
 
 
 def limits_of_urdf(robot: Urdf, urdf: Path, joints: tuple[str, ...]) -> dict[str, StatedLimits]:
-    """What a URDF states: velocity and effort. A velocity of 0 or beyond any motor's states nothing.
+    """Read the limits of velocity and effort in a URDF; implausible velocities are ignored.
 
     Args:
         robot: The robot.
@@ -73,7 +73,7 @@ def limits_of_urdf(robot: Urdf, urdf: Path, joints: tuple[str, ...]) -> dict[str
         joints: Names of the planned joints.
 
     Returns:
-        By joint.
+        Limits by joint.
     """
     elements = {e.attributes.get("name", ""): e for e in read_xml(urdf).all("joint")}
     by_name = {joint.name: joint for joint in robot.joints.values()}
@@ -91,17 +91,17 @@ def limits_of_urdf(robot: Urdf, urdf: Path, joints: tuple[str, ...]) -> dict[str
 
 
 def without_those_of_file(limits: Mapping[str, StatedLimits], file: Source) -> dict[str, StatedLimits]:
-    """The limits that a ``joint_limits.yaml`` does not state.
+    """Remove the limits that a ``joint_limits.yaml`` states.
 
     Args:
-        limits: By joint.
+        limits: Limits by joint.
         file: The file.
 
     Returns:
-        By joint.
+        The remaining limits by joint.
 
     Raises:
-        InputError: The file states nothing of any of the joints.
+        InputError: The file states no limit of any of these joints.
     """
     stated = {name: stated_limits(file, name) for name in limits}
     if not any(stated.values()):
@@ -118,20 +118,20 @@ def without_those_of_file(limits: Mapping[str, StatedLimits], file: Source) -> d
 def with_figure(
     limits: Mapping[str, StatedLimits], kind: str, joint: str | None, value: float
 ) -> dict[str, StatedLimits]:
-    """The limits with one that the author of the cell states. It overrides all others.
+    """Add a limit stated by the user, which overrides all others.
 
     Args:
-        limits: By joint.
+        limits: Limits by joint.
         kind: "velocity", "acceleration", "jerk" or "effort".
-        joint: Whose it is; None for all joints that have none.
+        joint: Name of the joint; None for all joints without such a limit.
         value: In the joint's unit per s, s2 or s3.
 
     Returns:
-        By joint.
+        The new limits by joint.
 
     Raises:
         UnknownNameError: There is no such joint.
-        InputError: It is more than any joint has.
+        InputError: It is larger than that of any real joint.
     """
     if joint is not None and joint not in limits:
         raise UnknownNameError("joint", joint, list(limits), option_of(kind))
@@ -152,19 +152,19 @@ def with_figure(
 
 
 def option_of(kind: str) -> str:
-    """The option of ``apc init`` that states figures of a kind.
+    """Return the option of ``apc init`` that states figures of a kind.
 
     Args:
         kind: "velocity", "acceleration", "jerk" or "effort".
 
     Returns:
-        Its name.
+        Name of the option.
     """
     return "--motor-force" if kind == EFFORT else f"--max-{kind}"
 
 
 def _positive(limit: Element | None, attribute: str) -> float | None:
-    """An attribute that states something: more than 0."""
+    """Return an attribute if it is positive, else None."""
     if limit is None or attribute not in limit.attributes:
         return None
     value = limit.number(attribute)

@@ -1,4 +1,4 @@
-"""The text of a cell as far as the files and the request state it, before anything is searched for."""
+"""Builds the part of a new cell that files and options state, before any search."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from pickcli.robot_setup.tool_suggestion import suggest_tool
 
 
 def stated_text(folder: Path, request: SetupOptions, source: RobotSource, staging: Path) -> CellText:
-    """Put together all but pairs, places and configurations, for which the robot has to stand.
+    """Build a cell's content except pairs, places and configurations, which need the robot's geometry.
 
     Args:
-        folder: Of the cell, which is named after it.
-        request: What it is to be made from.
+        folder: Folder of the cell, which is named after it.
+        request: Options of the setup.
         source: The robot.
-        staging: The folder with the robot's files; the URDF of a tool is written there.
+        staging: The folder with the robot's files; a tool's URDF is written there.
 
     Returns:
-        The text of the cell file.
+        The content of the cell file.
 
     Raises:
-        InputError: If there is no such chain, limit or tool.
+        InputError: There is no such chain, limit or tool.
     """
     robot, srdf, file = source.robot, source.srdf, source.limits
     chain = choose_chain(robot, srdf, request.group, request.tip)
@@ -60,7 +60,7 @@ def stated_text(folder: Path, request: SetupOptions, source: RobotSource, stagin
 
 
 def _tool(request: SetupOptions, robot: Urdf, chain: PlannedChain, staging: Path) -> SuggestedTool | None:
-    """What is mounted, its URDF written. Raises InputError where there is no such tool."""
+    """Suggest the tool and write its URDF. Raises InputError if there is no such tool."""
     if request.tool is None:
         if request.tool_figures:
             raise InputError(
@@ -75,7 +75,7 @@ def _tool(request: SetupOptions, robot: Urdf, chain: PlannedChain, staging: Path
 
 
 def _refuse_middle(robot: Urdf, chain: PlannedChain) -> None:
-    """Refuse a tip that something with a shape hangs on: a bare arm ends there. Raises InputError."""
+    """Refuse a tip to which links with shapes are attached: without a tool the arm must end there."""
     hanging = [
         link
         for link in robot.links
@@ -99,7 +99,7 @@ def _cell_name(folder: Path) -> str:
 def _standing(
     robot: Urdf, srdf: Srdf | None, chain: PlannedChain, of_tool: Sequence[str]
 ) -> Iterator[JointPosture]:
-    """Where the joints stand that are not planned: as a state of the SRDF says, else at 0 or next to it."""
+    """Positions of the joints that are not planned: of an SRDF state, else 0 or the nearest limit."""
     for name, joint in robot.driven(robot.joints.values()).items():
         if name in chain.joints or name in of_tool:
             continue
@@ -112,9 +112,9 @@ def _standing(
 
 
 def _unshaped(robot: Urdf, chain: PlannedChain, flange: str | None) -> tuple[str, ...]:
-    """Links of which nothing would be tested: drawn without a shape, or alone on their joint without one.
+    """Links without collision checks: visible links without a shape, and joints that move no shape at all.
 
-    The tool has shapes, and moves with its flange.
+    A tool has shapes, and moves with its flange.
     """
     found = list(robot.unshaped)
     moved: dict[str, list[str]] = {}

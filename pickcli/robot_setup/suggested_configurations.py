@@ -1,4 +1,4 @@
-"""Configurations that a new cell begins with: the named states of an SRDF, and two that are found."""
+"""Initial configurations of a new cell: states of an SRDF, and found ones for home, parking and places."""
 
 from __future__ import annotations
 
@@ -28,34 +28,34 @@ from pickcli.verification.forward_kinematics import link_poses
 
 HOME, PARKED = "home", "parked"
 N_CANDIDATES = 2000
-MARGIN = 0.05  # of each joint's range, that it keeps from the limits
-LEVEL = 1e-6  # m by which what stands on the floor of the base may be below it
-N_TRIED = 8  # configurations to be parked in, to which a motion is looked for
+MARGIN = 0.05  # share of each joint's range that configurations keep from the limits
+LEVEL = 1e-6  # m, tolerance of links below the floor of the base
+N_TRIED = 8  # parking configurations to which a motion is searched
 # Configurations at places are judged by fewer lines than apc suggest-configurations does, as there are many.
 AT_PLACES = RankingSettings(n_places=40, n_kept=5, n_poses=12)
-FEW, N_KEPT = 3, 12  # places, and how many configurations of each are judged where there are no more
-NEARLY = 0.75  # of the reach of the best, from which another one will do as well
-APART = 0.5  # rad or m of some joint, between home and where the arm is parked
+FEW, N_KEPT = 3, 12  # with at most this many places, this many configurations of each are rated
+NEARLY = 0.75  # share of the best configuration's reach, from which another one is acceptable
+APART = 0.5  # rad or m of some joint, between home and parking configuration
 
 
 def states_of_srdf(
     srdf: Srdf, cell: Cell, checker: SceneChecker
 ) -> tuple[list[SuggestedConfiguration], list[str]]:
-    """The named states of an SRDF that are configurations of the planned chain.
+    """Convert the named states of an SRDF to configurations of the planned chain.
 
     Args:
         srdf: The SRDF.
         cell: The cell.
-        checker: Of the cell with nothing in it.
+        checker: Checker of the empty cell.
 
     Returns:
-        The configurations; and why every other state was left out.
+        The configurations, and why other states were left out.
     """
     robot, found, left_out = cell.robot, list[SuggestedConfiguration](), list[str]()
     for state in srdf.states:
         lacking = [name for name in robot.joint_names if name not in state.positions]
         if len(lacking) == robot.n_joints:
-            continue  # of another group
+            continue  # state of another group
         q = np.array([state.positions.get(name, 0.0) for name in robot.joint_names])
         name = _plain(state.name, [each.name for each in found])
         if lacking:
@@ -77,20 +77,21 @@ def suggest(
     seed: int,
     places: Sequence[Array] = (),
 ) -> list[SuggestedConfiguration]:
-    """Suggest home and parked where the SRDF has none: free, away from limits, and with a way between them.
+    """Suggest home and parking configurations if missing: free, away from limits, connected by a motion.
 
-    Home moves its tool best of what was sampled (Yoshikawa) and has motions to the places; parked keeps the
-    arm nearest to its base. Both are sought above the base first, as most robots stand on something.
+    Home has the largest manipulability of all samples (Yoshikawa) and motions to the places; in the parking
+    configuration the arm is close to its base. Both are searched above the base first, as most robots stand
+    on something.
 
     Args:
         cell: The cell.
-        checker: Of the cell with nothing in it.
-        known: Configurations that there are.
-        seed: Of the samples.
+        checker: Checker of the empty cell.
+        known: Known configurations.
+        seed: Seed of the samples.
         places: For each place (M, n) configurations in front of it.
 
     Returns:
-        What is missing of the two; less where nothing free was found.
+        The missing configurations; fewer if no free ones were found.
     """
     names = {each.name: np.array(each.q) for each in known}
     Q = np.array([q for q in samples(cell, seed) if checker.is_valid(q)])
@@ -115,15 +116,15 @@ def suggest(
 
 
 def rank_at_places(cell: Cell, seed: int) -> tuple[dict[str, list[RankedConfiguration]], list[str]]:
-    """Rank configurations in front of every place, over what is reached from above.
+    """Rank configurations in front of every place by their reach.
 
     Args:
         cell: The cell.
         seed: Of all samples.
 
     Returns:
-        By place those that reach nearly as much as the best, the best first; and of every place without one,
-        or into which nothing is reached from it, what is to be done.
+        By place the configurations that reach nearly as much as the best, the best first; and advice for
+        every place without a configuration, or with one that reaches nothing.
     """
     found, unreached = dict[str, list[RankedConfiguration]](), list[str]()
     for name, place in cell.places.items():
@@ -144,16 +145,16 @@ def rank_at_places(cell: Cell, seed: int) -> tuple[dict[str, list[RankedConfigur
 def choose_at_places(
     cell: Cell, ranked: Mapping[str, Sequence[RankedConfiguration]], home: Array | None, seed: int
 ) -> tuple[list[SuggestedConfiguration], list[str]]:
-    """Choose the configuration at every place: the one that is reached from home the fastest.
+    """Choose the configuration of every place that is reached fastest from home.
 
     Args:
         cell: The cell.
         ranked: By place, the best first.
-        home: (n,) where motions begin; None where there is no such configuration.
-        seed: Of the search for motions.
+        home: (n,) start of the motions; None without a home configuration.
+        seed: Seed of the search for motions.
 
     Returns:
-        The configurations; and of every place to which no motion from home is found, what is to be done.
+        The configurations; and advice for every place without a motion from home.
     """
     chosen, unreached = list[SuggestedConfiguration](), list[str]()
     for name, candidates in ranked.items():
@@ -170,11 +171,11 @@ def choose_at_places(
 
 
 def samples(cell: Cell, seed: int) -> Array:
-    """Draw configurations, each joint away from its limits and within half a turn of 0 where that may be.
+    """Draw configurations with each joint away from its limits, and within half a turn of 0 if possible.
 
     Args:
         cell: The cell.
-        seed: Of the draws.
+        seed: Seed of the samples.
 
     Returns:
         (N, n) configurations, free or not.
@@ -189,7 +190,7 @@ def samples(cell: Cell, seed: int) -> Array:
 
 
 def _reached(cell: Cell, home: Array, candidates: Array, seed: int) -> Array | None:
-    """The first of configurations (N, n) to which a motion is found from home; None if there is none."""
+    """First of configurations (N, n) with a motion from home; None without one."""
     away = candidates[np.abs(candidates - home).max(axis=1) >= APART]
     for k, q in enumerate(away[:N_TRIED]):
         if not isinstance(_motion(cell, home, q[None], derived_seed(seed, f"parked {k}")), Failures):
@@ -198,9 +199,9 @@ def _reached(cell: Cell, home: Array, candidates: Array, seed: int) -> Array | N
 
 
 def _most_central(cell: Cell, candidates: Array, places: Sequence[Array], seed: int) -> Array:
-    """The first of configurations (N, n) with motions to the most places, of which some are tried.
+    """The configuration (n,) with motions to most of the tried places; the first if equal.
 
-    Of each place any of several configurations (M, n) will do.
+    For each place a motion to any of several configurations (M, n) counts.
     """
     n_reached = []
     for k, q in enumerate(candidates if places else candidates[:1]):
@@ -212,13 +213,13 @@ def _most_central(cell: Cell, candidates: Array, places: Sequence[Array], seed: 
 
 
 def _motion(cell: Cell, home: Array, goals: Array, seed: int) -> CoarsePath | Failures:
-    """A coarse motion of the empty tool from home to any of several configurations (G, n), or why none."""
+    """Coarse motion of the empty tool from home to any of the goals (G, n), or why there is none."""
     empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY, RESERVE)
     return plan_coarse(PlanningContext(cell), empty, home, goals, [0.0] * len(goals), seed, "from home")
 
 
 def _ranked_at(cell: Cell, place: str, seed: int) -> list[RankedConfiguration]:
-    """The configurations at a place, the best first. Raises NoPlanError."""
+    """Ranked configurations of a place, the best first. Raises NoPlanError."""
     settings = replace(AT_PLACES, seed=seed)
     if len(cell.places) <= FEW:
         settings = replace(settings, n_kept=N_KEPT)
@@ -226,7 +227,7 @@ def _ranked_at(cell: Cell, place: str, seed: int) -> list[RankedConfiguration]:
 
 
 def _plain(name: str, taken: Sequence[str]) -> str:
-    """A name as cells have it: letters, digits and _, a letter first, and unique."""
+    """Convert to a valid unique name: letters, digits and _, beginning with a letter."""
     plain = re.sub(r"\W", "_", name, flags=re.ASCII)
     plain = plain if re.match("[A-Za-z]", plain) else f"state_{plain}"
     return next(n for n in (plain, *(f"{plain}_{k}" for k in range(2, len(taken) + 3))) if n not in taken)

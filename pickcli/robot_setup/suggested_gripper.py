@@ -1,4 +1,4 @@
-"""The parallel gripper that a robot's URDF has: two fingers that slide in a hand beyond the arm."""
+"""Finds a parallel gripper in a robot's URDF: two fingers that slide in a hand at the end of the arm."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array, cross, pose
 from pickcli.robot_setup.finger_pads import LEAST, find_pads
 
-_SNAP = 0.9  # cosine from which the fingers point along an axis of the hand: shapes are not symmetric
-_DECIMALS = 4  # of m, as the cell file has them
-_AHEAD = 0.005  # m by which the fingers stand out of the hand, for a direction to be seen in it
+_SNAP = 0.9  # least cosine to an axis of the hand, to which the finger direction is then snapped
+_DECIMALS = 4  # of m, as in the cell file
+_AHEAD = 0.005  # m, least distance of the fingers from the hand that shows their direction
 
 
 @dataclass(frozen=True, eq=False)
 class SuggestedGripper:
-    """A parallel gripper as it was found in a URDF.
+    """A parallel gripper found in a URDF.
 
     Attributes:
         flange: Name of the link that the hand is fixed to.
         hand: Name of the link in which the fingers slide.
-        fingers: Names of their links.
-        joints: Names of their joints.
-        T_hand_tip: (4, 4) pose of the tool frame: between the pads, z out of the hand, y as they close.
+        fingers: Names of the finger links.
+        joints: Names of the finger joints.
+        T_hand_tip: (4, 4) pose of the tool frame: between the pads, z out of the hand, y in the closing
+            direction.
         pad_size: m, sides of the pads along x and z of the tool frame.
-        pad_gap: m between the pads where both joints stand at 0.
-        widths: m, least and greatest that the limits of the joints allow.
+        pad_gap: m between the pads with both joints at 0.
+        widths: m, least and greatest by the joint limits.
     """
 
     flange: str
@@ -50,13 +51,13 @@ def find_gripper(robot: Urdf, ends: Sequence[str]) -> SuggestedGripper:
 
     Args:
         robot: The robot.
-        ends: Names of the links that the arm's last joint moves and no joint after it.
+        ends: Names of the links that the arm's last joint moves and no later joint.
 
     Returns:
         The gripper.
 
     Raises:
-        InputError: There is none, or several, or it is no parallel gripper; with what to do.
+        InputError: There is no or more than one gripper, or it is not a parallel gripper; with advice.
     """
     one, other = _fingers(robot, ends)
     hand, mount = one.parent, robot.joints.get(one.parent)
@@ -83,7 +84,7 @@ def find_gripper(robot: Urdf, ends: Sequence[str]) -> SuggestedGripper:
             f"the collision shapes of {one.child} and {other.child} face each other with nothing that is "
             f"flat over {1e3 * LEAST:g} mm; give them a <collision> with a pad"
         )
-    gap = max(0.0, round(pads.gap, _DECIMALS))  # closed fingers may touch by a rounding
+    gap = max(0.0, round(pads.gap, _DECIMALS))  # closed fingers may overlap by rounding
     return SuggestedGripper(
         flange=mount.parent,
         hand=hand,
@@ -101,7 +102,7 @@ def _no_gripper(why: str) -> InputError:
 
 
 def _fingers(robot: Urdf, ends: Sequence[str]) -> tuple[Joint, Joint]:
-    """The two prismatic joints on one link at the end of the arm. Raises InputError unless there are two."""
+    """The two prismatic joints on a link at the end of the arm. Raises InputError unless there are two."""
     hands = {link: [j for j in robot.children(link) if j.type is JointType.PRISMATIC] for link in ends}
     sliding = {link: joints for link, joints in hands.items() if joints}
     pairs = [joints for joints in sliding.values() if len(joints) == 2]
@@ -121,9 +122,9 @@ def _fingers(robot: Urdf, ends: Sequence[str]) -> tuple[Joint, Joint]:
 
 
 def _check_finger(robot: Urdf, joint: Joint) -> None:
-    """A finger has shapes, and nothing with a shape moves against it. Raises InputError.
+    """Check that a finger has shapes, and no moving parts with shapes. Raises InputError.
 
-    What is fixed to it has lent it its shapes (``finger_shapes``).
+    Shapes of links fixed to it have been moved onto it (``finger_shapes``).
     """
     if not robot.links[joint.child].shapes:
         raise _no_gripper(f"{joint.child} has no collision shape; add <collision> to the URDF")
@@ -136,12 +137,12 @@ def _check_finger(robot: Urdf, joint: Joint) -> None:
 
 
 def _in_hand(joint: Joint) -> Array:
-    """(3,) direction along which a finger slides, in the hand's frame."""
+    """Sliding direction (3,) of a finger in the hand's frame."""
     return np.asarray(joint.T_parent_joint[:3, :3] @ joint.axis)
 
 
 def _axes(robot: Urdf, fingers: Sequence[Joint], closing: Array) -> Array:
-    """Orientation (3, 3) of the tool frame in the hand: y along ``closing``, z where the fingers point."""
+    """Orientation (3, 3) of the tool frame in the hand: y along ``closing``, z along the fingers."""
     middle = np.mean([_middle(_shapes_in(robot, joint, np.eye(3))) for joint in fingers], axis=0)
     ahead = middle - (middle @ closing) * closing
     if np.linalg.norm(ahead) < _AHEAD:
@@ -158,7 +159,7 @@ def _axes(robot: Urdf, fingers: Sequence[Joint], closing: Array) -> Array:
 
 
 def _shapes_in(robot: Urdf, joint: Joint, R_hand_axes: Array) -> list[Body]:
-    """Shapes of a finger whose joint stands at 0, in axes (3, 3) about the hand's origin."""
+    """Shapes of a finger at joint position 0, in axes (3, 3) at the hand's origin."""
     T = pose(R=R_hand_axes.T) @ joint.T_parent_joint
     return [replace(b, T_parent_shape=T @ b.T_parent_shape) for b in robot.links[joint.child].shapes]
 
@@ -168,7 +169,7 @@ def _middle(shapes: Sequence[Body]) -> Array:
 
 
 def _widths(gap: float, fingers: Sequence[tuple[Joint, float]], y: Array) -> tuple[float, float]:
-    """Least and greatest width in m: what both joints allow, and nothing under 0."""
+    """Least and greatest width in m within both joints' limits, not below 0."""
     least, most = 0.0, np.inf
     for joint, side in fingers:
         opening = side * float(np.sign(_in_hand(joint) @ y))

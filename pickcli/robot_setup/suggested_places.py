@@ -1,4 +1,4 @@
-"""The places of a new cell: usual figures of each kind, and its lines in a cell file."""
+"""Places of a new cell, with typical dimensions of each kind, as lines of a cell file."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pickcli.name_suggestion import shortened
 POD, GRID, BOX, TABLE = "pod", "grid", "box", "table"
 KINDS = (POD, GRID, BOX, TABLE)
 OPTION = "--place"
-RESERVED = ("home", "parked", "pod", "tote", "obstacle", "obstacles")  # that a cell uses otherwise
-MOST = 20  # places of one call: each is sought for a second and more
-DECIMALS = 3  # of a pose that is suggested
+RESERVED = ("home", "parked", "pod", "tote", "obstacle", "obstacles")  # names with another meaning in cells
+MOST = 20  # places per call: the search takes a second or more for each
+DECIMALS = 3  # of a suggested pose
 
-# Lines of each kind but its pose; what is said of a figure is where it is from.
+# Lines of each kind except its pose; comments state the source of a figure.
 _FIGURES = {
     GRID: (
         "rows: [0.26, 0.26]  # m, clear heights from the top; ours: measure yours",
@@ -37,20 +37,20 @@ _FIGURES = {
         "height: 0.3  # m over it in which items count as on it",
     ),
 }
-_LEVELS = {GRID: 0.0, BOX: 0.003, TABLE: 0.0}  # m from the floor that it stands on, or is, to its frame
+_LEVELS = {GRID: 0.0, BOX: 0.003, TABLE: 0.0}  # m, height of its frame above the floor it stands on
 _SHIPPED_POD = data_path() / "cells" / "apc2016_delft" / "cell.yaml"
 
 
 @dataclass(frozen=True, eq=False)
 class SuggestedPlace:
-    """Something that holds items, in a new cell.
+    """A place for items in a new cell.
 
     Attributes:
-        name: Of what is placed: a shelf, a box, a table.
+        name: Name of the shelf, box or table.
         kind: "pod", "grid", "box" or "table".
-        xyz: m, where its frame stands in the world.
+        xyz: m, position of its frame in the world.
         yaw: rad.
-        source: How that was found.
+        source: How the pose was found.
     """
 
     name: str
@@ -61,28 +61,28 @@ class SuggestedPlace:
 
     @property
     def level(self) -> float | None:
-        """Height in m of its frame over a robot that stands on one level with it, or at a table.
+        """Height in m of its frame above a robot base on the same level, or on the same table.
 
         None for the pod, which stands on the floor of the hall.
         """
         return _LEVELS.get(self.kind)
 
     def at(self, T_world_place: Array, source: str) -> SuggestedPlace:
-        """Move the place to where it is to stand.
+        """Return the place at a pose.
 
         Args:
             T_world_place: (4, 4), upright.
-            source: How that was found.
+            source: How the pose was found.
 
         Returns:
-            The place there.
+            The place at the pose.
         """
         x, y, z = (T_world_place[:3, 3].round(DECIMALS) + 0.0).tolist()
         yaw = float(np.round(to_rpy(T_world_place[:3, :3])[2], DECIMALS)) + 0.0
         return replace(self, xyz=(x, y, z), yaw=yaw, source=source)
 
     def lines(self) -> Iterator[str]:
-        """Write the place as lines of a cell file: the key ``pod`` of the pod, else an entry of ``places``.
+        """Format the place as lines of a cell file: the key ``pod`` for the pod, else an entry of ``places``.
 
         Yields:
             Each line.
@@ -102,17 +102,17 @@ class SuggestedPlace:
 
 
 def requested_places(texts: Sequence[str]) -> tuple[SuggestedPlace, ...]:
-    """Read the places that are asked for.
+    """Parse the requested places.
 
     Args:
         texts: [NAME=]KIND each.
 
     Returns:
-        The places, nowhere yet; one without a name is called as its kind, from the second on with a number.
+        The places, without poses; default names are the kind, numbered from the second on.
 
     Raises:
         UnknownNameError: There is no such kind.
-        InputError: A name is not valid, or is given twice, or there are two pods, or too many places.
+        InputError: A name is invalid or given twice, there are two pods, or too many places.
     """
     found = dict[str, SuggestedPlace]()
     if len(texts) > MOST:
@@ -134,7 +134,7 @@ def requested_places(texts: Sequence[str]) -> tuple[SuggestedPlace, ...]:
 
 
 def _check_name(text: str, name: str, kind: str, taken: Sequence[str] | dict[str, SuggestedPlace]) -> None:
-    """Refuse a name that no place can have. Raises InputError."""
+    """Refuse an invalid name of a place. Raises InputError."""
     where = f"{OPTION} {shortened(text)}"
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,49}", name):
         raise InputError(f"{where}: expected a name of letters, digits and _, a letter first, 50 at most")
@@ -145,6 +145,6 @@ def _check_name(text: str, name: str, kind: str, taken: Sequence[str] | dict[str
 
 
 def _pod_figures() -> Iterator[str]:
-    """The lines of the shipped pod but its pose, which comments do not fit where it stands."""
+    """Lines of the shipped pod, except its pose, whose comments do not apply here."""
     text = _SHIPPED_POD.read_text().partition("\npod:\n")[2].partition("\n\n")[0]
     yield from (line for line in text.splitlines() if not line.startswith("  T_world_pod:"))

@@ -1,4 +1,4 @@
-"""The tool of a new cell: a plain suction cup, or the robot's own gripper, as lines of a cell file."""
+"""The tool of a new cell as lines of a cell file: a plain suction cup, or the robot's own gripper."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class ToolFigure:
     """A figure of a tool.
 
     Attributes:
-        key: As the cell file has it.
-        value: The figure; None where only the owner of the tool knows it.
-        about: Its unit, and where it is from or how it is found.
+        key: Key in the cell file.
+        value: The figure; None if only the owner of the tool knows it.
+        about: Its unit, and its source or how to find it.
     """
 
     key: str
@@ -31,13 +31,13 @@ class ToolFigure:
     about: str
 
     def stated(self, value: float) -> ToolFigure:
-        """The figure with the value that the author of the cell states.
+        """Return the figure with a value stated by the user.
 
         Args:
             value: In the same unit.
 
         Returns:
-            The figure, with that source in the place of where it was to be found.
+            The figure, with the user as its source.
         """
         return ToolFigure(self.key, value, f"{re.split('[:;]', self.about)[0]}; as asked for")
 
@@ -47,14 +47,14 @@ class SuggestedTool:
     """A tool of a new cell.
 
     Attributes:
-        head: What is said above it, in comments.
+        head: Comments above it.
         flange: Name of the link that it is mounted on.
-        links: Its lines in the cell file that name links, frames and states.
-        figures: What it can do, by the names of the cell file.
-        joints: Names of the joints that it moves itself.
-        travel: m that the fingers of a gripper have between their outermost states; 0 of a cup.
-        drawing: Text of its URDF except for the figures that it is drawn by; None where the robot's has it.
-        note: What is to be thought of; empty where nothing is.
+        links: Its lines in the cell file for links, frames and states.
+        figures: Its figures, by the keys of the cell file.
+        joints: Names of its own joints.
+        travel: m between the widest and narrowest state of a gripper; 0 for a cup.
+        drawing: Template of its URDF; None if it is part of the robot's.
+        note: Advice for the user; empty without any.
     """
 
     head: tuple[str, ...]
@@ -68,12 +68,12 @@ class SuggestedTool:
 
     @property
     def is_gripper(self) -> bool:
-        """Whether it has fingers."""
+        """Whether it is a gripper."""
         return bool(self.joints)
 
     @property
     def urdf(self) -> str | None:
-        """Text of its URDF; None where the robot's has it."""
+        """Text of its URDF; None if it is part of the robot's."""
         if self.drawing is None:
             return None
         values = {figure.key: figure.value or 0.0 for figure in self.figures}
@@ -81,10 +81,10 @@ class SuggestedTool:
         return self.drawing.format(cup_length=length, cup_half=length / 2, cup_radius=radius)
 
     def with_figures(self, stated: Mapping[str, float]) -> SuggestedTool:
-        """The tool with figures that the author of the cell states.
+        """Return the tool with figures stated by the user.
 
         Args:
-            stated: By key.
+            stated: Figures by key.
 
         Returns:
             The tool.
@@ -100,10 +100,10 @@ class SuggestedTool:
         )
 
     def stood_in(self, value: float) -> SuggestedTool:
-        """The tool with a stand-in for every figure that is missing.
+        """Return the tool with a placeholder for every missing figure.
 
         Args:
-            value: The stand-in, in whatever unit.
+            value: The placeholder, for all units.
 
         Returns:
             The tool.
@@ -112,10 +112,10 @@ class SuggestedTool:
         return replace(self, figures=figures)
 
     def lines(self) -> Iterator[str]:
-        """The key ``tool`` of a cell file.
+        """Format the key ``tool`` of a cell file.
 
         Yields:
-            Its lines, figures that are missing blank.
+            Its lines; missing figures are blank.
         """
         yield from (f"# {line}" for line in self.head)
         yield "tool:"
@@ -123,7 +123,7 @@ class SuggestedTool:
         yield from (f"  {_blank_or(figure.key, figure.value, figure.about)}" for figure in self.figures)
 
     def device_lines(self) -> Iterator[str]:
-        """The key ``devices`` of a cell file: what the tool is switched with.
+        """Format the key ``devices`` of a cell file: the tool's devices.
 
         Yields:
             Its lines.
@@ -144,10 +144,10 @@ class SuggestedTool:
         yield '    actions: ["open", "closed"]'
 
     def left(self) -> Iterator[str]:
-        """What only the owner of the tool can fill in.
+        """List what only the owner of the tool can fill in.
 
         Yields:
-            Each figure, and how to state it.
+            Each missing figure, with how to state it.
         """
         for figure in self.figures:
             if figure.value is None:
@@ -157,7 +157,7 @@ class SuggestedTool:
 
 
 def tool_kind(text: str) -> str:
-    """Read a kind of tool as the command line has it.
+    """Parse a kind of tool from the command line.
 
     Args:
         text: KIND.
@@ -174,7 +174,7 @@ def tool_kind(text: str) -> str:
 
 
 def figure_of(text: str) -> tuple[str, float]:
-    """Read a figure of a tool as the command line has it.
+    """Parse a figure of a tool from the command line.
 
     Args:
         text: KEY=NUMBER.
@@ -183,7 +183,7 @@ def figure_of(text: str) -> tuple[str, float]:
         Key and value.
 
     Raises:
-        InputError: It is not of that form, or the number is not over 0.
+        InputError: It is not of that form, or the number is not positive.
     """
     key, equals, number = text.partition("=")
     try:

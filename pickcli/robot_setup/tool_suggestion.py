@@ -1,4 +1,4 @@
-"""Suggest the tool of a new cell from the robot's URDF: a plain suction cup, or the robot's own gripper."""
+"""Suggests the tool of a new cell from the robot's URDF: a plain suction cup, or the robot's own gripper."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from pickcli.robot_setup.suggested_gripper import find_gripper
 from pickcli.robot_setup.suggested_tool import SUCTION, TOOL_URDF, SuggestedTool, ToolFigure, tool_kind
 
 _TUBE, _CUP_LENGTH, _CUP_RADIUS = 0.2, 0.03, 0.015  # m
-_IN_LINE = 0.98  # cosine from which z of the flange is the axis of the last joint
-_FINE = 1e4  # widths are rounded to a tenth of a millimetre, inwards
+_IN_LINE = 0.98  # least cosine between z of the flange and the last joint's axis if they count as aligned
+_FINE = 1e4  # widths are rounded to 0.1 mm, inwards
 
 _CUP_URDF = """\
 <?xml version="1.0"?>
@@ -40,18 +40,18 @@ _CUP_URDF = """\
 
 
 def suggest_tool(kind: str, robot: Urdf, chain: PlannedChain) -> SuggestedTool:
-    """Suggest the tool of a kind.
+    """Suggest a tool of a kind.
 
     Args:
         kind: "suction" or "gripper".
         robot: The robot.
-        chain: What is planned.
+        chain: The planned chain.
 
     Returns:
         The tool.
 
     Raises:
-        InputError: There is no such kind, or no gripper in the URDF; with what to do.
+        InputError: There is no such kind, or no gripper in the URDF; with advice.
     """
     return _suction(robot, chain) if tool_kind(kind) == SUCTION else _gripper(robot, chain)
 
@@ -134,7 +134,7 @@ def _gripper(robot: Urdf, chain: PlannedChain) -> SuggestedTool:
 
 
 def _free_name(name: str, taken: set[str]) -> str:
-    """The name, numbered where the robot has something of that name."""
+    """The name, numbered if the robot already uses it."""
     return next(n for n in (name, *(f"{name}_{k}" for k in range(2, len(taken) + 3))) if n not in taken)
 
 
@@ -147,10 +147,10 @@ def _pose_text(T: Array) -> str:
 
 
 def _out_of_flange(robot: Urdf, chain: PlannedChain) -> tuple[Array, str]:
-    """Orientation (3, 3) in the tip of a frame whose z points away from the wrist, and how that was found.
+    """Orientation (3, 3) in the tip of a frame with z away from the wrist, and how it was found.
 
-    Makers point z of a flange out of it, along the last joint's axis. Where it is not along that, the axis
-    counts, on the side on which the tip is before the joint.
+    Usually z of a flange points outwards along the last joint's axis. Otherwise that axis is used, in the
+    direction from the joint to the tip.
     """
     way = robot.way(chain.tip)
     k = next(i for i, joint in enumerate(way) if joint.name == chain.joints[-1])
@@ -166,7 +166,7 @@ def _out_of_flange(robot: Urdf, chain: PlannedChain) -> tuple[Array, str]:
 
 
 def _turned_to(z: Array) -> Array:
-    """The least rotation (3, 3) that leads (0, 0, 1) to a direction."""
+    """Smallest rotation (3, 3) that turns (0, 0, 1) into a direction."""
     pitch, yaw = float(np.arctan2(np.hypot(z[0], z[1]), z[2])), float(np.arctan2(z[1], z[0]))
     turn = rotation_rpy(0.0, 0.0, yaw)
     return np.asarray(turn @ rotation_rpy(0.0, pitch, 0.0) @ turn.T)

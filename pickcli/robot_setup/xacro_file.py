@@ -1,4 +1,4 @@
-"""URDFs that are written as xacro. The only file that knows xacro, which is an extra."""
+"""Expands URDFs written as xacro. The only module that uses the optional package xacro."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from types import ModuleType
 from pickcli.errors import InputError
 from pickcli.robot_setup.package_search import PackageSearch
 
-_INDEX = "ament_index_python"  # where xacro looks for packages: part of ROS, on no registry
-MOST_TIME = 20  # s of the processor; real ones take well under one
-MOST_WAIT = 60.0  # s, where it waits for something
+_INDEX = "ament_index_python"  # package index used by xacro: part of ROS, in no registry
+MOST_TIME = 20  # s of CPU time; real files take well under one
+MOST_WAIT = 60.0  # s of wall time
 MOST_MEMORY = 2 * 1024**3  # bytes
 
 
 def expanded(path: Path, packages: PackageSearch, arguments: Mapping[str, str]) -> str:
-    """Expand a xacro, in a process of its own: what it has evaluated may have no end.
+    """Expand a xacro in a separate process, as its evaluation may not terminate.
 
     Args:
         path: The file.
-        packages: Finds what ``$(find PACKAGE)`` asks for.
+        packages: Finder of packages for ``$(find PACKAGE)``.
         arguments: Values of its arguments.
 
     Returns:
         The URDF as text.
 
     Raises:
-        InputError: The extra is not installed, or xacro refuses the file.
+        InputError: The extra is not installed, or xacro fails on the file.
     """
     if find_spec("xacro") is None:
         raise InputError(
@@ -51,7 +51,7 @@ def expanded(path: Path, packages: PackageSearch, arguments: Mapping[str, str]) 
     try:
         if ours.poll(MOST_WAIT):
             text, refusal = ours.recv()
-    except EOFError:  # the system ended it
+    except EOFError:  # killed by the system, e.g. at a resource limit
         pass
     finally:
         child.kill()
@@ -62,7 +62,7 @@ def expanded(path: Path, packages: PackageSearch, arguments: Mapping[str, str]) 
 
 
 def _expand(told: Connection, path: Path, packages: PackageSearch, arguments: dict[str, str]) -> None:
-    """Tell the URDF as text, or why there is none. Runs in a process that may come to its bounds."""
+    """Send the URDF as text, or the reason for failure. Runs in a process with resource limits."""
     import xacro
 
     resource.setrlimit(resource.RLIMIT_CPU, (MOST_TIME, MOST_TIME))
@@ -72,13 +72,13 @@ def _expand(told: Connection, path: Path, packages: PackageSearch, arguments: di
             told.send((str(xacro.process_file(str(path), mappings=arguments).toprettyxml(indent="  ")), ""))
     except MemoryError:
         pass  # the pipe is closed without an answer
-    except Exception as error:  # whatever the file makes xacro evaluate
+    except Exception as error:  # anything that evaluation of the file may raise
         told.send(("", str(error) or type(error).__name__))
 
 
 @contextmanager
 def _package_index(packages: PackageSearch) -> Iterator[None]:
-    """Answer for ROS's index of packages, which xacro imports when a file asks for one."""
+    """Replace ROS's package index, which xacro imports when a file uses it."""
 
     def share_directory(name: str) -> str:
         found = packages.find(name)
