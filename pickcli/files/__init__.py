@@ -1,7 +1,7 @@
-"""Reading and writing files safely; knows no robot.
+"""Safe reading and writing of files, independent of robots.
 
-Read `bounded_reading` and `file_kind` (what is opened at all), then `yaml_reader`, `json_reader`,
-`xml_reader` and `schema` (values with their places); `xml_mistakes` tells many mistakes at once,
-`file_warnings` what is probably one. Then `atomic_write` and `file_lock` (whole or not at all, one writer
-at a time), `derived_cache`, which keeps what is derived from files, and `packed_array` (arrays in JSON).
+Start with `bounded_reading` and `file_kind` (access and kinds of files), then `yaml_reader`, `json_reader`,
+`xml_reader` and `schema` (values with their positions); `xml_mistakes` collects all mistakes of a file,
+`file_warnings` reports implausible values. Then `atomic_write` and `file_lock` (atomic writes, one writer at
+a time), `derived_cache`, which stores results derived from files, and `packed_array` (arrays in JSON).
 """

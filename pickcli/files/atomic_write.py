@@ -1,4 +1,4 @@
-"""Atomic writes: a file is the old one or the new one, whole, even if the writer is killed."""
+"""Atomic writes: a file has either its old or its new content, even if the writer is killed."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ _log = logging.getLogger(__name__)
 
 
 def write_bytes(path: Path, content: bytes, replace: bool = True) -> None:
-    """Write a file so that a crash or a full disk leaves the old one untouched.
+    """Write a file such that a crash or a full disk leaves the old one intact.
 
-    The content goes into a temporary file beside the target, is synced, and takes the target's name in
-    one step. What a kill in the middle of that leaves is removed by the next write of the same file.
+    The content is written to a temporary file in the same folder, synced, and renamed to the target.
+    Leftovers of killed writers are removed by the next write of the same file.
 
     Args:
-        path: Where to write. What a symbolic link points to is written, the link stays.
-        content: All bytes of the file.
-        replace: Whether a file that is there may be replaced; if not, one that appeared at any time before
-            this one is complete is kept.
+        path: The file. If it is a symbolic link, its target is written and the link stays.
+        content: The whole content.
+        replace: Whether an existing file may be replaced; if not, a file that another process creates before
+            this write is complete is kept.
 
     Raises:
-        InputError: The folder is missing or cannot be written, the path is no regular file, or there is a
-            file that must not be replaced.
+        InputError: The folder is missing or not writable, the path is not a regular file, or an existing file
+            may not be replaced.
     """
     try:
         target = Path(os.path.realpath(path))
@@ -51,13 +51,13 @@ def write_text(path: Path, text: str, replace: bool = True) -> None:
     """Write a text file as ``write_bytes`` does, encoded in UTF-8.
 
     Args:
-        path: Where to write. What a symbolic link points to is written, the link stays.
+        path: The file. If it is a symbolic link, its target is written and the link stays.
         text: The whole content.
-        replace: Whether a file that is there may be replaced.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: The folder is missing or cannot be written, the path is no regular file, or there is a
-            file that must not be replaced.
+        InputError: The folder is missing or not writable, the path is not a regular file, or an existing file
+            may not be replaced.
     """
     write_bytes(path, text.encode("utf-8"), replace)
 
@@ -80,9 +80,9 @@ def _put(path: Path, content: bytes, replace: bool) -> None:
 
 
 def _take_name(part: Path, path: Path, replace: bool) -> None:
-    """Give a complete file its name. Raises FileExistsError if that is taken and must not be replaced."""
+    """Rename a complete file. Raises FileExistsError if the name is taken and may not be replaced."""
     if not replace:
-        with contextlib.suppress(PermissionError, NotImplementedError):  # where there are no hard links
+        with contextlib.suppress(PermissionError, NotImplementedError):  # if hard links are not supported
             os.link(part, path)
             part.unlink()
             return
@@ -93,18 +93,18 @@ def _take_name(part: Path, path: Path, replace: bool) -> None:
 
 @contextlib.contextmanager
 def _held(part: Path) -> Iterator[BinaryIO]:
-    """A new file that is locked, so that nobody takes it for a leftover: a lock ends with its process."""
+    """Open a new locked file; the lock, which ends with the process, shows that it is not a leftover."""
     while True:
         with open(part, "wb") as file:
-            with contextlib.suppress(OSError):  # where there are no locks, nothing is taken for a leftover
+            with contextlib.suppress(OSError):  # without locks, nothing is treated as a leftover
                 fcntl.flock(file, fcntl.LOCK_EX)
-            if _is_at(part, file):  # and was not removed before it was locked
+            if _is_at(part, file):  # not removed before it was locked
                 yield file
                 return
 
 
 def _remove_leftovers(path: Path) -> None:
-    """What killed writers of a file have left: the parts that no process holds."""
+    """Remove the temporary files of killed writers, which no process has locked."""
     for part in path.parent.glob(f".{glob.escape(path.name)}.[0-9]*-[0-9]*.part"):
         with contextlib.suppress(OSError), open(part, "r+b") as file:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -113,14 +113,14 @@ def _remove_leftovers(path: Path) -> None:
 
 
 def _is_at(part: Path, file: BinaryIO) -> bool:
-    """Whether an open file still lies at its place."""
+    """Whether an open file is still at its path."""
     with contextlib.suppress(FileNotFoundError):
         return os.path.samestat(os.stat(part), os.fstat(file.fileno()))
     return False
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make the new name itself durable."""
+    """Sync the folder, so that the new name is durable."""
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -1,4 +1,4 @@
-"""Files from outside, read whole: regular ones only, and no more of them than is expected."""
+"""Bounded reading of whole files: only regular files, up to a maximum size."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pickcli.files.file_kind import CELL, FileKind, kind_of, refuse_other_kind, 
 
 _log = logging.getLogger(__name__)
 
-_ENDS = 4096  # bytes, the first in which a JSON file of this program names its format, and the last
+_ENDS = 4096  # bytes at the beginning and at the end, in which this program's JSON files state their format
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -29,16 +29,16 @@ def read_bytes(
 
     Args:
         path: The file, or a link to it.
-        max_bytes: The most that such a file has. What is larger is not read any farther.
-        what_to_do: Advice at the end of the message where the file is not there; "" for that of its kind.
-        wanted: What it should be; None for any file.
+        max_bytes: Largest size of such a file. No more than this is read.
+        what_to_do: Advice in the message for a missing file; "" for that of its kind.
+        wanted: Expected kind of file; None for any.
 
     Returns:
         The whole content.
 
     Raises:
-        InputError: There is no such file, it is a device, pipe, socket or folder, of another kind, too large
-            or unreadable.
+        InputError: There is no such file, or it is a device, pipe, socket or folder, of another kind, too
+            large or unreadable.
     """
     what_to_do = what_to_do or "check the name" + ("" if wanted is None else f" ({wanted.origin})")
     try:
@@ -64,34 +64,34 @@ def read_text(
 
     Args:
         path: The file, or a link to it.
-        max_bytes: The most that such a file has. What is larger is not read any farther.
-        what_to_do: Advice at the end of the message where the file is not there; "" for that of its kind.
-        wanted: What it should be; None for any file.
+        max_bytes: Largest size of such a file. No more than this is read.
+        what_to_do: Advice in the message for a missing file; "" for that of its kind.
+        wanted: Expected kind of file; None for any.
 
     Returns:
         The whole content.
 
     Raises:
-        InputError: As ``read_bytes`` raises it, or the bytes are not UTF-8.
+        InputError: As for ``read_bytes``, or the bytes are not UTF-8.
     """
     content = read_bytes(path, max_bytes, what_to_do, wanted)
     try:
-        return content.decode("utf-8-sig")  # some editors begin a file with a mark
+        return content.decode("utf-8-sig")  # without a byte order mark
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
 
 
 def read_kind(path: Path) -> FileKind | None:
-    """Tell the kind that a file says to be, by its beginning and its end.
+    """Determine the kind of a file from its beginning and end.
 
     Args:
         path: The file.
 
     Returns:
-        The kind; None where the file says nothing. A YAML file that says nothing counts as a cell.
+        The kind; None if unknown. A YAML file of unknown kind counts as a cell.
 
     Raises:
-        InputError: It cannot be read, is no regular file, or a text in UTF-16.
+        InputError: It cannot be read, is not a regular file, or is a text in UTF-16.
     """
     try:
         refuse_special_file(path)
@@ -108,15 +108,15 @@ def read_kind(path: Path) -> FileKind | None:
 def refuse_special_file(path: Path, what_to_do: str = "name a file") -> None:
     """Refuse a device, pipe, socket or folder: only regular files are read and replaced.
 
-    A path where nothing is passes.
+    A path that does not exist is accepted.
 
     Args:
-        path: What is looked at; links are followed.
+        path: The path; links are followed.
         what_to_do: Advice at the end of the message.
 
     Raises:
-        InputError: The path is no regular file.
-        OSError: That cannot be found out.
+        InputError: The path is not a regular file.
+        OSError: The kind cannot be determined.
     """
     try:
         mode = path.stat().st_mode

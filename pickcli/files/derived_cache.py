@@ -1,6 +1,6 @@
-"""What is costly to derive from the content of files, kept in the user's cache under a hash of that content.
+"""Caches results that are costly to derive from files in the user's cache, by a hash of the files' content.
 
-Nothing depends on the cache: what is not there, damaged or cannot be written is derived again.
+The cache is optional: missing or damaged entries, and those that cannot be written, are derived again.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ _log = logging.getLogger(__name__)
 
 
 def content_key(*parts: bytes | str) -> str:
-    """A hash of everything that something is derived from.
+    """Compute a hash over all inputs of a derivation.
 
     Args:
-        parts: Contents of files, settings, and a version of what derives.
+        parts: Contents of files, settings, and a version of the algorithm.
 
     Returns:
         Hexadecimal digits.
@@ -38,12 +38,12 @@ def content_key(*parts: bytes | str) -> str:
 
 
 def derived(kind: str, key: str, derive: Callable[[], Any]) -> Any:
-    """Plain values from the cache, or derived and kept.
+    """Return values from the cache, or derive and store them.
 
     Args:
-        kind: Of the values; the name of their folder.
+        kind: Kind of the values; the name of their folder.
         key: From ``content_key``.
-        derive: Makes them: numbers, texts, lists and mappings, as JSON has them.
+        derive: Function that computes them: numbers, texts, lists and mappings, as in JSON.
 
     Returns:
         The values.
@@ -60,12 +60,12 @@ def derived(kind: str, key: str, derive: Callable[[], Any]) -> Any:
 def _path(kind: str, key: str) -> Path | None:
     try:
         return user_cache_path("apc", appauthor=False) / kind / f"{key}.json"
-    except RuntimeError:  # a user without a home
+    except RuntimeError:  # a user without a home directory
         return None
 
 
 def _kept(path: Path | None) -> Any:
-    """The values, if they are there and as they were written."""
+    """The stored values, if they exist and are undamaged."""
     try:
         stated, _, content = path.read_bytes().partition(b"\n") if path is not None else (b"", b"", b"")
     except OSError:
@@ -90,7 +90,7 @@ def _keep(path: Path | None, values: Any) -> None:
 
 @cache
 def _warn_once(folder: str) -> None:
-    """Tell that work is done again each time: not for each of the many files that this is true of."""
+    """Warn that results are not cached; once per folder, as this affects many files."""
     _log.warning(
         "nothing can be kept in the cache %s, so what takes long is computed again each time; set "
         "XDG_CACHE_HOME to a folder that can be written",

@@ -1,7 +1,6 @@
-"""The kinds of files that commands read, told apart by what they say of themselves.
+"""Kinds of files read by commands, recognised by their content.
 
-So that a file handed in where another kind is wanted is called by its name, once, before a reader finds
-that every one of its keys is unknown.
+A file of a wrong kind is reported once with its kind, instead of as a file with only unknown keys.
 """
 
 from __future__ import annotations
@@ -15,9 +14,9 @@ from pickcli.errors import InputError
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 STORE_END = (
-    b"APCSPARE"  # the last bytes of a stored file: its spare copy may be used where its first are damaged
+    b"APCSPARE"  # last bytes of a stored file, whose header backup can be used if its beginning is damaged
 )
-HEAD = 64  # bytes that tell how a text is encoded
+HEAD = 64  # bytes used to recognise the encoding of a text
 UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 PICTURE_MAGICS = (b"\x89PNG\r\n\x1a\n", b"GIF87a", b"GIF89a", b"\xff\xd8\xff")  # PNG, GIF, JPEG
 
@@ -27,8 +26,8 @@ class FileKind:
     """One kind of file.
 
     Attributes:
-        name: With its article, as it stands in messages.
-        origin: Where such a file comes from.
+        name: Name with its article, for messages.
+        origin: Source of such files.
     """
 
     name: str
@@ -48,7 +47,7 @@ REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
-PICTURE = FileKind("a picture", "--picture, --plot and --video make some")  # no command reads one
+PICTURE = FileKind("a picture", "--picture, --plot and --video make some")  # read by no command
 KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, REALITY, URDF, SRDF, JOINT_LIMITS)
 
 _BY_FORMAT = {
@@ -60,7 +59,7 @@ _BY_FORMAT = {
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)
-_BY_MARK = (  # where no format is stated
+_BY_MARK = (  # if no format is stated
     (re.compile(_KEY % rb"max_score", re.MULTILINE), TRIAL),
     (re.compile(_KEY % rb"(?:bin_contents|tote_contents|work_order|moves)", re.MULTILINE), ORDER),
     (re.compile(rb"<(?:disable_collisions|group|group_state|end_effector)\b"), SRDF),
@@ -71,15 +70,15 @@ _BY_MARK = (  # where no format is stated
 
 
 def kind_of(content: bytes) -> FileKind | None:
-    """Tell the kind that a file says to be.
+    """Determine the kind of a file from its content.
 
-    A roadmap or database says so with its first bytes and again with its last.
+    Roadmaps and databases are recognised by their first or last bytes.
 
     Args:
         content: The file, or its beginning.
 
     Returns:
-        The kind; None where the content says nothing.
+        The kind; None if unknown.
     """
     if content.startswith(HDF5_MAGIC) or content.endswith(STORE_END):
         return STORE
@@ -91,13 +90,13 @@ def kind_of(content: bytes) -> FileKind | None:
 
 
 def refuse_other_kind(path: Path, content: bytes, wanted: FileKind, is_whole: bool = True) -> None:
-    """Refuse a file that says to be of another kind than wanted, or that is binary and of no known kind.
+    """Refuse a file of another kind than expected, or a binary file of unknown kind.
 
     Args:
-        path: The file, for the message.
-        content: Its content, or the beginning of it.
-        wanted: The kind that it should be.
-        is_whole: Whether that is all of the file.
+        path: The file, for messages.
+        content: Its content or the beginning of it.
+        wanted: The expected kind.
+        is_whole: Whether ``content`` is the whole file.
 
     Raises:
         InputError: It is of another kind.
@@ -116,11 +115,11 @@ def refuse_other_kind(path: Path, content: bytes, wanted: FileKind, is_whole: bo
 
 
 def refuse_utf_16(path: Path, content: bytes) -> None:
-    """Refuse a text in UTF-16, as some editors write it: with a mark, or every other byte of ASCII a zero.
+    """Refuse a text in UTF-16: with a byte order mark, or with every other byte zero.
 
     Args:
-        path: The file, for the message.
-        content: Its content, or the beginning of it.
+        path: The file, for messages.
+        content: Its content or the beginning of it.
 
     Raises:
         InputError: It is such a text.
@@ -134,7 +133,7 @@ def refuse_utf_16(path: Path, content: bytes) -> None:
 
 
 def _is_cut_off(content: bytes) -> bool:
-    """Whether a JSON text lacks its end."""
+    """Whether a JSON text has no end."""
     text = content.strip()
     return text.startswith(b"{") and not text.endswith(b"}")
 

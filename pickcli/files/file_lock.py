@@ -1,4 +1,4 @@
-"""One process at a time."""
+"""Inter-process lock for changing a file."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from pickcli.errors import InputError
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Hold a file for changing it: other processes that want to change it wait until the context ends.
+    """Lock a file for changing it: other processes wait until the context ends.
 
-    The lock is on an empty file beside it (``.NAME.lock``), for the file itself is replaced when it is
-    written; the system gives it back when a process ends, however it ends.
+    The lock is on an empty file beside it (``.NAME.lock``), as the file itself is replaced when written. The
+    system releases it when the process ends, in any way.
 
     Args:
-        path: The file that is to be changed; it need not exist.
+        path: The file to be changed; it need not exist.
 
     Yields:
-        Nothing, as soon as the lock is held.
+        Nothing, once the lock is held.
 
     Raises:
-        InputError: The file beside it cannot be made.
+        InputError: The lock file cannot be created.
     """
     from filelock import FileLock
 

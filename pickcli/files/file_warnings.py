@@ -1,6 +1,6 @@
-"""What is well-formed in a file and probably wrong: told where it stands, and silenced by the file itself.
+"""Warnings for valid but implausible values in a file, with their positions; the file can accept them.
 
-A file accepts a warning under ``accepted_warnings``: KIND, or KIND:SUBJECT for one of several.
+A file accepts a warning under ``accepted_warnings``, as KIND, or KIND:SUBJECT for a single one.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pickcli.files.yaml_reader import Key, Source, name_of
 from pickcli.name_suggestion import shortened, suggestion
 
-ACCEPTED = "accepted_warnings"  # the key of a file that silences warnings
-FEW = 3  # warnings of one kind that are told one by one
+ACCEPTED = "accepted_warnings"  # key of a file under which warnings are accepted
+FEW = 3  # up to this many warnings of one kind are reported one by one
 
 _log = logging.getLogger(__name__)
 
@@ -23,9 +23,9 @@ class FileWarnings:
     """Warnings about one file, without those that it accepts.
 
     Attributes:
-        source: The file, for places.
-        accepted: What it accepts: kinds, or kinds with a subject.
-        lines: The warnings, each with its place and how to silence it.
+        source: The file, for positions.
+        accepted: Accepted warnings: kinds, or kinds with a subject.
+        lines: The warnings, each with its position and how to accept it.
     """
 
     source: Source
@@ -34,7 +34,7 @@ class FileWarnings:
 
     @classmethod
     def of(cls, source: Source) -> FileWarnings:
-        """Begin with no warnings about a file that is valid.
+        """Create an empty list of warnings for a valid file.
 
         Args:
             source: The file.
@@ -45,24 +45,24 @@ class FileWarnings:
         return cls(source, frozenset(source.data.get(ACCEPTED, ())))
 
     def add(self, kind: str, subject: str, key: Key, text: str) -> None:
-        """Note one warning, unless the file accepts it.
+        """Add a warning, unless the file accepts it.
 
         Args:
-            kind: Of warning, a name.
-            subject: What it is about, by name.
-            key: Where the value stands; the nearest parent that stands in the file is told.
-            text: What is odd, and what is probably meant.
+            kind: Kind of the warning.
+            subject: Name of its subject.
+            key: Key of the value; if it is not in the file, the position of its nearest parent is reported.
+            text: The problem, and what was probably meant.
         """
         self.add_alike(kind, {subject: (key, text)}, key, "")
 
     def add_alike(self, kind: str, found: dict[str, tuple[Key, str]], key: Key, cause: str) -> None:
-        """Note several warnings of one kind; more than a few as one, as they have one cause.
+        """Add several warnings of one kind; more than a few are combined, as probably of the same cause.
 
         Args:
-            kind: Of warning, a name.
-            found: By subject its place and text.
-            key: Where the probable cause of many stands.
-            cause: What that is, as a question or advice.
+            kind: Kind of the warnings.
+            found: Key and text by subject.
+            key: Key of the probable common cause.
+            cause: That cause, as a question or advice.
         """
         if kind in self.accepted:
             return
@@ -87,14 +87,14 @@ class FileWarnings:
 
 
 def refuse_unknown_kinds(names: Iterable[str], kinds: Collection[str]) -> None:
-    """Refuse what would silence nothing.
+    """Refuse accepted warnings that do not exist.
 
     Args:
-        names: What a file accepts.
-        kinds: The kinds of warnings that there are about such a file.
+        names: Warnings accepted by a file.
+        kinds: Kinds of warnings about such a file.
 
     Raises:
-        ValueError: No warning is called so; with what was meant.
+        ValueError: There is no such kind of warning; with suggestions.
     """
     for name in names:
         kind = name.partition(":")[0]

@@ -1,4 +1,4 @@
-"""JSON as a text: what is wrong with its syntax, where, and what to do about it."""
+"""Parses JSON texts, and reports syntax errors with position and advice."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from typing import Any, NoReturn
 from pickcli.errors import InputError
 from pickcli.name_suggestion import shortened
 
-MAX_DIGITS = 20  # of a whole number
+MAX_DIGITS = 20  # of an integer
 _CONSTANT = re.compile(r'"(?:[^"\\]|\\.)*"|(-?(?:NaN|Infinity))')
-_YAML = re.compile(r"---|- |[A-Za-z_][\w ]*:(\s|$)")  # how a text of YAML begins
+_YAML = re.compile(r"---|- |[A-Za-z_][\w ]*:(\s|$)")  # beginning of a YAML text
 _PYTHON = {"None": "null", "True": "true", "False": "false"}
 
 
 def parse_json(text: str, where: str) -> Any:
-    """Read the values of a JSON text, without the traps: double keys, NaN, endless nesting and digits.
+    """Parse a JSON text; refuses duplicate keys, NaN, deep nesting and overlong integers.
 
     Args:
         text: The text.
         where: Name of the file, for messages.
 
     Returns:
-        The values, as the standard library's ``json`` gives them.
+        The values, as returned by the standard library's ``json``.
 
     Raises:
-        InputError: With line and column where the syntax is wrong.
+        InputError: The syntax is wrong: with line and column.
     """
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -47,20 +47,20 @@ def parse_json(text: str, where: str) -> Any:
 
 
 def refuse_bad_syntax(text: str, where: str) -> None:
-    """Refuse a text that is not JSON; values are not looked at.
+    """Refuse a text that is not JSON; values are not checked.
 
     Args:
         text: The text.
         where: Name of the file, for messages.
 
     Raises:
-        InputError: With line, column and advice where the syntax is wrong.
+        InputError: The syntax is wrong: with line, column and advice.
     """
     _loads(text, where, parse_int=str, parse_float=str)
 
 
 def _loads(text: str, where: str, **hooks: Any) -> Any:
-    """What the standard library reads, its errors with their place and advice."""
+    """Parse with the standard library, and add position and advice to its errors."""
 
     def constant(name: str) -> NoReturn:
         found = next(match for match in _CONSTANT.finditer(text) if match[1] == name)
@@ -75,12 +75,12 @@ def _loads(text: str, where: str, **hooks: Any) -> Any:
 
 
 def _place(text: str, at: int, where: str) -> str:
-    """``file:line:column`` of a character, both counted from 1 as an editor does."""
+    """Position ``file:line:column`` of a character, both counted from 1."""
     return f"{where}:{text.count(chr(10), 0, at) + 1}:{at - text.rfind(chr(10), 0, at)}"
 
 
 def _advice(text: str, error: json.JSONDecodeError) -> str:
-    """What is wrong at the place of a syntax error, and what to do about it."""
+    """Describe a syntax error, with advice."""
     rest, before = text[error.pos :], text[: error.pos].rstrip()
     if not text.strip():
         return "the file is empty"
@@ -114,7 +114,7 @@ def _advice(text: str, error: json.JSONDecodeError) -> str:
 
 
 def _advice_about(word: str) -> str:
-    """What to do about a word that stands without quotes."""
+    """Advice on a word without quotes."""
     if word in _PYTHON:
         return f"{word} is Python; JSON writes {_PYTHON[word]}"
     if word.lower() in _PYTHON.values():

@@ -1,4 +1,4 @@
-"""Arrays over time as few bytes of JSON: rounded to a stated resolution, as differences in time."""
+"""Compact arrays over time in JSON: rounded to a stated resolution and stored as differences."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ _TYPES = (("i1", np.int8), ("i2", np.int16), ("i4", np.int32))
 
 
 def packed(values: Array, resolution: float) -> dict[str, Any]:
-    """An array as JSON values, each element off by half of the resolution at most.
+    """Pack an array as JSON values, with an error of at most half of the resolution.
 
     Args:
         values: (N,) or (N, k), finite.
-        resolution: What elements are rounded to multiples of, in their unit.
+        resolution: Unit to whose multiples elements are rounded.
 
     Returns:
         ``type`` of the integers (``i1``, ``i2`` or ``i4``, little-endian), ``shape``, ``unit`` (the
-        resolution) and ``data``: base64 of the differences along the first axis, the first row from 0.
+        resolution) and ``data``: base64 of the differences along the first axis, starting from 0.
     """
     rows = np.asarray(values, dtype=np.float64)
     rounded = np.round(rows / resolution).astype(np.int64)
@@ -40,17 +40,17 @@ def packed(values: Array, resolution: float) -> dict[str, Any]:
 
 
 def unpacked(told: Mapping[str, Any]) -> Array:
-    """An array from its JSON values.
+    """Unpack an array from its JSON values.
 
     Args:
-        told: As ``packed`` makes them.
+        told: As returned by ``packed``.
 
     Returns:
-        The array, of the shape that is stated.
+        The array, of the stated shape.
 
     Raises:
-        KeyError: If one of the values is missing.
-        ValueError: If there are more or fewer elements than are stated, or of another type.
+        KeyError: One of the values is missing.
+        ValueError: The number or type of elements differs from what is stated.
     """
     kind = dict(_TYPES)[told["type"]]
     steps = np.frombuffer(base64.b64decode(told["data"]), dtype=np.dtype(kind).newbyteorder("<"))

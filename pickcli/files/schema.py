@@ -1,4 +1,4 @@
-"""From plain values to a checked model: pydantic's errors, told with file, line, column and advice."""
+"""Validates plain values with pydantic models, and reports errors with file, line, column and advice."""
 
 from __future__ import annotations
 
@@ -17,11 +17,10 @@ Model = TypeVar("Model", bound="FileModel")
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
-# What a figure may be at most. The bounds are far from any cell that is built; what is beyond them was
-# written in another unit.
+# Upper bounds of figures, far beyond those of any real cell; larger values were written in another unit.
 Coordinate = Annotated[float, Field(ge=-100, le=100)]  # m
 Angle = Annotated[float, Field(ge=-6.3, le=6.3)]  # rad
-Size = Annotated[float, Field(gt=0, le=10)]  # m, of what stands in a cell
+Size = Annotated[float, Field(gt=0, le=10)]  # m, of objects in a cell
 Thickness = Annotated[float, Field(gt=0, le=0.5)]  # m, of boards, posts, cups
 Seconds = Annotated[float, Field(ge=0, le=30)]
 Force = Annotated[float, Field(gt=0, le=1e6)]  # N, or Nm
@@ -30,11 +29,11 @@ Angles = Annotated[tuple[Angle, ...], Len(3, 3)]
 MAX_TEXT = 200  # characters
 Text = Annotated[
     str, Field(min_length=1, max_length=MAX_TEXT, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")
-]  # for people
+]  # free text
 
 
 class FileModel(BaseModel):
-    """Base of everything read from files: strict types, unknown keys refused, immutable."""
+    """Base of all models of files: strict types, unknown keys refused, immutable."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -43,17 +42,17 @@ def validate(source: Source, model: type[Model]) -> Model:
     """Check the content of a file against a model.
 
     Args:
-        source: The values of the file, with their places.
-        model: What the file should hold.
+        source: The values of the file, with their positions.
+        model: Model of the file.
 
     Returns:
         The content as an instance of ``model``.
 
     Raises:
-        InputError: With all mistakes, each with its place.
+        InputError: With all mistakes, each with its position.
     """
     try:
-        # By way of JSON: there a list may become a tuple while everything else stays strict.
+        # Validated as JSON, where lists can become tuples while everything else is strict.
         return model.model_validate_json(json.dumps(source.data))
     except ValidationError as error:
         details = causes(error)
@@ -65,17 +64,17 @@ def validate(source: Source, model: type[Model]) -> Model:
 
 
 def causes(error: ValidationError) -> list[Any]:
-    """Pydantic's errors, without those that only follow from others.
+    """Filter pydantic's errors, removing those that follow from others.
 
-    A list whose entries are wrong is also too short for pydantic, which counts the right ones. Where many
-    keys of one object are missing, that is one mistake.
+    pydantic reports a list with wrong entries also as too short, because it counts only valid ones. Many
+    missing keys of one object are combined into one error.
 
     Args:
-        error: What pydantic raised.
+        error: The exception of pydantic.
 
     Returns:
-        Entries of ``ValidationError.errors()``; one of the type ``MANY_MISSING`` in place of those of the
-        missing keys of one object.
+        Entries of ``ValidationError.errors()``; many missing keys of one object are replaced by one entry of
+        type ``MANY_MISSING``.
     """
     details = error.errors(include_url=False)
     inner = {detail["loc"][:i] for detail in details for i in range(len(detail["loc"]))}
@@ -93,33 +92,33 @@ def causes(error: ValidationError) -> list[Any]:
 
 
 def note(source: Source, model: type[BaseModel], detail: Any) -> None:
-    """Add one of pydantic's errors to the problems of a source.
+    """Add a pydantic error to the problems of a source.
 
     Args:
-        source: The values that were checked; gets the problem.
-        model: The model that they were checked against.
+        source: The validated values; receives the problem.
+        model: The model used for validation.
         detail: The error, an entry of ``ValidationError.errors()``.
     """
     key: Key = detail["loc"]
     if key[-1:] == (KEY_MARK,) and detail["type"] != "extra_forbidden":
         key = key[:-1]
     key = _without_marks(model, key)
-    # Where a kind chooses from a union, pydantic puts it into the place, where it is no key of the file.
+    # In a discriminated union, pydantic's location contains the kind, which is not a key of the file.
     place = tuple(part for i, part in enumerate(key) if not _is_tagged(_annotation(model, key[:i])))
     is_of_kind = detail["type"] in (UNKNOWN_TAG, NO_TAG)
     source.add((*place, TAG) if is_of_kind else place, explain(model, key, detail))
 
 
 def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
-    """Tell one of pydantic's errors as "expected, got; what to do".
+    """Format a pydantic error as "expected, got; what to do".
 
     Args:
-        model: The model that the file was checked against.
-        key: Where the value stands in the file.
+        model: The model used for validation.
+        key: Key of the value in the file.
         detail: The error, an entry of ``ValidationError.errors()``.
 
     Returns:
-        The message, without the place.
+        The message, without the position.
     """
     kind, given = detail["type"], detail["input"]
     if kind == "missing":
@@ -149,21 +148,21 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
 
 
 def _kinds(model: type[BaseModel], key: Key) -> str:
-    """The kinds of the union at ``key``: "bodies, box or grid"."""
+    """Kinds of the union at ``key``: "bodies, box or grid"."""
     members = get_args(get_args(_annotation(model, key))[0])
     *kinds, last = sorted(tag for m in members for tag in get_args(m.model_fields[TAG].annotation))
     return f"{', '.join(kinds)} or {last}"
 
 
 def _addition(model: type[BaseModel], key: Key, otherwise: str = "add it") -> str:
-    """What to do about a value that is missing: its field may say so, under ``advice``."""
+    """Advice on a missing value: that of its field, under ``advice``, or a default."""
     field = _fields(model, key[:-1]).get(str(key[-1])) if key else None
     extra = getattr(field, "json_schema_extra", None)
     return str(extra["advice"]) if isinstance(extra, dict) and "advice" in extra else otherwise
 
 
 def _wanted(model: type[BaseModel], key: Key, detail: Any) -> str:
-    """What a field means and what it may be, each once."""
+    """Meaning of a field and its allowed values, without repetition."""
     kind, meaning = detail["type"], _meaning(model, key)
     if kind == "literal_error":
         choices = detail["ctx"]["expected"]
@@ -178,42 +177,42 @@ def _wanted(model: type[BaseModel], key: Key, detail: Any) -> str:
         expected = _TYPES.get(kind) or detail["msg"].removeprefix("Input should ")
         expected = re.sub(r"^String should have", "text of", expected)
         expected = expected.removeprefix("be ").removeprefix("have ")
-    is_part = bool(key) and str(key[-1]) not in _fields(model, key[:-1])  # of a list or mapping
+    is_part = bool(key) and str(key[-1]) not in _fields(model, key[:-1])  # in a list or mapping
     if meaning == NO_MEANING or (is_part and kind in (*_TYPES, *_BOUNDS, PATTERN)):
         return f"{NO_MEANING} {expected}" if expected.startswith(("less", "greater")) else expected
     is_said = kind in _TYPES and meaning.startswith(expected.split(" {")[0].split(" [")[0])
     return meaning if is_said or meaning.startswith(expected) else f"{meaning}: {expected}"
 
 
-# What is said of JSON in the words of Python otherwise.
+# JSON's words for pydantic's types.
 _TYPES = {"model_type": "an object {...}", "dict_type": "an object {...}", "list_type": "a list [...]",
           "tuple_type": "a list [...]", "string_type": "text in quotes"}  # fmt: skip
 _NUMBERS = ("float_type", "float_parsing", "int_type", "int_parsing")
 PATTERN = "string_pattern_mismatch"
-_NAMES = {  # by what a text must match
+_NAMES = {  # by pattern
     r"^[A-Za-z][A-Za-z0-9_]*$": "a name of letters, digits and _, a letter first",
     r"^[A-Za-z0-9_]*$": "letters, digits and _ alone",
     r"^[a-z0-9_]+$": "a name of small letters, digits and _",
 }
 _BOUNDS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 NO_MEANING = "a value"
-KEY_MARK = "[key]"  # ends pydantic's place of what is wrong about a key and not about its value
-TAG = "kind"  # key by which models of a union are told apart
+KEY_MARK = "[key]"  # last element of pydantic's location if the key itself is wrong
+TAG = "kind"  # discriminator of unions of models
 NO_TAG, UNKNOWN_TAG = "union_tag_not_found", "union_tag_invalid"
-FEW_MISSING = 3  # keys of one object that are told one by one
-MANY_MISSING = "many_missing"  # the kind of the one error that tells more
-MAX_SHOWN = 40  # characters of a value that is wrong
+FEW_MISSING = 3  # up to this many missing keys of one object are reported one by one
+MANY_MISSING = "many_missing"  # type of the error that combines more
+MAX_SHOWN = 40  # characters shown of a wrong value
 
 
 def _is_far_off(detail: Any) -> bool:
-    """Whether a figure is too large in its amount: a negative one where none may be is no matter of units."""
+    """Whether a figure is probably in another unit: too large, and not merely negative."""
     if detail["type"] == "greater_than_equal":
         return float(detail["ctx"]["ge"]) < 0.0
     return detail["type"] in ("less_than", "less_than_equal")
 
 
 def _unit(meaning: str) -> str:
-    """What to do about a figure that is far too large: it was meant in another unit."""
+    """Advice on a figure that is far too large: it was probably meant in another unit."""
     found = _UNIT.search(meaning)
     if found is not None:
         return _UNITS[found.group()]
@@ -221,7 +220,7 @@ def _unit(meaning: str) -> str:
 
 
 def _number_advice(text: str, meaning: str) -> str:
-    """What to do about a text where a number should stand."""
+    """Advice on a text in place of a number."""
     number = re.fullmatch(r"([-+\u2212]?)(\d*[.,]?\d+)(.*)", text.strip(), re.DOTALL)
     if number is None:
         return "correct it"
@@ -252,7 +251,7 @@ _UNITS = {
 
 
 def _short(value: Any) -> str:
-    """The beginning of a value as JSON, however large it is."""
+    """Beginning of a value as JSON, for values of any size."""
     text = ""
     for part in json.JSONEncoder(ensure_ascii=False).iterencode(
         value[:MAX_SHOWN] if isinstance(value, str) else value
@@ -264,7 +263,7 @@ def _short(value: Any) -> str:
 
 
 def _meaning(model: type[BaseModel], key: Key) -> str:
-    """The field's own description, if it has one; for a value in a list or mapping that of the whole."""
+    """Description of a field; for a value in a list or mapping, that of the whole."""
     while key and isinstance(key[-1], int):
         key = key[:-1]
     siblings = _fields(model, key[:-1])
@@ -277,12 +276,12 @@ def _meaning(model: type[BaseModel], key: Key) -> str:
 
 
 def _fields(model: type[BaseModel], key: Key) -> dict[str, Any]:
-    """The fields of the model that stands at ``key`` inside ``model``; empty where it is no model."""
+    """Fields of the model at ``key`` inside ``model``; empty if there is no model."""
     return _fields_of(_annotation(model, key))
 
 
 def _annotation(model: type[BaseModel], key: Key) -> Any:
-    """What may stand at ``key`` inside ``model``; a tag in it chooses from a union. None if nothing may."""
+    """Annotation at ``key`` in ``model``, None without one; a tag in the key selects from a union."""
     annotation: Any = model
     for part in key:
         fields = _fields_of(annotation)
@@ -298,7 +297,7 @@ def _annotation(model: type[BaseModel], key: Key) -> Any:
 
 
 def _fields_of(annotation: Any) -> dict[str, Any]:
-    """The fields of a model, or of all models of which a tag chooses one; empty for anything else."""
+    """Fields of a model, or of all members of a discriminated union; empty for anything else."""
     if get_origin(annotation) is Annotated:
         return _fields_of(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType):
@@ -308,12 +307,12 @@ def _fields_of(annotation: Any) -> dict[str, Any]:
 
 
 def _is_tagged(annotation: Any) -> bool:
-    """Whether an annotation is a union of models that are told apart by their key ``kind``."""
+    """Whether an annotation is a union of models discriminated by the key ``kind``."""
     return any(getattr(a, "discriminator", None) == TAG for a in get_args(annotation))
 
 
 def _without_marks(model: type[BaseModel], key: Key) -> Key:
-    """The key without what pydantic writes into it where a function chooses from a union."""
+    """The key without the tags that pydantic inserts for unions with a callable discriminator."""
     found: Key = ()
     is_chosen = False
     for part in key:
@@ -323,24 +322,24 @@ def _without_marks(model: type[BaseModel], key: Key) -> Key:
 
 
 def _marks(annotation: Any) -> set[str]:
-    """The tags of a union of which a function chooses one."""
+    """Tags of a union with a callable discriminator."""
     members = get_args(get_args(annotation)[0]) if get_origin(annotation) is Annotated else ()
     return {mark.tag for member in members for mark in get_args(member)[1:] if isinstance(mark, Tag)}
 
 
 def _of_tag(annotation: Any, tag: int | str) -> Any:
-    """The model of a union that has a kind, None if none has."""
+    """The member of a union with a kind, None without one."""
     members = get_args(get_args(annotation)[0])
     return next((m for m in members if tag in get_args(m.model_fields[TAG].annotation)), None)
 
 
 def _innermost(annotation: Any) -> Any:
-    """The value type of a tuple, list or dict annotation."""
+    """Type of the values of a tuple, list or dict annotation."""
     arguments = [a for a in get_args(annotation) if a is not Ellipsis]
     return _unwrapped(arguments[-1]) if arguments else annotation
 
 
 def _unwrapped(annotation: Any) -> Any:
-    """The annotation without an optional None."""
+    """The annotation without None."""
     arguments = get_args(annotation)
     return next(a for a in arguments if a is not type(None)) if type(None) in arguments else annotation

@@ -1,4 +1,4 @@
-"""All mistakes of an XML file told at once, in the order of the file."""
+"""Collects all mistakes of an XML file, and reports them together in the order of the file."""
 
 from __future__ import annotations
 
@@ -9,40 +9,40 @@ from typing import TypeVar
 
 from pickcli.errors import InputError
 
-MOST_TOLD = 20  # mistakes in one message
+MOST_TOLD = 20  # number of mistakes in one message
 
 T = TypeVar("T")
 
 
 @dataclass(eq=False)
 class XmlMistakes:
-    """What is wrong with an XML file.
+    """Mistakes of an XML file.
 
     Attributes:
         path: The file.
-        found: The mistakes with their places, in the order in which they were found.
+        found: The mistakes with their positions, in the order in which they were found.
     """
 
     path: Path
     found: list[str] = field(default_factory=list)
 
     def note(self, error: InputError) -> None:
-        """Keep a mistake.
+        """Add a mistake.
 
         Args:
-            error: As ``Element.error`` makes it.
+            error: As created by ``Element.error``.
         """
         self.found.append(str(error))
 
     def tried(self, read: Callable[[], T], otherwise: T) -> T:
-        """Read something, so that reading can go on where it is wrong.
+        """Call a reader; after a mistake continue with a placeholder.
 
         Args:
-            read: Reads it, or raises InputError, which is noted.
-            otherwise: What is taken in its stead.
+            read: Function that reads, or raises InputError, which is added.
+            otherwise: The placeholder.
 
         Returns:
-            What was read, or ``otherwise``.
+            The result, or ``otherwise``.
         """
         try:
             return read()
@@ -51,10 +51,10 @@ class XmlMistakes:
             return otherwise
 
     def check(self) -> None:
-        """Refuse the file if any mistake was noted.
+        """Raise an error if there are mistakes.
 
         Raises:
-            InputError: With all mistakes noted so far, in the order of the file.
+            InputError: With all mistakes so far, in the order of the file.
         """
         if self.found:
             lines = sorted(dict.fromkeys(self.found), key=self._line)

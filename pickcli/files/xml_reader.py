@@ -1,4 +1,4 @@
-"""XML read safely by the standard library's expat: no DTD, bounded size and depth, every element's line."""
+"""Safe XML reader based on expat: no DTD, bounded size and depth, with the line of every element."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class Element:
 
     Attributes:
         path: The file.
-        line: Line where the element starts, counted from 1.
+        line: Line of its start, counted from 1.
         tag: Its tag.
         attributes: Its attributes by name.
-        children: The elements directly in it, in their order.
+        children: Its child elements, in order.
     """
 
     path: Path
@@ -34,10 +34,10 @@ class Element:
     children: list[Element] = field(default_factory=list)
 
     def error(self, text: str) -> InputError:
-        """Make an error that names this element's place and, if it has one, its name.
+        """Create an error that states this element's position and, if it has one, its name.
 
         Args:
-            text: What is wrong and what to do about it.
+            text: The problem and advice.
 
         Returns:
             The error, to be raised.
@@ -74,7 +74,7 @@ class Element:
         return found[0] if found else None
 
     def one(self, tag: str) -> Element:
-        """Find the only child with a tag, which must be there.
+        """Find the only child with a tag, which must exist.
 
         Args:
             tag: The tag.
@@ -112,7 +112,7 @@ class Element:
 
         Args:
             attribute: Its name.
-            n: How many numbers it must have.
+            n: Required number of numbers.
 
         Returns:
             The n numbers, in the unit of the file.
@@ -150,7 +150,7 @@ def read_xml(path: Path, wanted: FileKind = URDF) -> Element:
 
     Args:
         path: The file.
-        wanted: What it should be.
+        wanted: Expected kind of file.
 
     Returns:
         Its root element.

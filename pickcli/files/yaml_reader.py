@@ -1,9 +1,8 @@
-"""YAML read safely: plain values with the line and column of each, all mistakes collected.
+"""Safe YAML reader: plain values with the line and column of each, and all mistakes collected.
 
-Works on the event stream of PyYAML, so size and depth are bounded before anything is built. Aliases,
-tags, several documents and duplicate keys are refused. Plain scalars follow YAML 1.2: ``1e-3`` is a
-number; what 1.1 would quietly turn into something else (``no``, ``12:30``, ``010``, ``1_000``) is an
-error that says what to write instead.
+Based on the event stream of PyYAML, so that size and depth are bounded before anything is built. Aliases,
+tags, several documents and duplicate keys are refused. Plain scalars follow YAML 1.2: ``1e-3`` is a number.
+Values that YAML 1.1 would convert silently (``no``, ``12:30``, ``010``, ``1_000``) are errors with advice.
 """
 
 from __future__ import annotations
@@ -26,11 +25,11 @@ from pickcli.name_suggestion import shortened
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 32
 BYTE_ORDER_MARK = "\ufeff"
-MOST_TOLD = 20  # mistakes in one message
+MOST_TOLD = 20  # number of mistakes in one message
 
-Key: TypeAlias = tuple[str | int, ...]  # where a value stands: names of mappings, indices of lists
+Key: TypeAlias = tuple[str | int, ...]  # path of a value: names in mappings, indices in lists
 
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # only its parser is used, which does not recurse
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # used only as a parser, which is not recursive
 _INT = re.compile(r"[-+]?(0|[1-9][0-9]*)")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|(0|[1-9][0-9]*)(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _TRAPS = (
@@ -53,8 +52,8 @@ class Problem:
     Attributes:
         line: Counted from 1.
         column: Counted from 1.
-        text: What is wrong and what to do about it.
-        path: The other file that it stands in; None for the one that is read.
+        text: The problem and advice.
+        path: The file, if it is another one than the file being read; else None.
     """
 
     line: int
@@ -65,7 +64,7 @@ class Problem:
 
 @dataclass
 class Source:
-    """A file's values and where each of them stands.
+    """A file's values with their positions.
 
     Attributes:
         path: The file.
@@ -73,8 +72,8 @@ class Source:
         key_marks: Line and column, from 1, of the key of each entry of a mapping.
         value_marks: Line and column, from 1, of each value.
         origins: File, line and column of each value that was taken from another file.
-        problems: Mistakes noted so far.
-        n_untold: Number of mistakes that were found but are not told one by one.
+        problems: Mistakes so far.
+        n_untold: Number of further mistakes that are not reported one by one.
     """
 
     path: Path
@@ -83,39 +82,39 @@ class Source:
     value_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
     origins: dict[Key, tuple[Path, int, int]] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
-    n_untold: int = 0  # mistakes that were found but will not be told one by one
+    n_untold: int = 0  # further mistakes, not reported one by one
 
     @property
     def is_full(self) -> bool:
-        """Whether as many mistakes are noted as will be told: no hint is worth its time any more."""
+        """Whether no more mistakes will be reported, so that suggestions need not be computed."""
         return len(self.problems) > MOST_TOLD
 
     def add(self, key: Key, text: str) -> None:
-        """Note a mistake.
+        """Report a mistake.
 
         Args:
-            key: Where the value stands; the nearest parent that stands in the file is told.
-            text: What is wrong and what to do about it.
+            key: Key of the value; if it is not in the file, the position of its nearest parent is used.
+            text: The problem and advice.
         """
         path, line, column = self.place(key)
         self.problems.append(Problem(line, column, f"{name_of(key)}: {text}" if key else text, path))
 
     def stated(self, key: Key) -> Key:
-        """Where a value stands in the file, if it is told to stand elsewhere.
+        """Map a key of this view to the key in the file.
 
         Args:
-            key: Of the value.
+            key: Key of the value.
 
         Returns:
-            The same key, unless the file is seen by a part of it.
+            The same key; views of a part of the file override this.
         """
         return key
 
     def place(self, key: Key) -> tuple[Path | None, int, int]:
-        """Where a value stands, or its nearest parent that does.
+        """Find the position of a value or of its nearest parent in the file.
 
         Args:
-            key: Of the value.
+            key: Key of the value.
 
         Returns:
             The file, None for this one, and line and column from 1.
@@ -126,10 +125,10 @@ class Source:
         return self.origins.get(key) or (None, *here)
 
     def check(self) -> None:
-        """Refuse the file if any mistake was noted.
+        """Raise an error if there are mistakes.
 
         Raises:
-            InputError: With all mistakes noted so far, in the order of the file.
+            InputError: With all mistakes so far, in the order of the file.
         """
         if self.problems:
             ordered = sorted(set(self.problems), key=lambda p: (str(p.path or ""), p.line, p.column, p.text))
@@ -139,10 +138,10 @@ class Source:
 
 
 def name_of(key: Key) -> str:
-    """Write a key as it stands in messages: ``("rows", 0, "lip_top")`` as ``rows[0].lip_top``.
+    """Format a key for messages: ``("rows", 0, "lip_top")`` as ``rows[0].lip_top``.
 
     Args:
-        key: Where a value stands.
+        key: Key of a value.
 
     Returns:
         The text.
@@ -152,13 +151,13 @@ def name_of(key: Key) -> str:
 
 
 def quoted(name: str) -> str:
-    """Write a name as YAML has it: in quotes where it is no plain word or means something else, as `no` does.
+    """Format a name for YAML: quoted if it is not a plain word or would be converted, as `no`.
 
     Args:
         name: Any text.
 
     Returns:
-        A scalar that ``parse_yaml`` reads as this text.
+        A scalar that ``parse_yaml`` reads as the same text.
     """
     is_word = name.replace("_", "a").isalnum() and name[0].isalpha() and name != "None"
     style = None if is_word else '"'
@@ -171,37 +170,37 @@ def quoted(name: str) -> str:
 def read_yaml(
     path: Path, wanted: FileKind | None = None, is_json: bool = False, tags: Collection[str] = ()
 ) -> Source:
-    """Read values and marks of a YAML file, or of a JSON file, which is YAML too.
+    """Read values and positions of a YAML or JSON file.
 
     Args:
-        path: The file; what is named `.json` must be JSON and nothing else.
-        wanted: The kind that the file should be of; None for any.
-        is_json: Whether it must be JSON whatever its name.
-        tags: Tags that are passed over; they make nothing of a value.
+        path: The file; with the suffix `.json` it must be JSON.
+        wanted: Expected kind of file; None for any.
+        is_json: Whether it must be JSON with any suffix.
+        tags: Tags that are ignored.
 
     Returns:
-        The values with their places.
+        The values with their positions.
 
     Raises:
-        InputError: With every mistake found and its place.
+        InputError: With every mistake and its position.
     """
     return parse_yaml(read_text(path, MAX_BYTES, wanted=wanted), path, is_json, tags)
 
 
 def parse_yaml(text: str, path: Path, is_json: bool = False, tags: Collection[str] = ()) -> Source:
-    """Read a YAML or JSON text as ``read_yaml`` reads a file.
+    """Parse a YAML or JSON text in the same way as ``read_yaml``.
 
     Args:
         text: The text.
-        path: The file whose content it is or would be; `.json` asks for JSON.
-        is_json: Whether it must be JSON whatever its name.
-        tags: Tags that are passed over; they make nothing of a value.
+        path: The file of the text, for messages; with the suffix `.json` it must be JSON.
+        is_json: Whether it must be JSON with any suffix.
+        tags: Tags that are ignored.
 
     Returns:
-        The values with their places.
+        The values with their positions.
 
     Raises:
-        InputError: With every mistake found and its place.
+        InputError: With every mistake and its position.
     """
     source = Source(path)
     text = text.removeprefix(BYTE_ORDER_MARK)
@@ -223,7 +222,7 @@ def parse_yaml(text: str, path: Path, is_json: bool = False, tags: Collection[st
 
 
 def _cure(error: yaml.MarkedYAMLError, text: str) -> str:
-    """What to do about a text that is not YAML: what is wrong often stands before the place of the error."""
+    """Advice on a text that is not YAML; the mistake is often before the reported position."""
     mark, begin = error.problem_mark or error.context_mark, error.context_mark
     lines = _LINE_BREAK.split(text)
     here = "".join(lines[mark.line : mark.line + 1]) if mark else ""
@@ -242,12 +241,12 @@ def _cure(error: yaml.MarkedYAMLError, text: str) -> str:
 
 _LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as YAML counts lines
 
-# JSON writes what lies beyond 16 bits as two escapes, which YAML does not know.
+# JSON writes characters beyond 16 bits as two escapes, which YAML does not support.
 _SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
 
 
 def _without_tabs_around(json: str) -> str:
-    """JSON without tabs before and after its value, where YAML has none."""
+    """JSON without tabs before and after its value, which YAML does not allow."""
     body = json.strip()
     return json[: json.index(body)].replace("\t", " ") + body
 
@@ -265,7 +264,7 @@ class _Events:
         self.stream: Iterator[Any] = yaml.parse(text, Loader=_LOADER)
 
     def document(self) -> Any:
-        """The only document of the stream."""
+        """Read the only document of the stream."""
         next(self.stream)  # stream start
         if isinstance(next(self.stream), yaml.StreamEndEvent):
             raise InputError(f"{self.source.path}:1:1: the file is empty")
@@ -277,7 +276,7 @@ class _Events:
         return data
 
     def node(self, event: Any, key: Key) -> Any:
-        """The value that starts with ``event`` and stands at ``key``."""
+        """Read the value at ``key`` that starts with ``event``."""
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
             self.refuse(event, "anchors and aliases are not allowed; write the value out")
         if event.tag is not None and event.tag != "!" and event.tag not in self.tags:
@@ -292,14 +291,14 @@ class _Events:
         return self.mapping(key)
 
     def sequence(self, key: Key) -> list[Any]:
-        """A list, its start event already taken."""
+        """Read a list after its start event."""
         values: list[Any] = []
         while not isinstance(event := next(self.stream), yaml.SequenceEndEvent):
             values.append(self.node(event, (*key, len(values))))
         return values
 
     def mapping(self, key: Key) -> dict[str, Any]:
-        """A mapping with text keys, its start event already taken."""
+        """Read a mapping with text keys after its start event."""
         values: dict[str, Any] = {}
         while not isinstance(event := next(self.stream), yaml.MappingEndEvent):
             if not isinstance(event, yaml.ScalarEvent):
@@ -312,7 +311,7 @@ class _Events:
         return values
 
     def scalar(self, event: Any, key: Key) -> Any:
-        """Text, number, switch or nothing, by the rules of YAML 1.2."""
+        """Convert a scalar to text, number, switch or None by the rules of YAML 1.2."""
         text: str = event.value
         if not event.implicit[0]:
             return text
@@ -331,7 +330,7 @@ class _Events:
         return text
 
     def number(self, event: Any, key: Key) -> float:
-        """A number that is no short integer; one that is too large is a mistake."""
+        """Convert a number other than a short integer; one that is too large is a mistake."""
         value = float(event.value)
         if not isfinite(value):
             got = f"{shortened(event.value)} ({len(event.value)} characters)"
@@ -339,11 +338,11 @@ class _Events:
         return value
 
     def note(self, event: Any, text: str) -> None:
-        """Collect a mistake and go on."""
+        """Report a mistake and continue."""
         self.source.problems.append(Problem(*_place(event), text))
 
     def refuse(self, event: Any, text: str) -> None:
-        """Stop reading: what follows cannot be trusted."""
+        """Stop reading after a mistake that makes the rest meaningless."""
         line, column = _place(event)
         raise InputError(f"{self.source.path}:{line}:{column}: {text}")
 

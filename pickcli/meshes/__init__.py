@@ -1,5 +1,5 @@
-"""Meshes of links as convex pieces, found once and kept in the user's cache; knows no robot.
+"""Convex pieces of meshes, computed once and cached; independent of robots.
 
-Read `mesh_pieces`, which asks the cache, then `mesh_file` (a file as triangles) and `convex_pieces`
-(triangles as few convex polyhedra that contain them).
+Start with `mesh_pieces`, which uses the cache, then `mesh_file` (files to triangles) and `convex_pieces`
+(triangles to a few convex polyhedra that contain them).
 """

@@ -1,8 +1,8 @@
-"""Convex polyhedra that contain a mesh: its hull, or hulls of its parts where these are much smaller.
+"""Convex polyhedra that contain a mesh: its hull, or hulls of parts if their total volume is much smaller.
 
-A mesh is cut by planes, each time where that saves most volume, and every part is replaced by the hull of its
-triangles. A triangle that a plane cuts is cut as well, so each piece of the surface lies in the hull of the
-part it belongs to: the pieces contain the whole surface, whatever the mesh (closed or not) and the cuts.
+A mesh is cut by planes, each at the position that saves most volume, and every part is replaced by the hull
+of its triangles. Triangles that cross a plane are split, so each piece of the surface is in the hull of its
+part: the pieces contain the whole surface for any mesh (closed or not) and any cuts.
 """
 
 from __future__ import annotations
@@ -15,20 +15,22 @@ from scipy.spatial import ConvexHull, QhullError
 from pickcli.geometry import Array
 
 MAX_PIECES = 8
-LEAST_SAVED = 0.05  # of the hull's volume, by one more piece
-LEAST_VOLUME = 2e-5  # m^3 saved by one more piece: a cube of 27 mm
-_PLACES = np.linspace(0.1, 0.9, 9)  # of the planes that are tried, along each side of a part's box
+LEAST_SAVED = 0.05  # share of the hull's volume that another piece must save
+LEAST_VOLUME = 2e-5  # m^3 that another piece must save: a cube of 27 mm
+_PLACES = np.linspace(
+    0.1, 0.9, 9
+)  # relative positions of the candidate planes along each side of a part's box
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Triangles of a mesh, and the plane that divides them best.
+    """Triangles of a mesh, with the plane that divides them best.
 
     Attributes:
         triangles: (T, 3, 3) m.
-        axis: Of the mesh's frame, that the plane is across.
-        at: m, where on the axis it is.
-        saved: m^3 by which both sides' hulls together are smaller than the hull of the whole.
+        axis: Axis of the mesh's frame normal to the plane.
+        at: m, position of the plane on the axis.
+        saved: m^3, volume of the whole hull minus that of both sides' hulls.
     """
 
     triangles: Array
@@ -38,7 +40,7 @@ class _Part:
 
 
 def convex_pieces(triangles: Array) -> tuple[Array, ...]:
-    """Few convex polyhedra that contain a mesh.
+    """Find a few convex polyhedra that contain a mesh.
 
     Args:
         triangles: (T, 3, 3) m, corners of the mesh's triangles.
@@ -64,7 +66,7 @@ def convex_pieces(triangles: Array) -> tuple[Array, ...]:
 
 
 def _part(triangles: Array, least: float) -> _Part:
-    """A part with its best plane; none is looked for where even the whole is less than what must be saved."""
+    """Find the best plane of a part, unless its whole volume is less than what must be saved."""
     points = triangles.reshape(-1, 3)
     whole = _volume(points)
     best = _Part(triangles, 0, 0.0, 0.0)
@@ -81,7 +83,7 @@ def _part(triangles: Array, least: float) -> _Part:
 
 
 def _clipped_points(triangles: Array, axis: int, at: float) -> tuple[Array, Array]:
-    """Corners (P, 3) of the triangles below a plane and of those above it, where it cuts them included."""
+    """Corners (P, 3) of the triangles below and above a plane, including intersections with it."""
     start, end = triangles.reshape(-1, 3), np.roll(triangles, -1, axis=1).reshape(-1, 3)
     before, after = start[:, axis] - at, end[:, axis] - at
     crosses = before * after < 0.0
@@ -91,7 +93,7 @@ def _clipped_points(triangles: Array, axis: int, at: float) -> tuple[Array, Arra
 
 
 def _halves(triangles: Array, axis: int, at: float) -> tuple[Array, Array]:
-    """The triangles (T, 3, 3) below a plane and those above it; what it cuts is cut into triangles."""
+    """Triangles (T, 3, 3) below and above a plane; triangles that cross it are split."""
     below: list[Array] = []
     above: list[Array] = []
     heights = triangles[:, :, axis] - at
@@ -107,7 +109,7 @@ def _halves(triangles: Array, axis: int, at: float) -> tuple[Array, Array]:
 
 
 def _clipped(triangle: Array, height: Array) -> Array:
-    """Corners (3 or 4, 3), in order, of the part of a triangle where the height is not negative."""
+    """Ordered corners (3 or 4, 3) of the part of a triangle with nonnegative height."""
     corners = []
     for i, j in ((0, 1), (1, 2), (2, 0)):
         if height[i] >= 0.0:
@@ -118,12 +120,12 @@ def _clipped(triangle: Array, height: Array) -> Array:
 
 
 def _fan(corners: Array) -> Array:
-    """A convex polygon (K, 3) as triangles (K - 2, 3, 3)."""
+    """Triangles (K - 2, 3, 3) of a convex polygon (K, 3)."""
     return np.array([[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)])
 
 
 def _volume(points: Array) -> float:
-    """Volume of the hull of points (P, 3), m^3; 0 where they lie in a plane."""
+    """Volume of the hull of points (P, 3), m^3; 0 if they are coplanar."""
     if len(points) < 4:
         return 0.0
     try:

@@ -1,4 +1,4 @@
-"""Mesh files as triangles: STL in either form, OBJ and COLLADA. The only file that knows trimesh."""
+"""Reads mesh files as triangles: STL (text or binary), OBJ and COLLADA. The only module that uses trimesh."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from pickcli.geometry import Array
 SUFFIXES = (".stl", ".obj", ".dae")
 MAX_BYTES = 64_000_000
 MAX_TRIANGLES = 1_000_000
-MAX_EXTENT = 10.0  # m, of a link; beyond it a mesh is in another unit
+MAX_EXTENT = 10.0  # m, largest link; larger meshes are in another unit
 
 
 def read_mesh_bytes(path: Path) -> bytes:
     """Read the content of a mesh file.
 
     Args:
-        path: The file; what it refers to (textures, materials) is not read.
+        path: The file; files that it refers to (textures, materials) are not read.
 
     Returns:
         Its bytes.
@@ -37,9 +37,9 @@ def read_mesh_bytes(path: Path) -> bytes:
 
 
 def parse_triangles(path: Path, content: bytes, scale: tuple[float, ...]) -> Array:
-    """The triangles in the content of a mesh file.
+    """Parse the triangles in the content of a mesh file.
 
-    A unit that a COLLADA file states is taken into account; which of its axes points up is not, as in RViz.
+    The unit stated in a COLLADA file is applied; its up axis is ignored, as in RViz.
 
     Args:
         path: The file, for its format and for messages.
@@ -50,7 +50,7 @@ def parse_triangles(path: Path, content: bytes, scale: tuple[float, ...]) -> Arr
         (T, 3, 3) m, corners of the triangles in the frame of the mesh.
 
     Raises:
-        InputError: The content is no mesh, has no triangles, too many of them, or a size that no link has.
+        InputError: The content is not a mesh, has no or too many triangles, or is larger than any link.
     """
     triangles = _load(path, content) * np.asarray(scale)
     if not len(triangles):
@@ -69,7 +69,7 @@ def parse_triangles(path: Path, content: bytes, scale: tuple[float, ...]) -> Arr
 
 
 def _load(path: Path, content: bytes) -> Array:
-    import trimesh  # slow to import: only robots with meshes pay for it
+    import trimesh  # slow to import; only for robots with meshes
 
     logging.getLogger("trimesh").setLevel(logging.ERROR)
     kind = path.suffix.lower().removeprefix(".")
@@ -80,5 +80,5 @@ def _load(path: Path, content: bytes) -> Array:
         mesh: Any = scene.to_mesh()
         metres = trimesh.units.unit_conversion(mesh.units, "meters") if mesh.units and kind == "dae" else 1.0
         return np.asarray(mesh.triangles) * metres
-    except Exception as error:  # readers of damaged meshes fail in any way they like
+    except Exception as error:  # trimesh's readers may raise any exception
         raise InputError(f"{path}: is no {kind.upper()} mesh that can be read: {error}") from None

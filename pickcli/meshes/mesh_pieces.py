@@ -1,4 +1,4 @@
-"""The convex pieces of a mesh file, from the user's cache where they are known."""
+"""Convex pieces of a mesh file, cached."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pickcli.files.derived_cache import content_key, derived
 from pickcli.geometry import Array
 from pickcli.meshes.mesh_file import parse_triangles, read_mesh_bytes
 
-_VERSION = "1"  # of the algorithm that finds pieces: raise it when that changes
+_VERSION = "1"  # version of the algorithm; increase it with every change
 
 
 def mesh_pieces(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:
-    """Few convex polyhedra that contain the mesh in a file.
+    """Find a few convex polyhedra that contain the mesh in a file.
 
     Args:
         path: The file.
@@ -25,7 +25,7 @@ def mesh_pieces(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:
         The corners (V, 3) of each polyhedron, in m in the frame of the mesh.
 
     Raises:
-        InputError: The file cannot be read, is no mesh, or a flat one.
+        InputError: The file cannot be read, is not a mesh, or the mesh is flat.
     """
     content = read_mesh_bytes(path)
 

@@ -1,6 +1,5 @@
-"""Checksummed HDF5 tables: sealed when written, verified when read, recovered where they are damaged.
+"""Checksummed HDF5 tables: sealed when written, verified when read, recovered if damaged.
 
-Read `table_format` first, then `table_writer` and `table_reader`; `safe_open` translates errors,
-`header_backup` and `integrity_scan` are for files that are damaged. Nothing here knows what the tables are
-about.
+Start with `table_format`, then `table_writer` and `table_reader`; `safe_open` translates errors;
+`header_backup` and `integrity_scan` handle damaged files. The package is independent of the tables' meaning.
 """

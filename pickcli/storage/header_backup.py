@@ -1,8 +1,8 @@
-"""A second copy of a file's structure, so that no single damaged place makes a file unreadable.
+"""Header backup: a second copy of a file's structure, so that no single damage makes the file unreadable.
 
-Everything in an HDF5 file that is not data (superblock, headers, attributes) is some kB: one flipped bit
-there and HDF5 opens nothing. So a compressed copy of it follows after the end of the HDF5 file, where HDF5
-does not look:
+The part of an HDF5 file that is not data (superblock, headers, attributes) is some kB; with one flipped bit
+there, HDF5 cannot open the file. So a compressed copy of it is stored behind the end of the HDF5 file, where
+HDF5 does not look:
 
     compressed copy | SHA-256 of it, 32 bytes | its length, 8 bytes | "APCSPARE"
 """
@@ -24,17 +24,17 @@ _MAGIC = STORE_END
 _TAIL = struct.Struct("<32sQ8s")
 _PLACE = struct.Struct("<QQ")
 _MAX_COPY = 2**26  # bytes, uncompressed
-_END_IN_SUPERBLOCK = slice(28, 36)  # where superblocks of version 2 and 3 keep the file's length
+_END_IN_SUPERBLOCK = slice(28, 36)  # file length in superblocks of version 2 and 3
 
 
 @dataclass(frozen=True)
 class RestoredFile:
-    """A file as its header backup says it was.
+    """A file restored from its header backup.
 
     Attributes:
-        image: The HDF5 file with its structure as it was written; data are as they were found.
-        has_directory: Whether the structure in the file was found undamaged.
-        has_spare: Whether the backup was found undamaged.
+        image: The HDF5 file with its original structure; data are as found.
+        has_directory: Whether the structure in the file is undamaged.
+        has_spare: Whether the backup is undamaged.
     """
 
     image: bytes
@@ -47,7 +47,7 @@ def with_spare(image: bytes, data: Sequence[Place]) -> bytes:
 
     Args:
         image: Bytes of the HDF5 file.
-        data: Places (first byte, number of bytes) that hold data and are not copied.
+        data: Places (first byte, number of bytes) of data, which are not copied.
 
     Returns:
         The bytes of both.
@@ -62,13 +62,13 @@ def with_spare(image: bytes, data: Sequence[Place]) -> bytes:
 def restored(content: bytes) -> RestoredFile:
     """Restore the structure of a file from its backup.
 
-    Without a backup the structure is left as it is; a file that is cut off gets zeros where its end was.
+    Without a backup the structure is unchanged; a truncated file is filled with zeros.
 
     Args:
         content: Bytes of the file.
 
     Returns:
-        What is left of the file.
+        The restored file.
     """
     spare = _spare(content)
     if spare is None:
@@ -81,7 +81,7 @@ def restored(content: bytes) -> RestoredFile:
 class _Spare:
     places: tuple[Place, ...]
     copied: bytes
-    size: int  # bytes that it takes in the file
+    size: int  # size in the file
 
     def parts(self) -> list[tuple[slice, bytes]]:
         at, found = 0, []
@@ -101,14 +101,14 @@ class _Spare:
 
 
 def _between(data: Sequence[Place], length: int) -> list[Place]:
-    """The places that the given ones leave."""
+    """The places between the given ones."""
     ends = [0, *(first + count for first, count in data if count)]
     starts = [*(first for first, count in data if count), length]
     return [(end, start - end) for end, start in zip(ends, starts, strict=True) if start > end]
 
 
 def _spare(content: bytes) -> _Spare | None:
-    """The spare at the end of a file if it is whole."""
+    """The backup at the end of a file if it is intact, else None."""
     if len(content) < _TAIL.size:
         return None
     digest, size, magic = _TAIL.unpack(content[-_TAIL.size :])
@@ -120,7 +120,7 @@ def _spare(content: bytes) -> _Spare | None:
 
 
 def _parsed(packed: bytes, length: int) -> _Spare | None:
-    """Unpacked, if it describes places in a file of that length: a right checksum proves nothing."""
+    """Unpack a backup if it is consistent with a file of that length, as checksums can be forged."""
     try:
         text = zlib.decompressobj().decompress(packed, _MAX_COPY)
         (n_places,) = struct.unpack_from("<Q", text)
@@ -134,13 +134,13 @@ def _parsed(packed: bytes, length: int) -> _Spare | None:
 
 
 def full_length(content: bytes) -> int | None:
-    """Tell how long a file must have been that is cut off.
+    """Return the original length of a truncated file.
 
     Args:
         content: Bytes of the file.
 
     Returns:
-        Bytes that it had at least; None if it is not cut off, or its beginning does not tell.
+        Least number of bytes that it had; None if it is not truncated, or its beginning does not state it.
     """
     length = _length(content)
     is_told = content.startswith(HDF5_MAGIC) and len(content) < length <= MAX_FILE
@@ -148,7 +148,7 @@ def full_length(content: bytes) -> int | None:
 
 
 def _length(content: bytes) -> int:
-    """How long the HDF5 file says it is; only as good as its superblock."""
+    """Length of the HDF5 file according to its superblock."""
     return int.from_bytes(content[_END_IN_SUPERBLOCK], "little")
 
 

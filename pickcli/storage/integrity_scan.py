@@ -1,4 +1,4 @@
-"""Integrity scan: every byte of a file is read, to tell what is damaged and what is still intact."""
+"""Integrity scan: reads every byte of a file, and reports damaged and intact parts."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ from pickcli.storage.table_format import (
 
 @dataclass(frozen=True)
 class DamagedBlock:
-    """A block that is not what was written.
+    """A damaged block.
 
     Attributes:
-        where: Which part of the file.
-        lost: What cannot be recovered from the file, "" if nothing.
+        where: Part of the file.
+        lost: Content that cannot be recovered from the file, "" if nothing.
     """
 
     where: str
@@ -49,11 +49,11 @@ class DamagedBlock:
 
 @dataclass(frozen=True, eq=False)
 class IntactRow:
-    """A row as it was written, with the pieces that it owns.
+    """An intact row with its pieces.
 
     Attributes:
         row: A record of the table.
-        pieces: Dataset to array (r, c).
+        pieces: Arrays (r, c) by dataset.
     """
 
     row: Any
@@ -62,15 +62,15 @@ class IntactRow:
 
 @dataclass(frozen=True, eq=False)
 class IntegrityReport(FileHeader):
-    """What a file holds in spite of its damage.
+    """Damaged and intact content of a file.
 
     Attributes:
         kind: Format of the file.
         attributes: Verified attributes, without the seal itself.
-        seal: ``content_sha256`` of the file as it was written.
+        seal: Original ``content_sha256`` of the file.
         damage: Damaged blocks.
-        cut_off: Where the file is cut off, "" if it is not.
-        intact: Table to its intact rows.
+        cut_off: Where the file is truncated, "" if it is not.
+        intact: Intact rows by table.
     """
 
     kind: FileFormat
@@ -94,12 +94,12 @@ def scan_integrity(path: Path, kinds: Sequence[FileFormat]) -> IntegrityReport:
         kinds: Formats that it may have.
 
     Returns:
-        What is damaged, and what is intact.
+        Damaged and intact content.
 
     Raises:
-        InputError: If the file is missing or of another format.
-        StaleError: If the file is of another version.
-        DamagedError: If both the file's structure and its backup are damaged: then nothing can be told.
+        InputError: The file is missing or of another format.
+        StaleError: The file has another version of the format.
+        DamagedError: Both the file's structure and its backup are damaged, so that nothing can be read.
     """
     check_readable(path)
     content = path.read_bytes()
@@ -159,7 +159,7 @@ def _survey(
 def _rows(
     kind: FileFormat, name: str, table: AnyArray, datasets: Mapping[str, Dataset]
 ) -> Iterator[IntactRow | DamagedBlock]:
-    """Every row of a table, or what is wrong with it."""
+    """Yield every row of a table, or its damage."""
     for k, (row, digest) in enumerate(zip(table, row_digests(table), strict=True)):
         if row[SEAL] != digest:
             yield DamagedBlock(f"row {k} of {name}", _told(kind, name, row) + " (if its name is right)")
@@ -181,7 +181,7 @@ def _piece(row: Any, name: str, dataset: Dataset) -> Array | None:
 
 
 def _told(kind: FileFormat, name: str, row: Any) -> str:
-    """A row by its texts and indices, as far as they can be read."""
+    """Describe a row by its texts and indices, as far as they can be read."""
     fields = [field for field, type_ in kind.tables[name].fields.items() if type_ != "<f8"]
     values = (row[field] for field in fields)
     texts = (v.decode(errors="replace") if isinstance(v, bytes) else str(v) for v in values)

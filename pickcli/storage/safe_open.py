@@ -1,8 +1,8 @@
-"""Opening HDF5 files that may be damaged or hostile.
+"""Safe opening of HDF5 files that may be damaged or malicious.
 
-A file can point elsewhere (links, virtual and external data) and declare terabytes in a few kB. Everything
-that a file of this program never has is refused before any data is read: groups, links to elsewhere, virtual
-or external data, filters, unknown names, types, and sizes that the file itself has no room for.
+A file can refer to other files (links, virtual and external data) and declare terabytes in a few kB.
+Everything that this program never writes is refused before any data is read: groups, links, virtual or
+external data, filters, unknown names and types, and sizes larger than the file itself.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from pickcli.storage.header_backup import MAX_FILE
 from pickcli.storage.table_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, FileFormat, Table
 
 MAX_NAMES = 64
-HEAD = 64  # bytes by which a text is recognised
-MAX_TEXT_READ = 2**20  # bytes of a text that are read to name its kind
+HEAD = 64  # bytes used to recognise a text
+MAX_TEXT_READ = 2**20  # bytes of a text that are read to determine its kind
 
-# What h5py and our own checks raise on bytes that are not what was written.
+# Exceptions of h5py and of the checks here for damaged files.
 SYMPTOMS = (
     OSError,
     RuntimeError,
@@ -50,13 +50,13 @@ SYMPTOMS = (
     SystemError,
 )
 
-_CUT_OFF = re.compile(r"truncated file: eof = (\d+).*stored_eof = (\d+)")  # as HDF5 says it
+_CUT_OFF = re.compile(r"truncated file: eof = (\d+).*stored_eof = (\d+)")  # message of HDF5
 _log = logging.getLogger(__name__)
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """Open a file for reading; whatever goes wrong while it is read becomes a DamagedError.
+    """Open a file for reading; all errors while it is read become a DamagedError.
 
     Args:
         path: The file.
@@ -65,8 +65,8 @@ def opened(path: Path) -> Iterator[Any]:
         The open ``h5py.File``.
 
     Raises:
-        InputError: If the file cannot be read (see ``check_readable``).
-        DamagedError: If reading fails.
+        InputError: The file cannot be read (see ``check_readable``).
+        DamagedError: Reading fails.
     """
     check_readable(path)
     try:
@@ -78,10 +78,10 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 def cause_of(error: Exception) -> str:
-    """Describe an exception in one line that is not too long.
+    """Describe an exception in one short line.
 
     Args:
-        error: What was raised.
+        error: The exception.
 
     Returns:
         The line.
@@ -92,11 +92,11 @@ def cause_of(error: Exception) -> str:
 
 
 def damaged(path: Path, cause: str) -> DamagedError:
-    """The error for a file whose bytes are not those that were written.
+    """Create the error for a damaged file.
 
     Args:
         path: The file.
-        cause: What was found.
+        cause: The detected damage.
 
     Returns:
         The error, to be raised.
@@ -108,7 +108,7 @@ def damaged(path: Path, cause: str) -> DamagedError:
 
 
 def read_attributes(file: Any) -> dict[str, str]:
-    """Read the attributes of a file: short fixed-length strings, nothing else.
+    """Read the attributes of a file, which must be short fixed-length strings.
 
     Args:
         file: Open ``h5py.File``.
@@ -117,9 +117,9 @@ def read_attributes(file: Any) -> dict[str, str]:
         Attributes by name.
 
     Raises:
-        ValueError: If there are too many, or one is anything else.
+        ValueError: There are too many attributes, or one has another type.
     """
-    # h5py's own h5a, here and below: its wrappers take twice the time, and a query waits for this.
+    # Uses the low-level h5a here and below: h5py's wrappers take twice as long, which delays every query.
     n_attributes = h5py.h5a.get_num_attrs(file.id)
     if n_attributes > MAX_NAMES:
         raise ValueError("too many attributes")
@@ -136,13 +136,13 @@ def read_attributes(file: Any) -> dict[str, str]:
 
 
 def check_readable(path: Path) -> None:
-    """Check, before it is opened, that a path can be a file written by this program.
+    """Check before opening that a path can be a file written by this program.
 
     Args:
         path: The file.
 
     Raises:
-        InputError: If the path is missing, is not a regular file, is a text, exceeds MAX_FILE, or is not
+        InputError: The path is missing, not a regular file, a text, larger than MAX_FILE, or not
             readable.
     """
     try:
@@ -171,7 +171,7 @@ def check_readable(path: Path) -> None:
 
 
 def _last_bytes(file: BinaryIO) -> bytes:
-    """As many of a file's last bytes as mark a stored one; leaves the file where it was."""
+    """Last bytes of a file, which mark a stored one; the file position is restored."""
     at = file.tell()
     file.seek(max(0, file.seek(0, os.SEEK_END) - len(STORE_END)))
     end = file.read()
@@ -180,13 +180,13 @@ def _last_bytes(file: BinaryIO) -> bytes:
 
 
 def _is_text(head: bytes) -> bool:
-    """Whether a file begins like a JSON or YAML file: then it is not a damaged file of this program."""
+    """Whether a file begins like JSON or YAML, and so is not a damaged file of this program."""
     return len(head) > 0 and head.isascii() and b" ".join(head.split()).decode("ascii").isprintable()
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """A dataset that may be read: its type, shape and place were checked.
+    """A dataset whose type, shape and location have been checked.
 
     Attributes:
         id: Low-level HDF5 handle.
@@ -210,11 +210,11 @@ class Dataset:
         return self.rows(0, len(self))
 
     def rows(self, first: int, count: int) -> AnyArray:
-        """Read some rows, which must exist.
+        """Read consecutive rows, which must exist.
 
         Args:
-            first: Index of the first.
-            count: How many.
+            first: Index of the first row.
+            count: Number of rows.
 
         Returns:
             The rows.
@@ -223,26 +223,26 @@ class Dataset:
         if rows.size:
             space = self.id.get_space()
             space.select_hyperslab((first, *(0 for _ in self.shape[1:])), rows.shape)
-            # The bytes as they lie there: rows of this type have the same size and layout, see _dataset.
+            # Raw bytes, as rows of this type have the same size and layout, see _dataset.
             self.id.read(h5py.h5s.create_simple(rows.shape), space, rows, self.id.get_type())
         return rows
 
 
 def open_datasets(file: Any, kind: FileFormat, n_bytes: int) -> dict[str, Dataset]:
-    """The datasets of a file, after everything that it must not hold was refused.
+    """Open the datasets of a file, after refusing everything that the file must not contain.
 
-    Nothing is read before that.
+    No data are read before that.
 
     Args:
         file: Open ``h5py.File``.
-        kind: Format that the file should have.
+        kind: Expected format.
         n_bytes: Size of the file.
 
     Returns:
         Datasets by name.
 
     Raises:
-        ValueError: If the file holds anything else.
+        ValueError: The file contains anything else.
     """
     names = sorted(file.keys()) if len(file) <= MAX_NAMES else []
     if names != sorted([*kind.tables, *kind.owners]):
@@ -251,7 +251,7 @@ def open_datasets(file: Any, kind: FileFormat, n_bytes: int) -> dict[str, Datase
 
 
 def _dataset(file: Any, name: str, table: Table | None, n_bytes: int) -> Dataset:
-    """A table, or a dataset of pieces, whose data lie in the file itself. Raises ValueError for all else."""
+    """Open a table or a dataset of pieces with its data in the file itself. Raises ValueError otherwise."""
     if file.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
         raise ValueError(f"{name} is a link to elsewhere")
     opened_id = h5py.h5o.open(file.id, name.encode())
@@ -275,18 +275,18 @@ def _dataset(file: Any, name: str, table: Table | None, n_bytes: int) -> Dataset
 
 @lru_cache(maxsize=64)
 def _numpy_type(encoded: bytes) -> np.dtype[Any]:
-    """The type of rows from its serialized form in HDF5: working it out takes ten times as long."""
+    """Decode the type of rows from HDF5's serialized form; cached, as decoding takes ten times as long."""
     found: np.dtype[Any] = h5py.h5t.decode(encoded).dtype
     return found
 
 
 def _is_type(found: np.dtype[Any], table: Table | None) -> bool:
-    """Whether this is the type of a table's rows, with texts of any reasonable width, or of pieces."""
+    """Whether a type is that of a table's rows, with texts of any reasonable width, or of pieces."""
     return found.str == NUMBER if table is None else _is_row_type(found, table)
 
 
 def _is_row_type(found: np.dtype[Any], table: Table) -> bool:
-    """Whether rows of this type are the table's own, with texts of any reasonable width."""
+    """Whether a type is that of the table's rows, with texts of any reasonable width."""
     if found.names is None:
         return False
     texts = [field for field, kind in table.fields.items() if kind == TEXT and field in found.names]

@@ -1,8 +1,9 @@
-"""What our HDF5 files look like, and the checksums over what they hold.
+"""Format of the HDF5 files, and checksums over their content.
 
-A file holds tables. Each row of a table may own a piece of other datasets (an edge its polyline); the row
-names the piece's SHA-256, a SHA-256 of its own ends each row, and one over all tables and attributes seals
-the file. So one motion can be fetched and believed without reading the others, and damage has a place.
+A file contains tables. Each row of a table may own a piece of other datasets (an edge its polyline). The row
+states the piece's SHA-256, its last field is the SHA-256 of the row itself, and one over all tables and
+attributes seals the file. So single motions can be read and verified without the others, and damage can be
+located.
 """
 
 from __future__ import annotations
@@ -22,30 +23,30 @@ from pickcli.geometry import Array
 AnyArray = NDArray[Any]
 Columns = Mapping[str, Sequence[Any] | AnyArray]  # field -> one value per row
 
-TEXT = "text"  # fixed-length UTF-8, as long as the longest
+TEXT = "text"  # fixed-length UTF-8, as wide as the longest text
 NUMBER = "<f8"
 INDEX = "<i8"
 
 SEAL = "row_sha256"  # the last field of every table
 SHA_LENGTH = 64  # characters, hexadecimal
 MAX_TEXT = 4096  # bytes
-MAX_ATTRIBUTE = 8 * 2**20  # bytes; a cell of two thousand obstacles takes less than one of them
+MAX_ATTRIBUTE = 8 * 2**20  # bytes; a cell with two thousand obstacles takes less than 1 MiB
 
 
 @dataclass(frozen=True)
 class Table:
-    """One kind of row.
+    """Description of one table.
 
     Attributes:
-        fields: Name to TEXT, NUMBER or INDEX.
-        pieces: Names of the datasets (R, c) of numbers of which each row owns some consecutive rows.
+        fields: TEXT, NUMBER or INDEX by name of the field.
+        pieces: Names of datasets (R, c) of numbers in which each row owns consecutive rows.
     """
 
     fields: Mapping[str, str]
     pieces: tuple[str, ...] = ()
 
     def row_type(self, widths: Mapping[str, int]) -> np.dtype[Any]:
-        """How a row lies in the file.
+        """Return the record type of a row in the file.
 
         Args:
             widths: Width in bytes of each TEXT field.
@@ -63,8 +64,8 @@ class FileFormat:
     """A kind of file.
 
     Attributes:
-        name: What messages call it.
-        version: Of the format.
+        name: Name in messages.
+        version: Version of the format.
         tables: Tables by name.
     """
 
@@ -74,20 +75,20 @@ class FileFormat:
 
     @property
     def owners(self) -> dict[str, str]:
-        """Table by the dataset that its rows own pieces of."""
+        """Table that owns the pieces of each dataset, by name of the dataset."""
         return {piece: name for name, table in self.tables.items() for piece in table.pieces}
 
 
 @dataclass(frozen=True, eq=False)
 class FileContent:
-    """What a file holds.
+    """Content of a file.
 
     Attributes:
         fingerprint: Fingerprint of the cell that it is valid for.
-        made: How it was made, JSON values.
+        made: Provenance, JSON values.
         joint_names: The joints, in the order of the columns.
-        tables: Table to field to one value per row.
-        pieces: Dataset to one array (r, c) per row of the table that owns it.
+        tables: For each table, one value per row for each field.
+        pieces: For each dataset, one array (r, c) per row of the table that owns it.
     """
 
     fingerprint: str
@@ -98,7 +99,7 @@ class FileContent:
 
 
 def piece_digest(rows: Array) -> str:
-    """SHA-256 over shape and bytes of a piece.
+    """Compute the SHA-256 over shape and bytes of a piece.
 
     Args:
         rows: (r, c) the piece.
@@ -113,7 +114,7 @@ def piece_digest(rows: Array) -> str:
 
 
 def row_digests(table: AnyArray) -> list[bytes]:
-    """SHA-256 of each row's bytes without the seal, which is the last field.
+    """Compute the SHA-256 of each row's bytes without the seal, which is the last field.
 
     Args:
         table: Records.
@@ -128,7 +129,7 @@ def row_digests(table: AnyArray) -> list[bytes]:
 
 
 def table_digest(table: AnyArray) -> str:
-    """SHA-256 over type, shape and bytes of a table.
+    """Compute the SHA-256 over type, shape and bytes of a table.
 
     Args:
         table: Records.
@@ -143,7 +144,7 @@ def table_digest(table: AnyArray) -> str:
 
 
 class FileHeader:
-    """What the attributes of a stored file say of it, whether they were read or recovered.
+    """Attributes of a stored file, read or recovered.
 
     Attributes:
         attributes: Attributes of the file.
@@ -158,10 +159,10 @@ class FileHeader:
 
     @cached_property
     def made(self) -> dict[str, Any]:
-        """How the file was made, JSON values.
+        """Provenance of the file, JSON values.
 
         Raises:
-            ValueError: If the file does not say so.
+            ValueError: The file does not state it.
         """
         made = json.loads(self.attributes["made"])
         if not isinstance(made, dict):
@@ -173,14 +174,14 @@ class FileHeader:
         """Names of the joints, in the order of the columns.
 
         Raises:
-            ValueError: If the file does not say so.
-            TypeError: If the file does not say so.
+            ValueError: The file does not state them.
+            TypeError: The file does not state them.
         """
         return tuple(str(name) for name in json.loads(self.attributes["joint_names"]))
 
 
 def content_digest(attributes: Mapping[str, str]) -> str:
-    """SHA-256 over all attributes, the digests of the tables among them.
+    """Compute the SHA-256 over all attributes, which include the digests of the tables.
 
     Args:
         attributes: Attributes of the file.
@@ -192,5 +193,5 @@ def content_digest(attributes: Mapping[str, str]) -> str:
 
 
 def _piece_fields(piece: str) -> list[tuple[str, str]]:
-    """Where a row's piece begins, how many rows it has, and its SHA-256."""
+    """Fields for a row's piece: its first row, number of rows, and SHA-256."""
     return [(f"{piece}_first", INDEX), (f"{piece}_count", INDEX), (f"{piece}_sha256", f"S{SHA_LENGTH}")]

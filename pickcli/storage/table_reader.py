@@ -1,4 +1,4 @@
-"""Verified reading: the tables at once, the pieces when they are wanted."""
+"""Verified reading: tables when a file is opened, pieces when they are read."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from pickcli.storage.table_format import (
 
 @dataclass(frozen=True)
 class StoredFile(FileHeader):
-    """An open file whose tables are verified. Its pieces are verified when they are read.
+    """An open file with verified tables. Pieces are verified when they are read.
 
     Attributes:
         kind: Format of the file.
         attributes: Attributes by name.
-        tables: Table to its records.
-        datasets: Datasets that pieces are read from.
-        seal: SHA-256 over everything.
+        tables: Records by table.
+        datasets: Datasets of the pieces.
+        seal: SHA-256 over the whole content.
     """
 
     kind: FileFormat
@@ -42,7 +42,7 @@ class StoredFile(FileHeader):
     seal: str
 
     def texts(self, table: str, field: str) -> tuple[str, ...]:
-        """A TEXT column.
+        """Return a TEXT column.
 
         Args:
             table: Name of the table.
@@ -57,14 +57,14 @@ class StoredFile(FileHeader):
         """Read the piece that a row owns.
 
         Args:
-            name: Dataset.
+            name: Name of the dataset.
             row: Index of the row in the table that owns the dataset.
 
         Returns:
             (r, c).
 
         Raises:
-            ValueError: If the piece is not what was written.
+            ValueError: The piece is damaged.
         """
         owner = self.tables[self.kind.owners[name]][row]
         first, count = int(owner[f"{name}_first"]), int(owner[f"{name}_count"])
@@ -80,13 +80,13 @@ class StoredFile(FileHeader):
         """Read all pieces of a dataset.
 
         Args:
-            name: Dataset.
+            name: Name of the dataset.
 
         Returns:
-            All pieces one after the other (R, c), and where each of K begins (K + 1,).
+            All pieces in sequence (R, c), and the offset of each of K (K + 1,).
 
         Raises:
-            ValueError: If a piece is not what was written, or if they leave gaps.
+            ValueError: A piece is damaged, or there are gaps between pieces.
         """
         owner = self.tables[self.kind.owners[name]]
         rows: Array = self.datasets[name].read()
@@ -106,16 +106,16 @@ def stored_file(path: Path, kind: FileFormat, fingerprint: str | None = None) ->
 
     Args:
         path: The file.
-        kind: Format that it should have.
-        fingerprint: Cell that it must be made for; None for any.
+        kind: Expected format.
+        fingerprint: Fingerprint of the cell that it must be made for; None for any.
 
     Yields:
         The open file.
 
     Raises:
-        InputError: If the file is missing or of another format.
-        DamagedError: If its bytes are not those that were written, also while it is read.
-        StaleError: If it is of another version, or made for another cell.
+        InputError: The file is missing or of another format.
+        DamagedError: The file is damaged; also raised while it is being read.
+        StaleError: It has another version of the format, or was made for another cell.
     """
     with opened(path) as file:
         attributes = read_attributes(file)

@@ -1,8 +1,8 @@
-"""Writing HDF5 files that survive crashes and are the same bytes for the same content.
+"""Crash-safe and reproducible writing of HDF5 files: equal content gives equal bytes.
 
-The file is built in memory in the latest format, whose headers carry checksums, and is then written like
-any other bytes: a full disk is an error instead of a crash of the library, a kill leaves the old file. Data
-lie contiguous and carry SHA-256 instead of HDF5's own checksums: these find more, and say whose data it was.
+The file is built in memory in the latest format, whose headers have checksums, and then written atomically: a
+full disk is an error instead of a crash of the library, and a kill leaves the old file. Data are contiguous,
+with SHA-256 instead of HDF5's own checksums: these detect more, and identify the damaged data.
 """
 
 from __future__ import annotations
@@ -35,32 +35,32 @@ from pickcli.storage.table_format import (
 
 
 def write_content(path: Path, kind: FileFormat, content: FileContent, replace: bool = True) -> None:
-    """Write a file in one step: a kill or a full disk leaves the old file or none.
+    """Write a file atomically: after a crash or with a full disk the old file is intact.
 
     Args:
         path: The file.
         kind: Its format.
-        content: What it will hold.
-        replace: Whether a file that exists may be replaced.
+        content: The content.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: If the file cannot be written.
+        InputError: The file cannot be written.
     """
     write_bytes(path, to_bytes(kind, content), replace)
 
 
 def to_bytes(kind: FileFormat, content: FileContent) -> bytes:
-    """The bytes of a file, a pure function of its content.
+    """Build the bytes of a file, as a pure function of its content.
 
     Args:
         kind: The format.
-        content: What the file will hold.
+        content: The content.
 
     Returns:
-        The bytes, header backup included.
+        The bytes, including the header backup.
 
     Raises:
-        InputError: If an attribute is too long to be stored.
+        InputError: An attribute is too long.
     """
     n = len(content.joint_names)
     tables = {name: _sealed(table, content, name) for name, table in kind.tables.items()}
@@ -74,7 +74,7 @@ def to_bytes(kind: FileFormat, content: FileContent) -> bytes:
         "tables_sha256": json.dumps({name: table_digest(table) for name, table in tables.items()}),
     }
     attributes["content_sha256"] = content_digest(attributes)
-    for name, text in attributes.items():  # what cannot be read is not written
+    for name, text in attributes.items():  # only readable files are written
         if len(text.encode()) > MAX_ATTRIBUTE:
             raise InputError(
                 f"{name} takes over {MAX_ATTRIBUTE >> 20} MB; make names and descriptions shorter"
@@ -83,9 +83,9 @@ def to_bytes(kind: FileFormat, content: FileContent) -> bytes:
 
 
 def _sealed(table: Table, content: FileContent, name: str) -> AnyArray:
-    """A table as it lies in the file, with the places and digests of the pieces, and its seals.
+    """Build a table with offsets and digests of the pieces, and the row seals.
 
-    Raises ValueError for columns of different length.
+    Raises ValueError for columns of different lengths.
     """
     columns = {f: _column(kind, content.tables[name][f]) for f, kind in table.fields.items()}
     for piece in table.pieces:
@@ -109,7 +109,7 @@ def _column(kind: str, values: Sequence[Any] | AnyArray) -> AnyArray:
 
 
 def _places(piece: str, parts: Sequence[Array]) -> dict[str, AnyArray]:
-    """Where each row's piece lies, and its digest."""
+    """Offset, length and digest of each row's piece."""
     counts = np.array([len(part) for part in parts], dtype=np.int64)
     return {
         f"{piece}_first": np.cumsum(counts) - counts,
@@ -123,7 +123,7 @@ def _stacked(parts: Sequence[Array], n_columns: int) -> Array:
 
 
 def _image(attributes: dict[str, str], datasets: dict[str, AnyArray]) -> bytes:
-    """The HDF5 file, and after its end the spare copy of what is not data."""
+    """The HDF5 file, followed by the header backup."""
     with h5py.File("memory", "w", driver="core", backing_store=False, libver="latest") as file:
         for name, text in attributes.items():
             file.attrs[name] = np.bytes_(text.encode())
@@ -135,5 +135,5 @@ def _image(attributes: dict[str, str], datasets: dict[str, AnyArray]) -> bytes:
 
 
 def _place(dataset: Any) -> tuple[int, int]:
-    """Where the data of a contiguous dataset lie: first byte, number of bytes."""
+    """Place of a contiguous dataset's data: first byte, number of bytes."""
     return (dataset.id.get_offset() or 0, dataset.id.get_storage_size())
