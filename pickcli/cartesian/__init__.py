@@ -1,5 +1,5 @@
 """Straight lines of the tool inside a bin and over the tote, followed by inverse kinematics.
 
-Read `line`, then `line_following`; `corridor` has the straight ways on which an item comes out of a place,
-and `key_waypoints` the poses of the tool up to contact.
+Read `line`, then `line_following`; `corridor` has the straight ways out of a place for an item, and
+`key_waypoints` the poses of the tool up to contact.
 """

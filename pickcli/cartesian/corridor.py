@@ -1,7 +1,7 @@
-"""Corridors: straight pushes that take an item out of its bin, whatever holds it.
+"""Corridors: straight pushes that take an item out of its bin, independent of the grasp.
 
-Found once per pick, before any grasp is tried: an item that is buried fails here, with the neighbour that
-holds it back, and every grasp of one that is not follows the same few corridors.
+They are found once per pick, before any grasp is tried: a buried item fails here, with the neighbour that
+blocks it, and otherwise all grasps follow the same few corridors.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, rotation_rpy
 
 RETREAT_DISTANCE = 0.02  # m from the mouth to the nearest point of the held item at the end
-LIP_DISTANCE = 0.014  # m between the held item and lip or hanging lip while it passes, where there is room
+LIP_DISTANCE = 0.014  # m between the held item and a lip that it passes, if there is enough room
 LEAST_LIP_DISTANCE = 0.006
 LEAST_LIFT = 0.02  # m
-TIGHT = 0.10  # m of room in the mouth, below which turning the item is tried
-ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, moves along y that are tried
-MOST_ASIDE = 0.015  # m that an item moves aside in the first stretch, to the middle of the bin
-BACK = (0.0, -0.02, -0.04)  # m, moves towards the mouth that are tried
-N_EXPLAINED = 8  # about, of the corridors where none is free, from the shortest to the longest
-ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis that are tried, to either side
+TIGHT = 0.10  # m of spare room in the mouth, below which turns of the item are tried
+ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, displacements along y that are tried
+MOST_ASIDE = 0.015  # m that an item moves to the side in the first stretch, towards the middle of the bin
+BACK = (0.0, -0.02, -0.04)  # m, displacements towards the mouth that are tried
+N_EXPLAINED = 8  # about, of the corridors if none is free, from the shortest to the longest
+ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis, tried to either side
 
 
 @dataclass(frozen=True, eq=False)
 class Corridor:
-    """Displacements (6,) of the item: end of the first stretch, of the lift, of each push of the retreat.
+    """Displacements (6,) of the item at the ends of first stretch, lift, and each push of the retreat.
 
-    Each is m along the bin's axes, and rad of turns about the bin's z, then its y, then its x axis.
+    Each has m along the bin's axes, and rad about the bin's z, then its y, then its x axis.
 
     Attributes:
-        first_stretch: (6,) where the first stretch ends, in which item and support may touch.
-        lift: (6,) where the lift ends.
-        retreat: At least one (6,), where each push of the retreat ends.
+        first_stretch: (6,) at the end of the first stretch, in which item and support may touch.
+        lift: (6,) at the end of the lift.
+        retreat: At least one (6,), at the end of each push of the retreat.
     """
 
     first_stretch: Array
@@ -48,12 +48,12 @@ class Corridor:
 
 @dataclass(frozen=True, eq=False)
 class LiftPoses:
-    """Tool poses in the world while the item is taken out.
+    """Tool poses in the world during the extraction of the item.
 
     Attributes:
-        first_stretch: (4, 4) end of the first stretch, in which item and support may touch.
-        lift: (4, 4) end of the lift.
-        retreat: At least one (4, 4), end of each push of the retreat.
+        first_stretch: (4, 4) at the end of the first stretch, in which item and support may touch.
+        lift: (4, 4) at the end of the lift.
+        retreat: At least one (4, 4), at the end of each push of the retreat.
     """
 
     first_stretch: Array
@@ -62,7 +62,7 @@ class LiftPoses:
 
     @classmethod
     def of(cls, poses: Array) -> LiftPoses:
-        """Name the poses to which the pushes of a corridor bring the tool.
+        """Name the tool poses along a corridor.
 
         Args:
             poses: (K, 4, 4) poses in the world, in the order of ``pushes``.
@@ -75,16 +75,16 @@ class LiftPoses:
 
 
 def pushes(corridor: Corridor, T_world_entry: Array, about: Array) -> Array:
-    """What a corridor does to everything that moves with the item.
+    """Return the displacements of a corridor as transforms of everything that moves with the item.
 
     Args:
         corridor: The corridor.
-        T_world_entry: (4, 4) frame of the way into the bin, whose axes the corridor is given in.
-        about: (3,) m in the world, what the item turns about.
+        T_world_entry: (4, 4) entry frame of the bin, in whose axes the corridor is given.
+        about: (3,) m in the world, centre of the item's turns.
 
     Returns:
-        (K, 4, 4) factors, each to be multiplied from the left with a pose in the world: to the end of the
-        first stretch, of the lift, and of each push of the retreat.
+        (K, 4, 4) transforms, to be multiplied from the left with a pose in the world: to the end of the first
+        stretch, of the lift, and of each push of the retreat.
     """
     R = T_world_entry[:3, :3]
     displacements = np.stack([corridor.first_stretch, corridor.lift, *corridor.retreat])
@@ -107,18 +107,18 @@ def corridors(
     """Find proven corridors, the shortest first.
 
     Args:
-        place: Where the item lies.
-        T_entry_item: (4, 4) item in the frame of the way into the place.
-        shape: Shape of the item, grown by its uncertainty.
-        leaving: The item where it may touch what it rests on.
-        carrying: The item where it may touch nothing.
-        first: m, length of the stretch in which touching is allowed; the item moves away from walls and
-            neighbours inside it.
+        place: Place of the item.
+        T_entry_item: (4, 4) pose of the item in the entry frame of the place.
+        shape: Shape of the item, enlarged by its uncertainty.
+        leaving: Checker of the item while it may touch its support.
+        carrying: Checker of the item when it may touch nothing.
+        first: m, length of the first stretch, in which touching is allowed and the item moves away from walls
+            and neighbours.
         n_most: Most corridors.
 
     Returns:
-        The corridors, at least one; or why there is none: what stands in some of those that would fit, or of
-        every turn of the item why it does not fit.
+        The corridors, at least one; or the reasons for failure: obstacles in some of those that would fit, or
+        for every turn of the item why it does not fit.
     """
     options: list[Corridor] = []
     failures = Failures()
@@ -137,7 +137,8 @@ def corridors(
     if not options:
         return failures
     proven = (c for c in options if carrying.is_valid(c.lift) and _is_proven(c, leaving, carrying))
-    # The shortest ones may all meet a wall, and only longer ones the neighbour that could be moved aside.
+    # The shortest ones may all be blocked by a wall, and only longer ones by a neighbour that can be moved
+    # aside.
     explained = options[:: 1 + len(options) // N_EXPLAINED]
     return tuple(islice(proven, n_most)) or Failures((lambda: (_explained(c, carrying) for c in explained),))
 
@@ -149,7 +150,7 @@ def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
 
 
 def _explained(c: Corridor, carrying: FreeItemChecker) -> Reason:
-    """What is in the way of a corridor, and where it is worst."""
+    """Explain what blocks a corridor, and where it is worst."""
     places = {"after the first stretch": c.first_stretch, "at the end of the lift": c.lift}
     places |= {
         f"{100 * s:.0f} % along the retreat": (1 - s) * c.lift + s * c.retreat[-1]
@@ -162,12 +163,12 @@ def _explained(c: Corridor, carrying: FreeItemChecker) -> Reason:
 
 
 def _turned(yaw: float, pitch: float, roll: float = 0.0) -> Array:
-    """Rotation (3, 3) by yaw about z after pitch about y after roll about x."""
+    """Return the rotation (3, 3) by yaw about z after pitch about y after roll about x."""
     return rotation_rpy(roll, pitch, yaw)
 
 
 def _turns(place: Place, T_entry_item: Array, shape: Shape) -> list[tuple[float, float, float]]:
-    """Turns (yaw, pitch, roll) to try: none, and what makes the item narrower or lower where it is tight."""
+    """Return turns (yaw, pitch, roll) to try: none, and those that make the item narrower or lower."""
     if place.access.is_from_above:
         return [(0.0, 0.0, 0.0)]
     R = T_entry_item[:3, :3]
@@ -183,12 +184,12 @@ def _turns(place: Place, T_entry_item: Array, shape: Shape) -> list[tuple[float,
 
 
 def _rolls(place: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[float, float, float]]:
-    """The least roll to either side with which an item fits through the mouth that does not as it lies.
+    """Return the least roll to either side with which an item fits through the mouth, if it does not without.
 
     Args:
-        place: Where the item lies.
-        R: (3, 3) how it lies, in the frame of the way in.
-        shape: Shape of the item, grown by its uncertainty.
+        place: Place of the item.
+        R: (3, 3) its orientation in the entry frame.
+        shape: Shape of the item, enlarged by its uncertainty.
         flattest: rad, the pitch with which the item is lowest, which is tried as well.
     """
     room = np.array([place.access.width, place.access.height]) - 2 * LEAST_LIP_DISTANCE
@@ -206,7 +207,7 @@ def _rolls(place: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[
 
 
 def _is_tighter(halves: list[float], room: float) -> bool:
-    """Whether the best turn saves something that matters: half extents over turns, none in the middle."""
+    """Whether the best turn is a relevant gain: half extents over turns, the one in the middle without."""
     return halves[len(halves) // 2] - min(halves) > 0.003 and room - 2 * halves[len(halves) // 2] < TIGHT
 
 
@@ -218,15 +219,15 @@ def _options(
     first: float,
     half_width: float,
 ) -> list[Corridor] | Reason:
-    """Corridors that fit through the mouth, shortest way first.
+    """Return corridors that fit through the mouth, shortest first.
 
     Args:
-        place: Where the item lies.
-        low: (3,) m, lower corner in the bin frame of the box around the item once it is turned.
+        place: Place of the item.
+        low: (3,) m, lower corner in the bin frame of the box around the turned item.
         high: (3,) m, upper corner of that box.
         turns: rad, yaw, pitch and roll of the item.
         first: m, length of the first stretch.
-        half_width: m, of the item as it lies.
+        half_width: m, of the item without turns.
     """
     spare = np.array([place.access.width, place.access.height]) - (high - low)[1:]
     if spare.min() < 2 * LEAST_LIP_DISTANCE:
@@ -246,11 +247,11 @@ def _options(
 
 
 def _straight_up(access: Access, low: Array, high: Array, first: float) -> list[Corridor] | Reason:
-    """Corridors out of a place that is open above, the least way aside first.
+    """Return corridors out of a place that is open above, the least sideways motion first.
 
     Args:
         access: The way into the place.
-        low: Lower corner (3,) of the box around the item, in the frame of the way in, m.
+        low: Lower corner (3,) of the box around the item, in the entry frame, m.
         high: Upper corner (3,).
         first: m, length of the first stretch.
     """
@@ -284,15 +285,15 @@ def _too_large(access: Access, low: Array, high: Array) -> Reason:
 
 
 def _heights(need: float, most: float) -> list[float]:
-    """Lift heights to try: over the lip, half-way, as high as the mouth allows."""
+    """Return lift heights to try: just over the lip, half-way, as high as the mouth allows."""
     heights = [need, (need + most) / 2, most]
     return [h for i, h in enumerate(heights) if i == 0 or h > heights[i - 1] + 0.01]
 
 
 def _corridor(lift: Array, front: float, first: float) -> Corridor:
-    """The corridor over a lift (6,); ``front``: greatest x of the item in the bin frame.
+    """Build the corridor over a lift (6,); ``front``: greatest x of the item in the bin frame.
 
-    It turns in the first stretch as far as it moves aside, or rises, if it only rises.
+    In the first stretch it turns in proportion to its sideways motion, or to its rise, if it only rises.
     """
     aside = float(np.hypot(lift[0], lift[1]))
     part = min(aside, 0.6 * first)
@@ -304,13 +305,14 @@ def _corridor(lift: Array, front: float, first: float) -> Corridor:
 
 
 def _rolling(corridor: Corridor, half_width: float, to_middle: float) -> list[Corridor]:
-    """The corridor; where it rolls, also variants that roll less at first, so that no side of the item sinks.
+    """Return the corridor; if it rolls, also variants that roll less at first, so that no side sinks.
 
-    What hardly fits into its bin goes to the middle of it first, and aside only once it has rolled.
+    Variants for items that hardly fit move to the middle of the bin first, and to the side only after the
+    roll.
 
     Args:
         corridor: The corridor.
-        half_width: m, of the item as it lies.
+        half_width: m, of the item without turns.
         to_middle: m along y to the middle of the bin.
     """
     lift, first = corridor.lift, corridor.first_stretch

@@ -1,7 +1,7 @@
-"""The key waypoints up to contact; those after it follow a corridor.
+"""Key waypoints up to contact; those after it follow a corridor.
 
-Sources: Delft, section 2.1 (Approach, Contact, Lift, Retreat); KTH, Fig. 5 (the pre-approach runs along
-the reverted x axis of the bin frame).
+Sources: Delft, section 2.1 (Approach, Contact, Lift, Retreat); KTH, Fig. 5 (the pre-approach runs along the
+reversed x axis of the bin frame).
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ import numpy as np
 from pickcli.cartesian.line import shifted
 from pickcli.geometry import Array
 
-PREAPPROACH_DISTANCE = 0.06  # m between the tip and the mouth plane where the coarse motion ends
+PREAPPROACH_DISTANCE = 0.06  # m between the tip and the mouth plane at the end of the coarse motion
 CONTACT_DISTANCE = 0.012  # m of slow motion before the cup can meet the item
 
 
 @dataclass(frozen=True, eq=False)
 class PickPoses:
-    """Tool poses in the world, in the order in which they are passed.
+    """Tool poses in the world, in their order.
 
     Attributes:
-        preapproach: (4, 4) in front of the mouth, where the coarse motion ends.
+        preapproach: (4, 4) in front of the mouth, at the end of the coarse motion.
         approach: (4, 4) in front of the surface of the item.
-        touch: (4, 4) where the slow contact move begins.
-        contact: (4, 4) cup pressed on by the overtravel.
+        touch: (4, 4) at the start of the slow contact motion.
+        contact: (4, 4) with the cup pressed on by the overtravel.
     """
 
     preapproach: Array
@@ -38,16 +38,16 @@ def pick_poses(
     T_world_bin: Array, T_world_item: Array, T_item_tip: Array, offset: float, overtravel: float,
     aside: tuple[float, float] = (0.0, 0.0), slow: float = CONTACT_DISTANCE,
 ) -> PickPoses:  # fmt: skip
-    """Find the tool poses up to contact.
+    """Compute the tool poses up to contact.
 
     Args:
-        T_world_bin: (4, 4) frame of the way into the bin, x leading in.
+        T_world_bin: (4, 4) entry frame of the bin, x pointing inwards.
         T_world_item: (4, 4) pose of the item.
         T_item_tip: (4, 4) tool frame in the item's, the tip on the surface.
         offset: m of approach along the tool axis.
         overtravel: m by which the cup is pressed beyond the surface, so that it meets an item that is farther
-            away than its pose says.
-        aside: m along y and z of the bin by which the pre-approach begins off the straight way in.
+            away than its pose states.
+        aside: m along y and z of the bin, offset of the start of the pre-approach from the straight way in.
         slow: m of slow motion before the cup can meet the item; 0 for fingers, which meet it at rest.
 
     Returns:

@@ -6,12 +6,12 @@ import numpy as np
 
 from pickcli.geometry import Array, rotation_vector
 
-STEP = 0.008  # m between two poses handed to inverse kinematics
+STEP = 0.008  # m between two poses for inverse kinematics
 ANGLE_STEP = np.radians(2.0)
 
 
 def line(T_a: Array, T_b: Array, step: float = STEP) -> Array:
-    """Sample the straight line between two poses, the rotation about one fixed axis.
+    """Sample the straight line between two poses, with rotation about one fixed axis.
 
     Args:
         T_a: (4, 4) pose at the start.
@@ -34,18 +34,18 @@ def line(T_a: Array, T_b: Array, step: float = STEP) -> Array:
 
 
 def _rotations(axis: Array, angles: Array) -> Array:
-    """Rotations (P, 3, 3) about a unit axis by angles (P, 1) in rad (Rodrigues)."""
+    """Return rotations (P, 3, 3) about a unit axis by angles (P, 1) in rad (Rodrigues)."""
     x, y, z = axis
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + np.sin(angles)[:, None] * K + (1.0 - np.cos(angles))[:, None] * (K @ K))
 
 
 def shifted(T: Array, along: Array) -> Array:
-    """Move a pose, with its orientation kept.
+    """Move a pose, keeping its orientation.
 
     Args:
         T: (4, 4) pose.
-        along: (3,) m, in the axes of the frame that the pose is given in.
+        along: (3,) m, in the axes of the pose's parent frame.
 
     Returns:
         (4, 4) the moved pose.

@@ -1,7 +1,7 @@
-"""From a straight line of the tool to a proven joint path.
+"""Conversion of a straight line of the tool to a proven joint path.
 
-KTH, section IV-A.2: inside the shelf only Cartesian straight lines, "a well predictable behavior".
-Unlike a Cartesian planner that returns a fraction, a line here is whole or comes with its reason.
+KTH, section IV-A.2: inside the shelf only Cartesian straight lines, "a well predictable behavior". Unlike a
+Cartesian planner that returns a fraction, the result here is a complete line or a reason.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ BETWEEN_WAYPOINTS = Deviation(position=5e-4, angle=3e-3)  # of the tool from its
 def follow_line(
     arm: Arm, checker: SceneChecker, T_a: Array, T_b: Array, tool_state: ToolState, q_a: Array, where: str
 ) -> Array | Failures:
-    """Follow a straight line of the tool, proven free.
+    """Follow a straight line of the tool, and prove it free.
 
     Args:
         arm: Kinematics of the arm.
-        checker: What proves the line.
-        T_a: (4, 4) tool in the world where the line begins.
-        T_b: (4, 4) tool in the world where it ends.
+        checker: Checker that proves the line.
+        T_a: (4, 4) pose of the tool in the world at the start.
+        T_b: (4, 4) pose of the tool in the world at the end.
         tool_state: State of the tool.
         q_a: (n,) configuration of the arm at ``T_a``.
-        where: The line, as reasons call it.
+        where: Name of the line in reasons.
 
     Returns:
-        Waypoints (N, n), N >= 2, of a joint polyline that holds the tool within 0.5 mm and 0.17 degrees of
-        the line; or why there is none.
+        Waypoints (N, n), N >= 2, of a joint polyline that keeps the tool within 0.5 mm and 0.17 degrees of
+        the line; or the reasons for failure.
     """
     poses = line(T_a, T_b)
     result = arm.follow(poses[1:], tool_state, q_a)
@@ -45,7 +45,7 @@ def follow_line(
         return Failures.of(result.reason.at(where))
     dense = np.vstack([q_a[None], result.configurations])
     kept = dense[arm.longest_chords(dense, poses, tool_state, BETWEEN_WAYPOINTS)]
-    # The waypoints come first: cheap to test, and cheap to explain.
+    # Waypoints are checked first, because they are cheap to check and to explain.
     is_free = checker.are_valid(kept)
     if not is_free.all():
         blocked = int(np.argmin(is_free))
@@ -57,6 +57,6 @@ def follow_line(
 
 
 def _at_waypoint(checker: SceneChecker, waypoints: Array, i: int) -> Reason:
-    """Why one of the waypoints (N, n) is not valid."""
+    """Explain why one of the waypoints (N, n) is not valid."""
     reason = checker.explain(waypoints[i])
     return replace(reason, detail=f"{reason.detail} at waypoint {i + 1} of {len(waypoints)}")

@@ -1,4 +1,4 @@
-"""Device events bound to the path: made, resolved to times, and fired by measured progress.
+"""Device events on a path: binding, resolution to times, and firing by measured progress.
 
 Read `bind`, then `resolve`, then `tracker`.
 """

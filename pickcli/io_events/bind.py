@@ -1,7 +1,7 @@
-"""Events of a pick, made where its segments are known (Delft, section 3.1).
+"""Binding of the events of a pick to its segments (Delft, section 3.1).
 
-An event is bound to an anchor, a place on the path, and to a device, which knows how late it acts. Stitching
-and timing move anchors in time; what they mean stays: the vacuum is there when the cup is pressed on.
+An event is bound to an anchor, a place on the path, and to a device, which has a lead. Stitching and timing
+move anchors in time, but keep their meaning: the vacuum is complete when the cup is pressed on.
 """
 
 from __future__ import annotations
@@ -23,23 +23,24 @@ def bind_pick(
     seal_time: float = 0.0,
     release_time: float = 0.0,
 ) -> tuple[Event, ...]:
-    """All events of a pick: vacuum on, sensor, vacuum off, and the changes of the tool's state.
+    """Bind all events of a pick: vacuum on, sensor, vacuum off, and the changes of the tool's state.
 
     Missing parts of a pick have no events: without a contact segment nothing is switched on, without a
-    release nothing off. Fingers hold and let go by their state alone.
+    release nothing off. Fingers hold and release only by their state.
 
     Args:
         segments: Segments of the pick, with their times.
         devices: Devices of the cell, by name.
         tool: The tool that holds.
-        seal_time: s at rest at the end of the contact; the vacuum is complete when it begins.
-        release_time: s at rest at the end of the last segment that holds; the valve is closed when it begins.
+        seal_time: s at rest at the end of the contact; the vacuum is complete at the start of this rest.
+        release_time: s at rest at the end of the last segment with the item; the valve is closed at its
+            start.
 
     Returns:
         The events, unresolved.
 
     Raises:
-        InputError: If the cell lacks a device that is needed.
+        InputError: If the cell lacks a required device.
     """
     changes = bind_tool_states(segments, devices, tool)
     if not tool.grip.holds_by_vacuum:
@@ -50,15 +51,15 @@ def bind_pick(
 def bind_tool_states(
     segments: Sequence[Segment], devices: Mapping[str, Device], tool: Tool
 ) -> tuple[Event, ...]:
-    """Changes of the tool's state: each begins with the segment in which it may be anywhere in between.
+    """Bind changes of the tool's state: each begins with the segment in which the tool may be in any state.
 
-    The earliest moment allowed leaves the most time to be done before the next segment counts on it. So
-    fingers close on an item, and open from it, in a segment in which the arm rests for that long.
+    The earliest start leaves the most time before the next segment relies on the state. So fingers close on
+    an item, and open from it, in a segment in which the arm rests for that long.
 
     Args:
         segments: Segments of the motion, with their times.
         devices: Devices of the cell, by name.
-        tool: The tool, which says what moves it, and by which action to a state.
+        tool: The tool, which states its actuator and the action for each state.
 
     Returns:
         The events, unresolved.
@@ -78,9 +79,9 @@ def bind_tool_states(
 
 
 def _grasp(segments: Sequence[Segment], devices: Mapping[str, Device], seal_time: float) -> tuple[Event, ...]:
-    """Pump and valve on for the moment the cup is pressed on; the sensor read when the item is out.
+    """Bind pump and valve on before the cup is pressed on, and the sensor read after the extraction.
 
-    That is at the end of the retreat, or of the lift where nothing surrounds what is lifted.
+    The sensor is read at the end of the retreat, or of the lift if there is no retreat.
     """
     contact = _last(segments, SegmentKind.CONTACT)
     if contact is None:
@@ -99,10 +100,10 @@ def _grasp(segments: Sequence[Segment], devices: Mapping[str, Device], seal_time
 def _release(
     segments: Sequence[Segment], devices: Mapping[str, Device], release_time: float
 ) -> tuple[Event, ...]:
-    """Valve off, complete when the robot rests over the tote; the pump is commanded off at that moment.
+    """Bind valve off, complete when the robot rests over the tote, and pump off, commanded at that time.
 
-    A pump's lead is its time to full effect; nothing waits for that here, so its anchor lies one lead later
-    and the command coincides with the closed valve.
+    A pump's lead is its time to full effect, which is irrelevant here, so its anchor is one lead later and
+    the command coincides with the closed valve.
     """
     holding = [index for index, segment in enumerate(segments) if segment.held is not None]
     if not holding or segments[-1].held is not None:

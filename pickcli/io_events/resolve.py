@@ -1,4 +1,4 @@
-"""Resolution of anchors to times, once the motion has them."""
+"""Resolution of anchors to times of a timed motion."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class ResolvedEvents:
     """Events with their times.
 
     Attributes:
-        events: In the order in which they were given, ``t_anchor`` and ``t_trigger`` filled in.
-        start_delay: s by which the motion must start later for every lead to be met. If it is above 0, some
-            ``t_trigger`` are negative, and no trigger has been moved: hold still that long at the start,
-            shift the segments, and resolve again.
-        reasons: Events whose place does not exist on this path; empty if all exist.
+        events: The given events in their order, with ``t_anchor`` and ``t_trigger``.
+        start_delay: s by which the motion must be delayed to meet every lead. If it is above 0, some
+            ``t_trigger`` are negative, and no trigger has been moved: wait that long at the start, shift the
+            segments, and resolve again.
+        reasons: Events whose place is not on this path; empty if all are.
     """
 
     events: tuple[Event, ...]
@@ -40,7 +40,7 @@ class ResolvedEvents:
 def resolve(
     events: Sequence[Event], segments: Sequence[Segment], trajectory: Trajectory, travel: Travel | None = None
 ) -> ResolvedEvents:
-    """The time of every event's anchor, and the trigger that comes the device's lead before it.
+    """Compute the time of every event's anchor, and its trigger, which precedes it by the device's lead.
 
     Args:
         events: Events bound to anchors.
@@ -68,7 +68,7 @@ def resolve(
 
 
 def delay_segments(segments: Sequence[Segment], delay: float) -> tuple[Segment, ...]:
-    """The segments of a motion that holds still first; the hold belongs to the first segment.
+    """Shift the segments of a motion that waits first; the wait belongs to the first segment.
 
     Args:
         segments: Segments of the motion, with their times.
@@ -90,7 +90,7 @@ def delay_segments(segments: Sequence[Segment], delay: float) -> tuple[Segment, 
 def anchor_time(
     anchor: Anchor, segments: Sequence[Segment], trajectory: Trajectory, travel: Travel | None = None
 ) -> float | None:
-    """When the place of an anchor is passed.
+    """Return the time at which the place of an anchor is passed.
 
     Args:
         anchor: A place on the path.
@@ -115,7 +115,7 @@ def anchor_time(
 
 
 def _time_of_travel(start: float, offset: float, trajectory: Trajectory, travel: Travel) -> float | None:
-    """First time at which the tool is ``offset`` m of its path past where it is at ``start``."""
+    """Return the first time at which the tool is ``offset`` m of its path beyond its place at ``start``."""
     times = trajectory.times
     along = travel(times) if callable(travel) else travel
     at_start = travel(np.array([start]))[0] if callable(travel) else np.interp(start, times, along)

@@ -1,11 +1,11 @@
-"""Fires events by where the robot is, not by what the clock says.
+"""Event tracker: fires events by the measured position on the path, not by the clock.
 
-Progress is the trajectory's time of the path point nearest to the measured configuration. It is searched in
-a short window ahead of the progress so far, so it never goes back, and a path that crosses itself or passes
-the same place twice cannot confuse it. A robot that lags, pauses or runs slower takes its progress, and with
-it the events, along. Where the trajectory itself rests, the path says nothing, and just before that, where a
-motion creeps, next to nothing: from when the robot has come near to a rest, the progress advances with the
-given time.
+Progress is the trajectory's time of the path point nearest to the measured configuration. It is searched in a
+short window ahead of the current progress, so it never decreases, and a path that crosses itself or passes
+the same place twice is not ambiguous. If a robot lags, pauses or runs slower, progress and events are delayed
+with it. During rests of the trajectory, and just before them, where the motion is very slow, positions do not
+determine the
+time: once the robot is near a rest, progress advances with the elapsed time.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
 
-SPACING = 4e-3  # s between the points of the path that the tracker keeps
-WINDOW = 0.02  # s of the trajectory that one update may advance at most, on top of 2 dt
-NEAR = 5e-4  # joint units (0.5 mm at 1 m from a joint): so near to a rest, along the path, the clock runs
-LEFT = 1e-3  # joint units: this far out of a rest, along the path, has left it
-FASTEST = 1.5  # progress per time that is believed when the next step is foreseen
+SPACING = 4e-3  # s between the stored points of the path
+WINDOW = 0.02  # s of the trajectory that one update may advance, in addition to 2 dt
+NEAR = 5e-4  # joint units along the path (0.5 mm at 1 m from a joint): this near to a rest, the clock is used
+LEFT = 1e-3  # joint units along the path beyond which the robot has left a rest
+FASTEST = 1.5  # largest rate of progress that is used to extrapolate the next step
 ROUNDING = 1e-9  # s
 
 
@@ -35,8 +35,8 @@ class EventTracker:
         trajectory: The timed motion.
         segments: Its segments.
         events: Its events, resolved.
-        weights: (n,) of the joints in the distance between configurations; 1 by default, which takes a metre
-            of a prismatic joint like a radian of the others.
+        weights: (n,) of the joints in the distance between configurations; 1 by default, so that a metre of a
+            prismatic joint counts like a radian.
 
     Raises:
         ValueError: If an event is not resolved.
@@ -68,18 +68,18 @@ class EventTracker:
         squared = np.einsum("ij,ij->i", self._steps, self._steps)
         self._inverse = 1.0 / np.maximum(squared, 1e-18)
         self._travel: list[float] = [0.0, *np.cumsum(np.sqrt(squared)).tolist()]
-        # The end is a rest without an end of its own.
+        # The end counts as a rest without end.
         self._rests = [*rests, len(self._times) - 1]
         self._progress, self._piece, self._n_fired = 0.0, 0, 0
 
     @property
     def progress(self) -> float:
-        """Time on the trajectory (s) that the robot has reached; past the end while it rests there."""
+        """Time on the trajectory (s) that the robot has reached; beyond the end while it rests there."""
         return self._progress
 
     @property
     def segment(self) -> int:
-        """Index of the segment that the robot is in."""
+        """Index of the robot's current segment."""
         ends = [segment.t_end for segment in self._segments]
         return min(bisect_left(ends, self._progress), max(len(ends) - 1, 0))
 
@@ -89,18 +89,18 @@ class EventTracker:
         return tuple(event for _, event in self._triggers[self._n_fired :])
 
     def update(self, q: Array, dt: float = 1e-3) -> tuple[Event, ...]:
-        """Take a measurement, and fire the events that are due.
+        """Process a measurement, and fire the events that are due.
 
-        An event fires at the step nearest to its trigger: half a step early where the progress of the last
-        step foretells that the next would be farther past it. Nothing of a rest fires before the robot
-        is near.
+        An event fires at the step nearest to its trigger: half a step early if the rate of the last step
+        predicts that the next one would be farther past it. Events of a rest do not fire before the robot is
+        near the rest.
 
         Args:
             q: (n,) measured configuration.
             dt: s since the last update.
 
         Returns:
-            Events that are due now, in order.
+            Events that are due, in order.
         """
         before = self._progress
         here = self._weights * q
@@ -120,11 +120,11 @@ class EventTracker:
         return self._fire(due)
 
     def _next_rest(self) -> int:
-        """Index of the point at which the present or next rest begins."""
+        """Return the index of the point at which the current or next rest begins."""
         return self._rests[bisect_left(self._rests, self._piece)]
 
     def _is_near(self, rest: int) -> bool:
-        """Whether the robot rests, or what is left of its way to the rest tells nothing any more."""
+        """Whether the robot rests, or its remaining path to the rest is too short to determine the time."""
         times, travel, piece = self._times, self._travel, self._piece
         if piece >= rest:
             return True
@@ -132,7 +132,7 @@ class EventTracker:
         return travel[rest] - travel[piece] - share * (travel[piece + 1] - travel[piece]) <= NEAR
 
     def _follow(self, rest: int, q: Array, dt: float) -> None:
-        """Move the progress on by projection, as far as the rest."""
+        """Advance the progress by projection, at most to the rest."""
         times, start = self._times, self._piece
         end = min(bisect_left(times, self._progress + WINDOW + 2.0 * dt), rest)
         begun = (self._progress - times[start]) / (times[start + 1] - times[start])
@@ -141,9 +141,9 @@ class EventTracker:
         self._progress = times[piece] + share * (times[piece + 1] - times[piece])
 
     def _has_left(self, rest: int, q: Array) -> bool:
-        """Whether the robot is on its way out of a rest that its own clock has not ended yet.
+        """Whether the robot moves out of a rest that has not ended by the clock.
 
-        It came late, or was commanded on before: what is left of the rest is over.
+        It arrived late, or was commanded earlier: the remaining rest is skipped.
         """
         if rest + 1 >= len(self._times) - 1:
             return False
@@ -154,7 +154,7 @@ class EventTracker:
         return gone - self._travel[rest + 1] > LEFT
 
     def _nearest(self, start: int, end: int, begun: float, q: Array) -> tuple[float, int]:
-        """Share of, and index of, the piece of [start, end) nearest to q; on the first from ``begun`` on."""
+        """Return share and index of the piece in [start, end) nearest to q; the first from ``begun`` on."""
         away = q - self._points[start:end]
         steps = self._steps[start:end]
         u = np.einsum("ij,ij->i", away, steps) * self._inverse[start:end]
@@ -165,7 +165,7 @@ class EventTracker:
         return float(u[nearest]), start + nearest
 
     def _wait(self, rest: int, dt: float) -> None:
-        """Let the given time pass at a rest, or just before it."""
+        """Advance with the elapsed time at a rest, or just before it."""
         self._progress += dt
         last = min(rest + 1, len(self._times) - 1)
         while self._piece < last and self._progress >= self._times[self._piece + 1]:
@@ -179,9 +179,9 @@ class EventTracker:
 
 
 def _path(trajectory: Trajectory) -> tuple[list[float], Array, list[int]]:
-    """Times and points (M, n) at most ``SPACING`` apart, and the indices at which rests begin.
+    """Return times and points (M, n) at most ``SPACING`` apart, and the indices at which rests begin.
 
-    A rest is one piece, however long: two equal points at rest.
+    A rest of any duration is one piece between two equal points.
     """
     q, t = trajectory.positions, trajectory.times
     still = np.all(trajectory.velocities == 0.0, axis=1) & np.all(trajectory.accelerations == 0.0, axis=1)

@@ -1,6 +1,6 @@
-"""Resumable tasks, done here, on processes or on a cluster, to the same bytes; knows no robot.
+"""Resumable jobs, run in this process, on several processes or on a cluster, with the same bytes.
 
-Read `job` (what a task is), `job_result`, and `job_run` with its `journal`; then where tasks are done:
-`executors`, here and on processes, of which `worker` is the other end; and on the workers of a cluster
-`dask_executor` with `dask_client`, `dask_worker` and `dask_results`.
+Independent of robotics. Read `job`, `job_result`, and `job_run` with its `journal`; then the `executors`, in
+this process and on several, whose tasks run in `worker`; and for the workers of a cluster `dask_executor`
+with `dask_client`, `dask_worker` and `dask_results`.
 """

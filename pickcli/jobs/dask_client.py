@@ -1,4 +1,4 @@
-"""A connection to a Dask scheduler."""
+"""Connection to a Dask scheduler."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from pickcli.errors import InputError
 
 @contextmanager
 def connected(address: str, timeout: float) -> Iterator[Any]:
-    """Connect to a Dask scheduler; closing the connection cancels what it alone has asked for.
+    """Connect to a Dask scheduler; closing the connection cancels the tasks that only it needs.
 
     Args:
-        address: Of the scheduler, e.g. tcp://host:8786.
-        timeout: s for the scheduler to answer.
+        address: Address of the scheduler, e.g. tcp://host:8786.
+        timeout: s to wait for the scheduler.
 
     Yields:
         A ``distributed.Client``.
 
     Raises:
-        InputError: If that is no address, Dask is not installed, certificates are missing, or no scheduler
-            answers.
+        InputError: If the address is invalid, Dask is not installed, certificates are missing, or no
+            scheduler answers.
     """
     if not re.fullmatch(r"(tcp|tls)://\S+:\d+", address):
         raise InputError(f"{address!r}: not a scheduler's address; name one like tcp://host:8786")
@@ -51,7 +51,7 @@ def connected(address: str, timeout: float) -> Iterator[Any]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Silence Dask's logs for a while: the errors raised here say what they say, shorter."""
+    """Silence Dask's logs: the errors raised here contain the same information in short."""
     names = [name for name in logging.root.manager.loggerDict if name.startswith(("distributed", "tornado"))]
     loud = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
     for logger in loud:

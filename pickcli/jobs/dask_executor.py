@@ -17,11 +17,11 @@ from pickcli.jobs.job import Job, Key
 
 @dataclass(frozen=True)
 class DaskExecutor:
-    """Workers that a Dask scheduler hands tasks to. When one dies, its tasks are done again by others.
+    """Workers of a Dask scheduler. If one dies, its tasks are done again by others.
 
     Attributes:
-        address: Of the scheduler, e.g. tcp://host:8786.
-        timeout: s for the scheduler to answer, and for a worker to appear where there is none.
+        address: Address of the scheduler, e.g. tcp://host:8786.
+        timeout: s to wait for the scheduler, and for a worker if there is none.
     """
 
     address: str
@@ -31,14 +31,14 @@ class DaskExecutor:
         """Run tasks on the workers of the cluster.
 
         Args:
-            job: How the tasks are done.
+            job: The job of the tasks.
             keys: The tasks.
 
         Yields:
             Records by key, in the order in which they are finished.
 
         Raises:
-            WorkerLostError: If workers died of a task.
+            WorkerLostError: If workers died while they ran a task.
             InputError: If Dask, the scheduler or workers are missing, or a worker has another version.
         """
         if keys:
@@ -49,7 +49,7 @@ class DaskExecutor:
                     yield future.key[1:], record
 
     def _check_workers(self, client: Any) -> None:
-        """Raise InputError unless there are workers that run what we run, one task each at a time."""
+        """Raise InputError unless there are workers with the same software, each for one task at a time."""
         start = f"dask worker {self.address} --nworkers auto --nthreads 1"
         try:
             client.wait_for_workers(1, timeout=self.timeout)
@@ -72,9 +72,9 @@ class DaskExecutor:
 def _submitted(client: Any, job: Job, keys: Sequence[Key]) -> list[Any]:
     """Submit one future per task; builds with equal inputs share results.
 
-    The key of a future in Dask holds the inputs of the job and the key of the task.
+    The key of a future in Dask contains the inputs of the job and the key of the task.
     """
-    # The job is the result of a task, too: where all workers that hold it die, it is made again.
+    # The job is the result of a task, too: if all workers that hold it die, it is made again.
     shared = client.submit(pickle.loads, pickle.dumps(job), key=("apc-job", job.inputs))
     names = [(f"apc-task-{job.inputs}", *key) for key in keys]
     n = len(keys)

@@ -1,4 +1,4 @@
-"""Fetching results from the workers of a cluster, while workers or the scheduler may die."""
+"""Fetching of results from the workers of a cluster, robust against the death of workers or the scheduler."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from typing import Any
 
 from pickcli.errors import InputError, WorkerLostError
 
-_PAUSE = 0.02  # s until what was lost is asked for again
-MOST_AT_ONCE = 256  # results that are fetched in one go, well within the timeout
+_PAUSE = 0.02  # s before lost results are requested again
+MOST_AT_ONCE = 256  # results per request, few enough for the timeout
 
 _KEPT = "what is finished is kept, the same command goes on from there"
 
 
 def results(client: Any, futures: Sequence[Any], address: str, timeout: float) -> Iterator[tuple[Any, bytes]]:
-    """Results of futures as they come; a future whose result was fetched is released.
+    """Yield results of futures as they finish; a future whose result was fetched is released.
 
     Args:
         client: Connection to the scheduler.
-        futures: What was submitted.
-        address: Of the scheduler, for messages.
-        timeout: s without news after which it is asked whether any worker is left.
+        futures: The submitted futures.
+        address: Address of the scheduler, for messages.
+        timeout: s without results after which the presence of workers is checked.
 
     Yields:
         Futures with their results.
 
     Raises:
-        WorkerLostError: If workers died of a task.
+        WorkerLostError: If workers died while they ran a task.
         InputError: If a worker could not read a task, all workers have left, or the scheduler is lost.
     """
     fetching = _Fetching(client, address, timeout)
@@ -48,7 +48,7 @@ class _Fetching:
     client: Any
     address: str
     timeout: float
-    ended: SimpleQueue[Any] = field(default_factory=SimpleQueue)  # futures, done or failed
+    ended: SimpleQueue[Any] = field(default_factory=SimpleQueue)  # finished or failed futures
 
     def watch(self, futures: Sequence[Any]) -> None:
         """Queue each future when it finishes; futures already finished are queued immediately."""
@@ -56,18 +56,18 @@ class _Fetching:
             future.add_done_callback(self.ended.put)
 
     def next_results(self) -> Iterator[tuple[Any, bytes]]:
-        """Some results, in one go; what went wrong is raised after them."""
+        """Yield some results of one request; failures are raised after them."""
         batch = self._batch()
         failed = [future for future in batch if future.status == "error"]
         again = [future for future in batch if future.status in ("lost", "pending")]
         done = [future for future in batch if future not in failed and future not in again]
-        if again and not done and not failed:  # Dask would tell of them at once, without end
+        if again and not done and not failed:  # Dask would report them again at once, in an endless loop
             self._check_that_somebody_works()
             time.sleep(_PAUSE)
         self.watch(again)
         try:
             answers = self._fetched(done)
-        except TimeoutError:  # a worker died with some of them: they are done again, if there is another
+        except TimeoutError:  # a worker died with some of them: they are done again by another worker
             self._check_that_somebody_works()
             self.watch([*done, *failed])
             return
@@ -82,7 +82,7 @@ class _Fetching:
             raise self._told(", ".join(future.key[1:]), future.exception())
 
     def _batch(self) -> list[Any]:
-        """Futures that have come to an end, at least one; since then, their worker may have died."""
+        """Return futures that have finished, at least one; their worker may have died since."""
         batch: list[Any] = []
         while not batch:
             try:
@@ -94,12 +94,12 @@ class _Fetching:
         return batch
 
     def _fetched(self, futures: Sequence[Any]) -> list[Any]:
-        """Raises TimeoutError where that takes too long: Dask waits for what has to be done again."""
+        """Fetch results. Raises TimeoutError if that takes too long: Dask waits for repeated tasks."""
 
         async def gather() -> list[Any]:
             return list(await self.client.gather(list(futures), asynchronous=True))
 
-        # Not by client.sync: its timeout waits for a cancellation that may never come.
+        # Not by client.sync: its timeout waits for a cancellation that may never happen.
         fetching = asyncio.run_coroutine_threadsafe(gather(), self.client.loop.asyncio_loop)
         try:
             return fetching.result(self.timeout)
@@ -121,7 +121,7 @@ class _Fetching:
         return InputError(f"{self.address}: the scheduler was lost; start it again; {_KEPT}")
 
     def _told(self, task: str, error: Exception) -> Exception:
-        """What Dask says of a task, in our words."""
+        """Convert Dask's exception of a task to one of this package."""
         from distributed import KilledWorker
 
         if isinstance(error, KilledWorker):

@@ -1,4 +1,4 @@
-"""The worker's side of a cluster. Here nothing is imported that only the asking side needs."""
+"""Worker side of a cluster. It imports nothing that only the client needs."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pickcli.jobs import job
 from pickcli.jobs.job import Job, Key
 from pickcli.jobs.worker import outcome
 
-Software = Mapping[str, str]  # name -> version, of all that may change a record's bytes
+Software = Mapping[str, str]  # name -> version, of all software that may change a record's bytes
 
-# OMPL has one stream of random numbers per process: two tasks at once would share it.
+# OMPL has one stream of random numbers per process, which two simultaneous tasks would share.
 _ONE_AT_A_TIME = threading.Lock()
 
 
 def software() -> Software:
-    """Versions of all software in this process that may change the bytes of a record.
+    """Return versions of all software in this process that may change the bytes of a record.
 
     Returns:
         Name to version.
@@ -36,11 +36,11 @@ def _libraries() -> Software:
 
 
 def check_software(theirs: Software, ours: Software, where: str) -> None:
-    """Refuse a worker that runs other software than the asking process.
+    """Refuse a worker with other software than the client.
 
     Args:
         theirs: Versions of the worker.
-        ours: Versions of the asking process.
+        ours: Versions of the client.
         where: The worker, for the message.
 
     Raises:
@@ -55,14 +55,14 @@ def check_software(theirs: Software, ours: Software, where: str) -> None:
 
 
 def cluster_outcome(how: Job, key: Key, ours: Software) -> bytes | Exception:
-    """Do one task on a worker of a cluster.
+    """Run one task on a worker of a cluster.
 
-    The software is checked here, too, as the worker may have come later, with another version.
+    The software is checked here, too, because the worker may have joined later, with another version.
 
     Args:
-        how: How tasks are done.
+        how: The job of the task.
         key: The task.
-        ours: Versions of the asking process.
+        ours: Versions of the client.
 
     Returns:
         The bytes of the record, or the exception that was raised.

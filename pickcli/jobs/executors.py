@@ -1,4 +1,4 @@
-"""Executors: this process, or several workers beside it."""
+"""Executors: this process, or several worker processes."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from typing import Protocol, TypeAlias
 from pickcli.errors import WorkerLostError
 from pickcli.jobs.job import Job, Key
 
-MAX_DEATHS = 3  # workers that a task may cost before it is blamed
+MAX_DEATHS = 3  # workers that a task may end before it is reported
 
-# One thread each: several would fight for the same cores, and sums could come in another order.
+# One thread per worker: several would compete for the cores, and sums could have another order.
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1"
 )
@@ -27,13 +27,13 @@ Finished: TypeAlias = Generator[tuple[Key, bytes], None, None]
 
 
 class Executor(Protocol):
-    """Something that runs tasks."""
+    """Interface of executors."""
 
     def run(self, job: Job, keys: Sequence[Key]) -> Finished:
         """Run tasks. Closing the iterator ends all work.
 
         Args:
-            job: How the tasks are done.
+            job: The job of the tasks.
             keys: The tasks.
 
         Yields:
@@ -42,7 +42,7 @@ class Executor(Protocol):
 
 
 def available_cores() -> int:
-    """Number of cores that this process may use.
+    """Return the number of cores that this process may use.
 
     Returns:
         At least 1.
@@ -51,7 +51,7 @@ def available_cores() -> int:
 
 
 def runner(n_jobs: int) -> Executor:
-    """An executor with a number of processes; one means this process.
+    """Return an executor with a number of processes; 1 stands for this process.
 
     Args:
         n_jobs: Number of processes.
@@ -64,13 +64,13 @@ def runner(n_jobs: int) -> Executor:
 
 @dataclass(frozen=True)
 class SerialExecutor:
-    """Serial executor: this process runs one task after the other."""
+    """Serial executor: this process runs the tasks one after the other."""
 
     def run(self, job: Job, keys: Sequence[Key]) -> Finished:
         """Run tasks in this process.
 
         Args:
-            job: How the tasks are done.
+            job: The job of the tasks.
             keys: The tasks.
 
         Yields:
@@ -90,17 +90,17 @@ class ProcessExecutor:
     n_jobs: int
 
     def run(self, job: Job, keys: Sequence[Key]) -> Finished:
-        """Run tasks on workers. A task alone is run here: a worker would only begin to be ready by then.
+        """Run tasks on workers. A single task is run in this process, which is faster than starting a worker.
 
         Args:
-            job: How the tasks are done.
+            job: The job of the tasks.
             keys: The tasks.
 
         Yields:
             Records by key, in the order in which they are finished.
 
         Raises:
-            WorkerLostError: If a task ended several workers. What a task raises is raised, too.
+            WorkerLostError: If a task ended several workers. Exceptions of tasks are raised, too.
         """
         if len(keys) == 1:
             yield from SerialExecutor().run(job, keys)
@@ -132,7 +132,7 @@ class ProcessExecutor:
 
 
 def _blamed(key: Key, deaths: Counter[Key]) -> Key:
-    """The key, to be done again, unless it has cost too many workers."""
+    """Return the key, to be done again, unless it has ended too many workers."""
     deaths[key] += 1
     if deaths[key] >= MAX_DEATHS:
         raise WorkerLostError(
@@ -144,14 +144,14 @@ def _blamed(key: Key, deaths: Counter[Key]) -> Key:
 
 @dataclass(frozen=True, eq=False)
 class _Worker:
-    """A worker seen from outside."""
+    """Handle of a worker process."""
 
     process: subprocess.Popen[bytes]
     pipe: Connection
 
     @classmethod
     def start(cls, job: Job) -> _Worker:
-        """A new worker, in a session of its own: Ctrl-C in a terminal reaches only us."""
+        """Start a worker in its own session, so that Ctrl-C in a terminal reaches only this process."""
         ours, theirs = Pipe()
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", "pickcli.jobs.worker", str(theirs.fileno()), str(os.getpid())],
@@ -167,12 +167,12 @@ class _Worker:
         return worker
 
     def give(self, key: Key) -> Key:
-        """Hand it a task."""
+        """Send a task to the worker."""
         self._send(key)
         return key
 
     def take(self) -> bytes | None:
-        """The record of the task in hand, or None if the worker has died. Raises what the task raised."""
+        """Return the record of the current task, or None if the worker died. Raises the task's exception."""
         try:
             answer = self.pipe.recv()
         except (EOFError, OSError):
@@ -183,11 +183,11 @@ class _Worker:
         return answer
 
     def end(self) -> None:
-        """End it, at once."""
+        """Kill the worker at once."""
         self.process.kill()
         self.process.wait()
         self.pipe.close()
 
     def _send(self, what: object) -> None:
-        with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # if it has died, take() will tell
+        with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # a dead worker: take() returns None
             self.pipe.send(what)

@@ -1,4 +1,4 @@
-"""Results of jobs: numbers and values, or the reason why there is none; as bytes they travel and stay."""
+"""Results of jobs: numbers and values, or the reason for their absence; serialised as bytes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class JobResult:
     reason: Reason | None = None
 
     def to_bytes(self) -> bytes:
-        """The record as bytes: one line of JSON, then the arrays in turn. Same content, same bytes.
+        """Serialise the record: one line of JSON, then the arrays in turn. Same content, same bytes.
 
         Returns:
             The bytes.
@@ -45,16 +45,16 @@ class JobResult:
 
     @classmethod
     def of_bytes(cls, content: bytes) -> JobResult:
-        """Read a record from the bytes that it was written as.
+        """Read a record from bytes.
 
         Args:
-            content: What ``to_bytes`` made.
+            content: Bytes from ``to_bytes``.
 
         Returns:
             The record.
 
         Raises:
-            DamagedError: If they are not a record.
+            DamagedError: If the bytes are not a record.
         """
         try:
             return _parsed(content)

@@ -1,4 +1,4 @@
-"""One run of jobs: tasks that are kept from before, tasks that are done now, and how far it is."""
+"""A run of a job: tasks kept from before, tasks done now, and the progress."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pickcli.progress import Progress
 
 @dataclass(frozen=True)
 class BuildProgress(Progress):
-    """How far a run is: tasks done and in all, and the one that was finished last.
+    """Progress of a run: number of tasks done and in total, and the last finished one.
 
     Attributes:
-        n_kept: Tasks among those done that were not done now but found in a journal or file.
-        n_failed: Tasks among those done that ended with a reason instead of a result.
-        effort_done: Estimated cost of the tasks that were done now.
-        effort_total: Estimated cost of the tasks that are to be done now.
-        journal: Where finished tasks are kept while the run lasts; None if they are not.
+        n_kept: Finished tasks that were found in a journal or file.
+        n_failed: Finished tasks that ended with a reason instead of a result.
+        effort_done: Estimated cost of the tasks that were done in this run.
+        effort_total: Estimated cost of the tasks that this run has to do.
+        journal: Journal of the finished tasks during the run; None if there is none.
     """
 
     n_kept: int = 0
@@ -35,7 +35,7 @@ class BuildProgress(Progress):
 
     @property
     def n_done_now(self) -> int:
-        """Number of tasks that were not kept from before."""
+        """Number of tasks that were done in this run."""
         return int(self.done) - self.n_kept
 
     @property
@@ -45,18 +45,18 @@ class BuildProgress(Progress):
 
     @property
     def share(self) -> float | None:
-        """Share of the estimated cost that is done; None before the first task of now is."""
+        """Share of the estimated cost that is done; None before the first task of this run is."""
         return self.effort_done / self.effort_total if self.effort_done > 0.0 else None
 
     @property
     def detail(self) -> str:
-        """Failures, coverage, what is kept from before and the last task."""
+        """Failures, coverage, kept tasks and the last task, as a text."""
         kept = f", {self.n_kept} kept from before" if self.n_kept else ""
         figures = f"{self.n_failed} failed, coverage {100 * self.coverage:.0f} %{kept}"
         return figures + (f": {self.what}" if self.what else "")
 
 
-BuildObserver: TypeAlias = Callable[[BuildProgress], None]  # a ProgressObserver will do
+BuildObserver: TypeAlias = Callable[[BuildProgress], None]  # a ProgressObserver is accepted
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ class RunOptions:
 
     Attributes:
         runner: Executor of the tasks.
-        output: The file to be written; finished tasks are kept in a journal beside it while the run lasts.
-        kept: Records from elsewhere that are right, by key.
+        output: The file to be written; finished tasks are kept in a journal beside it during the run.
+        kept: Valid records from another source, by key.
         report: Called whenever a task is finished.
     """
 
@@ -77,10 +77,10 @@ class RunOptions:
 
 
 class Build:
-    """The tasks of one job, each done once.
+    """Run of the tasks of one job, each done once.
 
     Args:
-        job: How the tasks are done.
+        job: The job of the tasks.
         run_options: Options; a serial run without a journal if None.
     """
 
@@ -93,9 +93,9 @@ class Build:
         self._efforts: dict[Key, float] = {}
 
     def records(self, keys: Sequence[Key]) -> list[JobResult]:
-        """The records of tasks; tasks without a kept record are done now.
+        """Return the records of tasks; tasks without a kept record are done now.
 
-        May be called again with what follows from the records: the next round's tasks count on top.
+        It can be called again with tasks that follow from the records; these are added to the progress.
 
         Args:
             keys: The tasks.
@@ -118,7 +118,7 @@ class Build:
         return sorted(keys, key=lambda key: -self._efforts[key])
 
     def finish(self) -> None:
-        """Delete the journal, once the output is written."""
+        """Delete the journal, after the output is written."""
         if self.journal is not None:
             self.journal.remove()
 

@@ -1,13 +1,13 @@
-r"""Finished tasks, kept on disk while a build runs, so that a kill at any moment loses only those in hand.
+r"""Journal of finished tasks on disk during a build, so that a kill loses only the tasks in progress.
 
 The journal is a file beside the output to which records are appended:
 
     "APCTASK\n" | length, 8 bytes | SHA-256 of the body, 32 bytes | body: key as JSON, newline, record
 
-A record is appended in one write under a lock and synced. One that a kill or a full disk cut short, or a
-flipped bit changed, is passed over and its task done again. As records of one key are the same bytes, two
-builds of the same file may write the same journal at once. The journal's name carries the digest of the
-build's inputs, so that a build with other inputs has another journal.
+A record is appended in one write under a lock and synced. A record that is incomplete after a kill or on a
+full disk, or has a flipped bit, is skipped and its task done again. Because records of one key are the same
+bytes, two builds of the same file may write the same journal at once. The journal's name contains the digest
+of the build's inputs, so that a build with other inputs has another journal.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from pickcli.jobs.job import Key
 
 _MAGIC = b"APCTASK\n"
 _HEAD = struct.Struct("<8sQ32s")
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # a full disk, a quota, a limit on the size of files
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # a full disk, a quota, a limit of the size of files
 
 
 class Journal:
-    """The finished tasks of one run. The file appears with the first record.
+    """The finished tasks of one run. The file is created with the first record.
 
     Args:
-        output: The file that the run will write; the journal lies beside it.
-        inputs: SHA-256 over all that records depend on, which is part of the journal's name.
+        output: The file that the run will write; the journal is beside it.
+        inputs: SHA-256 over all inputs of records, which is part of the journal's name.
     """
 
     def __init__(self, output: Path, inputs: str) -> None:
         self.path = output.with_name(f"{output.name}.{inputs[:12]}.journal")
 
     def read(self) -> dict[Key, bytes]:
-        """Read all whole records.
+        """Read all complete records.
 
         Returns:
             Bytes by key; none if there is no journal.
@@ -58,7 +58,7 @@ class Journal:
         return dict(_records(content))
 
     def append(self, key: Key, record: bytes) -> None:
-        """Keep one record.
+        """Append one record.
 
         Args:
             key: The task.
@@ -78,7 +78,7 @@ class Journal:
             ) from None
 
     def remove(self) -> None:
-        """Delete the journal, once the output is written."""
+        """Delete the journal, after the output is written."""
         with contextlib.suppress(OSError):
             self.path.unlink()
 
@@ -94,7 +94,7 @@ class Journal:
 
 
 def journals(output: Path) -> list[Path]:
-    """Journals of runs with this output, whatever their inputs.
+    """Return the journals of runs with this output, for any inputs.
 
     Args:
         output: The file that the runs write.
@@ -106,7 +106,7 @@ def journals(output: Path) -> list[Path]:
 
 
 def _records(content: bytes) -> Iterator[tuple[Key, bytes]]:
-    """Every whole record of a journal, wherever it begins."""
+    """Yield every complete record of a journal, also after damaged ones."""
     at = content.find(_MAGIC)
     while at >= 0:
         body = _body(content, at)
@@ -117,7 +117,7 @@ def _records(content: bytes) -> Iterator[tuple[Key, bytes]]:
 
 
 def _body(content: bytes, at: int) -> bytes | None:
-    """The body of the record that begins there, if it is whole."""
+    """Return the body of the record at a position, if it is complete."""
     if at + _HEAD.size > len(content):
         return None
     _, length, digest = _HEAD.unpack_from(content, at)

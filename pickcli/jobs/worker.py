@@ -1,8 +1,8 @@
-"""A process that does tasks for another one: ``python -m pickcli.jobs.worker FD PARENT``.
+"""Worker process that runs tasks for another one: ``python -m pickcli.jobs.worker FD PARENT``.
 
-FD is one end of a pipe. PARENT is the process id of the process that asks: the worker ends with it, however
-that ends. First comes ``sys.path`` of that process, then a job, then key after key; for each key goes back
-its record, or the exception that was raised. The end of the pipe is the end of the worker.
+FD is one end of a pipe. PARENT is the process id of the parent: the worker ends with it in any case. The
+worker receives ``sys.path`` of that process, then a job, then one key after the other; for each key it sends
+the record, or the exception that was raised. The worker ends when the pipe is closed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def serve(pipe: Connection) -> None:
     """Run tasks from the pipe until it is closed.
 
     Args:
-        pipe: Connection to the process that asks.
+        pipe: Connection to the parent.
     """
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         sys.path[:] = pipe.recv()
@@ -35,14 +35,14 @@ def serve(pipe: Connection) -> None:
 
 
 def outcome(job: Job, key: Key) -> bytes | Exception:
-    """Run one task.
+    """Run one task and catch its exception.
 
     Args:
-        job: How tasks are done.
+        job: The job of the task.
         key: The task.
 
     Returns:
-        The bytes of the record, or the exception that was raised, with the place as a note.
+        The bytes of the record, or the exception that was raised, with the traceback as a note.
     """
     try:
         return job.make(key).to_bytes()
@@ -52,7 +52,7 @@ def outcome(job: Job, key: Key) -> bytes | Exception:
 
 
 def _portable(error: Exception, told: str) -> Exception:
-    """The exception, or one with the same message if it cannot be pickled."""
+    """Return the exception, or one with the same message if it cannot be pickled."""
     try:
         copy = pickle.loads(pickle.dumps(error))
     except Exception:
@@ -62,16 +62,17 @@ def _portable(error: Exception, told: str) -> Exception:
 
 
 def end_with(parent: int) -> None:
-    """Let the system end this process when its parent ends, in the middle of a task too.
+    """Make the system end this process when its parent ends, even during a task.
 
-    Where the system cannot (it is not Linux), the worker outlives a killed parent by one task at most.
+    If the system does not support that (it is not Linux), the worker outlives a killed parent by at most one
+    task.
 
     Args:
         parent: Process id.
     """
     with contextlib.suppress(AttributeError, OSError):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # it was gone before
+    if os.getppid() != parent:  # the parent ended before
         os._exit(0)
 
 

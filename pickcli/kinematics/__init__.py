@@ -1,6 +1,6 @@
-"""Where the tool is and how to get it there: chains of the kernel, and inverse kinematics.
+"""Forward and inverse kinematics of the tool, by the kernel's chains.
 
-Read `chain`, then `arm`; `continuous_joints` says which positions are one configuration, `follow` how far a
-line may be missed, `tip_motion` and `held_body` how tool and load move along a trajectory, `manipulability`
-how well a configuration can move.
+Read `chain`, then `arm`; `continuous_joints` handles positions that are equal up to whole turns, `follow`
+states tolerances of a line, `tip_motion` and `held_body` compute how tool and load move along a trajectory,
+`manipulability` how well a configuration can move.
 """

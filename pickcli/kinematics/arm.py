@@ -17,14 +17,14 @@ from pickcli.kinematics.follow import HALF_WAY, Deviation, FollowResult
 from pickcli.kinematics.manipulability import yoshikawa
 from pickcli.kinematics.tip_motion import TipMotion
 
-# What 1 m^2 of a prismatic joint costs against 1 rad^2 of a revolute one (1 m like 2 rad): cheap enough that
-# a rail along the line does the insertion, dear enough that it does not run to its end to save the wrist.
+# Cost of 1 m^2 of a prismatic joint relative to 1 rad^2 of a revolute one (1 m like 2 rad): low enough that a
+# rail along the line does the insertion, high enough that it does not run to its end to save the wrist.
 PRISMATIC_WEIGHT = 4.0
 
-# m or rad that inverse kinematics keeps inside every limit: where the robot comes to rest it is measured,
-# and the next plan starts from what was measured.
+# m or rad that inverse kinematics keeps from every limit: the configuration at rest is measured, and the next
+# plan starts from the measurement.
 LIMIT_MARGIN = 1e-3
-MOST_TURNED = 100 * 2 * np.pi  # rad, the bound that the kernel is given of joints that turn without end
+MOST_TURNED = 100 * 2 * np.pi  # rad, bound in the kernel for joints without limits
 
 MAX_STEP_PRISMATIC = 0.05  # m, largest joint step between neighbouring poses of a line
 MAX_STEP_REVOLUTE = 0.12  # rad
@@ -57,14 +57,14 @@ class Arm:
         self._T_last_tip = np.ascontiguousarray(robot.tool.T_last_tip, dtype=np.float64)
         planned = {joint.name: joint for joint in robot.joints if is_planned(robot, joint)}
         self._is_prismatic = np.array([planned[n].type is JointType.PRISMATIC for n in robot.joint_names])
-        self.weights: Array = np.where(self._is_prismatic, PRISMATIC_WEIGHT, 1.0)  # (n,) of IK
+        self.weights: Array = np.where(self._is_prismatic, PRISMATIC_WEIGHT, 1.0)  # (n,)
         self._lower = np.maximum(robot.limits.lower + LIMIT_MARGIN, -MOST_TURNED)
         self._upper = np.minimum(robot.limits.upper - LIMIT_MARGIN, MOST_TURNED)
         self.max_step: Array = np.where(self._is_prismatic, MAX_STEP_PRISMATIC, MAX_STEP_REVOLUTE)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the planned joints, in the order of every q."""
+        """Names of the planned joints, in the order of every configuration."""
         return self.robot.joint_names
 
     @property
@@ -78,20 +78,20 @@ class Arm:
         return self.robot.limits
 
     def chain(self, tool_state: ToolState) -> Chain:
-        """The kernel's chain in one tool state.
+        """Return the kernel's chain in one tool state.
 
         Args:
-            tool_state: State of the tool; MOVING stands where the default state does.
+            tool_state: State of the tool; for MOVING, the default state is used.
 
         Returns:
-            The chain, with the tool's joint folded in as a fixed one.
+            The chain, with the tool's joint as a fixed one.
         """
-        if tool_state not in self._chains:  # a width of a gripper that the cell does not name
+        if tool_state not in self._chains:  # a gripper width that the cell does not name
             self._chains[tool_state] = build_chain(self.robot, tool_state)
         return self._chains[tool_state]
 
     def tip(self, q: Array, tool_state: ToolState) -> Array:
-        """Forward kinematics of the tool frame.
+        """Compute the pose of the tool frame.
 
         Args:
             q: (n,) configuration.
@@ -103,7 +103,7 @@ class Arm:
         return np.asarray(self.chain(tool_state).fk(q)[-1] @ self._T_last_tip)
 
     def tips(self, Q: Array, tool_state: ToolState) -> Array:
-        """Forward kinematics of the tool frame for many configurations.
+        """Compute the poses of the tool frame for many configurations.
 
         Args:
             Q: (N, n) configurations.
@@ -115,7 +115,7 @@ class Arm:
         return self.chain(tool_state).tips(np.ascontiguousarray(Q), self._T_last_tip)
 
     def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, tool_state: ToolState) -> TipMotion:
-        """How the tool frame moves in the world, the tool's joint at rest.
+        """Compute the motion of the tool frame in the world, with the tool's joint at rest.
 
         Args:
             Q: (N, n) configurations.
@@ -130,7 +130,7 @@ class Arm:
         return TipMotion(poses, *(np.ascontiguousarray(motions[:, k]) for k in range(4)))
 
     def jacobian(self, q: Array, tool_state: ToolState) -> Array:
-        """Geometric Jacobian of the tool frame.
+        """Compute the geometric Jacobian of the tool frame.
 
         Args:
             q: (n,) configuration.
@@ -143,7 +143,7 @@ class Arm:
         return np.asarray(self.chain(tool_state).jacobian(q, self._T_last_tip))
 
     def manipulability(self, q: Array, tool_state: ToolState) -> float:
-        """Yoshikawa's measure of manipulability.
+        """Compute Yoshikawa's measure of manipulability.
 
         Args:
             q: (n,) configuration.
@@ -155,7 +155,7 @@ class Arm:
         return yoshikawa(self.jacobian(q, tool_state))
 
     def solve(self, T_world_tip: Array, tool_state: ToolState, seeds: Array) -> Array:
-        """Inverse kinematics from given seeds.
+        """Solve inverse kinematics from given seeds.
 
         Args:
             T_world_tip: (4, 4) pose of the tool frame.
@@ -163,9 +163,9 @@ class Arm:
             seeds: (K, n) starting points of the descent.
 
         Returns:
-            (M, n) distinct configurations within limits that put the tip at the pose, in the seeds' order;
-            (0, n) if there is no solution. Joints that turn farther than once stand in the turn nearest the
-            first seed.
+            (M, n) distinct configurations within limits with the tool frame at the pose, in the seeds' order;
+            (0, n) if there is no solution. Joints with a range of more than one turn are in the turn nearest
+            to the first seed.
         """
         seeds = np.ascontiguousarray(np.atleast_2d(seeds))
         solutions = self.chain(tool_state).ik(
@@ -176,7 +176,7 @@ class Arm:
     def solve_spread(
         self, T_world_tip: Array, tool_state: ToolState, rng: np.random.Generator, n_seeds: int = 16
     ) -> Array:
-        """Inverse kinematics with solutions spread over the redundancy.
+        """Solve inverse kinematics with solutions spread over the redundancy.
 
         The prismatic joints of the seeds are stratified over their range, the other joints are random.
 
@@ -197,7 +197,7 @@ class Arm:
         return self._in_turn_of(np.zeros(self.n), self.solve(T_world_tip, tool_state, seeds))
 
     def along_rails(self, q: Array, k: int) -> Array:
-        """A configuration with its prismatic joints elsewhere, in the middles of k parts of their ranges.
+        """Return a configuration with its prismatic joints in the middles of k parts of their ranges.
 
         Args:
             q: (n,) configuration.
@@ -214,12 +214,12 @@ class Arm:
         return np.where(self._is_prismatic, spread, q)
 
     def random_seeds(self, rng: np.random.Generator, k: int) -> Array:
-        """Draw configurations, uniform within the limits; of what turns farther than once, near 0.
+        """Sample configurations uniformly within the limits; joints with more than one turn, near 0.
 
-        Another turn is the same posture, and far from every configuration in this one.
+        Another turn is the same posture, but far from all configurations in this one.
 
         Args:
-            rng: Source of the draws.
+            rng: Source of the samples.
             k: Number of configurations.
 
         Returns:
@@ -233,11 +233,11 @@ class Arm:
 
     @cached_property
     def _turns_more(self) -> Array:
-        """(n,) joints that turn farther than once."""
+        """(n,) whether each joint has a range of more than one turn."""
         return np.asarray(~self._is_prismatic & (self.limits.upper - self.limits.lower > 2 * np.pi))
 
     def _in_turn_of(self, reference: Array, Q: Array) -> Array:
-        """Distinct configurations (M, n), each joint in the turn nearest a reference (n,) within limits."""
+        """Return distinct configurations (M, n), each joint in the turn nearest to a reference (n,)."""
         turned = Q - 2 * np.pi * np.round((Q - reference) / (2 * np.pi))
         better = self._turns_more & (turned != Q) & (turned >= self._lower) & (turned <= self._upper)
         if not better.any():
@@ -249,18 +249,18 @@ class Arm:
     def follow(
         self, T_world_tips: Array, tool_state: ToolState, q0: Array, deviation: Deviation = HALF_WAY
     ) -> FollowResult:
-        """Follow tool poses with the joints, each configuration next to the one before.
+        """Follow tool poses by inverse kinematics, each configuration near the one before.
 
-        No joint steps farther than ``max_step`` from pose to pose, from q0 included.
+        No joint steps farther than ``max_step`` from pose to pose, starting from q0.
 
         Args:
             T_world_tips: (P, 4, 4) poses of the tool frame.
             tool_state: State of the tool.
-            q0: (n,) configuration that the first one is next to.
+            q0: (n,) configuration near the first pose.
             deviation: How far the tool may be off the line half-way between two configurations.
 
         Returns:
-            The configurations as far as they go, and why they end before the last pose, if they do.
+            The configurations up to the last reachable pose, and the reason if that is not the last one.
         """
         poses = np.ascontiguousarray(T_world_tips, dtype=np.float64)
         Q, end, off = self.chain(tool_state).follow(
@@ -275,24 +275,24 @@ class Arm:
     def longest_chords(
         self, Q: Array, T_world_tips: Array, tool_state: ToolState, deviation: Deviation
     ) -> NDArray[np.int32]:
-        """Find the waypoints on a straight line that are enough: joint chords between them stay near it.
+        """Select waypoints on a straight line so that joint chords between them stay near it.
 
         Args:
             Q: (N, n) configurations that follow the line, N at least 1.
             T_world_tips: (N, 4, 4) poses of the tool frame on the line.
             tool_state: State of the tool.
-            deviation: How far the tool may be off the line, however far along it, and off the orientation at
-                the same place.
+            deviation: Largest distance of the tool from the line, at any place along it, and largest angle to
+                the orientation at that place.
 
         Returns:
-            Indices (M,) of rows of Q, the first and the last among them.
+            Indices (M,) of rows of Q, including the first and the last.
         """
         return self.chain(tool_state).longest_chords(
             Q, T_world_tips, self._T_last_tip, deviation.position, deviation.angle
         )
 
     def _why_broken(self, q: Array, end: FollowEnd, off: Deviation, i: int, n_poses: int) -> Reason:
-        """What the kernel's answer means at pose i, the first that could not be reached, coming from q."""
+        """Convert the kernel's answer to a reason; pose i is the first not reached, coming from q."""
         detail = _place(i, n_poses)
         if end is FollowEnd.OFF_LINE:
             detail = f"{off.position * 1e3:.1f} mm and {np.rad2deg(off.angle):.1f} degrees off {detail}"
@@ -306,5 +306,5 @@ class Arm:
 
 
 def _place(i: int, n: int) -> str:
-    """Where on a line of n poses pose i lies."""
+    """Describe the position of pose i on a line of n poses."""
     return f"at {100.0 * i / max(n - 1, 1):.0f} % of the line"

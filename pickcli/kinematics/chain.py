@@ -1,7 +1,7 @@
-"""A robot in one tool state as the kernel's chain: the tool's joint folded in as a fixed one.
+"""The kernel's chain of a robot in one tool state, with the tool's joint as a fixed one.
 
-The kernel's frames form a row. Where the robot's tree branches off, the row makes a detour: out along the
-branch, which nothing moves, and from its last frame straight to where the chain goes on.
+The kernel's frames form a sequence. Where the robot's tree branches, the sequence makes a detour: along the
+branch, which has no moving joints, and from its last frame directly to the continuation of the chain.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse
 from pickcli.kernel import Chain, JointKind
 
-MAX_FRAMES = 63  # of the kernel's chains: their bits fit into one number, beside that of a held item
+MAX_FRAMES = 63  # of the kernel's chains: their bits, and that of a held item, fit into one integer
 
 _KERNEL_KIND = {
     JointType.REVOLUTE: JointKind.REVOLUTE,
@@ -25,22 +25,22 @@ _KERNEL_KIND = {
 
 
 def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
-    """The kernel's chain of a robot: frame k is the child link of ``robot.joints[k]``.
+    """Build the kernel's chain of a robot: frame k is the child link of ``robot.joints[k]``.
 
-    The base's pose, the position of the tool's joint and the way back from branches are folded into the joint
+    The base's pose, the position of the tool's joint and the detours over branches are included in the joint
     origins.
 
     Args:
         robot: The robot of a cell.
-        tool_state: State of the tool. MOVING stands where the tool's default state does: its swept shape is a
-            matter of collision, not of kinematics.
+        tool_state: State of the tool. For MOVING the tool's default state is used: its swept shape is
+            relevant to collision checks, not to kinematics.
 
     Returns:
         The chain.
 
     Raises:
-        InputError: If the joints are no chain with branches that ends in the cup, or if a moving joint is
-            neither planned nor the tool's.
+        InputError: If the joints do not form a chain with branches that ends in the cup, or if a moving joint
+            is neither planned nor the tool's.
     """
     _check_chain(robot)
     origins = _origins(robot, tool_state)
@@ -57,35 +57,35 @@ def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
 
 
 def is_planned(robot: Robot, joint: Joint) -> bool:
-    """Whether a joint moves with the configuration.
+    """Whether a joint is one of the planned joints.
 
     Args:
         robot: The robot of a cell.
         joint: One of its joints.
 
     Returns:
-        False for a fixed joint and for those of the tool.
+        False for a fixed joint and for joints of the tool.
     """
     return joint.type is not JointType.FIXED and joint.name not in robot.tool.joints
 
 
 def bodies_of_frames(robot: Robot) -> tuple[int, ...]:
-    """Number of the rigid body that each frame belongs to: how many planned joints lead to it.
+    """Return the number of the rigid body of each frame: how many planned joints lead to it.
 
     Args:
         robot: The robot of a cell.
 
     Returns:
-        One number per frame, in the order of the chain. Frames of body 0 stand still with the base; bodies
-        with neighbouring numbers are joined by one joint.
+        One number per frame, in the order of the chain. Frames of body 0 are fixed to the base; bodies with
+        consecutive numbers are connected by one joint.
     """
     return tuple(int(n) for n in np.cumsum([is_planned(robot, joint) for joint in robot.joints]))
 
 
 def _origins(robot: Robot, tool_state: ToolState) -> list[Array]:
-    """Pose (4, 4) of each joint in the frame before it in the row."""
+    """Return the pose (4, 4) of each joint in the previous frame of the sequence."""
     before = robot.links[0].name
-    T_body_link = {before: np.eye(4)}  # of the links so far, in the frame that moved last on the way to them
+    T_body_link = {before: np.eye(4)}  # of the links so far, in the last moving frame before them
     origins = []
     for joint in robot.joints:
         origin = joint.T_parent_joint @ _folded(robot, joint, tool_state)
@@ -100,7 +100,7 @@ def _origins(robot: Robot, tool_state: ToolState) -> list[Array]:
 
 
 def _folded(robot: Robot, joint: Joint, tool_state: ToolState) -> Array:
-    """Pose (4, 4) of a joint's child in the joint frame, if it is one of the tool's; others stand at 0."""
+    """Return the pose (4, 4) of a child in the joint frame for the tool's joints; identity for others."""
     tool = robot.tool
     if joint.name not in tool.joints:
         return np.eye(4)

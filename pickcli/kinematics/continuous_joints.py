@@ -1,6 +1,6 @@
-"""Continuous joints: positions that differ by whole turns are one configuration.
+"""Continuous joints: positions that differ by whole turns are the same configuration.
 
-Without a continuous joint every function here gives back what it gets.
+Without continuous joints, all functions return their input.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 
 _TURN = 2 * np.pi
-_FAR = np.pi / 2  # rad of the short way from which the long way round may be worth trying
+_FAR = np.pi / 2  # rad of the short way, from which on the long way may be tried
 
 
 def turned_towards(limits: Limits, q: Array, other: Array) -> Array:
-    """A configuration with every continuous joint within half a turn of another configuration.
+    """Return configurations with every continuous joint within half a turn of another configuration.
 
     Args:
         limits: Limits of the n joints.
@@ -23,7 +23,7 @@ def turned_towards(limits: Limits, q: Array, other: Array) -> Array:
         other: (n,) the other configuration.
 
     Returns:
-        (..., n) the same configurations.
+        (..., n) equivalent configurations.
     """
     if not limits.is_continuous.any():
         return q
@@ -32,7 +32,7 @@ def turned_towards(limits: Limits, q: Array, other: Array) -> Array:
 
 
 def ways_round(limits: Limits, q: Array, other: Array) -> Array:
-    """A configuration as it is reached from another: the short way, and one joint each the long way round.
+    """Return ways to reach a configuration from another: the short way, and each joint the long way round.
 
     Args:
         limits: Limits of the n joints.
@@ -40,7 +40,7 @@ def ways_round(limits: Limits, q: Array, other: Array) -> Array:
         other: (n,) the other configuration.
 
     Returns:
-        (G, n) the same configuration, first as ``turned_towards`` has it.
+        (G, n) equivalent configurations, the first from ``turned_towards``.
     """
     near = turned_towards(limits, q, other)
     way = near - other

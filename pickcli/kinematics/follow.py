@@ -1,4 +1,4 @@
-"""The outcome of following tool poses with the joints, and how far the tool may be off the line."""
+"""Result of following tool poses by inverse kinematics, and tolerances for a line."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pickcli.geometry import Array
 
 @dataclass(frozen=True, eq=False)
 class FollowResult:
-    """Configurations along a line of tool poses, one per pose, as far as they go.
+    """Configurations along a line of tool poses, one per pose, up to the last reachable one.
 
     Attributes:
         configurations: (M, n), M at most the number of poses.
-        reason: Why the line broke; None if it is whole.
+        reason: Why the line is incomplete; None if it is complete.
     """
 
     configurations: Array
@@ -25,7 +25,7 @@ class FollowResult:
 
 @dataclass(frozen=True)
 class Deviation:
-    """How far the tool is off a line, or may be.
+    """Deviation of the tool from a line, or its tolerance.
 
     Attributes:
         position: m.
@@ -36,4 +36,4 @@ class Deviation:
     angle: float
 
 
-HALF_WAY = Deviation(1e-3, float(np.radians(0.5)))  # between two poses that are followed one after the other
+HALF_WAY = Deviation(1e-3, float(np.radians(0.5)))  # between two consecutive poses

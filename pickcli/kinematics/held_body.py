@@ -25,7 +25,7 @@ class HeldBody:
     inertia: Array
 
     def wrench(self, motion: TipMotion, gravity: float = GRAVITY) -> Array:
-        """What the cup exerts on the body in every state of a motion.
+        """Compute the wrench of the cup on the body in every state of a motion.
 
         Args:
             motion: N states of the tool frame.
@@ -38,14 +38,14 @@ class HeldBody:
         omega, alpha = _in_tip(R, motion.angular_velocity), _in_tip(R, motion.angular_acceleration)
         upwards = _in_tip(R, motion.acceleration + np.array([0.0, 0.0, gravity]))
         S = _skew(self.p_tip_com)
-        # x @ S = -(S x): vectors are rows here.
+        # x @ S = -(S x), because vectors are rows here.
         of_com = upwards + alpha @ S + _cross(omega, omega @ S)
         force = self.mass * of_com
         spin = alpha @ self.inertia + _cross(omega, omega @ self.inertia)
         return np.concatenate([force, spin - force @ S], axis=1)
 
     def weight(self, R_world_tip: Array) -> Array:
-        """Wrench of the cup on the body at rest.
+        """Compute the wrench of the cup on the body at rest.
 
         Args:
             R_world_tip: (N, 3, 3) orientations of the tool frame.
@@ -57,12 +57,13 @@ class HeldBody:
         return np.concatenate([force, -force @ _skew(self.p_tip_com)], axis=1)
 
     def path_wrench(self, motion: TipMotion) -> tuple[Array, Array, Array]:
-        """The wrench along a path as a u + b x + c, by path acceleration u and squared path speed x.
+        """Compute the wrench along a path as a u + b x + c (path acceleration u, squared path velocity x).
 
-        Linear in both, as the accelerations and all products of velocities are: u = d2s/dt2, x = (ds/dt)^2.
+        Like accelerations and products of velocities, it is linear in both: u = d2s/dt2, x = (ds/dt)^2.
 
         Args:
-            motion: The tool frame's by the path's parameter s, from dq/ds and d2q/ds2.
+            motion: Motion of the tool frame with derivatives by the path's parameter s, from dq/ds and
+                d2q/ds2.
 
         Returns:
             a, b and c, each (N, 6); c is the wrench at rest.
@@ -73,16 +74,16 @@ class HeldBody:
 
 
 def _in_tip(R_world_tip: Array, vectors: Array) -> Array:
-    """World vectors (N, 3) in the axes of the tool frame."""
+    """Rotate world vectors (N, 3) into the tool frame."""
     return np.asarray(np.matmul(vectors[:, None, :], R_world_tip)[:, 0])
 
 
 def _skew(p: Array) -> Array:
-    """The matrix S with S v = p x v."""
+    """Return the matrix S with S v = p x v."""
     x, y, z = p
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Cross products (N, 3), row by row."""
+    """Return cross products (N, 3), row by row."""
     return np.stack([a[:, i] * b[:, j] - a[:, j] * b[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)

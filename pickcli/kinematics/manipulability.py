@@ -1,4 +1,4 @@
-"""How well a configuration can move its tool."""
+"""Manipulability of the tool in a configuration."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from pickcli.geometry import Array
 
 
 def yoshikawa(J: Array, length: float = 0.5) -> float:
-    """Yoshikawa's manipulability sqrt(det(J J^T)) of a Jacobian.
+    """Compute Yoshikawa's manipulability sqrt(det(J J^T)) of a Jacobian.
 
     It is the volume of the ellipsoid of tool velocities that joint velocities of norm 1 reach. Source: T.
     Yoshikawa, Manipulability of Robotic Mechanisms, IJRR 4(2), 1985.
 
     Args:
         J: (6, n) rows of translation in m, then of rotation in rad, per unit of joint rate.
-        length: m, about the reach of the wrist: it makes the rows of rotation comparable with those of
-            translation.
+        length: m, about the reach of the wrist; it makes rotation comparable with translation.
 
     Returns:
         The measure, 0 in a singular configuration.

@@ -1,4 +1,4 @@
-"""How the tool frame moves while the joints do: twist and acceleration, velocity products included."""
+"""Motion of the tool frame for moving joints: twist and acceleration, velocity products included."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pickcli.geometry import Array
 class TipMotion:
     """Motion of the tool frame at N states; all vectors in world axes.
 
-    Derivatives are those of whatever the joints' derivatives are by: time in s, or the parameter of a path.
+    Derivatives are by the same variable as those of the joints: time in s, or the parameter of a path.
 
     Attributes:
         poses: (N, 4, 4) T_world_tip.
@@ -30,7 +30,7 @@ class TipMotion:
     angular_acceleration: Array
 
     def at_rest(self) -> TipMotion:
-        """The motion of a tip that stands still at each of these poses.
+        """Return the motion of a tip at rest at each of these poses.
 
         Returns:
             A motion whose velocities and accelerations are zero.

@@ -1,9 +1,9 @@
-"""OMPL's planners in joint space: the only file that imports it.
+"""OMPL's planners in joint space; the only module that imports OMPL.
 
-Three rules make it repeatable. OMPL draws the seed of every new generator from one global generator of
-seeds, so this is set before each query and every planner is built again (the library's warning that
-generators exist already concerns those of earlier planners, which are gone). Planners are limited by
-iterations, never by seconds. And nothing here runs in a thread: one query at a time per process.
+Three rules make results repeatable. OMPL seeds every new generator from one global generator of seeds, so its
+seed is set before each query and every planner is built again (the library's warning about existing
+generators concerns those of earlier planners, which are deleted). Planners are limited by iterations, never
+by time. And there are no threads: one query at a time per process.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ except ImportError:
 
 util.setLogLevel(util.LogLevel.LOG_NONE)
 
-# OMPL's classes, where they are not called what we call them.
+# OMPL's class names that differ from the planner's name here.
 _CLASSES = {PlannerName.OMPL_RRT_CONNECT: "RRTConnect"}
 
 
@@ -39,7 +39,7 @@ def solve(
     seed: int,
     options: PlannerOptions,
 ) -> Array | None:
-    """OMPL's own answer to a planning problem, unchecked.
+    """Run OMPL on a planning problem; the result is not checked.
 
     Args:
         checker: Proves edges and configurations.
@@ -47,7 +47,7 @@ def solve(
         q_start: (n,) start.
         goals: Goal configurations, (n,) each.
         seed: Seed of its random numbers.
-        options: Which of OMPL's planners, and for how long.
+        options: Planner and its effort.
 
     Returns:
         Waypoints (N, n), or None if it found no path.
@@ -55,7 +55,7 @@ def solve(
     util.RNG.setSeed(1 + seed % (2**31 - 1))  # 0 would mean "from the clock"
     state_space = _bounded(space)
     information = base.SpaceInformation(state_space)
-    # OMPL keeps no reference that Python could see: these two names must outlive solve().
+    # OMPL's references are not visible to Python: these two objects must outlive solve().
     motions, states = _Motions(information, checker), _States(information, checker)
     information.setMotionValidator(motions)
     information.setStateValidityChecker(states)
@@ -84,7 +84,7 @@ def _bounded(space: JointSpace) -> Any:
 def _problem(information: Any, state_space: Any, q_start: Array, goals: Sequence[Array]) -> Any:
     problem = base.ProblemDefinition(information)
     goal_states = base.GoalStates(information)
-    scratch = state_space.allocState()  # Python owns it; freeState would free it twice
+    scratch = state_space.allocState()  # owned by Python; freeState would free it twice
     _write(scratch, q_start)
     problem.addStartState(scratch)
     for goal in goals:
@@ -96,7 +96,7 @@ def _problem(information: Any, state_space: Any, q_start: Array, goals: Sequence
 
 
 def _after(n: int) -> Any:
-    """A condition that becomes true when it has been asked more than n times."""
+    """Return a condition that becomes true after n evaluations."""
     left = n
 
     def is_over() -> bool:
@@ -118,7 +118,7 @@ def _write(state: Any, q: Array) -> None:
 
 
 class _Motions(base.MotionValidator):  # type: ignore[misc]
-    """OMPL's question "is this motion free", answered by proof."""
+    """Adapter of the checker to OMPL's motion validator."""
 
     def __init__(self, information: Any, checker: MotionValidator) -> None:
         super().__init__(information)
@@ -131,7 +131,7 @@ class _Motions(base.MotionValidator):  # type: ignore[misc]
 
 
 class _States(base.StateValidityChecker):  # type: ignore[misc]
-    """OMPL's question "is this state free"."""
+    """Adapter of the checker to OMPL's state validity checker."""
 
     def __init__(self, information: Any, checker: MotionValidator) -> None:
         super().__init__(information)

@@ -1,4 +1,4 @@
-"""Cost of a polyline: its length, or the time that it will take, approximately."""
+"""Cost of a polyline: approximate time along it."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from pickcli import kernel
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
 
-# Share of the Euclidean length in the cost of an edge. The slowest joint alone sets the duration, so that
-# the other joints could swing about for free: this decides between equals, for the calmer motion.
+# Share of the Euclidean length in the cost of an edge. The slowest joint determines the duration, so the
+# motion of the others would be free of cost: this share selects the calmer motion among equals.
 CALM = 0.05
 
-# How far a blend may leave its corner, rad or m. Only an estimate rests on it.
+# Largest distance of a blend from its corner, rad or m; used only for estimates.
 _CORNER_DEVIATION = 0.02
 
 
 def edge_costs(space: JointSpace, waypoints: Array) -> Array:
-    """Approximate duration of each edge at full speed, to compare paths by.
+    """Estimate the duration of each edge at full speed, for comparing paths.
 
-    The largest |dq_j| / v_j, plus a small share of the length. It obeys the triangle inequality: a shortcut
-    never costs more than what it cuts.
+    It is the largest |dq_j| / v_j, plus a small share of the length. It obeys the triangle inequality: a
+    shortcut never costs more than the edges that it replaces.
 
     Args:
         space: Velocity limits.
@@ -33,7 +33,7 @@ def edge_costs(space: JointSpace, waypoints: Array) -> Array:
 
 
 def step_costs(space: JointSpace, steps: Array) -> Array:
-    """The costs of edges that are given by their differences (see ``edge_costs``).
+    """Estimate the duration of edges given by their differences (see ``edge_costs``).
 
     Args:
         space: Velocity limits.
@@ -47,11 +47,11 @@ def step_costs(space: JointSpace, steps: Array) -> Array:
 
 
 def estimated_duration(space: JointSpace, waypoints: Array) -> float:
-    """Approximate duration from rest to rest along a polyline with blended corners.
+    """Estimate the duration from rest to rest along a polyline with blended corners.
 
     The look-ahead of machine tools: on each edge the speed is bounded by the slowest joint; in each corner by
-    the acceleration that a blend of bounded deviation needs; a pass backwards and one forwards make the
-    speeds reachable; each edge then takes its trapezoid. Jerk is left out.
+    the acceleration that a blend of bounded deviation needs; a backward and a forward pass make the speeds
+    reachable; each edge then takes its trapezoid. Jerk is neglected.
 
     Args:
         space: Velocity and acceleration limits.

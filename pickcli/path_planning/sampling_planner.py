@@ -1,4 +1,4 @@
-"""One interface to all sampling-based planners in joint space."""
+"""Common interface to all sampling-based planners in joint space."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.planner_options import DEFAULT_OPTIONS, PlannerOptions
 from pickcli.path_planning.state_space import JointSpace
 
-# How far an end of a returned path may be from what was asked for: a copy of doubles is exact.
+# Largest distance of an end of a returned path from the requested one: copies of doubles are exact.
 _END_TOLERANCE = 1e-12
 
 
@@ -28,10 +28,10 @@ def plan(
     seed: int,
     options: PlannerOptions = DEFAULT_OPTIONS,
 ) -> JointPath | None:
-    """Search a proven polyline to one of several goals.
+    """Plan a proven polyline to one of several goals.
 
-    A straight edge to the nearest goal that has one comes first: no sampling can beat it. Otherwise the
-    planner runs. The same arguments give the same bytes, in one process as in another.
+    A straight edge to the nearest goal that has one is tried first: no sampling can be better. Otherwise the
+    planner runs. The same arguments give the same bytes, in any process.
 
     Args:
         checker: Proves edges and configurations.
@@ -39,7 +39,7 @@ def plan(
         q_start: (n,) start.
         goals: (G, n) goals.
         seed: Seed of all random choices.
-        options: Which planner, and for how long.
+        options: Planner and its effort.
 
     Returns:
         The path, or None if none was found.
@@ -68,9 +68,9 @@ def _solve(
     seed: int,
     options: PlannerOptions,
 ) -> Array | None:
-    """The planner's own answer (N, n), unchecked."""
+    """Run the planner; the result (N, n) is not checked."""
     ends = np.array([q_start, *goals])
-    # An end may lie a hair outside of the limits, and trees must be able to get there.
+    # An end may be slightly outside of the limits, and trees must be able to reach it.
     lower, upper = space.around(ends)
     if options.planner is PlannerName.RRT_CONNECT:
         longest, most = options.step * float(np.linalg.norm(upper - lower)), options.max_iterations
@@ -78,7 +78,7 @@ def _solve(
             checker.kernel, q_start, ends[1:], lower, upper, seed, most, longest, checker.margin
         )
         return waypoints if len(waypoints) else None
-    from pickcli.path_planning import ompl_planners  # only who asks for OMPL waits for its import
+    from pickcli.path_planning import ompl_planners  # imported only when needed
 
     return ompl_planners.solve(
         checker, replace(space, lower=lower, upper=upper), q_start, goals, seed, options
@@ -86,7 +86,7 @@ def _solve(
 
 
 def _is_answer(checker: MotionValidator, q_start: Array, goals: Sequence[Array], waypoints: Array) -> bool:
-    """Whether a path starts and ends where it should and is proven: no planner is believed."""
+    """Whether a path has the requested ends and is proven; results of planners are always checked."""
     gap = min(float(np.abs(goal - waypoints[-1]).max()) for goal in goals)
     return bool(
         len(waypoints) >= 2

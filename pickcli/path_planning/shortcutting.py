@@ -1,4 +1,4 @@
-"""Shortcutting: a proven polyline becomes shorter without leaving what is proven."""
+"""Shortcutting: shortening of a proven polyline by proven edges."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pickcli.motion.path import JointPath
 from pickcli.path_planning.path_cost import CALM
 from pickcli.path_planning.state_space import JointSpace
 
-# A shortcut must save this share of the whole cost, or vertices multiply for nothing.
+# Least saving of a shortcut, as a share of the whole cost; without it vertices would multiply.
 _WORTHWHILE = 1e-3
 
 
@@ -19,9 +19,9 @@ def shorten(
 ) -> JointPath:
     """Shorten a path; every new edge is proven. Repeatable by seed.
 
-    First vertices that are not needed are dropped, then ``iterations`` times two random points of the path
-    are joined by a straight edge where that is proven and saves something (Geraerts and Overmars 2007), and
-    needless vertices are dropped again. The edges of ``path`` itself are taken as proven.
+    First, vertices that are not needed are dropped; then ``iterations`` times two random points of the path
+    are joined by a straight edge if it is proven and saves enough (Geraerts and Overmars 2007), and unneeded
+    vertices are dropped again. The edges of ``path`` itself are assumed to be proven.
 
     Args:
         checker: Proves edges.

@@ -9,17 +9,17 @@ import numpy as np
 from pickcli.cell.robot import Robot
 from pickcli.geometry import Array
 
-# A measured start may lie this far outside a limit (m or rad): encoders are no doubles.
+# Distance of a measured start outside a limit (m or rad) that is tolerated: encoders are not exact.
 LIMIT_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class JointSpace:
-    """The box of configurations, and how fast each joint crosses it.
+    """The box of configurations, with the velocity and acceleration limits of each joint.
 
     Attributes:
         joint_names: Names of the n joints.
-        lower: (n,) lower position limits, rad or m; infinite for continuous joints, as the upper ones.
+        lower: (n,) lower position limits, rad or m; infinite for continuous joints, like the upper ones.
         upper: (n,) upper position limits.
         velocity: (n,) limits per s.
         acceleration: (n,) limits per s^2.
@@ -33,7 +33,7 @@ class JointSpace:
 
     @classmethod
     def of(cls, robot: Robot, scale: float = 1.0) -> JointSpace:
-        """The space of a robot's planned joints.
+        """Build the space of a robot's planned joints.
 
         Args:
             robot: The robot.
@@ -52,10 +52,10 @@ class JointSpace:
         )
 
     def around(self, Q: Array) -> tuple[Array, Array]:
-        """Finite bounds of the configurations to be searched: the limits, widened to some configurations.
+        """Return finite bounds for a search: the limits, extended to include some configurations.
 
         Args:
-            Q: (N, n) configurations; continuous joints turn by half a turn beyond them.
+            Q: (N, n) configurations; continuous joints are bounded half a turn beyond them.
 
         Returns:
             Lower and upper bounds (n,).

@@ -1,4 +1,4 @@
-"""Proof that a timed motion is free, and certification of the clearance that it keeps."""
+"""Proof that a timed motion is free, and certification of its clearance."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pickcli.path_planning.state_space import JointSpace
 from pickcli.timing.trajectory_chords import trajectory_chords
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
-_WIDEST = 0.128  # m: clearances beyond are told as this
+_WIDEST = 0.128  # m: largest clearance that is certified
 _HALVINGS = 7  # to a millimetre
 
 
@@ -19,7 +19,7 @@ def is_proven(trajectory: Trajectory, proof: TrajectoryValidator) -> bool:
 
     Args:
         trajectory: The timed motion; the proof is of its quintics, not of its points.
-        proof: Validator for the checker and joint space in question.
+        proof: Validator for a checker and a joint space.
 
     Returns:
         True if every instant is proven.
@@ -66,9 +66,9 @@ def keeps_clearance(
 
 
 def proven_clearance(trajectory: Trajectory, space: JointSpace, checker: SceneChecker) -> float:
-    """Clearance that a trajectory is proven to keep from everything, to a millimetre.
+    """Compute the clearance that a trajectory is proven to keep from everything, to a millimetre.
 
-    Found by bisection between the checker's margin and 0.128 m.
+    It is found by bisection between the checker's margin and 0.128 m.
 
     Args:
         trajectory: A timed motion that is proven with the checker's own margin.

@@ -1,8 +1,8 @@
-"""Collision descent: a free motion of a given duration from one that collides, by random perturbations.
+"""Collision descent: a free motion of a given duration from one in collision, by random perturbations.
 
-The duration stays fixed while the depth in collision decreases. Where one joint needs all of the time, the
-other joints are bent around it without any loss: most straight lines that are blocked can be avoided like
-this in the time of the line.
+The duration is fixed while the depth in collision decreases. If one joint needs all of the time, the other
+joints are bent around it without loss: most blocked straight lines can be avoided like this in the time of
+the line.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from pickcli.trajopt.perturbations import perturbed_state, random_interval
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 Clearances = Callable[[Array], Array]
-"""Configurations (N, n) -> m from the nearest thing, negative inside, (N,)."""
+"""Configurations (N, n) -> m from the nearest solid, negative inside, (N,)."""
 
-_WIDEST, _NARROWEST = 0.4, 0.02  # standard deviations of a bend: shares of what a joint crosses in the motion
-_STEP = 0.03  # s between the configurations whose depth counts
-_WHOLE = 0.4  # share of the bends that replace the whole motion
-_NEARLY = 1e-3  # m of depth in the mean below which a proof may succeed
-_PATIENCE = 80  # bends in which the depth must fall by a tenth, or it will not fall to nothing either
+_WIDEST, _NARROWEST = 0.4, 0.02  # standard deviations of a bend: shares of a joint's possible travel
+_STEP = 0.03  # s between the configurations whose depth is measured
+_WHOLE = 0.4  # share of the perturbations that replace the whole motion
+_NEARLY = 1e-3  # m of mean depth below which a proof may succeed
+_PATIENCE = 80  # perturbations in which the depth must fall by a tenth; else the search fails
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class CollisionDepth:
     Attributes:
         clearances: Distances of configurations from the nearest solid.
         margin: Clearance that a configuration should have, m.
-        space: Its position limits.
+        space: Joint space with the position limits.
     """
 
     clearances: Clearances
@@ -52,14 +52,14 @@ class CollisionDepth:
     space: JointSpace
 
     def over(self, segments: Sequence[ParabolicSegment], times: Array) -> Array:
-        """The depth of a motion at given times.
+        """Compute the depth of a motion at given times.
 
         Args:
             segments: K or more parabolic segments, one after the other.
-            times: (K,) s since the first segment began, increasing.
+            times: (K,) s since the start of the first segment, increasing.
 
         Returns:
-            (K,) what is missing to the margin in m, plus what the joints exceed their limits by (rad or m).
+            (K,) m that is missing to the margin, plus the excess of the joints over their limits (rad or m).
         """
         if not len(times):
             return np.zeros(0)
@@ -78,14 +78,14 @@ def descend_collisions(
     seed: int,
     iterations: int,
 ) -> ParabolicTrajectory | None:
-    """Search a proven motion of a given duration between two configurations.
+    """Search for a proven motion of a given duration between two configurations.
 
     Perturbations of random stretches are kept if they do not increase the depth in collision; once the mean
     depth is small, a proof is tried. Repeatable by seed.
 
     Args:
         proof: Validator that has to accept the result.
-        depth: What is to become nothing.
+        depth: Collision depth that is to be reduced to 0.
         limits: Velocity, acceleration and jerk limits.
         ends: Start and goal configuration, (n,) each.
         duration: Duration of the motion in s, a whole number of ticks.
@@ -133,7 +133,7 @@ def _perturbed_segments(
     end: float,
     rng: np.random.Generator,
 ) -> tuple[ParabolicSegment, ...] | None:
-    """Two segments in the time of a stretch, through a state near the motion; each joint bends if it can."""
+    """Make two segments for the time of a stretch, via a state near the motion; joints bend if they can."""
     at = start + round((end - start) * rng.uniform(0.1, 0.9) / TICK) * TICK
     if at - start < TICK / 2 or end - at < TICK / 2:
         return None

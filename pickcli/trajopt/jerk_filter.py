@@ -1,8 +1,8 @@
 """Moving-average filter from parabolic segments, whose accelerations jump, to a trajectory with limited jerk.
 
 The average of a motion over w seconds has velocities and accelerations no larger than the motion itself,
-changes its acceleration at a bounded rate, and takes w s longer. For a trapezoid of speed with w =
-acceleration / jerk it is the fastest motion under a jerk limit, the one of seven phases.
+changes its acceleration at a bounded rate, and takes w s longer. For a trapezoidal velocity profile with w =
+acceleration / jerk it is the fastest motion under a jerk limit, the one with seven phases.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.limit_check import check_limits, measure_limits
 from pickcli.trajopt.parabolic_segment import TICK
 
-_SAME = 1e-7  # relative to what a jerk limit changes in a tick: accelerations on one line
+_SAME = 1e-7  # relative to the change by a jerk limit in a tick: accelerations count as collinear
 
 
 def filter_jerk(
@@ -28,14 +28,13 @@ def filter_jerk(
 ) -> Trajectory:
     """Average a motion over its jerk window.
 
-    The result has points wherever the jerk of a joint changes. Between two points it is a cubic, which the
+    The result has points where the jerk of a joint changes. Between two points it is a cubic, which the
     quintic of a Trajectory reproduces.
 
     Args:
         names: Joint names, in the order of the columns.
         motion: The parabolic trajectory to be filtered.
-        goal: (n,) configuration in which the result ends to the last bit; the motion ends there except for
-            rounding.
+        goal: (n,) configuration in which the result ends exactly; the motion ends there except for rounding.
         parabolic: The limits that the motion was made for.
         limits: The limits that the result is checked against.
 
@@ -69,7 +68,7 @@ def filter_jerk(
 
 
 def _on_ticks(motion: ParabolicTrajectory, n_rest: int) -> tuple[Array, Array, Array]:
-    """Positions and velocities at each tick, acceleration during each; rest at both ends."""
+    """Return positions and velocities at each tick, acceleration during each; rest at both ends."""
     rows = [
         segment.evaluate(TICK * np.arange(float(round(segment.duration / TICK))))
         for segment in motion.segments
@@ -83,5 +82,5 @@ def _on_ticks(motion: ParabolicTrajectory, n_rest: int) -> tuple[Array, Array, A
 
 
 def _travel(q: Array, v: Array, a: Array) -> Array:
-    """(K, n): integral of the position over each tick."""
+    """Return (K, n): integral of the position over each tick."""
     return np.asarray(TICK * (q[:-1] + TICK * (v[:-1] / 2 + TICK * a / 6)))

@@ -29,13 +29,13 @@ from pickcli.trajopt.time_shortcutting import shortcut_time
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
-_CALM = 1.002  # times the least duration: what the straight line, which is calmest, may take
-_LADDER = (1.01, 1.03, 1.06, 1.1, 1.15, 1.25, 1.5)  # durations to press into, times the least
-_ROOM = 0.002  # m of clearance beyond the checker's margin that bending aims at
+_CALM = 1.002  # times the least duration: limit for the straight line, which is the calmest motion
+_LADDER = (1.01, 1.03, 1.06, 1.1, 1.15, 1.25, 1.5)  # durations of collision descents, times the least
+_ROOM = 0.002  # m of clearance beyond the checker's margin that collision descent aims at
 
 
 class HasDuration(Protocol):
-    """Something that takes time: what a search is asked to find the shortest of."""
+    """Something with a duration, which a search minimises."""
 
     @property
     def duration(self) -> float:
@@ -99,9 +99,9 @@ class MinimumTimeSearch:
         return best
 
     def motions(self, seed: int, is_wanted: Callable[[float], bool]) -> Iterator[ParabolicTrajectory]:
-        """Proven motions, the most promising first. Repeatable by seed.
+        """Yield proven motions, the most promising first. Repeatable by seed.
 
-        Another motion is worth asking for only if those before it are slow or fail a later test.
+        Later motions are only useful if the earlier ones are slow or fail a later test.
 
         Args:
             seed: Seed of all random choices.
@@ -130,7 +130,7 @@ class MinimumTimeSearch:
     def _searched(
         self, seed: int, is_line_free: bool, is_wanted: Callable[[float], bool]
     ) -> Iterator[ParabolicTrajectory]:
-        """What bending finds in the least time, what the planner finds, what bending finds in more time."""
+        """Yield results of collision descent in the least time, the planner, and descents in more time."""
         yield from self._pressed(seed, 1.0)
         if is_line_free:
             yield self._shortcut_in_time(
@@ -144,24 +144,24 @@ class MinimumTimeSearch:
 
     @cached_property
     def _direct(self) -> ParabolicTrajectory:
-        """Every joint on its own from end to end, in the time of the slowest."""
+        """The motion in which every joint moves independently, in the time of the slowest."""
         segment = steer_min_time(
             JointState.at_rest(self.ends[0]), JointState.at_rest(self.ends[1]), self.limits, np.inf
         )
-        assert segment is not None  # from rest to rest there always is one
+        assert segment is not None  # it always exists from rest to rest
         return ParabolicTrajectory((segment,))
 
     @property
     def least(self) -> float:
-        """Duration (s) of the motion on which every joint runs on its own.
+        """Duration (s) of the motion in which every joint moves independently.
 
-        This is the time of the slowest joint, or up to 32 ticks more if another joint has no segment of just
-        that time (see ``steer_min_time``).
+        This is the time of the slowest joint, or up to 32 ticks more if another joint has no segment of
+        exactly that time (see ``steer_min_time``).
         """
         return self._direct.duration
 
     def _pressed(self, seed: int, factor: float) -> Iterator[ParabolicTrajectory]:
-        """At most one motion: bent until free in ``factor`` times the least duration, then quickened."""
+        """Yield at most one motion: bent until free in ``factor`` times the least duration, then shortcut."""
         for attempt in range(self.settings.n_presses):
             own = derived_seed(seed, "press", factor, attempt)
             motion = descend_collisions(
@@ -180,7 +180,7 @@ class MinimumTimeSearch:
         return self.checker.clearances(Q, self.checker.margin + _ROOM)
 
     def _planned(self, seed: int) -> Iterator[ParabolicTrajectory]:
-        """What the planner finds, shortened, then from stops at each corner to a motion that has none."""
+        """Yield paths of the planner, shortened, with stops at the corners that shortcutting removes."""
         for attempt in range(self.settings.n_tries):
             own = derived_seed(seed, "try", attempt)
             options = PlannerOptions(self.settings.planner, self.settings.max_iterations)
@@ -194,7 +194,7 @@ class MinimumTimeSearch:
                 yield self._shortcut_in_time(ParabolicTrajectory(self._stopping(short.waypoints)), own)
 
     def _stopping(self, waypoints: Array) -> tuple[ParabolicSegment, ...]:
-        """Straight segments with a rest between them, so that no jerk limit minds."""
+        """Return straight segments with rests between them, long enough for the jerk limits."""
         segments: list[ParabolicSegment] = []
         for a, b in pairwise(waypoints):
             segments += [straight_segment(a, b, self.limits), resting_segment(b, self.limits.pause)]

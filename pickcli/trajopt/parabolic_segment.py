@@ -1,4 +1,4 @@
-"""Parabolic segments of the kernel from what the robot may do: limits, straight lines, rests, whole ticks."""
+"""Construction of the kernel's parabolic segments: limits, straight lines, rests, whole ticks."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from pickcli.kernel import ParabolicLimits, ParabolicSegment
 
 TICK = 0.001  # s
 
-_NOTHING = 1e-12  # m or rad: what counts as no way at all
+_NOTHING = 1e-12  # m or rad: distance that counts as 0
 
 
 def parabolic_limits(limits: Limits) -> ParabolicLimits:
-    """Limits for parabolic segments from the limits of a robot.
+    """Derive limits for parabolic segments from the limits of a robot.
 
-    The pause lasts as long as the slowest joint takes to build up its acceleration.
+    The pause lasts as long as the slowest joint needs to build up its acceleration.
 
     Args:
         limits: Velocity, acceleration and jerk limits of the joints.
@@ -29,7 +29,7 @@ def parabolic_limits(limits: Limits) -> ParabolicLimits:
 
 
 def resting_segment(q: Array, duration: float) -> ParabolicSegment:
-    """A segment in which nothing moves.
+    """Return a segment at rest.
 
     Args:
         q: (n,) configuration.
@@ -43,7 +43,7 @@ def resting_segment(q: Array, duration: float) -> ParabolicSegment:
 
 
 def straight_segment(q0: Array, q1: Array, limits: ParabolicLimits) -> ParabolicSegment:
-    """The fastest segment along the straight line, from rest to rest: all joints ramp at once.
+    """Return the fastest segment along a straight line, from rest to rest: all joints ramp simultaneously.
 
     Args:
         q0: (n,) start.

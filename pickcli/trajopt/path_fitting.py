@@ -8,12 +8,12 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 
-_STEPS = (0.02, 0.005)  # s between the places that may become vertices
-_TOLERANCE = 0.02  # rad or m, how far the trajectory may be from the edge between two vertices
+_STEPS = (0.02, 0.005)  # s between the points that may become vertices
+_TOLERANCE = 0.02  # rad or m, largest distance of the trajectory from the edge between two vertices
 
 
 def fit_polyline(trajectory: Trajectory, checker: SceneChecker) -> Array | None:
-    """Fit a polyline with proven edges to a trajectory, as Douglas and Peucker do.
+    """Fit a polyline with proven edges to a trajectory, like Douglas and Peucker.
 
     An edge that is too far off, or not free, is divided where it is farthest from the trajectory.
 
@@ -35,7 +35,7 @@ def fit_polyline(trajectory: Trajectory, checker: SceneChecker) -> Array | None:
 
 
 def _divided(Q: Array, checker: SceneChecker, i: int, j: int) -> list[int] | None:
-    """Where the edges from i to j begin, or None."""
+    """Return the start indices of the edges from i to j, or None."""
     along = np.linspace(0.0, 1.0, j - i + 1)[1:-1, None]
     off = np.abs(Q[i + 1 : j] - Q[i] - along * (Q[j] - Q[i])).max(axis=1) if j - i > 1 else np.zeros(1)
     if off.max() <= _TOLERANCE and checker.is_valid_edge(Q[i], Q[j]):

@@ -1,4 +1,4 @@
-"""Random perturbations that the searches over motions share."""
+"""Random perturbations that the searches for motions share."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pickcli.kernel import JointState, ParabolicLimits, ParabolicTrajectory
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.trajopt.parabolic_segment import TICK
 
-_TO_AN_END = 0.3  # share of the stretches that reach to an end of the motion, for each end
+_TO_AN_END = 0.3  # share of the stretches that extend to an end of the motion, for each end
 _SHORTEST = 6  # ticks
-_MOVED = 0.4  # share of the joints that a bend moves: a step in all of them is rarely good for the slowest
-_SPEED = 3.0  # how much wider speeds are spread than positions
+_MOVED = 0.4  # share of the joints that a perturbation moves: a step in all is rarely good for the slowest
+_SPEED = 3.0  # ratio of the spread of velocities to that of positions
 
 
 def random_interval(motion: ParabolicTrajectory, rng: np.random.Generator) -> tuple[float, float]:
-    """Draw two times of a motion, on ticks and not too close to each other.
+    """Sample two times of a motion, on ticks and not too close to each other.
 
     Args:
         motion: The motion.
@@ -40,12 +40,12 @@ def perturbed_state(
     limits: ParabolicLimits,
     rng: np.random.Generator,
 ) -> JointState:
-    """Draw a state near another: some joints elsewhere, some with another velocity, within limits.
+    """Sample a state near another: some joints displaced, some with another velocity, within limits.
 
     Args:
         state: The state to be perturbed.
-        share: Standard deviation of a step in position, as a share of what a joint crosses in the duration at
-            full speed.
+        share: Standard deviation of a step in position, as a share of what a joint can travel in the duration
+            at full speed.
         duration: s.
         space: Position limits.
         limits: Velocity limits.
@@ -58,5 +58,5 @@ def perturbed_state(
     velocity = limits.velocity
     q = state.q + rng.normal(0.0, share * duration, space.n) * velocity * is_moved
     v = state.v + rng.normal(0.0, _SPEED * share, space.n) * velocity * is_changed
-    within = np.minimum(np.maximum(q, space.lower), space.upper)  # as np.clip, in a third of its time
+    within = np.minimum(np.maximum(q, space.lower), space.upper)  # like np.clip, in a third of its time
     return JointState(within, np.minimum(np.maximum(v, -velocity), velocity))

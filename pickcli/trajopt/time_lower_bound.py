@@ -1,4 +1,4 @@
-"""Lower bound on the duration of a motion between two configurations: each joint alone, rest to rest."""
+"""Lower bound on the duration of a motion between two configurations: each joint by itself, rest to rest."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def scaled_limits(limits: Limits, scale: float) -> Limits:
         scale: Factor on all three.
 
     Returns:
-        The scaled limits; position limits stay.
+        The scaled limits; position limits are unchanged.
     """
     return replace(
         limits,
@@ -29,9 +29,9 @@ def scaled_limits(limits: Limits, scale: float) -> Limits:
 
 
 def lower_bound(limits: Limits, q0: Array, q1: Array, has_jerk_limit: bool = True) -> float:
-    """Duration that no motion from rest to rest between two configurations can undercut.
+    """Compute a duration that no motion from rest to rest between two configurations can undercut.
 
-    It is the time of the slowest joint alone. Without jerk limit that is the trapezoid of its speed, or the
+    It is the time of the slowest joint by itself. Without jerk limit the velocity profile is a trapezoid or a
     triangle; with it every switch of the acceleration is a ramp (the seven phases of Biagiotti and
     Melchiorri, Trajectory Planning, 3.4).
 
@@ -39,7 +39,7 @@ def lower_bound(limits: Limits, q0: Array, q1: Array, has_jerk_limit: bool = Tru
         limits: Velocity, acceleration and jerk limits.
         q0: (n,) start.
         q1: (n,) goal.
-        has_jerk_limit: Whether the jerk limits hold.
+        has_jerk_limit: Whether the jerk limits apply.
 
     Returns:
         s.
@@ -50,24 +50,24 @@ def lower_bound(limits: Limits, q0: Array, q1: Array, has_jerk_limit: bool = Tru
 
 
 def least_durations(distance: Array, velocity: Array, acceleration: Array, ramp: Array) -> Array:
-    """Least duration of each joint alone, from rest to rest.
+    """Compute the least duration of each joint by itself, from rest to rest.
 
     Args:
         distance: (n,) at least 0, rad or m.
         velocity: (n,) limits.
         acceleration: (n,) limits.
-        ramp: (n,) s from no to full acceleration; 0 without jerk limit.
+        ramp: (n,) s from zero to full acceleration; 0 without jerk limit.
 
     Returns:
         (n,) s.
     """
-    # Speed that a joint reaches if it brakes at once: with phases of full acceleration, ...
+    # Velocity that a joint reaches if it brakes at once: with phases of full acceleration, ...
     peak = (np.sqrt((acceleration * ramp) ** 2 + 4 * acceleration * distance) - acceleration * ramp) / 2
     full = np.minimum(peak, velocity)
     with_full = 2 * (full / acceleration + ramp) + (
         distance - full * (full / acceleration + ramp)
     ) / full.clip(1e-300)
-    # ... or, where the speed at the end of one ramp up and one down is too much already, without.
+    # ... or without, if the velocity after one ramp up and one down would already be too high.
     jerk = acceleration / ramp.clip(1e-300)
     slow = np.minimum(np.cbrt(distance**2 * jerk / 4), velocity)
     without = 4 * np.sqrt(slow / jerk) + (distance - 2 * slow * np.sqrt(slow / jerk)) / slow.clip(1e-300)

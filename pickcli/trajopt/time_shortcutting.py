@@ -1,8 +1,8 @@
 """Time shortcutting of a collision-free motion; every shortcut is proven before it is accepted.
 
-Two moves, at random places: a stretch of the motion is replaced by the fastest segment between the states at
-its ends (Hauser and Ng-Thow-Hing 2010), or by two segments through a state somewhat off the motion, so that
-joints with time to spare get out of the way of what the slowest joint would hit.
+Two moves are tried at random places: a stretch of the motion is replaced by the fastest segment between the
+states at its ends (Hauser and Ng-Thow-Hing 2010), or by two segments through a state near the motion, so that
+joints with spare time avoid obstacles of the slowest joint.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from pickcli.trajopt.parabolic_segment import TICK
 from pickcli.trajopt.perturbations import perturbed_state, random_interval
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
-# Standard deviation of a bend in the first and the last move, as shares of what a joint crosses meanwhile.
+# Standard deviation of a perturbation in the first and the last move, as shares of what a joint can travel.
 _FIRST, _LAST = 0.3, 0.02
-_BEND = 0.7  # share of the moves that go through another state
+_BEND = 0.7  # share of the moves with an intermediate state
 
 
 def shortcut_time(
@@ -30,7 +30,7 @@ def shortcut_time(
 ) -> ParabolicTrajectory:
     """Make a proven motion faster, jerk limits included. Repeatable by seed.
 
-    Only what is new is proven; the rest of the motion is trusted.
+    Only new segments are proven; the rest of the motion is known to be free.
 
     Args:
         proof: Validator of the scene.
@@ -68,7 +68,7 @@ def _shortcut(
     share: float,
     rng: np.random.Generator,
 ) -> tuple[ParabolicSegment, ...] | None:
-    """Segments that take no more time than the stretch, not yet proven; None if none were found."""
+    """Return segments that take no more time than the stretch, not yet proven; None if none were found."""
     first, last, at_most = motion.state(start), motion.state(end), end - start
     if rng.random() >= _BEND:
         segment = steer_min_time(first, last, limits, at_most)

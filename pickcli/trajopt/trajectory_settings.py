@@ -1,4 +1,4 @@
-"""Settings of the trajectory search. Imports stay light: `--help` reads the defaults from here."""
+"""Settings of the trajectory search. Keep imports light: `--help` reads the defaults from here."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pickcli.path_planning.planner_names import PlannerName
 
 @dataclass(frozen=True)
 class TrajectorySettings:
-    """Effort of the search for each motion of a database; all of it is stored with the result.
+    """Effort of the search for each motion of a database, stored with the result.
 
     Attributes:
-        planner: Sampling-based planner that is asked for a path if bending finds nothing near the bound.
-        n_tries: Number of times that it is asked.
-        max_iterations: Iterations of the planner, each time.
+        planner: Sampling-based planner that is used if collision descent finds nothing near the bound.
+        n_tries: Number of its runs.
+        max_iterations: Iterations of the planner in each run.
         n_shortcuts: Shortcuts tried in each path.
         n_presses: Number of collision descents tried for a duration.
         n_press: Perturbations in each of them.

@@ -1,4 +1,4 @@
-"""Proof that parabolic segments are free, which a search asks for thousands of times."""
+"""Validation of parabolic segments, which a search needs thousands of times."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pickcli.geometry import Array
 from pickcli.kernel import ParabolicSegment, tube
 from pickcli.path_planning.state_space import JointSpace
 
-_CHORDS = (0.04, 0.01, 0.0025)  # s: shorter ones where a proof needs less slack
+_CHORDS = (0.04, 0.01, 0.0025)  # s: shorter ones reduce the slack
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,8 @@ class TrajectoryValidator:
         free.
 
         Args:
-            tube_of: From the longest chord (s) to chord ends (N, n) and slack (N - 1, n) around each chord.
+            tube_of: Returns for the longest chord (s) chord ends (N, n) and slack (N - 1, n) around each
+                chord.
 
         Returns:
             True if it is proven.
@@ -58,7 +59,7 @@ class TrajectoryValidator:
             if i < 0:
                 return True
             if not (self.checker.is_valid(Q[i]) and self.checker.is_valid(Q[i + 1])):
-                return False  # no chord is short enough
+                return False  # no shorter chord would help
         return False
 
     def _is_inside(self, Q: Array, slack: Array) -> bool:
