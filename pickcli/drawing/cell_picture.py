@@ -1,4 +1,4 @@
-"""Picture of a cell alone: what stands in it, the arm at home, and its named configurations."""
+"""Picture of a cell: static bodies, the arm at home, and named configurations."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pickcli.kinematics.arm import Arm
 
 
 def cell_picture(cell: Cell) -> Picture:
-    """Picture of a cell, with the tip of the tool in every named configuration, and its places.
+    """Draw a cell with the tool tip in every named configuration, and its places.
 
     Args:
-        cell: The cell; it has a named configuration.
+        cell: The cell, with at least one named configuration.
 
     Returns:
         The picture.
@@ -32,14 +32,14 @@ def cell_picture(cell: Cell) -> Picture:
 
 
 def _mouths(cell: Cell) -> tuple[DrawnNode, ...]:
-    """Where the places are reached that have no configuration of their name."""
+    """Nodes for the places without a configuration of the same name."""
     return tuple(
         _mouth(cell, place) for name, place in cell.places.items() if name not in cell.configurations
     )
 
 
 def _mouth(cell: Cell, place: Place) -> DrawnNode:
-    """The middle of the way into a place."""
+    """Node at the centre of a place's mouth."""
     T_world_mouth = cell.T_world_place(place) @ place.access.T_place_mouth
     ink = Colour.DELIVERY if place.access.is_from_above else Colour.BIN
     return DrawnNode(T_world_mouth[:3, 3], ink, place.name)

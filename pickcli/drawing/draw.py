@@ -1,4 +1,4 @@
-"""Drawing of a cell, or of a file that is stored for one."""
+"""Draws cells and stored files."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ SUFFIXES = (".png", ".html")
 
 
 def refuse_suffix(output: Path) -> None:
-    """Refuse, before any work, a kind of picture that cannot be drawn.
+    """Refuse, before any work, an unknown format of pictures.
 
     Args:
         output: The picture's file.
 
     Raises:
-        InputError: If the suffix is not one of SUFFIXES.
+        InputError: The suffix is not one of SUFFIXES.
     """
     if output.suffix.lower() not in SUFFIXES:
         raise InputError(f"{output}: a picture is written as {' or '.join(SUFFIXES)}; name such a file")
@@ -35,10 +35,10 @@ def write_png(picture: Picture, output: Path, replace: bool = True) -> None:
     Args:
         picture: The picture.
         output: The picture's file.
-        replace: Whether a file that exists may be replaced.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: If the file cannot be written.
+        InputError: The file cannot be written.
     """
     from pickcli.drawing.png import png_bytes  # slow to import
 
@@ -46,7 +46,7 @@ def write_png(picture: Picture, output: Path, replace: bool = True) -> None:
 
 
 def picture_of(stored: Path, cell: Cell) -> Picture:
-    """The picture of a stored file.
+    """Draw a stored file.
 
     Args:
         stored: File of a roadmap or database.
@@ -56,8 +56,8 @@ def picture_of(stored: Path, cell: Cell) -> Picture:
         The picture.
 
     Raises:
-        StaleError: If the file was made for another cell.
-        InputError: If it cannot be read.
+        StaleError: The file was made for another cell.
+        InputError: It cannot be read.
     """
     if kind_of(stored) is ROADMAP:
         return roadmap_picture(cell, read_roadmap(stored, cell), read_gaps(stored))
@@ -65,7 +65,7 @@ def picture_of(stored: Path, cell: Cell) -> Picture:
 
 
 def cell_of(fingerprint: str) -> Cell:
-    """The cell under data/cells with a fingerprint.
+    """Find the cell under data/cells with a fingerprint.
 
     Args:
         fingerprint: Hexadecimal digits.
@@ -74,7 +74,7 @@ def cell_of(fingerprint: str) -> Cell:
         The cell.
 
     Raises:
-        InputError: If no cell has it.
+        InputError: No cell has it.
     """
     cells = [cell for name in cell_names() for cell in load_workcell(name).arms.values()]
     for cell in cells:

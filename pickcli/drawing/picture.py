@@ -1,4 +1,4 @@
-"""Contents of a picture, independent of what draws it."""
+"""Contents of a picture, independent of the output format."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class DrawnSolid:
 
     Attributes:
         corners: (K, 3) m in the world.
-        faces: (F, 3) or (F, 4) corners of each triangle or quadrangle, in turn.
+        faces: (F, 3) or (F, 4) indices of the corners of each triangle or quadrangle, in order.
         ink: Colour.
     """
 
@@ -48,7 +48,7 @@ class DrawnSolid:
 
 @dataclass(frozen=True, eq=False)
 class DrawnLine:
-    """A path of the tip of the cup, or the skeleton of the arm.
+    """A path of the tool tip, or the skeleton of the arm.
 
     Attributes:
         points: (K, 3) m in the world.
@@ -63,13 +63,13 @@ class DrawnLine:
 
 @dataclass(frozen=True, eq=False)
 class DrawnNode:
-    """A named place of the tip.
+    """A named position of the tip.
 
     Attributes:
         place: (3,) m in the world.
         ink: Colour.
         name: Label.
-        is_main: Whether the label is in larger print.
+        is_main: Whether the label is larger.
     """
 
     place: Array
@@ -80,11 +80,11 @@ class DrawnNode:
 
 @dataclass(frozen=True)
 class CoverageBar:
-    """What is covered of one bin.
+    """Coverage of one bin.
 
     Attributes:
         name: Name of the bin.
-        counts: How many pairs are of each kind, the best kind first.
+        counts: Number of pairs of each kind, the best kind first.
     """
 
     name: str
@@ -97,8 +97,8 @@ class Coverage:
 
     Attributes:
         title: Heading.
-        kinds: What the counts of each bar stand for, with their colours.
-        bars: One for each bin.
+        kinds: Names of the kinds in the counts, with their colours.
+        bars: One bar per bin.
     """
 
     title: str
@@ -108,15 +108,15 @@ class Coverage:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """The cell in 3-D with lines and nodes, the coverage of its bins, and a few words.
+    """A 3-D view of the cell with lines and nodes, the coverage of its bins, and text.
 
     Attributes:
         title: Heading.
         words: Lines of text.
-        solids: Of the cell and of the arm at home.
+        solids: Solids of the cell, and of the arm at home.
         lines: The arm first, then paths.
-        nodes: Named places.
-        coverage: Of the bins; None where nothing is stored.
+        nodes: Named positions.
+        coverage: Coverage of the bins, or None.
         lines_by_ink: The legend of the lines.
     """
 
@@ -130,7 +130,7 @@ class Picture:
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Corners (3,) of the part of the world in which something moves, and some room around it."""
+        """Corners (3,) of the box around all paths and nodes, with a margin."""
         paths = self.lines[1:] or self.lines
         points = np.vstack([*(line.points for line in paths), *(node.place for node in self.nodes)])
         return points.min(axis=0) - _ROOM, points.max(axis=0) + _ROOM

@@ -1,4 +1,4 @@
-"""Picture of what the arm of a cell reaches: the tool poses that were tried, and a bar for every place."""
+"""Picture of a cell's reachability: tested tool poses, and a bar for every place."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _KINDS = (
 
 
 def reach_picture(cell: Cell, reaches: Sequence[PlaceReachability]) -> Picture:
-    """Draw how much of each place is reached.
+    """Draw the reachable share of each place.
 
     Args:
         cell: The cell.
-        reaches: What is reached of its places.
+        reaches: Reachability of its places.
 
     Returns:
         The picture.
@@ -47,7 +47,7 @@ def reach_picture(cell: Cell, reaches: Sequence[PlaceReachability]) -> Picture:
 
 
 def _kinds_of(each: PlaceReachability) -> list[int]:
-    """Of each pose the index of its kind."""
+    """Index of the kind of each pose."""
     return [
         0 if in_line else 1 if reached else 2
         for in_line, reached in zip(each.is_reached_in_line, each.is_reached, strict=True)

@@ -1,4 +1,4 @@
-"""A picture as an image: the only file that imports matplotlib."""
+"""Renders pictures as PNG. The only module that uses matplotlib."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _FROM = (16.0, -138.0)  # degrees: elevation and azimuth of the eye, over the ro
 
 
 def png_bytes(picture: Picture) -> bytes:
-    """A picture as PNG. No window, no global state: same picture, same bytes.
+    """Render a picture as PNG, without a window or global state; equal pictures give equal bytes.
 
     Args:
         picture: The picture.
@@ -59,9 +59,9 @@ def _draw_cell(axes: Any, picture: Picture) -> None:
     low, high = picture.bounds
     for ink, opacity in _SEEN.items():
         solids = (s for s in picture.solids if s.ink is ink and _is_seen(s.corners, low, high))
-        # matplotlib cuts nothing off at the edge of its axes.
+        # matplotlib does not clip at the edge of the axes.
         faces = [np.clip(solid.corners, low, high)[face] for solid in solids for face in solid.faces]
-        edge = "none" if ink is Colour.ARM else ink  # the arm's triangles are many and have no meaning
+        edge = "none" if ink is Colour.ARM else ink  # the arm's many triangles have no meaning
         style = {"facecolor": ink, "edgecolor": edge, "linewidth": 0.4, "alpha": opacity, "zorder": 1}
         _add(axes, Poly3DCollection, faces, style)
     arm, *paths = picture.lines
@@ -75,12 +75,12 @@ def _draw_cell(axes: Any, picture: Picture) -> None:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     has_shelf = any(solid.ink is Colour.POD for solid in picture.solids)
     axes.set(xlabel="x, m (into the shelf)" if has_shelf else "x, m", ylabel="y, m", zlabel="z, m")
-    axes.set_box_aspect(high - low, zoom=1.22)  # one scale for all axes
+    axes.set_box_aspect(high - low, zoom=1.22)  # equal scale on all axes
     axes.view_init(*_FROM)
 
 
 def _add(axes: Any, kind: Any, parts: list[Array], style: dict[str, Any]) -> None:
-    if parts:  # an empty collection is an error
+    if parts:  # empty collections are errors
         axes.add_collection3d(kind(parts, **style))
 
 

@@ -1,4 +1,4 @@
-"""Scenery: the cell's solids, the arm at home as solids and skeleton, and paths of the tip of the cup."""
+"""Scenery of pictures: the cell's solids, the arm at home as solids and skeleton, and tool paths."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _SOLIDS = {POD: Colour.POD, TOTE: Colour.TOTE}
 
 _MAIN = ("home", "bin", "tote")
 
-# Corners by the bits of their number: x, then y, then z.
+# Corners by the bits of their index: x, then y, then z.
 _CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 _QUADRANGLES = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
-_ANGLES = 2 * np.pi * np.arange(20) / 20  # of the corners that a circle is drawn with
+_ANGLES = 2 * np.pi * np.arange(20) / 20  # angles of the corners that approximate a circle
 
 
 def solids(cell: Cell) -> tuple[DrawnSolid, ...]:
-    """Boxes of carriers and obstacles, without what is larger than the robot's surroundings (the floor).
+    """Return the boxes of carriers and obstacles, without floors and walls of the hall.
 
     Args:
         cell: The cell.
@@ -55,7 +55,7 @@ def solids(cell: Cell) -> tuple[DrawnSolid, ...]:
 
 
 def arm_solids(cell: Cell, arm: Arm) -> tuple[DrawnSolid, ...]:
-    """The shapes of all links with the arm at home, meshes as their convex pieces.
+    """Return the shapes of all links with the arm at home, with meshes as convex pieces.
 
     Args:
         cell: The cell.
@@ -74,7 +74,7 @@ def arm_solids(cell: Cell, arm: Arm) -> tuple[DrawnSolid, ...]:
 
 
 def skeleton(cell: Cell, arm: Arm) -> DrawnLine:
-    """The arm at home, or at its first configuration: the origins of the frames from base to tip, joined.
+    """Return the skeleton of the arm at home, or in its first configuration: link origins from base to tip.
 
     Args:
         cell: The cell.
@@ -95,7 +95,7 @@ def skeleton(cell: Cell, arm: Arm) -> DrawnLine:
 
 
 def node(named: NamedConfiguration, arm: Arm) -> DrawnNode:
-    """Where the tip of the cup is in a named configuration.
+    """Return the position of the tool tip in a named configuration.
 
     Args:
         named: The configuration.
@@ -109,7 +109,7 @@ def node(named: NamedConfiguration, arm: Arm) -> DrawnNode:
 
 
 def tool_path(waypoints: Array, arm: Arm) -> Array:
-    """The path of the tip along a polyline in joint space, the tool in its default state.
+    """Compute the path of the tip along a joint-space polyline, with the tool in its default state.
 
     Args:
         waypoints: (N, n) configurations.
@@ -127,13 +127,13 @@ def tool_path(waypoints: Array, arm: Arm) -> Array:
 
 
 def _q_home(cell: Cell) -> Array:
-    """The configuration (n,) in which the arm is drawn."""
+    """Configuration (n,) in which the arm is drawn."""
     named = list(cell.configurations.values())
     return next((each.q for each in named if each.kind == "home"), named[0].q)
 
 
 def _outline(shape: Shape) -> Array:
-    """Points (K, 3) in the shape's frame that it is drawn as the hull of."""
+    """Points (K, 3) in the shape's frame whose hull is drawn."""
     if shape.kind is ShapeKind.HULL:
         return np.array(shape.vertices)
     if shape.kind is ShapeKind.BOX:
@@ -149,7 +149,7 @@ def _outline(shape: Shape) -> Array:
 
 
 def _convex(points: Array) -> DrawnSolid:
-    """The hull of points as a part of the arm."""
+    """Hull of points, as a part of the arm."""
     hull = ConvexHull(points)
     numbers = np.full(len(points), -1)
     numbers[hull.vertices] = np.arange(len(hull.vertices))
@@ -157,7 +157,7 @@ def _convex(points: Array) -> DrawnSolid:
 
 
 def _corners(T: Array, body: Body) -> Array:
-    """(8, 3) of the box around a shape."""
+    """Corners (8, 3) of the box around a shape."""
     return np.asarray(_CORNERS * body.shape.extents @ T[:3, :3].T + T[:3, 3])
 
 

@@ -1,4 +1,4 @@
-"""Pictures of a stored roadmap and of a stored database."""
+"""Pictures of stored roadmaps and trajectory databases."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _NOMINAL = ("free for the pod in its place", Colour.FAIR)
 
 
 def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
-    """Picture of a roadmap: edges as paths of the tip; per bin, how many important pairs have a second route.
+    """Draw a roadmap: edges as paths of the tip; per bin the number of important pairs with a second route.
 
     Args:
         cell: The cell.
@@ -58,12 +58,12 @@ def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
 
 
 def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence[Missing]) -> Picture:
-    """Picture of a database: motions as paths of the tip; per bin, how many of the wanted ones are stored.
+    """Draw a database: motions as paths of the tip; per bin the number of wanted motions that are stored.
 
     Args:
         cell: The cell.
         database: The stored motions.
-        missing: Pairs that have no motion, with the reasons.
+        missing: Pairs without a motion, with the reasons.
 
     Returns:
         The picture.
@@ -95,7 +95,7 @@ def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence
 
 
 def _bars(cell: Cell, outcomes: Iterable[tuple[NamePair, int]], n_kinds: int) -> tuple[CoverageBar, ...]:
-    """Per bin the number of pairs by outcome, of those that involve the bin or its camera pose."""
+    """Number of pairs by outcome for each bin, of those that involve the bin or its camera pose."""
     bin_of = _bin_of(cell)
     counts = {name: [0] * n_kinds for name in cell.pod.bins}
     for pair, outcome in outcomes:
@@ -105,7 +105,7 @@ def _bars(cell: Cell, outcomes: Iterable[tuple[NamePair, int]], n_kinds: int) ->
 
 
 def _bin_of(cell: Cell) -> Mapping[str, str]:
-    """The bin of a configuration in front of it, and of the camera pose with the same letter."""
+    """Bin of each configuration in front of it, and of the camera pose with the same letter."""
     before = (each for each in cell.configurations.values() if each.kind in ("bin", "camera"))
     return {each.name: name for each in before for name in cell.pod.bins if name.endswith(f"_{each.place}")}
 

@@ -1,10 +1,10 @@
-"""Verified plans as files of others: for robots, recorders and tables.
+"""Export of verified plans to other formats, for robots, recorders and tables.
 
 Read in this order:
 
-- What a format is: `exporter`; `formats` finds those that come with the package and those that others add.
-- What every format writes: `samples` of the motion in whole nanoseconds, and its `device_events`.
+- Formats: `exporter` defines them; `formats` finds those of this package and those of installed packages.
+- Common content: `samples` of the motion in integer nanoseconds, and its `device_events`.
 - One module per format: `joint_trajectory`, `csv_table`, `urscript` with its `channels`, `mcap_log`.
-- What an MCAP shows: `ros_messages` by their definitions, `link_frames` and `robot_description` of the robot,
-  `scene_markers` of everything else.
+- Content of an MCAP log: `ros_messages` with their definitions, `link_frames` and `robot_description` of the
+  robot, `scene_markers` of everything else.
 """

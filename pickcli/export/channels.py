@@ -1,4 +1,4 @@
-"""Devices of a cell on numbered digital outputs and inputs of a robot's controller."""
+"""Assigns a cell's devices to numbered digital outputs and inputs of a robot controller."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pickcli.cell.device import Device, DeviceKind
 from pickcli.errors import InputError, UnknownNameError
 
-N_CHANNELS = 8  # outputs, and as many inputs, of a controller of Universal Robots
+N_CHANNELS = 8  # digital outputs, and as many inputs, of a Universal Robots controller
 
 
 @dataclass(frozen=True)
@@ -16,9 +16,9 @@ class Channel:
     """One device on one output, or a sensor on one input.
 
     Attributes:
-        number: Of the output or input.
-        is_input: Whether the device is read.
-        action_on: The action that switches the output on; of a sensor the one that reads it.
+        number: Number of the output or input.
+        is_input: Whether it is an input.
+        action_on: Action that switches the output on; for a sensor the action that reads it.
     """
 
     number: int
@@ -27,21 +27,21 @@ class Channel:
 
 
 def channels(devices: Mapping[str, Device], chosen: Mapping[str, int]) -> dict[str, Channel]:
-    """The channel of every device.
+    """Assign a channel to every device.
 
-    Where nothing is chosen, devices take the numbers that are free in the order of the cell file: sensors
-    those of inputs, all others those of outputs. An output is on for the action "on", and of a device without
-    one for the second of its two actions.
+    Devices without a chosen number take the free ones in the order of the cell file: sensors those of inputs,
+    all others those of outputs. An output is on for the action "on", or else for the second of the device's
+    two actions.
 
     Args:
         devices: Devices of a cell, by name.
-        chosen: Numbers that the user chose, by name.
+        chosen: Numbers chosen by the user, by name.
 
     Returns:
-        By name, in the order of the cell file.
+        Channels by name, in the order of the cell file.
 
     Raises:
-        InputError: A number is out of range or taken twice, or a device has no two actions to tell apart.
+        InputError: A number is out of range or used twice, or an output device does not have two actions.
     """
     for name, number in chosen.items():
         if name not in devices:

@@ -1,4 +1,4 @@
-"""A motion as a table: a row per sample, units in the names of the columns, device events in the last one."""
+"""Exports a motion as CSV: a row per sample, units in column names, device events in the last column."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from pickcli.export.exporter import Exporter, ExportRequest
 from pickcli.export.samples import SECOND, sampled
 from pickcli.motion.plan import Plan
 
-QUANTITIES = ("position_{}", "velocity_{}_per_s", "acceleration_{}_per_s2")  # with the joint's unit
+QUANTITIES = ("position_{}", "velocity_{}_per_s", "acceleration_{}_per_s2")  # with the joint's unit inserted
 
 
 def columns(joint_names: tuple[str, ...], units: tuple[str, ...]) -> list[str]:
-    """The names of the columns.
+    """Return the names of the columns.
 
     Args:
         joint_names: Names of the n joints.
-        units: Of their positions: "m" or "rad".
+        units: Units of their positions: "m" or "rad".
 
     Returns:
         ``time_s``, three for each joint, ``segment``, ``held`` and ``events``.
@@ -35,7 +35,7 @@ def columns(joint_names: tuple[str, ...], units: tuple[str, ...]) -> list[str]:
 
 
 def seconds(nanoseconds: int) -> str:
-    """A time in s with all its digits.
+    """Format a time in s with nanosecond resolution.
 
     Args:
         nanoseconds: At least 0.
@@ -61,7 +61,7 @@ def _encode(request: ExportRequest) -> bytes:
 
 
 def _by_row(events: tuple[DeviceEvent, ...], nanoseconds: list[int]) -> defaultdict[int, str]:
-    """The events that are commanded from each row on and before the next one."""
+    """Events commanded between each row and the next one."""
     rows = np.searchsorted(nanoseconds, [event.nanoseconds for event in events], side="right") - 1
     found: defaultdict[int, str] = defaultdict(str)
     for row, event in zip(rows.tolist(), events, strict=True):
@@ -71,7 +71,7 @@ def _by_row(events: tuple[DeviceEvent, ...], nanoseconds: list[int]) -> defaultd
 
 
 def _segment(plan: Plan, t: float) -> tuple[str, str]:
-    """The kind of the segment at a time, and the item that is held in it."""
+    """Kind of the segment at a time, and its held item."""
     now = next((segment for segment in plan.segments if t < segment.t_end), plan.segments[-1])
     return now.kind.value, now.held or ""
 

@@ -1,4 +1,4 @@
-"""Device events of a plan by the times at which they are commanded."""
+"""Device events of a plan with the times of their commands."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class DeviceEvent:
     """A command to a device.
 
     Attributes:
-        nanoseconds: Since the start of the motion.
+        nanoseconds: Time since the start of the motion.
         device: Name of a device of the cell.
         action: One of its actions.
-        kind: What the device does.
+        kind: Kind of the device.
         lead: s from the command to its full effect.
     """
 
@@ -31,14 +31,14 @@ class DeviceEvent:
 
 
 def device_events(plan: Plan, cell: Cell) -> tuple[DeviceEvent, ...]:
-    """The events of a plan in the order in which they are commanded.
+    """Return the events of a plan in the order of their commands.
 
     Args:
         plan: The plan.
         cell: Its cell.
 
     Returns:
-        The events; where two come in one nanosecond, in the plan's order.
+        The events; if equal in time, in the plan's order.
 
     Raises:
         InputError: An event has no time yet, or the cell has no such device.

@@ -1,4 +1,4 @@
-"""What turns a verified plan into the bytes of a file."""
+"""Interface of exporters, which convert a verified plan to the bytes of a file."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ExportRequest:
-    """What is to be written.
+    """Input of an exporter.
 
     Attributes:
-        plan: The plan, verified for the scene; its events are resolved.
-        scene: What stands around the robot, and the cell as the plan's arm sees it.
+        plan: The plan, verified for the scene, with resolved events.
+        scene: The scene of the plan, with the cell as seen by the plan's arm.
         rate: Hz of the samples; None for the plan's own points.
-        channels: Number of the digital output or input of a device, by its name, where the user chose it.
+        channels: Numbers of digital outputs or inputs chosen by the user, by device.
     """
 
     plan: Plan
@@ -30,14 +30,14 @@ class ExportRequest:
 
 @dataclass(frozen=True)
 class Exporter:
-    """One format. Installed packages add theirs as entry points of the group ``apc.exporters``.
+    """An export format. Installed packages add formats as entry points of the group ``apc.exporters``.
 
     Attributes:
-        description: What is written, in one line.
-        suffix: Of the files, with its dot.
-        encode: From a request to the whole file. The same request gives the same bytes. What the format
-            cannot hold is refused with an InputError.
-        has_channels: Whether it writes numbers of outputs and inputs.
+        description: Content of the file, in one line.
+        suffix: Suffix of the files, with its dot.
+        encode: Function from a request to the bytes of the file, which must be deterministic. It raises
+            InputError for content that the format cannot represent.
+        has_channels: Whether it uses numbers of outputs and inputs.
     """
 
     description: str

@@ -1,4 +1,4 @@
-"""Formats by their names: those of this package, and those that installed packages add."""
+"""Export formats by name: built-in ones, and those of installed packages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pickcli.plugins import added, loaded
 
 GROUP = "apc.exporters"
 
-# Name -> module of this package, in which EXPORTER is the format: imported only when it is used.
+# Name -> module of this package with the format as EXPORTER, imported on demand.
 BUILT_IN = {
     "joint-trajectory": "joint_trajectory",
     "csv": "csv_table",
@@ -20,10 +20,10 @@ BUILT_IN = {
 
 
 def format_names() -> list[str]:
-    """The names of all formats.
+    """Return the names of all formats.
 
     Returns:
-        Those of this package first.
+        Names, the built-in ones first.
     """
     return [*BUILT_IN, *added(GROUP, BUILT_IN)]
 
@@ -32,13 +32,13 @@ def exporter(name: str) -> Exporter:
     """Find a format.
 
     Args:
-        name: Its name.
+        name: Name of the format.
 
     Returns:
         The format.
 
     Raises:
-        InputError: There is none of that name, or what a package adds cannot be used.
+        InputError: No format has that name, or the package's entry point cannot be used.
     """
     if name in BUILT_IN:
         found = import_module(f"pickcli.export.{BUILT_IN[name]}").EXPORTER

@@ -1,4 +1,4 @@
-"""trajectory_msgs/JointTrajectory as JSON, with the device events beside it."""
+"""Exports trajectory_msgs/JointTrajectory as JSON, with the device events in the same file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pickcli.export.samples import MotionSamples, interpolation_error, sampled, 
 from pickcli.motion.plan_file import motion_hash
 
 FORMAT, VERSION = "apc joint trajectory", 1
-MAX_ERROR = 1e-3  # rad or m by which a controller's interpolation may leave the verified motion
+MAX_ERROR = 1e-3  # rad or m, largest deviation of a controller's interpolation from the verified motion
 
 
 def trajectory_message(joint_names: tuple[str, ...], samples: MotionSamples) -> dict[str, Any]:
@@ -24,7 +24,7 @@ def trajectory_message(joint_names: tuple[str, ...], samples: MotionSamples) -> 
         samples: The motion.
 
     Returns:
-        The message by its fields. Its stamp is 0: it begins when it is received.
+        Fields of the message. Its stamp is 0: it starts when it is received.
     """
     rows = zip(samples.positions, samples.velocities, samples.accelerations, samples.nanoseconds, strict=True)
     return {
@@ -80,7 +80,7 @@ def _encode(request: ExportRequest) -> bytes:
 
 
 def _refuse_coarse(request: ExportRequest, samples: MotionSamples) -> None:
-    """Raise InputError where a controller that interpolates the samples would leave the verified motion."""
+    """Raise InputError if interpolation of the samples would deviate too much from the verified motion."""
     trajectory = request.plan.trajectory
     if request.rate is None or len(samples.nanoseconds) < 2:
         return
@@ -98,7 +98,7 @@ def _text(value: Any) -> str:
 
 
 def _lines(values: Iterable[Any], indent: str) -> str:
-    """A JSON array with one line for each of its values."""
+    """Format a JSON array with one line per value."""
     rows = [f"{indent}  {_text(value)}" for value in values]
     return "[\n" + ",\n".join(rows) + f"\n{indent}]" if rows else "[]"
 

@@ -1,4 +1,4 @@
-"""Frames of all links of a robot while it carries out a plan, the joints of its tool included."""
+"""Frames of all links of a robot during a plan, including the joints of its tool."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 
 ROUNDING = 1e-6  # s
-LOOK = 1e-3  # s
+LOOK = 1e-3  # s, step of numerical differentiation
 
 
 @dataclass(frozen=True, eq=False)
 class LinkFrames:
-    """The joints of a robot, by where they stand.
+    """Frames of a robot's links for given joint positions.
 
     Attributes:
         robot: The robot.
@@ -28,31 +28,31 @@ class LinkFrames:
 
     @cached_property
     def world(self) -> str:
-        """Name of the frame in which everything stands: no link has it."""
+        """Name of the world frame, which differs from all link names."""
         return "world" if all(link.name != "world" for link in self.robot.links) else "map"
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the planned joints and of those of the tool, which are what moves."""
+        """Names of all moving joints: the planned ones and those of the tool."""
         return (*self.robot.joint_names, *self.robot.tool.joints)
 
     @cached_property
     def moving(self) -> tuple[Joint, ...]:
-        """The joints that move, the base first."""
+        """The moving joints, the base first."""
         return tuple(joint for joint in self.robot.joints if joint.name in self.joint_names)
 
     @cached_property
     def standing(self) -> tuple[tuple[str, str, Array], ...]:
-        """Parent, child and pose (4, 4) of what never moves: the base, and links on joints that are fixed."""
+        """Parent, child and pose (4, 4) of the static frames: the base, and links on fixed joints."""
         base = (self.world, self.robot.links[0].name, self.robot.T_world_base)
         fixed = (joint for joint in self.robot.joints if joint.name not in self.joint_names)
         return (base, *((joint.parent, joint.child, joint.T_parent_joint) for joint in fixed))
 
     def T_parent_child(self, joint: Joint, position: float) -> Array:
-        """Pose of the link that a joint moves, in the link that carries it.
+        """Compute the pose of a joint's child link in its parent link.
 
         Args:
-            joint: One of the robot.
+            joint: A joint of the robot.
             position: rad or m.
 
         Returns:
@@ -61,11 +61,11 @@ class LinkFrames:
         return np.asarray(joint.T_parent_joint @ joint_motion(joint, position))
 
     def T_world_link(self, link: str, positions: Array) -> Array:
-        """Pose of a link.
+        """Compute the pose of a link in the world.
 
         Args:
             link: Name of a link.
-            positions: (m,) of the joints of ``joint_names``.
+            positions: (m,) positions of the joints in ``joint_names``.
 
         Returns:
             (4, 4).
@@ -81,13 +81,13 @@ class LinkFrames:
 
 @dataclass(frozen=True, eq=False)
 class ToolMotion:
-    """Where the joints of the tool stand while a plan is carried out.
+    """Motion of the tool's joints during a plan.
 
-    From the command of the device that moves them they take its lead, evenly.
+    The joints move uniformly during the lead of the device, which begins with its command.
 
     Attributes:
         tool: The tool.
-        times: (K,) s, at which the tool begins or ends to move; never decreasing.
+        times: (K,) s, at which the tool starts or stops moving; nondecreasing.
         states: The K states at these times.
     """
 
@@ -96,7 +96,7 @@ class ToolMotion:
     states: tuple[ToolState, ...]
 
     def positions(self, t: Array) -> Array:
-        """Positions of the tool's joints.
+        """Compute the positions of the tool's joints.
 
         Args:
             t: (N,) s since the start of the plan.
@@ -111,7 +111,7 @@ class ToolMotion:
         return np.array(joints).reshape(len(joints), len(t)).T
 
     def velocities(self, t: Array) -> Array:
-        """Velocities of the tool's joints.
+        """Compute the velocities of the tool's joints.
 
         Args:
             t: (N,) s since the start of the plan.
@@ -123,15 +123,15 @@ class ToolMotion:
 
 
 def tool_motion(plan: Plan, robot: Robot, movers: tuple[str, ...]) -> ToolMotion:
-    """How a plan moves the joints of the tool.
+    """Determine how a plan moves the joints of the tool.
 
     Args:
-        plan: The plan, its events resolved.
+        plan: The plan with resolved events.
         robot: The robot.
-        movers: Names of the devices that do.
+        movers: Names of the devices that move the tool.
 
     Returns:
-        The motion: what the segments say of the tool's state, reached when the devices say so.
+        The motion between the tool states of the segments, timed by the devices.
     """
     first = plan.segments[0].tool_state
     now = robot.tool.default_state if first == MOVING else first
@@ -146,6 +146,6 @@ def tool_motion(plan: Plan, robot: Robot, movers: tuple[str, ...]) -> ToolMotion
 
 
 def _state_after(plan: Plan, t: float, commanded: ToolState) -> ToolState:
-    """The state of the first segment from a time on in which the tool rests; fingers may end on an item."""
+    """First resting state from a time on; fingers may stop on an item instead of the commanded state."""
     resting = (s.tool_state for s in plan.segments if s.t_start >= t - ROUNDING and s.tool_state != MOVING)
     return next(resting, commanded)

@@ -1,4 +1,4 @@
-"""A recording of a plan as ROS 2 would make it: an MCAP file with messages in CDR, at the plan's times."""
+"""Exports a plan as an MCAP log with ROS 2 messages in CDR, at the plan's times."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pickcli.export.scene_markers import cell_markers, item_marker
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan_file import motion_hash
 
-TOPICS = {  # topic -> type; of those that are latched a late subscriber still gets the last message
+TOPICS = {  # topic -> type
     "/robot_description": "std_msgs/String",
     "/tf_static": "tf2_msgs/TFMessage",
     "/cell_markers": "visualization_msgs/MarkerArray",
@@ -50,12 +50,12 @@ _LATCHED_QOS = f"""\
 
 @dataclass(frozen=True)
 class Message:
-    """A message of the recording.
+    """A message of the log.
 
     Attributes:
-        nanoseconds: When it is sent, since the start of the plan.
+        nanoseconds: Time since the start of the plan.
         topic: One of TOPICS.
-        content: Its fields.
+        content: Fields of the message.
     """
 
     nanoseconds: int
@@ -65,13 +65,13 @@ class Message:
 
 @dataclass(frozen=True, eq=False)
 class _Recording:
-    """What the messages are made of."""
+    """Data for the messages."""
 
     request: ExportRequest
     frames: LinkFrames
     tool: ToolMotion
     samples: MotionSamples
-    positions: Array  # (K, m) of all joints that move, at the samples
+    positions: Array  # (K, m) of all moving joints, at the samples
     velocities: Array  # (K, m)
 
 
@@ -86,13 +86,13 @@ def _recording(request: ExportRequest) -> _Recording:
 
 
 def messages(request: ExportRequest) -> list[Message]:
-    """Everything that the recording holds.
+    """Create all messages of the log.
 
     Args:
         request: The plan and its scene.
 
     Returns:
-        The messages in the order of their times; of one time, in the order of TOPICS.
+        The messages in the order of time; if equal, in the order of TOPICS.
     """
     recording = _recording(request)
     found = [
@@ -109,7 +109,7 @@ def messages(request: ExportRequest) -> list[Message]:
 
 
 def _standing(recording: _Recording) -> Iterator[Message]:
-    """What is said once."""
+    """Yield the messages that occur only once."""
     request, frames = recording.request, recording.frames
     standing = [transform(parent, child, T, stamp(0)) for parent, child, T in frames.standing]
     samples = sampled(request.plan.trajectory, None)
@@ -120,7 +120,7 @@ def _standing(recording: _Recording) -> Iterator[Message]:
 
 
 def _moving(recording: _Recording) -> Iterator[Message]:
-    """States of the joints and frames of the links at every sample."""
+    """Yield joint states and link frames at every sample."""
     frames = recording.frames
     columns = [frames.joint_names.index(joint.name) for joint in frames.moving]
     for k, nanoseconds in enumerate(recording.samples.nanoseconds.tolist()):
@@ -142,7 +142,7 @@ def _moving(recording: _Recording) -> Iterator[Message]:
 
 
 def _items(recording: _Recording) -> Iterator[Message]:
-    """All items where they lie; again when the tool takes one with it, and when it lets it go."""
+    """Yield all items at the start, and again whenever one is taken or released."""
     request, frames = recording.request, recording.frames
     plan, scene = request.plan, request.scene
     at = {placed.id: (frames.world, placed.T_world_item) for placed in scene.items}
@@ -172,7 +172,7 @@ def _all_items(recording: _Recording, at: dict[str, tuple[str, Array]], nanoseco
 def _encode(request: ExportRequest) -> bytes:
     try:
         from mcap.writer import Writer
-        from mcap_ros2._dynamic import serialize_dynamic  # its own writer cannot latch a topic
+        from mcap_ros2._dynamic import serialize_dynamic  # its own writer does not support latched topics
     except ImportError as error:
         raise not_installed("mcap", "export", "export to mcap") from error
     file = io.BytesIO()

@@ -1,4 +1,4 @@
-"""The robot as URDF in one text, as viewers read it from a topic: no files beside it."""
+"""Writes a robot as URDF in a single text, as published on a topic, without mesh files."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pickcli.cell.shapes import Body, Shape, ShapeKind
 
 
 def robot_description(robot: Robot) -> str:
-    """A robot as the planner and the verifier know it.
+    """Write a robot as known to the planner and the verifier.
 
     Args:
         robot: The robot.
 
     Returns:
-        URDF. What is seen is what collides; meshes, which would be files, as the boxes around their pieces.
+        URDF with collision shapes as visuals; convex pieces of meshes are replaced by their bounding boxes.
     """
     root = ElementTree.Element("robot", name=robot.name)
     for link in robot.links:

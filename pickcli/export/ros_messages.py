@@ -1,4 +1,4 @@
-"""Messages of ROS 2 by their definitions, as they have been since Humble, and as plain values."""
+"""Definitions of ROS 2 messages, unchanged since Humble, and messages as plain values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MARKER_TYPES = (
 )  # fmt: skip
 _MARKER_ACTIONS = {"ADD": 0, "MODIFY": 0, "DELETE": 2, "DELETEALL": 3}
 
-# Fields of each message, one in a line.
+# Fields of each message, one per line.
 _FIELDS = {
     "builtin_interfaces/Duration": "int32 sec\nuint32 nanosec",
     "builtin_interfaces/Time": "int32 sec\nuint32 nanosec",
@@ -61,7 +61,7 @@ _FIELDS = {
 
 
 def definition(name: str) -> str:
-    """The definition of a message with those of all that it is made of, as recordings carry it.
+    """Return the definition of a message with those of all its parts, as stored in logs.
 
     Args:
         name: E.g. ``std_msgs/String``.
@@ -74,7 +74,7 @@ def definition(name: str) -> str:
 
 
 def _made_of(name: str, found: list[str]) -> list[str]:
-    """A message and all that it is made of, each once, in the order in which they are met."""
+    """A message and all its parts, each once, in order of occurrence."""
     if name not in found:
         found.append(name)
         for part in re.findall(r"^(\w+/\w+)", _FIELDS[name], re.MULTILINE):
@@ -96,7 +96,7 @@ def header(frame: str, stamp: dict[str, int]) -> dict[str, Any]:
 
 
 def point(p: Array) -> dict[str, float]:
-    """A geometry_msgs/Point or Vector3.
+    """Make a geometry_msgs/Point or Vector3 message.
 
     Args:
         p: (3,) m.

@@ -1,4 +1,4 @@
-"""Samples of a motion at times that every format can state: whole nanoseconds since its start."""
+"""Samples of a motion at integer nanoseconds since its start, which every format can represent."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pickcli.motion.trajectory import Trajectory
 
 SECOND = 1_000_000_000  # ns
 MIN_RATE, MAX_RATE = 1.0, 1000.0  # Hz
-LOOK = 1e-3  # s between two looks at how far interpolation leaves the motion
+LOOK = 1e-3  # s between samples for interpolation errors
 
 
 @dataclass(frozen=True, eq=False)
 class MotionSamples:
-    """States of a motion.
+    """Sampled states of a motion.
 
     Attributes:
         nanoseconds: (K,) since the start, from 0 to the end, strictly increasing.
@@ -33,7 +33,7 @@ class MotionSamples:
     accelerations: Array
 
     def as_trajectory(self, joint_names: tuple[str, ...]) -> Trajectory:
-        """The motion of a controller that interpolates the samples by quintics.
+        """Return the motion of a controller that interpolates the samples by quintics.
 
         Args:
             joint_names: Names of the n joints.
@@ -47,10 +47,10 @@ class MotionSamples:
 
 
 def to_nanoseconds(t: float) -> int:
-    """A time in whole nanoseconds.
+    """Convert a time to integer nanoseconds.
 
     Args:
-        t: s; what is negative by rounding counts as 0.
+        t: s; negative rounding errors count as 0.
 
     Returns:
         ns.
@@ -59,7 +59,7 @@ def to_nanoseconds(t: float) -> int:
 
 
 def stamp(nanoseconds: int) -> dict[str, int]:
-    """A time or duration as ROS 2 states it.
+    """Convert a time or duration to the representation of ROS 2.
 
     Args:
         nanoseconds: At least 0.
@@ -76,14 +76,14 @@ def sampled(trajectory: Trajectory, rate: float | None) -> MotionSamples:
 
     Args:
         trajectory: The motion.
-        rate: Hz; None for the trajectory's own points, of which those within one nanosecond count as one.
+        rate: Hz; None for the trajectory's own points, with points in the same nanosecond merged.
 
     Returns:
-        The samples. The last is the trajectory's last point: with a rate it comes half a period to one and a
-        half after the one before.
+        The samples. The last one is the trajectory's last point; at a given rate, the last interval is
+        half to one and a half periods long.
 
     Raises:
-        InputError: The rate is out of bounds.
+        InputError: The rate is out of range.
     """
     if rate is None:
         return _own_points(trajectory)
@@ -101,7 +101,7 @@ def sampled(trajectory: Trajectory, rate: float | None) -> MotionSamples:
 
 def _own_points(trajectory: Trajectory) -> MotionSamples:
     nanoseconds = np.rint(trajectory.times * SECOND).astype(np.int64)
-    # Of points in one nanosecond the first stays, but at the end the last.
+    # Of points in the same nanosecond the first is kept, but at the end the last.
     kept = np.flatnonzero(np.diff(nanoseconds, prepend=-1))
     if nanoseconds[kept[-1]] == nanoseconds[-1]:
         kept[-1] = len(nanoseconds) - 1
@@ -114,14 +114,14 @@ def _own_points(trajectory: Trajectory) -> MotionSamples:
 
 
 def interpolation_error(trajectory: Trajectory, samples: MotionSamples) -> tuple[float, int]:
-    """How far a controller that interpolates the samples by quintics leaves the motion.
+    """Compute the deviation of a controller that interpolates the samples by quintics.
 
     Args:
         trajectory: The motion.
-        samples: Samples of it, two at least.
+        samples: Samples of the motion, at least two.
 
     Returns:
-        The largest offset of a joint at any millisecond (rad or m), and the joint's index.
+        The largest joint deviation over all milliseconds (rad or m), and the joint's index.
     """
     times = np.arange(0.0, trajectory.duration, LOOK)
     followed = samples.as_trajectory(trajectory.joint_names).sample(times)

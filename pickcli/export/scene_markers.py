@@ -1,4 +1,4 @@
-"""Carriers, obstacles and items of a scene as visualization_msgs/Marker."""
+"""Markers (visualization_msgs/Marker) of carriers, obstacles and items of a scene."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ Rgba = tuple[float, float, float, float]
 
 
 def cell_markers(scene: Scene, world: str) -> list[dict[str, Any]]:
-    """Everything that stands: one marker for each solid, by the carrier that it is part of.
+    """Create a marker for each static solid, in the namespace of its carrier.
 
     Args:
         scene: The scene.
-        world: Name of the frame of the world.
+        world: Name of the world frame.
 
     Returns:
-        The markers; the points of a cloud are one.
+        The markers; a point cloud is one marker.
     """
     markers = []
     for carrier in scene.posed_carriers:
@@ -44,16 +44,16 @@ def cell_markers(scene: Scene, world: str) -> list[dict[str, Any]]:
 def item_marker(
     scene: Scene, placed: PlacedItem, at: tuple[str, Array], nanoseconds: int
 ) -> dict[str, Any]:  # fmt: skip
-    """An item where it lies or hangs.
+    """Create the marker of an item at a pose.
 
     Args:
-        scene: The scene, which numbers its items.
+        scene: The scene, for the numbering of items.
         placed: The item.
         at: Name of a frame, and the pose (4, 4) of the item in it.
-        nanoseconds: From which time on.
+        nanoseconds: Start of its validity.
 
     Returns:
-        The marker; it replaces the one of the same item before.
+        The marker, which replaces earlier ones of the same item.
     """
     number = [each.id for each in scene.items].index(placed.id)
     item = placed.item
@@ -72,7 +72,7 @@ def _marker(
 def _placed(
     name: tuple[str, int], kind: int, at: tuple[str, Array], scale: Array, rgba: Rgba, nanoseconds: int
 ) -> dict[str, Any]:
-    """A marker that stays until another one of its name comes, and moves with its frame."""
+    """Create a marker without expiry that moves with its frame."""
     (group, number), (frame, T) = name, at
     return {
         "header": header(frame, stamp(nanoseconds)),

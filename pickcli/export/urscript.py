@@ -1,4 +1,4 @@
-"""A program for arms of Universal Robots: set points by servoj, devices by digital outputs."""
+"""Exports a program for Universal Robots arms: set points by servoj, devices by digital outputs."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ JOINTS = (
     "wrist_2_joint",
     "wrist_3_joint",
 )
-RATES = (125.0, 250.0, 500.0)  # Hz: whole cycles of the controllers, which run at 500 Hz, the old ones at 125
+RATES = (125.0, 250.0, 500.0)  # Hz: integer cycles of controllers, which run at 500 Hz, older ones at 125 Hz
 LOOKAHEAD, GAIN = 0.03, 300  # s and the controller's unit: the least smoothing that servoj allows
-START_TOLERANCE = 0.01  # rad between the arm and the first point, as apc execute asks for
-SETTLE = 0.2  # s at the last point: the arm arrives
+START_TOLERANCE = 0.01  # rad between the arm and the first point, as for apc execute
+SETTLE = 0.2  # s at the last point, in which the arm arrives
 BRAKING = 2.0  # rad/s^2 of stopj
 
 
@@ -52,7 +52,7 @@ def _encode(request: ExportRequest) -> bytes:
 
 
 def _refuse_other_arms(robot: Robot) -> None:
-    """Raise InputError for an arm without the six joints of Universal Robots, prefixes allowed."""
+    """Raise InputError for an arm without the six joints of Universal Robots, with optional prefixes."""
     kinds = {joint.name: joint.type for joint in robot.joints}
     is_theirs = len(robot.joint_names) == len(JOINTS) and all(
         name.endswith(joint) and kinds[name] is not JointType.PRISMATIC
@@ -78,7 +78,7 @@ def _head(request: ExportRequest, wired: dict[str, Channel]) -> Iterator[str]:
 
 
 def _start_check(first: Array) -> Iterator[str]:
-    """Lines that end the program where the arm does not stand at the first point."""
+    """Lines that stop the program if the arm is not at the first point."""
     yield f"local first = {_joints(first)}"
     yield "local here = get_actual_joint_positions()"
     yield "local k = 0"
@@ -92,7 +92,7 @@ def _start_check(first: Array) -> Iterator[str]:
 
 
 def _body(request: ExportRequest, rate: float, wired: dict[str, Channel]) -> Iterator[str]:
-    """One line for each set point; before it those of the events that are due then."""
+    """One line for each set point, preceded by those of the events due at that time."""
     trajectory = request.plan.trajectory
     events = device_events(request.plan, request.scene.cell)
     due = [round(event.nanoseconds * rate / SECOND) for event in events]
@@ -127,7 +127,7 @@ def _joints(q: Array) -> str:
 
 
 def _ascii(text: str) -> str:
-    """A text for comments and messages: what is no plain character of ASCII, and quotes, as "?"."""
+    """Replace quotes and all characters other than printable ASCII by "?"."""
     return "".join(c if " " <= c <= "~" and c not in '"\\' else "?" for c in text)
 
 

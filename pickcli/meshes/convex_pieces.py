@@ -17,9 +17,7 @@ from pickcli.geometry import Array
 MAX_PIECES = 8
 LEAST_SAVED = 0.05  # share of the hull's volume that another piece must save
 LEAST_VOLUME = 2e-5  # m^3 that another piece must save: a cube of 27 mm
-_PLACES = np.linspace(
-    0.1, 0.9, 9
-)  # relative positions of the candidate planes along each side of a part's box
+_PLACES = np.linspace(0.1, 0.9, 9)  # relative positions of candidate planes along each side of a box
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""What stands in a cell or scene, as a page draws it."""
+"""Converts static parts of cells and scenes to data of a page."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ _OTHER = "#999999"
 _LANCE, _CUP = "#4a515c", "#e2762c"
 _MAIN = ("home", "bin", "tote")
 _OPACITY = {POD: 0.13, OBSTACLE: 0.22, TOTE: 0.6}
-_OF_OWN = 0.35  # of carriers of a cell's own
-_FLOOR = 2.99  # m: what is larger along two axes is the floor or a wall of the hall
+_OF_OWN = 0.35  # of user-defined carriers
+_FLOOR = 2.99  # m; bodies larger than this along two axes are floors or walls of the hall
 
 
 def robot_part(cell: Cell, q: Array | None = None, tool_state: ToolState | None = None) -> PageRobot:
-    """The robot, where it stands while nothing moves.
+    """Convert the robot, at its configuration at rest.
 
     Args:
         cell: The cell.
-        q: (n,) configuration; None for home, or the first that the cell names.
-        tool_state: State of the tool; None for the one of that configuration.
+        q: (n,) configuration; None for home, or the first named configuration.
+        tool_state: State of the tool; None for that of the configuration.
 
     Returns:
         The robot.
@@ -89,37 +89,37 @@ def robot_part(cell: Cell, q: Array | None = None, tool_state: ToolState | None 
 
 
 def _shapes(link: Link, colour: str) -> tuple[PageBody, ...]:
-    """The collision shapes of a link."""
+    """Convert the collision shapes of a link."""
     return tuple(drawn_body(body, colour) for body in link.shapes)
 
 
 def rest_configuration(cell: Cell) -> NamedConfiguration | None:
-    """The configuration in which an arm is drawn that does not move.
+    """Return the configuration in which a stationary arm is drawn.
 
     Args:
         cell: The cell.
 
     Returns:
-        Home, else the first that is named; None where none is.
+        Home, else the first named configuration; None without any.
     """
     named = list(cell.configurations.values())
     return next((each for each in named if each.kind == "home"), named[0] if named else None)
 
 
 def moved_joints(robot: Robot) -> tuple[str, ...]:
-    """The joints that a page moves: the planned ones, then those of the tool.
+    """Return the joints that a page moves: the planned ones, then those of the tool.
 
     Args:
         robot: The robot.
 
     Returns:
-        Names.
+        Names of the joints.
     """
     return (*robot.joint_names, *robot.tool.joints)
 
 
 def tool_positions(robot: Robot, state: ToolState) -> Array:
-    """Where the joints of the tool stand in a state.
+    """Return the positions of the tool's joints in a state.
 
     Args:
         robot: The robot.
@@ -133,13 +133,13 @@ def tool_positions(robot: Robot, state: ToolState) -> Array:
 
 
 def standing_parts(scene: Scene) -> tuple[PageGroup, ...]:
-    """Carriers and obstacles where they stand.
+    """Convert carriers and obstacles at their poses.
 
     Args:
         scene: The scene.
 
     Returns:
-        One group each; walls and floors of the hall, which are larger than all else, are left out.
+        One group each, without floors and walls of the hall.
     """
     groups = []
     for each in scene.posed_carriers:
@@ -151,7 +151,7 @@ def standing_parts(scene: Scene) -> tuple[PageGroup, ...]:
 
 
 def item_parts(scene: Scene) -> tuple[PageItem, ...]:
-    """The items of a scene.
+    """Convert the items of a scene.
 
     Args:
         scene: The scene.
@@ -169,19 +169,19 @@ def item_parts(scene: Scene) -> tuple[PageItem, ...]:
 
 
 def item_ink(item: Item) -> str:
-    """The colour of an item.
+    """Return the colour of an item.
 
     Args:
         item: The item.
 
     Returns:
-        As #rrggbb.
+        The colour as #rrggbb.
     """
     return _hex(item_colour(item))
 
 
 def place_parts(scene: Scene) -> tuple[PagePlace, ...]:
-    """The places that can be looked into.
+    """Convert the places, with their mouths.
 
     Args:
         scene: The scene.
@@ -200,7 +200,7 @@ def place_parts(scene: Scene) -> tuple[PagePlace, ...]:
 
 
 def node_parts(cell: Cell) -> tuple[PageNode, ...]:
-    """The tip of the tool in every named configuration.
+    """Convert the named configurations to points at their tips.
 
     Args:
         cell: The cell.

@@ -1,4 +1,4 @@
-"""Reasons of failures as marks: the bodies they name, how deep, when, and which grasp was refused."""
+"""Converts reasons of failures to marks: the bodies involved, depth, time, and rejected grasp."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pickcli.page.page_motion import Approach, Mark
 from pickcli.page.page_scene import Tone
 from pickcli.scene.scene import Scene
 
-MOST = 24  # marks of one failure
+MOST = 24  # largest number of marks per failure
 
 _WHEN = re.compile(r"\bat (\d+\.\d+) s\b")
 _DEEP = re.compile(r"(\d+(?:\.\d+)?) mm deep")
@@ -21,16 +21,16 @@ _WORD = re.compile(r"[\w#.-]+")
 def failure_marks(
     reasons: Iterable[Reason], known: Collection[str], item: str = "", t: float | None = None
 ) -> tuple[Mark, ...]:
-    """Marks for the reasons of one failure; those that differ only in figures are one.
+    """Convert the reasons of one failure to marks; reasons that differ only in figures share one.
 
     Args:
         reasons: The reasons, in their order.
-        known: Names of links, bodies and items that may be met.
-        item: Id of the item that was to be grasped, "" if none was.
-        t: When it failed, s; None to look for that in the reasons.
+        known: Names of known links, bodies and items.
+        item: Id of the item to be grasped, "" without one.
+        t: Time of the failure, s; None to search it in the reasons.
 
     Returns:
-        The marks, those with a refused grasp or a body that was met first.
+        The marks, those with a rejected grasp or a named body first.
     """
     found: dict[tuple[object, ...], Mark] = {}
     for reason in reasons:
@@ -47,7 +47,7 @@ def failure_marks(
 
 
 def named_parts(scene: Scene) -> frozenset[str]:
-    """Everything in a scene that a reason may name.
+    """Return all names in a scene that reasons may contain.
 
     Args:
         scene: The scene.

@@ -1,4 +1,4 @@
-"""The page of an item by itself: where the cup may be sent to, and grasps that a search draws there."""
+"""Page of a single item: grasp regions of the cup, and sampled grasp candidates."""
 
 from __future__ import annotations
 
@@ -31,26 +31,26 @@ from pickcli.page.page_scene import (
 )
 from pickcli.page.shape_parts import drawn_shape
 
-_LIFT = 4e-4  # m by which regions stand off the surface, to be seen
-_THIN = 1e-3  # m, the least side of a region that is a line or a point
+_LIFT = 4e-4  # m between regions and the surface, for visibility
+_THIN = 1e-3  # m, least side of a region that is a line or a point
 _ARROW = 0.04  # m
-_POINT = 1e-4  # m that points are rounded to
+_POINT = 1e-4  # m, resolution of points
 _REGION = "#0072b2"
 _LOADS = ((0.33, "#009e73", "up to a third"), (0.67, "#e69f00", "up to two thirds"), (9.9, "#b2182b", "more"))
 _AT_REST = pose((0.0, 0.0, 0.0))
 
 
 def grasps_page(item: Item, tool: Tool, place: str, found: CandidateSet) -> PageDocument:
-    """Show an item, the regions on it, and candidate grasps.
+    """Create the page of an item with its grasp regions and grasp candidates.
 
     Args:
         item: The item.
-        tool: What grasps it; regions are those of its cup, if it has one.
-        place: The place that the candidates are drawn for.
+        tool: The tool; regions are those of its cup, if it has one.
+        place: The place for which the candidates were sampled.
         found: The candidates.
 
     Returns:
-        The page; the world is the item's frame.
+        The page; its world is the item's frame.
     """
     regions = () if tool.is_bare or tool.grip.takes_widths else faces(item, tool)
     loads = [(grasp, _load(grasp)) for grasp in found.grasps]
@@ -71,7 +71,7 @@ def grasps_page(item: Item, tool: Tool, place: str, found: CandidateSet) -> Page
     )  # fmt: skip
 
 
-# A page is seen in 3-D where it has a robot; this one has no links to be seen.
+# Pages are shown in 3-D only with a robot; this one is invisible.
 _NOTHING = PageRobot("", posed(_AT_REST), (PageLink("item", ()),), (), (), (), 0, posed(_AT_REST))
 
 
@@ -80,7 +80,7 @@ def _load(grasp: Grasp) -> tuple[str, str]:
 
 
 def _region(face: Face, item: Item) -> PageBody:
-    """The places of the cup's centre: a rectangle, a band around a cylinder, or a ball."""
+    """Convert a region of the cup's centre: a rectangle, a band around a cylinder, or a sphere."""
     region = face.region
     if face.name == "sphere":
         shape, T = PageShape("sphere", rounded((item.shape.size[0] + _LIFT,))), _AT_REST
@@ -95,7 +95,7 @@ def _region(face: Face, item: Item) -> PageBody:
 
 
 def _arrow(grasp: Grasp) -> dict[str, object]:
-    """From where the tool comes to where it meets the item."""
+    """Line along the approach direction to the contact point on the item."""
     tip, approach = grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2]
     return packed(np.stack([tip - _ARROW * approach, tip]), _POINT)
 
@@ -113,7 +113,7 @@ def _facts(item: Item, found: CandidateSet) -> Iterator[Fact]:
 
 
 def _face_table(item: Item, regions: tuple[Face, ...]) -> PageTable:
-    """Every face with its seal, the part of it that seals, and the sides of its region."""
+    """Table of all faces: seal, sealing area, and sides of the region."""
     by_name = {face.name: _sides(face.region.bounds) for face in regions}
     rows = tuple(
         (name, f"{share:.0%}", _area(item, name) if share else "", by_name.get(name, "none"))

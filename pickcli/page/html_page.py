@@ -1,8 +1,8 @@
-"""A page's document as one HTML file with everything in it: the app, its style, three.js and the data.
+"""Writes a page's document as one HTML file that contains the app, its style, three.js and the data.
 
-The app's modules stand in one script, each after those that it imports: their ``import`` lines fall away, and
-no two modules may declare the same name at their top level (a test reads them). So a browser needs no other
-file, also where the page was opened from a disk.
+The app's modules are concatenated to one script in the order of their imports: ``import`` lines are removed,
+and no two modules may declare the same name at top level (checked by a test). So a browser needs no other
+file, even if the page is opened from disk.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ _EXPORT = re.compile(r"^export ", re.MULTILINE)
 
 
 def page_bytes(document: PageDocument) -> bytes:
-    """A page as one HTML file. The same document gives the same bytes.
+    """Build a page as one HTML file; equal documents give equal bytes.
 
     Args:
-        document: What it shows.
+        document: The document.
 
     Returns:
         Bytes of the file.
@@ -49,7 +49,7 @@ def page_bytes(document: PageDocument) -> bytes:
 
 
 def app_script() -> str:
-    """The app as one script.
+    """Build the app as one script.
 
     Returns:
         JavaScript.

@@ -1,4 +1,4 @@
-"""What moves in a plan, as a page replays it: positions, held items, segments, devices and joint limits."""
+"""Converts plans to data of a page: positions, held items, segments, devices and joint limits."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from pickcli.page.page_motion import Carried, Lane, PageMotion, Signal, Span
 from pickcli.page.page_scene import posed
 from pickcli.scene.scene import Scene
 
-RATE = 100.0  # Hz at which a motion is sampled: at 10 rad/s^2 it is off by 0.13 mrad in between
-MOST_SAMPLES = 6000  # of one motion, by which long ones are sampled more slowly
-TIME = 1e-4  # s that times are rounded to
-POSITION = 1e-5  # rad or m that joint positions are rounded to
-RATIO = 1e-3  # of a limit
+RATE = 100.0  # Hz of sampling: at 10 rad/s^2 interpolation errors are up to 0.13 mrad
+MOST_SAMPLES = 6000  # per motion; longer motions are sampled at a lower rate
+TIME = 1e-4  # s, resolution of times
+POSITION = 1e-5  # rad or m, resolution of joint positions
+RATIO = 1e-3  # resolution of shares of a limit
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """A motion as it is replayed.
+    """A sampled motion.
 
     Attributes:
-        times: (N,) s, ends of segments among them.
+        times: (N,) s, including the ends of segments.
         Q: (N, n) positions of the planned joints.
         tool: (N, k) positions of the tool's joints.
     """
@@ -47,7 +47,7 @@ class Samples:
 
     @property
     def positions(self) -> Array:
-        """(N, n + k) rad or m of all joints that move."""
+        """Positions (N, n + k) in rad or m of all moving joints."""
         return np.hstack([self.Q, self.tool])
 
 
@@ -56,7 +56,7 @@ def samples_of(plan: Plan, robot: Robot) -> Samples:
 
     Args:
         plan: The plan.
-        robot: The robot that it is for.
+        robot: The robot.
 
     Returns:
         The samples.
@@ -70,11 +70,11 @@ def samples_of(plan: Plan, robot: Robot) -> Samples:
 
 
 def motion_part(samples: Samples, carried: Sequence[Carried]) -> PageMotion:
-    """The motion of a plan.
+    """Convert the motion of a plan.
 
     Args:
-        samples: Its samples.
-        carried: What is held meanwhile.
+        samples: Samples of the plan.
+        carried: Items held meanwhile.
 
     Returns:
         The motion.
@@ -86,14 +86,14 @@ def motion_part(samples: Samples, carried: Sequence[Carried]) -> PageMotion:
 
 
 def carried_items(plan: Plan, scene: Scene) -> tuple[Carried, ...]:
-    """What a plan holds, and when.
+    """Find the item held by a plan, with its times and pose.
 
     Args:
         plan: The plan.
-        scene: The scene that it was made in.
+        scene: The scene of the plan.
 
     Returns:
-        The item from the end of the contact until it is let go; none for a move with an empty tool.
+        The item from the end of the contact until its release; empty for a move with an empty tool.
     """
     held = [segment for segment in plan.segments if segment.held is not None]
     if not held:
@@ -113,14 +113,14 @@ def carried_items(plan: Plan, scene: Scene) -> tuple[Carried, ...]:
 
 
 def segment_lane(segments: Sequence[Segment], name: str = "segments") -> Lane:
-    """The segments of a motion.
+    """Convert the segments of a motion to a lane.
 
     Args:
         segments: The segments.
         name: Heading.
 
     Returns:
-        A lane.
+        The lane.
     """
     return Lane(
         name,
@@ -131,7 +131,7 @@ def segment_lane(segments: Sequence[Segment], name: str = "segments") -> Lane:
 
 
 def device_lanes(events: Sequence[Event], cell: Cell, duration: float) -> tuple[Lane, ...]:
-    """What every device of a cell does over time, as far as a plan says.
+    """Convert the device events of a plan to lanes.
 
     Args:
         events: Resolved events, in any order.
@@ -139,7 +139,7 @@ def device_lanes(events: Sequence[Event], cell: Cell, duration: float) -> tuple[
         duration: s.
 
     Returns:
-        A lane for each device that does something.
+        A lane for each device with an event.
     """
     switched = [
         (e.t_trigger, e.device, e.action, f"commanded at {e.t_trigger:.3f} s, full effect {e.lead:g} s later")
@@ -152,15 +152,15 @@ def device_lanes(events: Sequence[Event], cell: Cell, duration: float) -> tuple[
 def switched_lanes(
     switched: Sequence[tuple[float, str, str, str]], cell: Cell, duration: float
 ) -> tuple[Lane, ...]:  # fmt: skip
-    """What devices do over time, from when they were switched.
+    """Convert switching times of devices to lanes.
 
     Args:
-        switched: (s, device, action, what is told of it) in any order.
+        switched: (s, device, action, details) in any order.
         cell: The cell.
         duration: s.
 
     Returns:
-        A lane for each device that does something; a sensor's answers and what is off have no colour.
+        A lane for each device with an event; readings of sensors and states "off" have no colour.
     """
     lanes = []
     for name, device in cell.devices.items():
@@ -182,15 +182,15 @@ def switched_lanes(
 def limit_signals(
     trajectory: Trajectory, cell: Cell, times: Array, t_start: float = 0.0
 ) -> tuple[Signal, ...]:
-    """Velocity, acceleration and jerk of every joint, as shares of their limits.
+    """Convert velocity, acceleration and jerk of every joint to signals, as shares of their limits.
 
-    Between two samples the largest share counts, so that no peak is lost.
+    Between two samples the largest share is used, so that no peak is lost.
 
     Args:
         trajectory: The trajectory.
-        cell: Whose limits hold.
-        times: (N,) s of the trajectory that are told.
-        t_start: s on the page's clock at which the trajectory begins.
+        cell: The cell, for its limits.
+        times: (N,) s, sample times on the trajectory.
+        t_start: Start of the trajectory on the page's clock, s.
 
     Returns:
         Three signals.
@@ -202,12 +202,12 @@ def limit_signals(
 
 
 def limit_signal(derivative: int, shares: Array, cell: Cell, times: Array) -> Signal:
-    """A derivative of the joints' positions as curves.
+    """Convert one derivative of the joints' positions to a signal.
 
     Args:
         derivative: 1 for velocity, 2 for acceleration, 3 for jerk.
-        shares: (N, n) of the limits.
-        cell: Whose limits they are.
+        shares: (N, n) shares of the limits.
+        cell: The cell, for its limits.
         times: (N,) s on the page's clock.
 
     Returns:
@@ -223,7 +223,7 @@ def limit_signal(derivative: int, shares: Array, cell: Cell, times: Array) -> Si
 
 
 def _tool_motion(plan: Plan, robot: Robot, times: Array) -> Array:
-    """Positions (N, k) of the tool's joints, on their way from each command until its full effect."""
+    """Positions (N, k) of the tool's joints, which move from each command until its full effect."""
     known = [(s.t_start, s.t_end, s.tool_state) for s in plan.segments if s.tool_state != MOVING]
     first = known[0][2] if known else robot.tool.default_state
     moving = [s for s in plan.segments if s.tool_state == MOVING]
@@ -240,14 +240,14 @@ def _tool_motion(plan: Plan, robot: Robot, times: Array) -> Array:
 
 
 def _state_before(plan: Plan, robot: Robot, after: ToolState) -> ToolState:
-    """The state in which a tool begins that moves at once: of a tool with two states the other one."""
+    """State of the tool before a plan that begins with its motion: with two states the other one."""
     others = [state for state in robot.tool.states if state != after]
     default = robot.tool.default_state
     return default if default != after or not others else others[0]
 
 
 def _switched_in(plan: Plan, segment: Segment) -> tuple[float, float]:
-    """When the tool is told to move in a segment, and how long that takes."""
+    """Time of the tool's command in a segment, and its lead."""
     span = segment.t_end - segment.t_start
     for event in plan.events:
         t = event.t_trigger

@@ -1,4 +1,4 @@
-"""All that a page shows, as one JSON document. docs/formats/page.md describes it for who reads a page.
+"""Data of a page as one JSON document, described in docs/formats/page.md.
 
 SI units. A pose is seven numbers: x, y, z in m and a unit quaternion x, y, z, w. Arrays over time are packed
 (``packed_array``).
@@ -30,7 +30,7 @@ class Bar:
 
     Attributes:
         name: Heading.
-        counts: How many of each kind.
+        counts: Number of each kind.
     """
 
     name: str
@@ -60,7 +60,7 @@ class PageTable:
         title: Heading.
         columns: Headings of the columns.
         rows: Cells.
-        tones: Of each row.
+        tones: Tone of each row.
     """
 
     title: str
@@ -71,29 +71,29 @@ class PageTable:
 
 @dataclass(frozen=True, eq=False)
 class PageDocument:
-    """Everything that one page shows.
+    """All data of one page.
 
     Attributes:
         kind: "cell", "scene", "plan", "roadmap", "trajectory database", "trial", "trials" or "grasps".
         title: Heading.
-        subtitle: Under it.
+        subtitle: Text below the heading.
         facts: Rows of the panel.
-        robot: The robot; None in a page without a cell.
-        groups: What stands.
+        robot: The robot; None for pages without a cell.
+        groups: Static bodies.
         items: Items at the start.
-        places: What can be looked into.
+        places: Places with mouths.
         nodes: Named points.
         lines: Paths without time.
         legend: Name and colour of the kinds of lines.
-        motion: What moves; None where nothing does.
+        motion: Motion of robot and items, or None.
         lanes: Segments and devices.
         signals: Curves.
-        clearance: Along the path; None where that is not known.
-        marks: What went wrong.
+        clearance: Clearance along the path, or None.
+        marks: Failures.
         chapters: Attempts.
-        charts: Bars.
-        tables: Text.
-        focus: Point in the world that the view begins with; empty for the middle of everything.
+        charts: Bar charts.
+        tables: Tables of text.
+        focus: Initial centre of the view in the world; empty for the centre of everything.
     """
 
     kind: str
@@ -119,7 +119,7 @@ class PageDocument:
 
 
 def document_values(document: PageDocument) -> dict[str, Any]:
-    """The document as JSON values.
+    """Convert the document to JSON values.
 
     Args:
         document: The document.
@@ -131,7 +131,7 @@ def document_values(document: PageDocument) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Dataclasses as mappings, without what is empty."""
+    """Convert dataclasses to mappings, without empty values."""
     if is_dataclass(value) and not isinstance(value, type):
         told = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
         return {name: each for name, each in told.items() if each is not None and each not in ("", [])}

@@ -1,4 +1,4 @@
-"""What happens in a page over time: motion, lanes, curves, and what went wrong. See ``page_document``."""
+"""Data of a page over time: motion, lanes, signals and failures. See ``page_document``."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pickcli.page.page_scene import Packed, Pose, Tone
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """An item that moves with the tool for a while, and stays where it is let go.
+    """An item that moves with the tool for a time, and stays where it is released.
 
     Attributes:
-        item: Its id.
+        item: Id of the item.
         t_start: s.
         t_end: s.
-        pose: Of the item in the tool frame.
+        pose: Pose of the item in the tool frame.
     """
 
     item: str
@@ -26,10 +26,10 @@ class Carried:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """The poses of an item over time, straight in between.
+    """Poses of an item over time, interpolated linearly.
 
     Attributes:
-        item: Its id.
+        item: Id of the item.
         times: (N,) s.
         poses: (N, 7).
     """
@@ -41,15 +41,16 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class PageMotion:
-    """All that moves on a page.
+    """All motion on a page.
 
     Attributes:
         duration: s.
         times: (N,) s.
-        positions: (N, m) rad or m of the robot's moved joints, straight in between.
-        carried: Items in the tool.
-        tracks: Items that were recorded.
-        is_path_drawn: Whether the whole path of the tool is drawn, and not only that of the chapter shown.
+        positions: (N, m) rad or m of the robot's moving joints, interpolated linearly.
+        carried: Items held by the tool.
+        tracks: Recorded items.
+        is_path_drawn: Whether the whole path of the tool is drawn, instead of only that of the current
+            chapter.
     """
 
     duration: float
@@ -62,14 +63,14 @@ class PageMotion:
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of time in a lane.
+    """A time span in a lane.
 
     Attributes:
         t_start: s.
         t_end: s.
-        label: What is so in it.
-        colour: A name that the page gives a colour to, or #rrggbb.
-        detail: What is told when the pointer is over it.
+        label: State in that time.
+        colour: Name of a colour of the page, or #rrggbb.
+        detail: Text shown when the pointer is over it.
     """
 
     t_start: float
@@ -85,7 +86,7 @@ class Lane:
 
     Attributes:
         name: Heading.
-        spans: In the order of time.
+        spans: Spans in order of time.
     """
 
     name: str
@@ -98,15 +99,15 @@ class Signal:
 
     Attributes:
         name: Heading.
-        unit: Of the values as they are told.
+        unit: Unit of displayed values.
         times: (N,) s.
         values: (N, k) as drawn.
         curves: Name of each column.
-        scales: What a value of each column is multiplied with to be in its unit.
-        units: Unit of each column; empty where all have ``unit``.
+        scales: Factor of each column that converts its values to its unit.
+        units: Unit of each column; empty if all have ``unit``.
         low: Value at the lower edge.
         high: Value at the upper edge.
-        limit: Where a limit is drawn, on both sides of 0 where ``low`` is negative; None without.
+        limit: Value at which a limit is drawn, also at its negative if ``low`` is negative; None without one.
     """
 
     name: str
@@ -123,16 +124,16 @@ class Signal:
 
 @dataclass(frozen=True, eq=False)
 class PathClearance:
-    """How near the robot, and what it holds, comes to what it may not touch.
+    """Clearance of the robot and its held item over time, except for planned contacts.
 
     Attributes:
         times: (N,) s.
-        values: (N,) m, from below; at most ``most``.
+        values: (N,) m, lower bound; at most ``most``.
         pairs: Index (N,) into ``names`` of the nearest pair.
-        names: What is nearest to what.
-        kept: m that plans keep.
-        most: m, beyond which nothing is measured.
-        steady: Pairs that are left out, as they are equally near for long, with their least distance.
+        names: Names of the pairs.
+        kept: m, clearance kept by plans.
+        most: m, largest measured distance.
+        steady: Excluded pairs with nearly constant distance, with their least distance.
     """
 
     times: Packed
@@ -146,10 +147,10 @@ class PathClearance:
 
 @dataclass(frozen=True)
 class Approach:
-    """A grasp that was refused, as an arrow on a face of an item.
+    """A rejected grasp, as an arrow on a face of an item.
 
     Attributes:
-        item: Its id.
+        item: Id of the item.
         face: Name of the face.
         kind: "frontal", "top-down" or "side".
     """
@@ -161,17 +162,17 @@ class Approach:
 
 @dataclass(frozen=True)
 class Mark:
-    """Something that went wrong, with its reason, to be drawn where it is.
+    """A failure with its reason and position.
 
     Attributes:
-        title: In a few words.
-        detail: All that is known.
-        t: s, when; None for something that has no time.
-        tone: How bad it is.
-        names: Links, bodies and items that are met.
-        grasp: The grasp that was refused.
-        depth: m, how deep two bodies are in each other; None where that is not the matter.
-        count: How often.
+        title: Short description.
+        detail: Full description.
+        t: Time, s; None without one.
+        tone: Severity.
+        names: Links, bodies and items involved.
+        grasp: The rejected grasp, or None.
+        depth: m, overlap of two bodies; None without one.
+        count: Number of occurrences.
     """
 
     title: str
@@ -186,18 +187,18 @@ class Mark:
 
 @dataclass(frozen=True)
 class Chapter:
-    """A part of the story: one attempt of a trial.
+    """A chapter of a trial: one attempt.
 
     Attributes:
-        title: What was to be done.
-        outcome: How that ended.
+        title: Task of the attempt.
+        outcome: Its outcome.
         tone: Whether that is good.
         t_start: s.
         t_end: s.
-        item: Id of the item that it was about.
+        item: Id of its item.
         place: Name of the place that the item was in.
-        detail: Why it ended so.
-        marks: Reasons, to be drawn.
+        detail: Reason for the outcome.
+        marks: Failures to be drawn.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""What stands in a page: robot, solids, items, named points and paths. See ``page_document``."""
+"""Static data of a page: robot, solids, items, named points and paths. See ``page_document``."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from pickcli.geometry import Array, to_quaternion
 Pose: TypeAlias = tuple[float, ...]
 Packed: TypeAlias = dict[str, Any]
 
-_DIGITS = 6  # of metres and of quaternions: a micrometre
+_DIGITS = 6  # decimals of metres and quaternions
 
 
 class Tone(StrEnum):
-    """How a line of text is meant."""
+    """Tone of a line of text."""
 
     PLAIN = ""
     GOOD = "good"
@@ -30,9 +30,9 @@ class Fact:
     """One row of the panel.
 
     Attributes:
-        label: What it is of.
-        value: What is so.
-        tone: How that is meant.
+        label: Name of the value.
+        value: The value.
+        tone: Tone of the row.
     """
 
     label: str
@@ -46,11 +46,11 @@ class PageShape:
 
     Attributes:
         kind: "box", "cylinder" (along z), "sphere" or "mesh".
-        size: m: box full extents; cylinder radius and length; sphere radius; of a mesh nothing.
-        corners: Of a mesh its corners (V, 3), m.
-        triangles: Of a mesh the indices (F, 3) of its triangles.
-        colour: As #rrggbb; "" for that of what it is part of.
-        is_smooth: Whether the edges between flat triangles are rounded off in the light.
+        size: m: box full extents; cylinder radius and length; sphere radius; empty for a mesh.
+        corners: Corners (V, 3) of a mesh, m.
+        triangles: Indices (F, 3) of a mesh's triangles.
+        colour: As #rrggbb; "" for the colour of its owner.
+        is_smooth: Whether edges between triangles are shaded smoothly.
     """
 
     kind: str
@@ -63,12 +63,12 @@ class PageShape:
 
 @dataclass(frozen=True, eq=False)
 class PageBody:
-    """A named shape in the frame of what it is part of.
+    """A named shape in the frame of its owner.
 
     Attributes:
-        name: Its own.
+        name: Name of the body.
         shape: The shape.
-        pose: In the frame of its owner.
+        pose: Pose in the frame of its owner.
     """
 
     name: str
@@ -81,9 +81,9 @@ class PageLink:
     """One rigid link.
 
     Attributes:
-        name: Its own.
-        bodies: What it looks like.
-        is_tool: Whether it is of the tool, through which one never looks.
+        name: Name of the link.
+        bodies: Its visible bodies.
+        is_tool: Whether it is part of the tool, which is never drawn transparent.
     """
 
     name: str
@@ -96,11 +96,11 @@ class PageJoint:
     """A joint between two links.
 
     Attributes:
-        name: Its own.
+        name: Name of the joint.
         type: As in a URDF.
-        parent: Index of the link that it is fixed to.
-        child: Index of the link that it moves.
-        pose: Of the joint frame in the parent, at position 0.
+        parent: Index of the parent link.
+        child: Index of the child link.
+        pose: Pose of the joint frame in the parent, at position 0.
         axis: Unit axis in the joint frame.
     """
 
@@ -114,16 +114,16 @@ class PageJoint:
 
 @dataclass(frozen=True, eq=False)
 class PageRobot:
-    """The robot, with where it stands while nothing moves.
+    """The robot, with its configuration at rest.
 
     Attributes:
-        name: Its own.
-        pose: Of the root link in the world.
-        links: The root first.
-        joints: The base first.
-        moved: Names of the joints that a motion moves, in the order of its columns.
-        start: Their positions, rad or m, while there is no motion.
-        tip_link: Index of the link that the tool frame is fixed to.
+        name: Name of the robot.
+        pose: Pose of the root link in the world.
+        links: Links, the root first.
+        joints: Joints, the base first.
+        moved: Names of the moving joints, in the order of a motion's columns.
+        start: Their positions without motion, rad or m.
+        tip_link: Index of the link to which the tool frame is fixed.
         tip: Pose of the tool frame in that link.
     """
 
@@ -139,14 +139,14 @@ class PageRobot:
 
 @dataclass(frozen=True, eq=False)
 class PageGroup:
-    """What stands in the cell and belongs together.
+    """Static bodies of one carrier, or the obstacles.
 
     Attributes:
-        name: Of the carrier, or "obstacle".
-        pose: In the world.
+        name: Name of the carrier, or "obstacle".
+        pose: Pose in the world.
         colour: As #rrggbb.
         bodies: Its solids.
-        opacity: Of its solids while one looks through them: in (0, 1].
+        opacity: Opacity of its solids when drawn transparent, in (0, 1].
     """
 
     name: str
@@ -158,11 +158,11 @@ class PageGroup:
 
 @dataclass(frozen=True, eq=False)
 class PagePlace:
-    """A place that can be looked into.
+    """A place with its mouth.
 
     Attributes:
-        name: Its own.
-        mouth: Pose of its mouth in the world, x leading in.
+        name: Name of the place.
+        mouth: Pose of its mouth in the world, with x into the place.
         size: m, width along the mouth's y and height along its z.
     """
 
@@ -173,15 +173,15 @@ class PagePlace:
 
 @dataclass(frozen=True, eq=False)
 class PageItem:
-    """One item as a page shows it.
+    """An item on a page.
 
     Attributes:
-        id: In the scene.
-        name: What is printed on it.
+        id: Id in the scene.
+        name: Label.
         colour: As #rrggbb.
         shape: Its shape.
-        pose: In the world, at the start.
-        facts: What is told of it when it is clicked on.
+        pose: Pose in the world at the start.
+        facts: Facts shown when it is clicked.
     """
 
     id: str
@@ -197,7 +197,7 @@ class PageNode:
     """A named point.
 
     Attributes:
-        name: Its own; "" for one without a label.
+        name: Label; "" without one.
         point: (3,) m in the world.
         colour: As #rrggbb.
         is_main: Whether its label is always shown.
@@ -214,7 +214,7 @@ class PageLine:
     """A path of the tool, without time.
 
     Attributes:
-        name: Its own.
+        name: Name of the path.
         points: (N, 3) m in the world.
         colour: As #rrggbb.
     """
@@ -225,7 +225,7 @@ class PageLine:
 
 
 def posed(T: Array) -> Pose:
-    """Turn a pose into the numbers that a page holds.
+    """Convert a pose to the numbers in a page.
 
     Args:
         T: (4, 4).
@@ -237,7 +237,7 @@ def posed(T: Array) -> Pose:
 
 
 def rounded(values: tuple[float, ...] | Array) -> tuple[float, ...]:
-    """Numbers to a micrometre, without a negative zero.
+    """Round numbers to six decimals, without negative zeros.
 
     Args:
         values: (k,) numbers.

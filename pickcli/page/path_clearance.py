@@ -1,4 +1,4 @@
-"""How near the robot of a motion comes to what it may not touch, by the planner's collision model."""
+"""Computes the robot's clearance along a motion, by the planner's collision model."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ from pickcli.page.motion_parts import TIME
 from pickcli.page.page_motion import Carried, PathClearance
 from pickcli.scene.scene import Scene
 
-MOST = 0.15  # m, beyond which nothing is measured
-CLEARANCE = 1e-4  # m that distances are rounded to
-MOST_STEADY = 5  # times that pairs are left out
-LONG = 0.15  # of a motion
-STEADY = 0.01  # m
+MOST = 0.15  # m, largest measured distance
+CLEARANCE = 1e-4  # m, resolution of distances
+MOST_STEADY = 5  # number of rounds in which steady pairs are excluded
+LONG = 0.15  # share of a motion in which a steady pair is the nearest
+STEADY = 0.01  # m, largest variation of its distance
 _NOTHING = Contact(MOST, "", "")
 
 
 def path_clearance(
     scene: Scene, segments: Sequence[Segment], times: Array, Q: Array, carried: Sequence[Carried]
 ) -> PathClearance:
-    """The distance to the nearest solid that is no planned contact, over time.
+    """Compute the distance to the nearest solid over time, except for planned contacts.
 
     Args:
         scene: The scene.
-        segments: What is held and may be touched when.
+        segments: Segments, for held item and allowed contacts.
         times: (N,) s.
         Q: (N, n) configurations.
-        carried: How what is held hangs in the tool.
+        carried: Held items with their poses in the tool.
 
     Returns:
-        The clearance, from below: links count as their spheres.
+        The clearance, a lower bound, as links are represented by spheres.
     """
     pairs = NearestPairs(scene.cell)
     pairs.add(scene, segments, times, Q, carried)
@@ -51,10 +51,10 @@ def path_clearance(
 
 
 class NearestPairs:
-    """The nearest pair at every time of one motion or several.
+    """The nearest pair over time, for one or more motions.
 
-    A link that is as near to one solid for long, and never nearer, would hide all else: such pairs are left
-    out, and told.
+    A link with nearly constant distance to one solid for a long time would hide all others, so such pairs are
+    excluded and listed.
 
     Args:
         cell: The cell.
@@ -69,21 +69,21 @@ class NearestPairs:
     def add(
         self, scene: Scene, segments: Sequence[Segment], times: Array, Q: Array, carried: Sequence[Carried]
     ) -> None:
-        """Look at one motion, later than those before.
+        """Add a motion that is later than the previous ones.
 
         Args:
-            scene: The scene in which it takes place.
-            segments: What is held and may be touched when.
-            times: (N,) s, rising.
+            scene: The scene of the motion.
+            segments: Segments, for held item and allowed contacts.
+            times: (N,) s, increasing.
             Q: (N, n) configurations.
-            carried: How what is held hangs in the tool.
+            carried: Held items with their poses in the tool.
         """
         for _ in range(MOST_STEADY):
             contacts = _nearest(self._model, scene, segments, times, Q, carried, frozenset(self._steady))
             if not (found := _steady(contacts)):
                 break
             self._steady |= found
-        if self._times:  # nothing is measured between two motions
+        if self._times:  # no values between two motions
             self._times += [self._times[-1] + TIME, max(self._times[-1] + 2 * TIME, float(times[0]) - TIME)]
             self._contacts += [_NOTHING, _NOTHING]
         later = [i for i, t in enumerate(times.tolist()) if not self._times or t > self._times[-1]]
@@ -91,10 +91,10 @@ class NearestPairs:
         self._contacts += [contacts[i] for i in later]
 
     def clearance(self) -> PathClearance:
-        """The clearance along the path, from what was measured so far.
+        """Return the clearance over all motions so far.
 
         Returns:
-            The clearance, from below.
+            The clearance, a lower bound.
         """
         names = tuple(sorted({str(contact) for contact in self._contacts if contact.b}))
         index = {name: i for i, name in enumerate(names)}
@@ -108,7 +108,7 @@ class NearestPairs:
 
 
 class _WithoutSelf(CollisionModel):
-    """The robot's links, each tested against all that stands and lies, and not against each other."""
+    """Collision model without self-collision pairs."""
 
     def __init__(self, cell: Cell) -> None:
         super().__init__(cell)
@@ -130,7 +130,7 @@ def _nearest(
     carried: Sequence[Carried],
     steady: frozenset[tuple[str, str]],
 ) -> list[Contact]:
-    """The nearest pair at every time, except for those that are left out."""
+    """The nearest pair at every time, without excluded ones."""
     found = [_NOTHING] * len(times)
     for segment, rows in _rows(segments, times):
         checker = _checker(model, scene, segment, carried, steady)
@@ -142,7 +142,7 @@ def _nearest(
 
 
 def _steady(contacts: Sequence[Contact]) -> dict[tuple[str, str], float]:
-    """Pairs that are nearest for long and never nearer, as a carriage on its rail is, and their distance."""
+    """Pairs that are nearest for long at nearly constant distance, such as a carriage on its rail."""
     by_pair: dict[tuple[str, str], list[float]] = {}
     for contact in contacts:
         is_link = not contact.a.startswith("held ") and contact.kind not in (
@@ -162,7 +162,7 @@ def _steady(contacts: Sequence[Contact]) -> dict[tuple[str, str], float]:
 
 
 def _rows(segments: Sequence[Segment], times: Array) -> Iterator[tuple[Segment, range]]:
-    """Each segment with the samples in it."""
+    """Yield each segment with the indices of its samples."""
     for segment in segments:
         first, last = np.searchsorted(times, (segment.t_start - TIME, segment.t_end + TIME))
         yield segment, range(int(first), int(last))
@@ -175,7 +175,7 @@ def _checker(
     carried: Sequence[Carried],
     steady: frozenset[tuple[str, str]],
 ) -> SceneChecker:
-    """The checker of the robot in a segment of a plan, with the contacts that the plan allows."""
+    """Create the checker for a segment of a plan, with the contacts that the plan allows."""
     known = {placed.id for placed in scene.items} | {body.name for body, _ in scene.standing}
     held = next((each for each in carried if each.item == segment.held), None)
     absent = frozenset({held.item} if held is not None else ())

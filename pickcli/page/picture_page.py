@@ -1,4 +1,4 @@
-"""Pages of drawings: paths of the tool's tip through a cell, named points, and bars for its places."""
+"""Pages of drawings: tool paths through a cell, named points, and bar charts for its places."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from pickcli.page.page_document import Bar, Chart, PageDocument
 from pickcli.page.page_scene import Fact, PageLine, PageNode, rounded
 from pickcli.page.scene_page import cell_page
 
-POINT = 1e-3  # m that points of paths are rounded to
+POINT = 1e-3  # m, resolution of path points
 
 
 def picture_page(picture: Picture, cell: Cell, kind: str) -> PageDocument:
-    """Show a drawing.
+    """Create the page of a drawing.
 
     Args:
         picture: The drawing.
-        cell: The cell that it is of.
-        kind: What it shows.
+        cell: The cell of the drawing.
+        kind: Kind of the page.
 
     Returns:
         The page.
@@ -54,12 +54,12 @@ def write_drawing(picture: Picture, cell: Cell, output: Path, replace: bool = Tr
 
     Args:
         picture: The drawing.
-        cell: The cell that it is of.
-        output: The file; its suffix says which kind.
-        replace: Whether a file that exists may be replaced.
+        cell: The cell of the drawing.
+        output: The file; its suffix selects the format.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        InputError: If the suffix is another, or the file cannot be written.
+        InputError: The suffix is unknown, or the file cannot be written.
     """
     refuse_suffix(output)
     if output.suffix.lower() == ".png":

@@ -1,4 +1,4 @@
-"""The page of one plan: its motion in the scene that it was made for, with the verifier's verdict."""
+"""Page of one plan: its motion in its scene, with the verifier's verdict."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from pickcli.verification.verify import verify
 
 
 def plan_page(plan: Plan, scene: Scene) -> PageDocument:
-    """Show a plan, and what the verifier says of it.
+    """Create the page of a plan with the verdict of the verifier.
 
     Args:
         plan: The plan.
-        scene: The scene that it was made for.
+        scene: The scene of the plan.
 
     Returns:
         The page.
 
     Raises:
-        StaleError: If the plan was made for another cell or another scene.
+        StaleError: The plan was made for another cell or another scene.
     """
     verdict = verify(plan, scene)
     cell, samples, carried = scene.cell, samples_of(plan, scene.cell.robot), carried_items(plan, scene)

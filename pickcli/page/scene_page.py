@@ -1,4 +1,4 @@
-"""The pages of a cell and of a scene: what stands there, what lies there, and where the arm is led to."""
+"""Pages of a cell and of a scene."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pickcli.scene.scene import Scene
 
 
 def cell_page(cell: Cell) -> PageDocument:
-    """Show a cell: robot, places, obstacles and named configurations.
+    """Create the page of a cell: robot, places, obstacles and named configurations.
 
     Args:
         cell: The cell.
@@ -48,7 +48,7 @@ def cell_page(cell: Cell) -> PageDocument:
 
 
 def scene_page(scene: Scene) -> PageDocument:
-    """Show a scene: a cell with what lies in it.
+    """Create the page of a scene: a cell with its items.
 
     Args:
         scene: The scene.
@@ -73,13 +73,13 @@ def scene_page(scene: Scene) -> PageDocument:
 
 
 def standing_page(scene: Scene, kind: str, title: str, subtitle: str) -> PageDocument:
-    """Show what stands and lies in a scene, with the arm at rest.
+    """Create a page of the static content of a scene, with the arm at rest.
 
     Args:
         scene: The scene.
-        kind: What the page is of.
+        kind: Kind of the page.
         title: Its heading.
-        subtitle: What stands under that.
+        subtitle: Text below the heading.
 
     Returns:
         The page, without facts.

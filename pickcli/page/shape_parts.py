@@ -1,4 +1,4 @@
-"""Shapes as a page draws them."""
+"""Converts shapes to data of a page."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from pickcli.files.packed_array import packed
 from pickcli.geometry import Array
 from pickcli.page.page_scene import PageBody, PageShape, posed, rounded
 
-CORNER = 1e-4  # m that corners of meshes are rounded to
+CORNER = 1e-4  # m, resolution of mesh corners
 
 
 def drawn_body(body: Body, colour: str = "") -> PageBody:
-    """A body of a cell as a page draws it.
+    """Convert a body.
 
     Args:
         body: The body.
-        colour: As #rrggbb; "" for that of what it is part of.
+        colour: As #rrggbb; "" for the colour of its owner.
 
     Returns:
         The body, in the same frame.
@@ -29,11 +29,11 @@ def drawn_body(body: Body, colour: str = "") -> PageBody:
 
 
 def drawn_shape(shape: Shape, colour: str = "") -> PageShape:
-    """A shape of a cell as a page draws it.
+    """Convert a shape.
 
     Args:
         shape: The shape.
-        colour: As #rrggbb; "" for that of what it is part of.
+        colour: As #rrggbb; "" for the colour of its owner.
 
     Returns:
         The shape; a hull as a mesh.
@@ -45,13 +45,13 @@ def drawn_shape(shape: Shape, colour: str = "") -> PageShape:
 
 
 def mesh(corners: Array, triangles: Array, colour: str = "", is_smooth: bool = False) -> PageShape:
-    """A mesh as a page draws it.
+    """Convert a mesh.
 
     Args:
         corners: (V, 3) m.
         triangles: (F, 3) indices of corners.
-        colour: As #rrggbb; "" for that of what it is part of.
-        is_smooth: Whether the edges between flat triangles are rounded off in the light.
+        colour: As #rrggbb; "" for the colour of its owner.
+        is_smooth: Whether edges between triangles are shaded smoothly.
 
     Returns:
         The shape.
@@ -61,7 +61,7 @@ def mesh(corners: Array, triangles: Array, colour: str = "", is_smooth: bool = F
 
 @lru_cache(maxsize=256)
 def _faces(shape: Shape) -> tuple[Array, Array]:
-    """Corners (V, 3) of a hull and the triangles (F, 3) of its surface, wound so that normals point out."""
+    """Corners (V, 3) of a hull and its triangles (F, 3), with outward normals."""
     points = np.array(shape.vertices)
     hull = ConvexHull(points)
     numbers = np.full(len(points), -1)

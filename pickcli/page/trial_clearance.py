@@ -1,4 +1,4 @@
-"""How near the robot of a trial came to what it might not touch, with every item where it was then."""
+"""Computes the robot's clearance in a trial, with every item at its pose at that time."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from pickcli.page.path_clearance import NearestPairs
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
 
-STEP = 0.04  # s between two times at which the clearance is measured
-FARTHEST = 0.05  # m that an item may be from the tip to count as held where the plan says so
+STEP = 0.04  # s between samples
+FARTHEST = 0.05  # m, largest distance from the tip of an item that counts as held
 
 
 def trial_clearance(scene: Scene, motion: RecordedMotion) -> PathClearance | None:
-    """The distance to the nearest solid that is no planned contact, while something is carried out.
+    """Compute the distance to the nearest solid during executions, except for planned contacts.
 
     Args:
-        scene: Where everything truly was at the start.
-        motion: What moved.
+        scene: The true scene at the start.
+        motion: The recorded motion.
 
     Returns:
-        The clearance, from below; None where nothing was carried out.
+        The clearance, a lower bound; None without executions.
     """
     moves = [execution for execution in motion.executions if execution.segments]
     if not moves:
@@ -41,7 +41,7 @@ def trial_clearance(scene: Scene, motion: RecordedMotion) -> PathClearance | Non
 
 
 def _scene_at(scene: Scene, motion: RecordedMotion, t: float) -> Scene:
-    """The true scene at a time: what moved by then lies where it was recorded."""
+    """The true scene at a time, by the recorded poses."""
     items = tuple(
         replace(placed, T_world_item=_item_at(motion, placed.id, t)) if placed.id in motion.items else placed
         for placed in scene.items
@@ -50,7 +50,7 @@ def _scene_at(scene: Scene, motion: RecordedMotion, t: float) -> Scene:
 
 
 def _carried(scene: Scene, motion: RecordedMotion, move: RecordedExecution) -> tuple[Carried, ...]:
-    """What hangs in the tool in a motion, as it did in the middle of that."""
+    """The item held in a motion, with its pose in the tool in the middle of that time."""
     held = [segment for segment in move.segments if segment.held is not None]
     if not held or held[0].held not in motion.items:
         return ()

@@ -1,4 +1,4 @@
-"""The page of a trial: everything that moved, attempt by attempt, with what went wrong and the score."""
+"""Page of a trial: all motion by attempts, with failures and the score."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pickcli.page.trial_clearance import trial_clearance
 from pickcli.scene.scene import Scene
 from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
 
-JOINT, POSE, KILOPASCAL = 1e-4, 1e-4, 0.05  # what numbers are rounded to
+JOINT, POSE, KILOPASCAL = 1e-4, 1e-4, 0.05  # resolutions
 _TONES = {
     "in tote": Tone.GOOD, "delivered": Tone.GOOD, "moved aside": Tone.GOOD, "not picked": Tone.FAIR,
     "no time": Tone.FAIR,
@@ -31,7 +31,7 @@ _TONES = {
 
 @dataclass(frozen=True, eq=False)
 class _Played:
-    """An attempt of the record, with what was carried out for it."""
+    """A recorded attempt with its executions."""
 
     told: Mapping[str, Any]
     executions: tuple[tuple[Mapping[str, Any], RecordedExecution], ...]
@@ -40,12 +40,12 @@ class _Played:
 
 
 def trial_page(record: Mapping[str, Any], scene: Scene, motion: RecordedMotion) -> PageDocument:
-    """Show a trial.
+    """Create the page of a trial.
 
     Args:
-        record: What its ``trial.json`` says.
-        scene: Where everything truly was at its start.
-        motion: What moved.
+        record: Content of its ``trial.json``.
+        scene: The true scene at its start.
+        motion: The recorded motion.
 
     Returns:
         The page.
@@ -78,7 +78,7 @@ def trial_page(record: Mapping[str, Any], scene: Scene, motion: RecordedMotion) 
 
 
 def _played(attempts: Sequence[Mapping[str, Any]], motion: RecordedMotion) -> list[_Played]:
-    """Every attempt with its executions, which were recorded in the same order."""
+    """Assign executions, which were recorded in the same order, to attempts."""
     left, played, now = list(motion.executions), [], 0.0
     for told in attempts:
         own = []
@@ -92,7 +92,7 @@ def _played(attempts: Sequence[Mapping[str, Any]], motion: RecordedMotion) -> li
 
 
 def _executed(attempt: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """The executions of an attempt, in the order of time."""
+    """Executions of an attempt in order of time."""
     steps = (attempt.get("parking"), attempt["execution"], *(s["execution"] for s in attempt["recovery"]))
     return (step for step in steps if step is not None)
 
@@ -138,7 +138,7 @@ def _chapter(attempt: _Played, scene: Scene) -> Chapter:
 
 
 def _marks(attempt: _Played, scene: Scene) -> Iterator[Mark]:
-    """Refused grasps and what was met, contacts, drops and what was moved."""
+    """Yield marks for rejected grasps, collisions, contacts, drops and disturbed items."""
     known = named_parts(scene)
     reasons = [
         Reason(each["what"], each["where"], each["detail"], each["in_the_way"])
@@ -146,7 +146,7 @@ def _marks(attempt: _Played, scene: Scene) -> Iterator[Mark]:
         for _ in range(each["count"])
     ]
     for mark in failure_marks(reasons, known, attempt.told["item"]):
-        yield replace(mark, t=None)  # there was no motion yet
+        yield replace(mark, t=None)  # failed in planning, before any motion
     for told, execution in attempt.executions:
         yield from _happened(told, execution, known)
 
@@ -154,7 +154,7 @@ def _marks(attempt: _Played, scene: Scene) -> Iterator[Mark]:
 def _happened(
     told: Mapping[str, Any], execution: RecordedExecution, known: frozenset[str]
 ) -> Iterator[Mark]:  # fmt: skip
-    """What went wrong while something was carried out."""
+    """Yield marks for faults during an execution."""
     if told["stopped"]:
         yield Mark("stopped", told["stopped"], execution.t_end, Tone.FAIR)
     for hit in told["collisions"]:
@@ -171,7 +171,7 @@ def _happened(
 
 
 def _switched(attempts: Sequence[_Played]) -> list[tuple[float, str, str, str]]:
-    """(s, device, action, what is told) of every event that fired."""
+    """(s, device, action, details) of every fired event."""
     found = []
     for attempt in attempts:
         for told, _ in attempt.executions:
@@ -193,7 +193,7 @@ def _vacuum(motion: RecordedMotion) -> Iterator[Signal]:
 
 
 def _limits(motion: RecordedMotion, cell: Cell) -> Iterator[Signal]:
-    """Velocity, acceleration and jerk of all that was carried out, at rest in between."""
+    """Velocity, acceleration and jerk of all executions, with 0 in between."""
     moves = [each for each in motion.executions if each.shares]
     if not moves:
         return

@@ -1,4 +1,4 @@
-"""The page of a folder of trials: scores, how often which item was delivered, why items were missed."""
+"""Page of a folder of trials: scores, success rates by item, and causes of failures."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from pickcli.trial.success_rate import SuccessRate
 from pickcli.trial.trial_statistics import TrialStatistics, score_share
 
 MOST_CAUSES = 12
-TENTH = 0.1  # of the most points: the width of a bar of scores
+TENTH = 0.1  # width of a bar, as a share of the largest score
 _GOOD, _FAIR, _BAD = "#009e73", "#e69f00", "#b2182b"
 
 
 def trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument:
-    """Show several trials side by side.
+    """Create a page of several trials.
 
     Args:
-        records: What their ``trial.json`` say, by name.
+        records: Contents of their ``trial.json``, by name.
 
     Returns:
         The page.
@@ -51,7 +51,7 @@ def trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument:
 
 
 def _mean(told: TrialStatistics) -> str:
-    """The mean score with its interval, and the worst."""
+    """Mean score with its interval, and the worst score."""
     test, worst = told.mean_share, min(told.shares)
     between = f" (95 %: {test.low:.0%} to {test.high:.0%})" if test.n >= FEWEST else ""
     return f"{test.mean:.0%} of the most in the mean{between}, {worst:.0%} in the worst"
@@ -68,7 +68,7 @@ def _total(told: TrialStatistics, key: str, label: str) -> Fact:
 
 
 def _distribution(shares: Sequence[float]) -> Chart:
-    """How many trials have which share of the points, in tenths; below 0 counts as 0."""
+    """Histogram of score shares in tenths; negative shares count as 0."""
     counts = Counter(min(9, max(0, int(share / TENTH + 1e-9))) for share in shares)
     bars = tuple(Bar(f"{10 * k} to {10 * k + 10} %", (counts[k],)) for k in range(min(counts), 10))
     return Chart("Trials by their share of the points", (("trials", _GOOD),), bars)
@@ -96,7 +96,7 @@ def _by_item(items: Sequence[Mapping[str, Any]]) -> Chart:
 
 
 def _outcomes(title: str, items: Sequence[Mapping[str, Any]], key: str) -> Chart:
-    """How many targets were delivered, tried in vain, and never planned for."""
+    """Numbers of targets that were delivered, tried without success, and never planned."""
     counts: dict[str, list[int]] = {}
     for item in sorted(items, key=lambda item: str(item[key])):
         kind = 0 if item["points"] > 0 else 2 if item["outcome"] == "no plan" else 1
@@ -106,7 +106,7 @@ def _outcomes(title: str, items: Sequence[Mapping[str, Any]], key: str) -> Chart
 
 
 def _rates(title: str, rates: Mapping[str, SuccessRate]) -> PageTable:
-    """Shares with their intervals, the worst first."""
+    """Success rates with their intervals, the worst first."""
     ranked = sorted(rates.items(), key=lambda named: (named[1].share, named[0]))
     rows = tuple(
         (name.replace("_", " "), str(rate.successes), str(rate.tries), _share(rate)) for name, rate in ranked

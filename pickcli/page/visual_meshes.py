@@ -1,4 +1,4 @@
-"""What the URDF of a robot says its links look like: shapes and meshes of few triangles, with colours."""
+"""Reads visuals of a robot's links from its URDF: shapes and simplified meshes, with colours."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from pickcli.meshes.mesh_file import parse_triangles, read_mesh_bytes
 from pickcli.page.page_scene import PageBody, PageShape, posed
 from pickcli.page.shape_parts import drawn_shape, mesh
 
-MOST_TRIANGLES = 5000  # of one mesh
-FINEST = 5e-4  # m within which corners become one, to begin with
+MOST_TRIANGLES = 5000  # per mesh
+FINEST = 5e-4  # m, initial distance within which corners are merged
 _SIZES = {"cylinder": ("radius", "length"), "sphere": ("radius",)}
 
 
 def visual_bodies(cell: Cell) -> dict[str, tuple[PageBody, ...]]:
-    """The links of a robot as they look.
+    """Read the visual bodies of a robot's links.
 
     Args:
         cell: The cell.
 
     Returns:
-        By link. Left out are links that the URDF draws nothing for, or by meshes that are not where it says:
-        a page needs none, and draws their collision shapes.
+        Bodies by link. Links without visuals, or with missing meshes, are left out; pages draw their
+        collision shapes instead.
     """
     urdf = cell.robot.urdf
-    if urdf.suffix != ".urdf":  # a cell of several robots
+    if urdf.suffix != ".urdf":  # several robots have no common file
         return {}
     robot, meshes = read_xml(urdf), MeshNames(urdf, cell.path, _packages(cell))
     colours = dict(_colours(robot))
@@ -51,14 +51,14 @@ def visual_bodies(cell: Cell) -> dict[str, tuple[PageBody, ...]]:
 
 
 def fewer_triangles(triangles: Array, most: int = MOST_TRIANGLES) -> tuple[Array, Array]:
-    """A mesh with corners that lie close together made one, until it has few triangles.
+    """Simplify a mesh by merging corners that are close together.
 
     Args:
         triangles: (T, 3, 3) m.
-        most: The most triangles to keep.
+        most: Largest number of triangles.
 
     Returns:
-        Corners (V, 3) in m and triangles (F, 3), F at most ``most``.
+        Corners (V, 3) in m and triangles (F, 3), with F at most ``most``.
     """
     points, grid = triangles.reshape(-1, 3), FINEST
     while True:
@@ -75,21 +75,21 @@ def fewer_triangles(triangles: Array, most: int = MOST_TRIANGLES) -> tuple[Array
 
 
 def _packages(cell: Cell) -> dict[str, Path]:
-    """Folders of the packages that the cell's file states."""
+    """Folders of the packages stated in the cell file."""
     data = read_yaml(cell.path / "cell.yaml").data
     stated = data.get("robot", {}).get("packages", {})
     return {name: cell.path / folder for name, folder in stated.items()}
 
 
 def _colours(robot: Element) -> Iterator[tuple[str, str]]:
-    """The materials of a robot that have a name and a colour."""
+    """Named materials of a robot with their colours."""
     for material in robot.all("material"):
         if "name" in material.attributes and (colour := _colour(material, {})):
             yield material.text("name"), colour
 
 
 def _body(visual: Element, link: Element, meshes: MeshNames, colours: Mapping[str, str]) -> PageBody:
-    """Raises InputError where a mesh is missing, or something is not as a URDF has it."""
+    """Convert a visual. Raises InputError if a mesh is missing, or the URDF is malformed."""
     material = visual.optional("material")
     colour = "" if material is None else _colour(material, colours)
     (element,) = visual.one("geometry").children
@@ -111,7 +111,7 @@ def _shape(element: Element, meshes: MeshNames, colour: str) -> PageShape:
 
 
 def _colour(material: Element, known: Mapping[str, str]) -> str:
-    """As #rrggbb; that of the material's name where it states none itself, "" where nothing does."""
+    """Colour as #rrggbb: stated or by the material's name; "" if unknown."""
     stated = material.optional("color")
     if stated is None:
         return known.get(material.attributes.get("name", ""), "")

@@ -27,9 +27,7 @@ PLANNING_CHARGE = 1.5  # s per planning call: at most 0.5 s of planning and 1 s 
 PRIOR = 4.0  # successes assumed at the start for every item and every bin
 RETRY_CHANCE = 0.5  # factor on the chance for each failed attempt at a target
 AGAIN_CHANCE = 0.2  # factor for each look without a plan; another look has other pose errors
-HIDING = (
-    0.03  # factor for a move to a place of open targets, which it hides: about three looks at each come first
-)
+HIDING = 0.03  # factor for a move that would hide open targets: about three looks at each come first
 CLEAR_CHANCE = 0.5  # probability that moving an item aside helps
 CLEAR_CALLS = 4  # typical number of planning calls to find blocking items
 
