@@ -43,7 +43,11 @@ class Supports:
         while todo:
             for contact in self.graph.touching[todo.pop()]:
                 name = contact.b
-                if name in self.graph.items and name not in gone and self._falls(name, contact, gone, below):
+                if (
+                    name in self.graph.items
+                    and name not in gone
+                    and self._falls(item_id, contact, gone, below)
+                ):
                     gone |= {name}
                     todo.append(name)
         return tuple(sorted(gone - {item_id}, key=lambda name: (-self._bottom[name], name)))
@@ -98,18 +102,22 @@ class Supports:
             if self.balance.lies_level(name, gone) and not self.balance.stays(name, gone)
         )
 
-    def _falls(self, name: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
+    def _falls(self, taken: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
         """Whether an item falls together with another that it touches.
 
-        contact: as seen from the falling one. below: all items that the target rests on
+        taken: id of the target. contact: as seen from the item that falls or is taken. below: all items that
+        the target rests on
         """
+        name = contact.b
         if contact.flipped.carries:
             return True  # it rests on the falling item, at least in part
         if self.balance.stays(name, gone):
             return False
-        if name in below:  # the removed item may have been its counterweight or chock
-            return self.balance.stays(name) or contact.is_steep
-        return not self.balance.lies_level(name, gone)
+        is_level = self.balance.lies_level(name, gone)
+        if name not in below or (is_level and contact.a == taken):
+            return not is_level
+        # The removed item may have been its counterweight or chock, or push it as it falls.
+        return self.balance.stays(name) or contact.is_steep
 
     def _rim(self, item_id: str) -> float | None:
         """Height in the world of the rim of the open box that contains an item; None without one."""

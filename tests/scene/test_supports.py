@@ -355,6 +355,21 @@ def test_what_lies_where_no_friction_holds_is_held_by_what_is_on_it(
     assert supports.falling("block") == falls
 
 
+@pytest.mark.parametrize("degrees", [25.0, 40.0, 50.0])
+def test_what_leans_on_a_roll_on_level_ground_is_taken_off_it_without_it(cell: Cell, degrees: float) -> None:
+    """The roll bears it from aside, and rolls only if it is pushed; before, each of the two held the other."""
+    radius, thick = 0.07, 0.02
+    turn, out = float(np.radians(degrees)), radius + thick / 2
+    roll_shape = shaped(cell, (radius, 0.28), ShapeKind.CYLINDER)
+    roll = at(cell, "roll", roll_shape, 0.3, 0.0, radius, (0.0, np.pi / 2, 0.0))
+    y, z = -out * np.sin(turn), radius + out * np.cos(turn)
+    plate = at(cell, "plate", shaped(cell, (0.12, 0.12, thick)), 0.3, y, z, (turn, 0.0, 0.0))
+    supports = of(cell, roll, plate)
+    assert supports.graph.carriers("plate") == ("roll",)
+    assert supports.falling("plate") == () and supports.rolling("plate") == ("roll",)
+    assert supports.falling("roll") == ("plate",)
+
+
 @pytest.mark.parametrize(("overhang", "tips"), [(-0.004, False), (0.004, True)])
 @pytest.mark.parametrize("levels", [1, 2])
 def test_what_is_kept_in_balance_by_what_is_on_it_falls_without_that(
