@@ -357,7 +357,7 @@ def test_what_lies_where_no_friction_holds_is_held_by_what_is_on_it(
 
 @pytest.mark.parametrize("degrees", [25.0, 40.0, 50.0])
 def test_what_leans_on_a_roll_on_level_ground_is_taken_off_it_without_it(cell: Cell, degrees: float) -> None:
-    """The roll bears it from aside, and rolls only if it is pushed; before, each of the two held the other."""
+    """The roll bears it from aside, and rolls only if it is pushed: neither holds the other."""
     radius, thick = 0.07, 0.02
     turn, out = float(np.radians(degrees)), radius + thick / 2
     roll_shape = shaped(cell, (radius, 0.28), ShapeKind.CYLINDER)
