@@ -1,7 +1,7 @@
 """apc: proven picking motion for one robot arm or two, at shelves, crates and tables.
 
 Everything in ``__all__`` is stable: docs/reference/python.md lists it. A name is imported at its first use,
-so that importing the package takes no time; type checkers read in ``__init__.pyi`` what each name is.
+so that importing the package takes no time; type checkers read the types of the names from ``__init__.pyi``.
 """
 
 import importlib
@@ -39,7 +39,7 @@ __all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> object:
-    """Import a stable name from where it lives. Raises AttributeError for any other."""
+    """Import a stable name from its module. Raises AttributeError for any other."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = globals()[name] = getattr(importlib.import_module(_HOME[name]), name)
@@ -47,5 +47,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """The stable names beside what the module has."""
+    """Return the stable names besides the module's own."""
     return sorted({*globals(), *__all__})

@@ -1,4 +1,4 @@
-"""Every exception the suite raises on purpose, in one tree.
+"""All exceptions that the package raises on purpose, in one tree.
 
 ApcError
 ├── InputError            3  a file, name or value from outside is not usable
@@ -12,7 +12,7 @@ ApcError
 ├── WorkerLostError       1  a task of a build that ended the processes which tried it
 └── LimitError            1  our own bug: a trajectory that breaks a limit reached the end of timing
 
-The number is the exit code of the command that meets it. Anything outside the tree is a bug: exit 1.
+The number is the exit code of a command that ends with the exception. Any other exception is a bug: exit 1.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ from pickcli.name_suggestion import shortened, suggestion
 
 
 class ApcError(Exception):
-    """Base of all deliberate failures. ``exit_code`` is what the process returns."""
+    """Base of all deliberate failures. ``exit_code`` is the exit code of the process."""
 
     exit_code = 1
 
 
 class InputError(ApcError):
-    """Something from outside is wrong: says what, where, and what to do."""
+    """Input from outside is wrong; the message states the fault, its place, and a remedy."""
 
     exit_code = 3
 
 
 def not_installed(package: str, extra: str, purpose: str) -> InputError:
-    """The error of an extra that is missing.
+    """Return the error of a missing extra.
 
     Args:
-        package: What cannot be imported.
+        package: The package that cannot be imported.
         extra: Name of the extra that installs it.
-        purpose: What it is needed for.
+        purpose: The feature that needs it.
 
     Returns:
         The error, to be raised.
@@ -55,15 +55,15 @@ MAX_PATH = 300  # characters of a name that may be a path
 
 
 class UnknownNameError(InputError):
-    """A name nobody knows. The message says what could have been meant.
+    """An unknown name. The message suggests known names.
 
     Args:
-        kind: What the name should be of, e.g. "item".
+        kind: Kind of the name, e.g. "item".
         name: The name.
         known: Names that exist.
         where: Place of the name, e.g. a file with its line.
-        hint: What to say instead of the closest known name.
-        told: What to say instead of all, where the name is known, and not here.
+        hint: Text instead of the suggested name.
+        told: Text instead of the whole message, if the name is known, but not here.
     """
 
     def __init__(
@@ -90,12 +90,12 @@ class DamagedError(ArtifactError):
 
 
 class RejectedError(ArtifactError):
-    """The independent verifier does not accept the plan.
+    """The independent verifier rejects the plan.
 
     Args:
         what: The plan.
         reasons: Every fault that the verifier found.
-        advice: What to do.
+        advice: Advice for the user.
     """
 
     def __init__(self, what: str, reasons: Sequence[Reason] = (), advice: str = "plan it again") -> None:
@@ -111,20 +111,20 @@ def printable(text: str) -> str:
         text: Text from outside.
 
     Returns:
-        The text that is safe to print.
+        The text, safe to print.
     """
     return "".join(c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text)
 
 
 @dataclass(frozen=True)
 class Reason:
-    """Why one candidate failed: failure as a value.
+    """Why one candidate failed, as a value.
 
     Attributes:
         what: Short cause, e.g. "collision", "no IK solution", "does not hold", "joint limit".
         where: Candidate and segment, e.g. "grasp 3 (frontal), lift".
-        detail: Link, obstacle and depth, or the limit and by how much.
-        in_the_way: Id of the item that stands in the way, if it is one.
+        detail: Link, obstacle and depth, or the limit and the excess.
+        in_the_way: Id of the blocking item, if there is one.
     """
 
     what: str
@@ -133,7 +133,7 @@ class Reason:
     in_the_way: str = ""
 
     def at(self, where: str) -> Reason:
-        """The reason with another place.
+        """Return the reason with another place.
 
         Args:
             where: The new place.
@@ -144,7 +144,7 @@ class Reason:
         return replace(self, where=where)
 
     def within(self, where: str) -> Reason:
-        """The reason with its place as a part of a larger one.
+        """Return the reason with its place as a part of a larger one.
 
         Args:
             where: The larger place, e.g. the grasp of a segment.
@@ -160,13 +160,14 @@ class Reason:
 
 @dataclass(frozen=True)
 class Failures:
-    """Reasons why none of several candidates led to a motion, in the order in which they were met.
+    """Reasons why none of several candidates led to a motion, in the order of the candidates.
 
-    Reasons that cost time to find may be left to be found when somebody asks for them: where something else
-    leads to a motion, nobody does.
+    Reasons that are costly to determine can be given as functions, which are only called when reasons are
+    read: if another candidate leads to a motion, they are not.
 
     Attributes:
-        parts: Reasons, and what finds more of them, in the order in which the candidates were tried.
+        parts: Reasons, and functions that return more of them, in the order in which the candidates were
+            tried.
     """
 
     parts: tuple[Reason | Callable[[], Iterable[Reason]], ...] = ()
@@ -180,7 +181,7 @@ class Failures:
 
     @classmethod
     def of(cls, *reasons: Reason) -> Failures:
-        """Failures with the reasons given.
+        """Build failures from reasons.
 
         Args:
             *reasons: In the order in which the candidates were tried.
@@ -191,12 +192,12 @@ class Failures:
         return cls(reasons)
 
     def __add__(self, other: Failures | Reason) -> Failures:
-        """All reasons of both, in their order."""
+        """Concatenate the reasons of both."""
         more = (other,) if isinstance(other, Reason) else other.parts
         return Failures((*self.parts, *more))
 
     def within(self, where: str) -> Failures:
-        """The failures with their places as parts of a larger one.
+        """Return the failures with their places as parts of a larger one.
 
         Args:
             where: The larger place.
@@ -207,12 +208,12 @@ class Failures:
         return Failures((lambda: (reason.within(where) for reason in self.reasons),))
 
     def __iter__(self) -> Iterator[Reason]:
-        """The reasons, in their order."""
+        """Iterate over the reasons in their order."""
         return iter(self.reasons)
 
     @property
     def in_the_way(self) -> tuple[str, ...]:
-        """Ids of the items that stood in the way, the most frequent first, ties in their order."""
+        """Ids of the blocking items, the most frequent first, ties in their order."""
         found = Counter(reason.in_the_way for reason in self.reasons if reason.in_the_way)
         return tuple(name for name, _ in found.most_common())
 
@@ -221,9 +222,9 @@ class NoPlanError(ApcError):
     """No motion was found. Carries all reasons, grouped in the message by frequency.
 
     Args:
-        query: What was asked, e.g. "pick crayola_24_ct from bin_B".
+        query: The query, e.g. "pick crayola_24_ct from bin_B".
         reasons: Every reason, in the order in which the candidates were tried.
-        told: What is said instead of the most frequent of them.
+        told: Text instead of the most frequent reasons.
     """
 
     exit_code = 5
@@ -234,11 +235,11 @@ class NoPlanError(ApcError):
 
     @classmethod
     def of_arms(cls, query: str, arms: Sequence[tuple[str, NoPlanError | None]]) -> NoPlanError:
-        """The error of several arms none of which has a plan, told arm by arm.
+        """Return the error of several arms without a plan, with a line per arm.
 
         Args:
-            query: What was asked.
-            arms: In their order, what speaks for each, and why it has no plan; None for one not tried.
+            query: The query.
+            arms: In their order, the suitability of each, and its error; None for an arm that was not tried.
 
         Returns:
             The error, with the reasons of all arms.
@@ -254,14 +255,14 @@ class NoPlanError(ApcError):
 
     @property
     def in_the_way(self) -> tuple[str, ...]:
-        """Ids of the items that stood in the way, the most frequent first, ties in their order."""
+        """Ids of the blocking items, the most frequent first, ties in their order."""
         return self.failures.in_the_way
 
     def summary(self, n_most: int = 3) -> str:
-        """The most frequent causes with one example each.
+        """Summarise the most frequent causes with one example each.
 
         Args:
-            n_most: How many causes.
+            n_most: Most causes.
 
         Returns:
             One line.
@@ -276,21 +277,21 @@ class NoPlanError(ApcError):
 
 
 def _told(reasons: Sequence[Reason]) -> str:
-    """The first of several reasons of one kind, and how many there are."""
+    """Format the first of several reasons of one kind, and their number."""
     return (
         str(reasons[0]) if len(reasons) == 1 else f"{len(reasons)} times {reasons[0].what}, e.g. {reasons[0]}"
     )
 
 
 class TrialAbortedError(ApcError):
-    """The trial could not go on."""
+    """The trial could not continue."""
 
     exit_code = 6
 
 
 class WorkerLostError(ApcError):
-    """A task crashed the processes that tried it, or the machine has too little memory for it."""
+    """A task crashed the processes that ran it, or the machine has too little memory for it."""
 
 
 class LimitError(ApcError):
-    """A timed trajectory breaks a limit: raised instead of handing it on."""
+    """A timed trajectory breaks a limit; raised instead of returning it."""

@@ -1,4 +1,4 @@
-"""SE(3) as plain 4x4 arrays, and the only place where quaternion order appears.
+"""SE(3) as plain 4x4 arrays; quaternion order is only relevant in this module.
 
 Conventions: ``T_a_b`` maps coordinates in frame b to frame a, so ``T_a_b @ T_b_c == T_a_c``.
 Quaternions are (x, y, z, w), as in ROS. Roll, pitch, yaw are fixed-axis x-y-z, as in URDF.
@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 
 GRAVITY = 9.81  # m/s^2, against the world's z
-_SAME_DIRECTION = 1e-12  # sine of the angle between two directions that are as good as one
+_SAME_DIRECTION = 1e-12  # sine of the angle between two directions that count as equal
 _IDENTITY = np.eye(4)
 _LOCKED = 1e-9  # cosine of a pitch at which roll and yaw turn about the same axis
 
 
 def rotation_rpy(roll: float | Array, pitch: float | Array, yaw: float | Array) -> Array:
-    """Rotation matrix of fixed-axis roll, pitch and yaw (URDF's convention).
+    """Compute the rotation matrix of fixed-axis roll, pitch and yaw (URDF's convention).
 
     Args:
         roll: rad about x; an array (n,) for n rotations.
@@ -45,10 +45,10 @@ def rotation_rpy(roll: float | Array, pitch: float | Array, yaw: float | Array) 
 
 
 def to_rpy(R: Array) -> Array:
-    """Fixed-axis roll, pitch and yaw of a rotation matrix (URDF's convention).
+    """Compute fixed-axis roll, pitch and yaw of a rotation matrix (URDF's convention).
 
     Args:
-        R: (3, 3); where the pitch is a quarter turn, which leaves a choice, the yaw is 0.
+        R: (3, 3); if the pitch is a quarter turn, roll and yaw are ambiguous and the yaw is 0.
 
     Returns:
         (3,) rad.
@@ -61,14 +61,14 @@ def to_rpy(R: Array) -> Array:
 
 
 def least_turn(a: Array, b: Array) -> Array:
-    """The rotation by the least angle that brings one direction to another.
+    """Compute the rotation by the least angle that takes one direction to another.
 
     Args:
         a: (3,) unit vector.
         b: (3,) unit vector.
 
     Returns:
-        (3, 3), ``least_turn(a, b) @ a == b``; about any axis across, where b is opposite to a.
+        (3, 3), ``least_turn(a, b) @ a == b``; about any perpendicular axis if b is opposite to a.
     """
     axis, cosine = np.cross(a, b), float(a @ b)
     sine = float(np.linalg.norm(axis))
@@ -78,7 +78,7 @@ def least_turn(a: Array, b: Array) -> Array:
 
 
 def rotation_axis_angle(axis: Sequence[float] | Array, angle: float) -> Array:
-    """Rotation matrix about an axis (Rodrigues).
+    """Compute the rotation matrix about an axis (Rodrigues).
 
     Args:
         axis: (3,) unit vector.
@@ -97,7 +97,7 @@ def pose(
     rpy: Sequence[float] | Array | None = None,
     R: Array | None = None,
 ) -> Array:
-    """Pose from a position and an orientation.
+    """Build a pose from a position and an orientation.
 
     Args:
         xyz: (3,) m.
@@ -117,7 +117,7 @@ def pose(
 
 
 def inverse(T: Array) -> Array:
-    """Inverse of a pose, exact for rigid transforms.
+    """Invert a pose, exact for rigid transforms.
 
     Args:
         T: (4, 4).
@@ -132,7 +132,7 @@ def inverse(T: Array) -> Array:
 
 
 def to_quaternion(R: Array) -> Array:
-    """Unit quaternion of a rotation matrix.
+    """Compute the unit quaternion of a rotation matrix.
 
     Args:
         R: (3, 3).
@@ -141,7 +141,7 @@ def to_quaternion(R: Array) -> Array:
         (x, y, z, w) with w >= 0.
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = R[:3, :3].tolist()
-    # The largest of the four squared components is found first: no division by a small number.
+    # The largest of the four squared components is found first, to avoid division by a small number.
     squares = [1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz, 1.0 + xx + yy + zz]
     i = squares.index(max(squares))
     if i == 3:
@@ -157,7 +157,7 @@ def to_quaternion(R: Array) -> Array:
 
 
 def from_quaternion(q: Sequence[float] | Array) -> Array:
-    """Rotation matrix of a quaternion.
+    """Compute the rotation matrix of a quaternion.
 
     Args:
         q: (x, y, z, w); it is normalised first.
@@ -177,7 +177,7 @@ def from_quaternion(q: Sequence[float] | Array) -> Array:
 
 
 def rotation_vector(R: Array) -> Array:
-    """Rotation vector of a rotation matrix: axis times angle.
+    """Compute the rotation vector of a rotation matrix: axis times angle.
 
     Args:
         R: (3, 3).
@@ -194,7 +194,7 @@ def rotation_vector(R: Array) -> Array:
 
 
 def rotation_angle(R: Array) -> float:
-    """Angle of a rotation matrix.
+    """Compute the angle of a rotation matrix.
 
     Args:
         R: (3, 3).
@@ -206,19 +206,19 @@ def rotation_angle(R: Array) -> float:
 
 
 def length(v: Array) -> float:
-    """Euclidean length of one vector, without what ``np.linalg.norm`` spends on arrays of any shape.
+    """Compute the Euclidean length of one vector, without the overhead of ``np.linalg.norm``.
 
     Args:
         v: (n,).
 
     Returns:
-        The length, to the last bit that of ``np.linalg.norm``.
+        The length, exactly equal to that of ``np.linalg.norm``.
     """
     return math.sqrt(v.dot(v))
 
 
 def perpendiculars(normal: Array) -> tuple[Array, Array]:
-    """Two unit vectors that complete a right-handed frame.
+    """Return two unit vectors that complete a right-handed frame.
 
     Args:
         normal: (3,) unit vector.
@@ -233,7 +233,7 @@ def perpendiculars(normal: Array) -> tuple[Array, Array]:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Cross product of two vectors, without what ``np.cross`` spends on arrays of any shape.
+    """Compute the cross product of two vectors, without the overhead of ``np.cross``.
 
     Args:
         a: (3,).
@@ -264,7 +264,7 @@ def is_pose(T: Array, tolerance: float = 1e-6) -> bool:
 
     Args:
         T: The array.
-        tolerance: Of the entries of R R^T.
+        tolerance: Tolerance of the entries of R R^T.
 
     Returns:
         True if it is.

@@ -1,4 +1,4 @@
-"""Suggest the known name that was probably meant by an unknown one."""
+"""Suggestion of the known names that an unknown name probably stands for."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import re
 from collections.abc import Collection, Sequence
 
 MAX_NAME = 60  # characters of an unknown name that are compared and repeated
-MAX_KNOWN = 16  # names that are listed where none is like the one given
+MAX_KNOWN = 16  # names that are listed if none is similar to the given one
 MAX_MEANT = 3  # names that are suggested
-MIN_PREFIX = 3  # letters that a name begins with to be meant by them
+MIN_PREFIX = 3  # least letters of a name for a suggestion of names that begin with it
 
 
 def shortened(name: str, most: int = MAX_NAME) -> str:
-    """A name as it is repeated in a message: cut if it is too long.
+    """Shorten a name for a message if it is too long.
 
     Args:
         name: The name.
-        most: Characters that are kept, at most.
+        most: Most characters to keep.
 
     Returns:
         The name, with an ellipsis if it was cut.
@@ -25,16 +25,16 @@ def shortened(name: str, most: int = MAX_NAME) -> str:
 
 
 def suggestion(name: str, known: Collection[str]) -> str:
-    """What to write instead of an unknown name.
+    """Suggest what to write instead of an unknown name.
 
     Args:
-        name: As it was given.
-        known: What could have been meant.
+        name: The name as given.
+        known: The possible names.
 
     Returns:
-        "did you mean 'bin_C'?" with the names that differ in case and separators alone, else those that
-        contain the name as words (`A` for `bin_A`), else those that begin with it, else those spelt most
-        alike. Without any, or with too many that are equally alike, the known names.
+        "did you mean 'bin_C'?" with the names that differ only in case and separators, else those that
+        contain the name as words (`A` for `bin_A`), else those that begin with it, else the most similar
+        ones. Without any, or with too many that are equally similar, the known names.
     """
     if meant := _meant(name[:MAX_NAME], sorted(known)):
         return f"did you mean {' or '.join(map(repr, meant))}?"
@@ -43,7 +43,7 @@ def suggestion(name: str, known: Collection[str]) -> str:
 
 
 def _meant(name: str, known: Sequence[str]) -> Sequence[str]:
-    """The known names that are meant most likely, at most MAX_MEANT."""
+    """Return the most probable known names, at most MAX_MEANT."""
     import difflib
 
     words = _words(name)
@@ -66,11 +66,11 @@ def _meant(name: str, known: Sequence[str]) -> Sequence[str]:
 
 
 def _words(name: str) -> list[str]:
-    """The words of a name, in lower case."""
+    """Split a name into words, in lower case."""
     return re.findall(r"[^\W_]+", name.lower())
 
 
 def _holds(words: Sequence[str], part: Sequence[str]) -> bool:
-    """Whether some words hold others, side by side and in their order."""
+    """Whether a sequence of words contains another one contiguously."""
     n = len(part)
     return any(list(words[i : i + n]) == list(part) for i in range(len(words) - n + 1))

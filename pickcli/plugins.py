@@ -1,4 +1,4 @@
-"""What installed packages add by entry points: listed by name, loaded when it is used."""
+"""Plugins that installed packages add by entry points: listed by name, loaded at their use."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pickcli.errors import InputError
 
 
 def added(group: str, taken: Collection[str]) -> dict[str, EntryPoint]:
-    """What installed packages add to a group.
+    """List the plugins that installed packages add to a group.
 
     Args:
         group: Name of the group.
-        taken: Names that nobody can add: those of this package.
+        taken: Names that cannot be added, because this package uses them.
 
     Returns:
-        Entry points by name, sorted; of several of one name the first by its value.
+        Entry points by name, sorted; of several with one name the first by its value.
     """
     found = sorted(entry_points(group=group), key=lambda point: (point.name, point.value), reverse=True)
     by_name = {point.name: point for point in found if point.name not in taken}
@@ -25,23 +25,23 @@ def added(group: str, taken: Collection[str]) -> dict[str, EntryPoint]:
 
 
 def loaded(what: str, point: EntryPoint, is_right: Callable[[Any], bool], expected: str) -> Any:
-    """Load what a package adds.
+    """Load a plugin.
 
     Args:
-        what: What it is, for the message, e.g. "driver".
+        what: Kind of the plugin, for the message, e.g. "driver".
         point: Its entry point.
-        is_right: Whether what was loaded is of the right kind.
-        expected: What it should be, for the message.
+        is_right: Whether the loaded object is of the right kind.
+        expected: Description of the right kind, for the message.
 
     Returns:
-        What was loaded.
+        The loaded object.
 
     Raises:
-        InputError: It cannot be loaded, or is something else.
+        InputError: It cannot be loaded, or is of another kind.
     """
     try:
         found = point.load()
-    except Exception as error:  # whatever the package's own code raises
+    except Exception as error:  # any error of the package's own code
         raise InputError(
             f"{what} {point.name!r}: {point.value} cannot be loaded ({error}); correct or remove its package"
         ) from error

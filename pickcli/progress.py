@@ -1,4 +1,4 @@
-"""How far a long piece of work is: one value, and one way in which everything tells it."""
+"""Progress of long work: its value, and the interface of its observers."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Protocol
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a long piece of work is.
+    """Progress of a long piece of work.
 
     Attributes:
-        done: What is done by now, in any unit: tasks, bins, seconds of a motion.
-        total: What there is to be done, in the same unit.
-        what: What happens now, or what was finished last; "" where there is nothing to say.
+        done: Work done so far, in any unit: tasks, bins, seconds of a motion.
+        total: Total work, in the same unit.
+        what: Current step, or the last finished one; "" if there is nothing to report.
     """
 
     done: float
@@ -27,30 +27,30 @@ class Progress:
 
     @property
     def detail(self) -> str:
-        """What there is to say beside the figures."""
+        """Text to be shown besides the numbers."""
         return self.what
 
     def seconds_left(self, elapsed: float) -> float | None:
-        """Estimate the time that is left.
+        """Estimate the remaining time.
 
         Args:
-            elapsed: s that the work has taken so far.
+            elapsed: s since the start.
 
         Returns:
-            s, as if the rest took its share of the time; None before anything is done.
+            s, extrapolated from the elapsed time; None before anything is done.
         """
         return None if self.share is None else elapsed * (1.0 / self.share - 1.0)
 
 
 class ProgressObserver(Protocol):
-    """Observer of progress: it is told how far work is, and decides nothing about the work."""
+    """Observer of progress, which does not influence the work."""
 
     def __call__(self, progress: Progress, /) -> None:
-        """Take note of how far the work is."""
+        """Receive the current progress."""
 
 
 def nobody(progress: Progress, /) -> None:
-    """Take a report of progress and do nothing with it: nobody waits for it.
+    """Ignore a report of progress.
 
     Args:
         progress: Ignored.

@@ -1,6 +1,6 @@
-"""For those who script: one object over the library, and what scripts name as configurations and goals.
+"""Interface for scripts: one object over the library, with its configurations and goals.
 
-`planner` has the object, `configurations` what stands for a configuration, `arm_states` where other arms
-stand; a `query_sequence` answers several queries in one simulated world. Scripts import from the package
-itself (docs/reference/python.md), which hands these on beside the stable names of the other packages.
+`planner` has the object, `configurations` parses configurations, `arm_states` those of other arms; a
+`query_sequence` answers several queries in one simulated world. Scripts import from the package itself
+(docs/reference/python.md), which exports these besides the stable names of the other packages.
 """

@@ -1,4 +1,4 @@
-"""Where the other arms of a cell stand while one moves, and whether they can stand there."""
+"""States of the other arms of a cell while one moves, and a check that they are free of collision."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pickcli.scene.scene import Scene
 
 
 def states_of(workcell: Workcell, standing: Mapping[str, Configuration]) -> list[ArmState]:
-    """The states in which arms are said to stand.
+    """Return the stated states of arms.
 
     Args:
         workcell: The cell with all its arms.
         standing: By arm the name of one of its configurations, or its joint positions in m and rad.
 
     Returns:
-        One for each arm that is named.
+        One for each named arm.
 
     Raises:
         UnknownNameError: There is no such arm, or no such configuration of it.
@@ -38,14 +38,14 @@ def states_of(workcell: Workcell, standing: Mapping[str, Configuration]) -> list
 
 
 def refuse_standing(scene: Scene, start: Start) -> None:
-    """Refuse a scene in which another arm stands where it cannot.
+    """Refuse a scene in which another arm is in collision.
 
     Args:
         scene: The scene.
-        start: Where the arm stands that moves.
+        start: State of the moving arm.
 
     Raises:
-        InputError: Another arm touches something, or itself, or the arm that moves.
+        InputError: Another arm collides with something, with itself, or with the moving arm.
     """
     cell = scene.cell
     if not cell.others:

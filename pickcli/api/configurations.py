@@ -1,4 +1,4 @@
-"""Configurations as scripts and users name them: one of the cell's by its name, or one number per joint."""
+"""Configurations in scripts: one of the cell's by its name, or one number per joint."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.planning.start_state import Start
 
-FULL_TURN = 6.3  # rad: a larger position was meant in degrees
-FAR = 20.0  # m, beyond any rail: a larger position was meant in mm
+FULL_TURN = 6.3  # rad: a larger position is probably in degrees
+FAR = 20.0  # m, beyond any rail: a larger position is probably in mm
 
-# A name of the cell's configurations, or (n,) numbers in m and rad.
+# A name of one of the cell's configurations, or (n,) numbers in m and rad.
 Configuration: TypeAlias = str | Sequence[float] | Array
 
 
 def start_of(cell: Cell, configuration: Configuration, tool_state: str | None = None) -> Start:
-    """The state in which the robot stands in a configuration.
+    """Return the state of the robot at rest in a configuration.
 
     Args:
         cell: The cell.
-        configuration: Where the robot is.
-        tool_state: Name of the state that its tool is in; None for the one that the named configuration is
-            meant for, or the tool's default.
+        configuration: Configuration of the robot.
+        tool_state: Name of its tool state; None for the one that the named configuration is meant for, or the
+            tool's default.
 
     Returns:
         The state.
 
     Raises:
         UnknownNameError: The cell has no such configuration, or its tool no such state.
-        InputError: The numbers are no configuration within the joint limits.
+        InputError: The numbers are not a configuration within the joint limits.
     """
     tool = cell.robot.tool
     if tool_state is not None:
@@ -47,7 +47,7 @@ def start_of(cell: Cell, configuration: Configuration, tool_state: str | None = 
 
 
 def goals_of(cell: Cell, goals: Configuration | Sequence[Configuration]) -> list[Array]:
-    """The configurations that one goal, or each of several, stands for.
+    """Return the configurations of one goal or of several.
 
     Args:
         cell: The cell.
@@ -58,7 +58,7 @@ def goals_of(cell: Cell, goals: Configuration | Sequence[Configuration]) -> list
 
     Raises:
         UnknownNameError: The cell has no such configuration.
-        InputError: Numbers are no configuration within the joint limits, or there is no goal at all.
+        InputError: Numbers are not a configuration within the joint limits, or there is no goal.
     """
     if len(goals) == 0:
         raise InputError("no goal is named; name a configuration, or several")
@@ -67,18 +67,18 @@ def goals_of(cell: Cell, goals: Configuration | Sequence[Configuration]) -> list
 
 
 def values_of(cell: Cell, configuration: Configuration) -> Array:
-    """The joint positions that a configuration stands for.
+    """Return the joint positions of a configuration.
 
     Args:
         cell: The cell.
-        configuration: Its name, or the positions themselves.
+        configuration: Its name, or its joint positions.
 
     Returns:
         (n,) m and rad.
 
     Raises:
         UnknownNameError: The cell has no such configuration.
-        InputError: The numbers are no configuration within the joint limits.
+        InputError: The numbers are not a configuration within the joint limits.
     """
     if isinstance(configuration, str):
         if configuration not in cell.configurations:
@@ -92,7 +92,7 @@ def values_of(cell: Cell, configuration: Configuration) -> Array:
 
 
 def state_named(cell: Cell, name: str) -> ToolState:
-    """The state of a cell's tool that has a name.
+    """Return the state of a cell's tool with a given name.
 
     Args:
         cell: The cell.
@@ -111,12 +111,12 @@ def state_named(cell: Cell, name: str) -> ToolState:
 
 
 def refuse_beyond_limits(robot: Robot, q: Array, told: str) -> None:
-    """Refuse positions beyond the joint limits, with the unit that they were meant in.
+    """Refuse positions beyond the joint limits; the message suggests the unit that was probably meant.
 
     Args:
         robot: The robot.
         q: (n,) m and rad.
-        told: What the positions are called in the message.
+        told: Name of the positions in the message.
 
     Raises:
         InputError: A joint is beyond its limits.
@@ -131,7 +131,7 @@ def refuse_beyond_limits(robot: Robot, q: Array, told: str) -> None:
 
 
 def _unit_advice(robot: Robot, q: Array) -> str:
-    """What to do about a configuration (n,) beyond its limits: far off, it was meant in other units."""
+    """Return advice for a configuration (n,) beyond its limits: far beyond, it is probably in other units."""
     units = np.array(robot.units)
     angle, length = (float(np.abs(q[units == unit]).max(initial=0.0)) for unit in ("rad", "m"))
     if FULL_TURN < angle < inf:

@@ -1,4 +1,4 @@
-"""``Planner``: everything that a script asks about motions in one cell, by its words."""
+"""``Planner``: all functions on motions in one cell, for scripts."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Planner:
-    """Plans, times, verifies and executes motions in one cell. It keeps what is costly to make, and no state.
+    """Plans, times, verifies and executes motions in one cell. It caches models, but has no other state.
 
-    Where a method takes a scene and is given none, nothing is around the robot but the cell itself. Every
-    failure is an ``ApcError``; the same seed gives the same motion.
+    If a method is called without a scene, the cell is empty. Every failure is an ``ApcError``; the same seed
+    gives the same motion.
 
     Attributes:
         context: The cell, its models and its precomputed files.
@@ -62,25 +62,25 @@ class Planner:
         arm: str | None = None,
         standing: Mapping[str, Configuration] | None = None,
     ) -> Planner:
-        """Make the planner of a cell, with its precomputed files where they are built.
+        """Make the planner of a cell, with its precomputed files if they are built.
 
         Args:
             cell: The cell, the name of one that ships with the package, or the path of a cell's folder.
-            roadmap: File of its roadmap; None for the one in the user's cache, if it is there.
-            trajectories: File of its trajectory database; None for the one in the user's cache, as above.
-            arm: Name of the arm that moves; None in a cell that has only one.
-            standing: Where other arms stand while it does, by name of the arm; those that are not named are
-                parked.
+            roadmap: File of its roadmap; None for the one in the user's cache, if it exists.
+            trajectories: File of its trajectory database; None for the one in the user's cache, if it exists.
+            arm: Name of the arm that moves; None in a cell with one arm.
+            standing: Configurations of other arms during the motion, by name of the arm; arms that are not
+                named are parked.
 
         Returns:
             The planner.
 
         Raises:
-            InputError: The cell or a file cannot be read; several arms and none is named; or one is named
-                of a cell that is given as one of its arms sees it.
+            InputError: The cell or a file cannot be read; the cell has several arms and none is named; or an
+                arm is named for a cell that is given as one of its arms sees it.
             UnknownNameError: There is no such cell, arm, or configuration.
             StaleError: A file was made for another cell.
-            DamagedError: A file is not what was written.
+            DamagedError: The content of a file is not what was written.
         """
         if isinstance(cell, Cell):
             if arm is not None or standing:
@@ -94,16 +94,16 @@ class Planner:
 
     @property
     def cell(self) -> Cell:
-        """The cell that is planned for."""
+        """The cell of this planner."""
         return self.context.cell
 
     @cached_property
     def scene(self) -> Scene:
-        """The cell with nothing in it."""
+        """The empty cell."""
         return empty_scene(self.cell)
 
     def _seen(self, scene: Scene | None) -> Scene:
-        """A scene as the arm sees it, whichever arm it was made with; the empty cell where there is none."""
+        """Return a scene as this arm sees it, even if it was made with another; the empty cell for None."""
         if scene is None:
             return self.scene
         is_own = scene.cell.fingerprint == self.cell.fingerprint
@@ -111,16 +111,16 @@ class Planner:
         return replace(scene, cell=self.cell) if is_same and not is_own else scene
 
     def among(self, obstacles: Sequence[Body]) -> Planner:
-        """The planner of the same cell with more obstacles: another cell, with a fingerprint of its own.
+        """Return a planner for the same cell with more obstacles: another cell, with its own fingerprint.
 
         Args:
-            obstacles: Solids that stand still, in the world frame; boxes, cylinders or spheres.
+            obstacles: Static solids, in the world frame; boxes, cylinders or spheres.
 
         Returns:
             The planner.
 
         Raises:
-            InputError: A name is taken, or a solid is of another kind.
+            InputError: A name is already used, or a solid is of another kind.
         """
         cell = self.cell
         taken = {link.name for link in cell.robot.links} | {body.name for body, _ in self.scene.standing}
@@ -146,14 +146,14 @@ class Planner:
         tool_state: str | None = None,
         seed: int = 0,
     ) -> JointPath:
-        """Plan a plain path, of the empty tool: proven free at every point, without time.
+        """Plan a geometric path of the empty tool, proven free at every point, without timing.
 
         Args:
-            start: Where the robot is.
-            goals: Where it may end; the path leads to the one that is reached in the least time.
-            obstacles: More that stands around it, as in ``among``, whose planner also times the path.
-            scene: What is around the robot.
-            tool_state: Name of the state of the tool; None for the one that the start says.
+            start: Start configuration.
+            goals: Goal configurations; the path leads to the one that is reached in the least time.
+            obstacles: Additional obstacles, as in ``among``, whose planner also times the path.
+            scene: The scene; None for the empty cell.
+            tool_state: Name of the tool state; None for the one of the start.
             seed: Seed of all random choices.
 
         Returns:
@@ -186,20 +186,20 @@ class Planner:
     def time_path(
         self, path: JointPath, scene: Scene | None = None, tool_state: str | None = None, seed: int = 0
     ) -> Plan:
-        """Time a path under all limits, from rest to rest, its corners blended, and prove it free again.
+        """Time a path under all limits, from rest to rest, with blended corners, and prove it free again.
 
         Args:
             path: The path.
-            scene: What is around the robot.
-            tool_state: Name of the state of the tool; None for its default state.
-            seed: Seed that is noted in the plan.
+            scene: The scene; None for the empty cell.
+            tool_state: Name of the tool state; None for its default state.
+            seed: Seed recorded in the plan.
 
         Returns:
             The plan, uncertified.
 
         Raises:
             NoPlanError: The path does not move, or its timed motion cannot be proven; with the reasons.
-            InputError: The path is one of other joints.
+            InputError: The path has other joints.
         """
         names = self.cell.robot.joint_names
         if path.joint_names != names:
@@ -217,9 +217,9 @@ class Planner:
         """Plan a timed move of the empty tool from rest to rest (KTH's primitive).
 
         Args:
-            start: Where the robot is.
-            goal: Where it ends.
-            scene: What is around the robot.
+            start: Start configuration.
+            goal: Goal configuration.
+            scene: The scene; None for the empty cell.
             seed: Seed of all random choices.
 
         Returns:
@@ -227,7 +227,7 @@ class Planner:
 
         Raises:
             NoPlanError: No motion was found; with the reasons.
-            InputError: The start or the goal is not valid, or another arm cannot stand where it does.
+            InputError: The start or the goal is not valid, or another arm is in collision.
         """
         (q_goal,) = goals_of(self.cell, goal)
         begin, here = start_of(self.cell, start), self._seen(scene)
@@ -237,22 +237,22 @@ class Planner:
     def plan_pick(
         self, scene: Scene, item: str, into: str = TOTE, start: Configuration = "home", seed: int = 0
     ) -> Plan:
-        """Plan a pick, from leaving for the item to the item let go.
+        """Plan a pick, from the start configuration to the release of the item.
 
         Args:
-            scene: Where the items are.
+            scene: The scene with the items.
             item: Name of the item, or id of one of several.
             into: Name of the place that it is brought to.
-            start: Where the robot is.
+            start: Start configuration.
             seed: Seed of all random choices.
 
         Returns:
             The plan, uncertified.
 
         Raises:
-            NoPlanError: No candidate leads to a whole motion; with every reason.
-            InputError: The cell has no places, the cup holds something, a name is unknown, or another arm
-                cannot stand where it does.
+            NoPlanError: No candidate leads to a complete motion; with every reason.
+            InputError: The cell has no places, the cup holds something, a name is unknown, or another arm is
+                in collision.
         """
         self.cell.require_places()
         if scene.held is not None:
@@ -264,34 +264,34 @@ class Planner:
         return plan_pick(self.context, here, query, begin, seed)
 
     def verify(self, plan: Plan, scene: Scene | None = None) -> Plan:
-        """Have a plan checked by the independent verifier.
+        """Verify a plan by the independent verifier.
 
         Args:
             plan: The plan.
-            scene: What it is to be carried out in.
+            scene: The scene in which it is to be executed.
 
         Returns:
             The plan with its certificate.
 
         Raises:
-            RejectedError: The verifier does not accept it; with every reason.
+            RejectedError: The verifier rejects it; with every reason.
             StaleError: It was made for another cell or scene.
         """
         return certify(plan, self._seen(scene))
 
     def execute(self, plan: Plan, scene: Scene | None = None, seed: int = 0) -> Execution:
-        """Carry out a plan in simulation, from where it begins. It is verified first, whatever it carries.
+        """Execute a plan in simulation, from its start. It is verified first, even if it has a certificate.
 
         Args:
             plan: The plan.
-            scene: How things stand.
-            seed: Seed of all that is random about the simulated world.
+            scene: The scene.
+            seed: Seed of all random effects of the simulated world.
 
         Returns:
             The record of the execution.
 
         Raises:
-            RejectedError: The verifier does not accept the plan; nothing moves.
+            RejectedError: The verifier rejects the plan; nothing moves.
             StaleError: It was made for another cell or scene.
         """
         from pickcli.simulation.execute import execute

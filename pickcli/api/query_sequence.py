@@ -1,6 +1,6 @@
-"""Queries answered one after the other in one simulated world: planned, verified and carried out in turn.
+"""Queries answered one after the other in one simulated world: planned, verified and executed in turn.
 
-Each is planned from where the arm stands after the one before, and from the scene as it then is.
+Each is planned from the arm's configuration and the scene after the one before.
 """
 
 from __future__ import annotations
@@ -25,41 +25,41 @@ if TYPE_CHECKING:
     from pickcli.simulation.execution import Execution
     from pickcli.simulation.world import World
 
-THERE = 0.01  # rad or m, per joint, within which the arm stands where it was to go
+THERE = 0.01  # rad or m, per joint, within which the arm counts as at its goal
 
 
 class QueryStep(Protocol):
-    """A motion that is planned and carried out as a whole."""
+    """A motion that is planned and executed as a whole."""
 
     def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
-        """Plan the motion of this step and have it verified.
+        """Plan the motion of this step and verify it.
 
         Args:
             context: The cell, its models and its precomputed files.
-            scene: The scene as it is now.
-            start: Where the arm stands.
+            scene: The current scene.
+            start: State of the arm.
             seed: Seed of all random choices.
 
         Returns:
-            The plan with its certificate; None where there is nothing to do.
+            The plan with its certificate; None if there is nothing to do.
 
         Raises:
             NoPlanError: No motion was found; with the reasons.
-            RejectedError: The verifier refuses the only plan that there is.
-            InputError: The scene is not as the step needs it.
+            RejectedError: The verifier rejects the only plan.
+            InputError: The scene does not meet the requirements of the step.
         """
 
     def after(self, scene: Scene) -> Scene:
-        """Tell what the scene will be like.
+        """Predict the scene after the step.
 
         Args:
             scene: The scene before, with every item in the place that earlier steps bring it to.
 
         Returns:
-            The scene afterwards, its items in their new places; poses count for nothing.
+            The scene afterwards, with its items in their new places; their poses are not updated.
 
         Raises:
-            InputError: What the step is about is not there.
+            InputError: The item of the step is not there.
         """
 
 
@@ -68,7 +68,7 @@ class MoveStep:
     """A move of the empty tool.
 
     Attributes:
-        name: What the goal is called.
+        name: Name of the goal.
         q: (n,) the goal.
     """
 
@@ -76,20 +76,20 @@ class MoveStep:
     q: Array
 
     def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
-        """Plan the move and have it verified.
+        """Plan the move and verify it.
 
         Args:
             context: The cell, its models and its precomputed files.
-            scene: The scene as it is now.
-            start: Where the arm stands.
+            scene: The current scene.
+            start: State of the arm.
             seed: Seed of all random choices.
 
         Returns:
-            The plan with its certificate; None where the arm is there already.
+            The plan with its certificate; None if the arm is already there.
 
         Raises:
             NoPlanError: No motion was found; with the reasons.
-            RejectedError: The verifier refuses it.
+            RejectedError: The verifier rejects it.
         """
         goal = turned_towards(context.cell.robot.limits, self.q, start.q)
         if abs(goal - start.q).max() <= THERE:
@@ -113,18 +113,18 @@ class PickStep:
     """A pick.
 
     Attributes:
-        query: What is taken, and where to.
+        query: The requested pick.
     """
 
     query: PickQuery
 
     def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan:
-        """Plan the pick: what the verifier refuses gives way to the next candidate.
+        """Plan the pick; if the verifier rejects a plan, the next candidate is tried.
 
         Args:
             context: The cell, its models and its precomputed files.
-            scene: The scene as it is now.
-            start: Where the arm stands.
+            scene: The current scene.
+            start: State of the arm.
             seed: Seed of all random choices.
 
         Returns:
@@ -136,16 +136,16 @@ class PickStep:
         return plan_pick(context, scene, self.query, start, seed, certify=certifying(scene))
 
     def after(self, scene: Scene) -> Scene:
-        """Bring the item to the place that it is wanted in.
+        """Move the item to its destination.
 
         Args:
             scene: The scene before.
 
         Returns:
-            The scene with the item in that place.
+            The scene with the item in its destination.
 
         Raises:
-            UnknownNameError: The item is not in the place that it is to be taken from.
+            UnknownNameError: The item is not in the place that it is taken from.
         """
         placed = scene.find(self.query.item, self.query.out_of)
         return scene.moved(replace(placed, location=self.query.into))
@@ -153,11 +153,11 @@ class PickStep:
 
 @dataclass(frozen=True)
 class MotionQuery:
-    """What is asked for, in the words of who asks.
+    """A query, with its text.
 
     Attributes:
-        label: The words.
-        steps: What has to be done, in turn.
+        label: The text.
+        steps: The steps, in turn.
     """
 
     label: str
@@ -166,14 +166,14 @@ class MotionQuery:
 
 @dataclass(eq=False)
 class QueryAnswer:
-    """How a query was answered, as far as it was.
+    """Answer to a query, as far as it was executed.
 
     Attributes:
         query: The query.
         plans: Verified plans, in the order of time.
         runs: Their executions.
-        item: Id of the item that it is about; "" where there is none.
-        item_is_in: Where the item was afterwards; "" where there is none.
+        item: Id of the query's item; "" if it has none.
+        item_is_in: Place of the item afterwards; "" if the query has none.
     """
 
     query: MotionQuery
@@ -184,7 +184,7 @@ class QueryAnswer:
 
     @property
     def is_clean(self) -> bool:
-        """Whether all that was carried out went as planned."""
+        """Whether all executed motions went as planned."""
         return all(run.is_clean for run in self.runs)
 
 
@@ -196,10 +196,10 @@ class QuerySequence:
     """Queries that are answered in one world.
 
     Attributes:
-        context: What plans.
-        world: Where plans are carried out.
+        context: Planning context.
+        world: The simulated world.
         seed: Seed of all random choices.
-        answers: What was answered so far; of the last query as far as it came.
+        answers: Answers so far; the last one may be incomplete.
     """
 
     context: PlanningContext
@@ -215,9 +215,9 @@ class QuerySequence:
             carry_out: Executes a verified plan in the world.
 
         Raises:
-            NoPlanError: A query has no plan; with the reasons. What was done before stands in ``answers``.
-            RejectedError: The verifier refuses a move.
-            InputError: What a query is about is not where it was to be.
+            NoPlanError: A query has no plan; with the reasons. Earlier answers are in ``answers``.
+            RejectedError: The verifier rejects a move.
+            InputError: The item of a query is not where it should be.
         """
         for number, query in enumerate(queries):
             answer = QueryAnswer(query)

@@ -112,7 +112,7 @@ class LazyGroup(click.Group):
 
         Args:
             ctx: Context of click.
-            formatter: What the list is written to.
+            formatter: Formatter that the list is written to.
         """
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))

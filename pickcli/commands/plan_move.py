@@ -26,7 +26,9 @@ from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, s
 @click.command("plan-move", cls=Command)
 @scene_or_cell_options
 @click.option("--from", "start", metavar=CONFIGURATION, required=True, help=CONFIGURATION_HELP)
-@click.option("--to", "goal", metavar=CONFIGURATION, required=True, help="The same.")
+@click.option(
+    "--to", "goal", metavar=CONFIGURATION, required=True, help="Where the move ends, in the same form."
+)
 @arm_option("the preferred one of those that have both configurations")
 @standing_option
 @verify_option

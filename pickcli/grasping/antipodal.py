@@ -31,7 +31,7 @@ class Pinch:
     """Two opposite places on an item.
 
     Attributes:
-        face: What is pinched: "x", "y" or "z" for the flat faces across that axis, "mantle" or "sphere".
+        face: Pinched face: "x", "y" or "z" for the flat faces across that axis, "mantle" or "sphere".
         T_item_tip: (4, 4) tool frame in the item's, midway between both places.
         width: m between them.
     """
@@ -80,7 +80,7 @@ def width_of(shape: Shape, face: str) -> float:
 
     Args:
         shape: Shape of the item.
-        face: What is pinched.
+        face: Pinched face.
 
     Returns:
         m.
@@ -95,7 +95,7 @@ def patch(shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float]) 
 
     Args:
         shape: Shape of the item.
-        face: What is pinched.
+        face: Pinched face.
         T_item_tip: (4, 4) tool frame in the item's.
         pad: (a, b) m, sides of the pads along x and z of the tool frame.
 
@@ -125,7 +125,7 @@ def limits_of(gripper: ParallelGripper, shape: Shape, face: str, T_item_tip: Arr
     Args:
         gripper: The gripper.
         shape: Shape of the item.
-        face: What is pinched.
+        face: Pinched face.
         T_item_tip: (4, 4) tool frame in the item's.
 
     Returns:

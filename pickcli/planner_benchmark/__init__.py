@@ -1,4 +1,4 @@
-"""Planners compared on the same queries: entries, runs, and a summary.
+"""Benchmark of planners on the same queries: entries, runs, and a summary.
 
-Read `planner_benchmark`, which runs `benchmark_entries` and hands what they find to `benchmark_summary`.
+Read `planner_benchmark`, which runs `benchmark_entries` and summarises their results in `benchmark_summary`.
 """

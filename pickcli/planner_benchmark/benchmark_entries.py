@@ -1,4 +1,4 @@
-"""Entries of the benchmark: geometric planners, and our search in time, each on one query."""
+"""Entries of the benchmark: geometric planners, and the minimum-time search."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ BLEND = 0.02  # joint units by which blends may leave a path
 
 @dataclass(frozen=True)
 class PlannerRun:
-    """What one planner found for one query.
+    """Result of one planner for one query.
 
-    A search in time has no path before it is shortened: ``found`` equals ``length`` then.
+    The minimum-time search has no path before shortening: ``found`` equals ``length`` then.
 
     Attributes:
-        planning: s of wall clock until it had a path.
-        whole: s of wall clock until that was shortened and timed.
-        found: Length of the path as found, m and rad mixed.
-        length: Length of the path when shortened.
+        planning: s of wall clock until a path was found.
+        whole: s of wall clock until it was shortened and timed.
+        found: Length of the original path, m and rad mixed.
+        length: Length of the shortened path.
         duration: s of the motion under the cell's limits, from rest to rest.
     """
 
@@ -62,13 +62,13 @@ class PlannerRun:
 class BenchmarkQuery:
     """A query from one free configuration to another.
 
-    Planning keeps a reserve that the proof does not need.
+    Planning keeps a reserve that the proof does not require.
 
     Attributes:
         cell: The cell, without items.
         ends: Start and goal, (n,) each.
         planning: Checker with the reserve.
-        proving: Checker without.
+        proving: Checker without the reserve.
     """
 
     cell: Cell
@@ -80,15 +80,15 @@ class BenchmarkQuery:
     def of(
         cls, cell: Cell, model: CollisionModel, names: tuple[str, str], payload: PayloadClass
     ) -> BenchmarkQuery:
-        """The query between two named configurations.
+        """Build the query between two named configurations.
 
-        The tool is in the state of both, or changes state where these differ.
+        The tool is in the state of both, or changes state if these differ.
 
         Args:
             cell: The cell.
             model: The robot's collision model in it.
             names: Start and goal.
-            payload: What is assumed in the cup.
+            payload: Payload class in the cup.
 
         Returns:
             The query.
@@ -115,11 +115,11 @@ class BenchmarkQuery:
 
 
 class BenchmarkEntry(Protocol):
-    """A planner that takes part in the benchmark."""
+    """Interface of planners in the benchmark."""
 
     @property
     def name(self) -> str:
-        """What the table calls the planner."""
+        """Name of the planner in the table."""
 
     def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
         """Plan one query; repeatable by seed except for the wall clock.
@@ -129,20 +129,20 @@ class BenchmarkEntry(Protocol):
             seed: Seed of all random choices.
 
         Returns:
-            What was found, or None.
+            The result, or None.
         """
 
 
 @dataclass(frozen=True)
 class GeometricEntry:
-    """A sampling-based planner, its path shortened, its corners blended and timed.
+    """A sampling-based planner with shortening, blending of corners and timing.
 
-    The straight edge is taken where it is free, by any of them. RRT-Connect ends with its first path; RRT*
-    and AORRTC improve theirs until all iterations are used.
+    All of them use the straight edge if it is free. RRT-Connect ends with its first path; RRT* and AORRTC
+    improve theirs until all iterations are used.
 
     Attributes:
-        planner: Which planner.
-        max_iterations: Iterations, at most.
+        planner: Name of the planner.
+        max_iterations: Most iterations.
         n_shortcuts: Shortcuts tried in the path.
     """
 
@@ -163,7 +163,7 @@ class GeometricEntry:
             seed: Seed of all random choices.
 
         Returns:
-            What was found, or None.
+            The result, or None.
         """
         began = time.perf_counter()
         options = PlannerOptions(self.planner, self.max_iterations)
@@ -182,11 +182,11 @@ class GeometricEntry:
 
 @dataclass(frozen=True)
 class MinimumTimeEntry:
-    """The search of the trajectory database: in time, not in length.
+    """The minimum-time search of the trajectory database.
 
     Attributes:
         settings: Effort of the search.
-        good: Times the lower bound; a motion that takes no longer ends the search.
+        good: Factor on the lower bound; a motion of at most this duration ends the search.
     """
 
     settings: TrajectorySettings
@@ -194,7 +194,7 @@ class MinimumTimeEntry:
 
     @property
     def name(self) -> str:
-        """What the table calls the search."""
+        """Name of the search in the table."""
         return "search in time"
 
     def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
@@ -205,7 +205,7 @@ class MinimumTimeEntry:
             seed: Seed of all random choices.
 
         Returns:
-            What was found, or None.
+            The result, or None.
         """
         began = time.perf_counter()
         limits, proof = parabolic_limits(query.limits), TrajectoryValidator(query.proving, query.space)
@@ -230,7 +230,7 @@ class MinimumTimeEntry:
 
 
 def _timed(query: BenchmarkQuery, path: JointPath) -> float:
-    """Duration (s) of the path with blended corners, proven, under the cell's limits."""
+    """Return the duration (s) of the path with blended corners, proven, under the cell's limits."""
 
     def is_free(part: int, chords: Array, slack: Array | None) -> int:
         return query.proving.first_invalid_edge(chords, slack)

@@ -22,8 +22,8 @@ class BenchmarkAttempt:
         planner: Name of the planner.
         pair: Names of start and goal.
         attempt: Number of the attempt.
-        bound: s, no motion of this pair is shorter.
-        answer: What was found, or None.
+        bound: s, lower bound of the duration of motions of this pair.
+        answer: The result, or None.
     """
 
     planner: str
@@ -35,16 +35,16 @@ class BenchmarkAttempt:
 
 @dataclass(frozen=True)
 class PlannerSummary:
-    """Figures of one planner. Lengths and durations are those of the pairs that all planners solved.
+    """Statistics of one planner. Lengths and durations are those of the pairs that all planners solved.
 
     Attributes:
         planner: Name of the planner.
         solved: Share of all attempts.
         planning: s, median and 95th percentile over all solved attempts (see ``PlannerRun``).
         whole: s, median and 95th percentile over all solved attempts.
-        found: Length as found: mean over the common pairs of each pair's median attempt.
-        length: Length when shortened, likewise.
-        duration: s, likewise.
+        found: Length of the original path: mean over the common pairs of each pair's median attempt.
+        length: Length of the shortened path, averaged in the same way.
+        duration: s, averaged in the same way.
         ratio: Durations over lower bounds, both summed.
         best_ratio: The ratio with each pair's best attempt.
     """
@@ -62,10 +62,10 @@ class PlannerSummary:
 
 @dataclass(frozen=True)
 class PlannerComparison:
-    """All attempts, and the table that follows from them.
+    """All attempts, and the table computed from them.
 
     Attributes:
-        attempts: In the order in which they were made.
+        attempts: The attempts in their order.
     """
 
     attempts: tuple[BenchmarkAttempt, ...]
@@ -89,7 +89,7 @@ class PlannerComparison:
         return [_standing(name, tries[name], self.common) for name in self.planners]
 
     def values(self) -> dict[str, Any]:
-        """Table and attempts as JSON values; null where nothing was solved.
+        """Return table and attempts as JSON values; null if nothing was solved.
 
         Returns:
             JSON values.

@@ -1,4 +1,4 @@
-"""Benchmark of planners over the same pairs: who solves them, how fast, and what the motions are worth.
+"""Benchmark of planners on the same pairs: success, planning time, and quality of the motions.
 
 Delft found no benefit in RRT* over RRT-Connect; this measures it.
 """
@@ -19,11 +19,11 @@ from pickcli.seeds import derived_seed
 
 
 def blocked_pairs(cell: Cell, payload: PayloadClass) -> list[NamePair]:
-    """Delft's pairs whose ends are free and whose straight line is not: no other pair needs a planner.
+    """Return Delft's pairs whose ends are free and whose straight line is blocked: only these need a planner.
 
     Args:
         cell: The cell.
-        payload: What is assumed in the cup.
+        payload: Payload class in the cup.
 
     Returns:
         Names of start and goal of each pair.
@@ -43,22 +43,22 @@ def compare(
     seed: int = 0,
     on_progress: ProgressObserver = nobody,
 ) -> PlannerComparison:
-    """Let every planner attempt every pair; all but the wall-clock times follows from the seed.
+    """Run every planner on every pair; all results except wall-clock times are determined by the seed.
 
     Args:
         cell: The cell, without items.
         pairs: Names of start and goal.
-        contestants: Planners that take part.
-        payload: What is assumed in the cup.
+        contestants: The planners.
+        payload: Payload class in the cup.
         n_tries: Attempts at each pair.
         seed: Seed of all random choices.
-        on_progress: Told of the attempts made and what comes next.
+        on_progress: Observer of the progress, called for each attempt.
 
     Returns:
         All attempts, and their summary.
 
     Raises:
-        UnknownNameError: If a name is no configuration of the cell.
+        UnknownNameError: If the cell has no configuration of a name.
         InputError: If the ends of a pair are the same or not free.
     """
     model, attempts = CollisionModel(cell), list[BenchmarkAttempt]()

@@ -67,7 +67,7 @@ def refresh(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOpti
         run_options: Executor of the tasks and observer of their progress; None for this process, unobserved.
 
     Returns:
-        What was kept and done.
+        Result, with what was kept and what was computed.
 
     Raises:
         StaleError: This version does not have the settings of the file.

@@ -40,7 +40,7 @@ def repair(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptio
         run_options: Executor of the tasks and observer of their progress; None for this process, unobserved.
 
     Returns:
-        What was kept and done.
+        Result, with what was kept and what was computed.
 
     Raises:
         StaleError: The result could not be the same file: another cell, other named configurations or

@@ -1,4 +1,4 @@
-"""What stands still with a robot's base, and whether it stands in something else."""
+"""Solids that are fixed to a robot's base, and their collisions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
 
 
 def base_solids(model: CollisionModel) -> list[PosedSolid]:
-    """What stands still with a robot's base: its shapes, and the spheres around its hulls.
+    """Return the solids that are fixed to a robot's base: its shapes, and the spheres around its hulls.
 
     Args:
         model: The robot's collision model in its cell.
@@ -23,7 +23,7 @@ def base_solids(model: CollisionModel) -> list[PosedSolid]:
 
 
 def overlaps(a: PosedSolid, b: PosedSolid) -> bool:
-    """Whether two solids stand in each other; quickly no for those whose balls are apart.
+    """Whether two solids overlap; fast if their bounding spheres are apart.
 
     Args:
         a: One solid.

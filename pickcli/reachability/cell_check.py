@@ -1,4 +1,4 @@
-"""What is wrong with a cell that reads well: found by standing in configurations, reaching into places."""
+"""Checks of a cell that can be read: whether configurations are free, and places within reach."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from pickcli.reachability.place_reachability import N_POSES, PlaceReachability, 
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.scene.scene import TOTE
 
-ENOUGH = 0.5  # share of the tool poses in a place below which it is out of reach
-ENOUGH_IN_LINE = 0.25  # share of them below which its configuration is a poor one
-YARDSTICK = "yardstick"  # the kind of configurations that no motion goes to
+ENOUGH = 0.5  # share of the tool poses in a place, below which it counts as out of reach
+ENOUGH_IN_LINE = 0.25  # share of them below which its configuration counts as poor
+YARDSTICK = "yardstick"  # kind of configurations that are not goals of motions
 
 
 @dataclass(frozen=True, eq=False)
 class CellCheck:
-    """What a look at a cell has found.
+    """Result of the check of a cell.
 
     Attributes:
         cell: The cell, as its preferred arm sees it.
-        mistakes: Lines with what cannot be meant.
-        warnings: Lines with what may be meant, those of its figures first.
-        reaches: What each arm reaches of each place.
-        n_free: Number of configurations that are free.
+        mistakes: Lines about faults that cannot be intended.
+        warnings: Lines about probable faults, those about its values first.
+        reaches: Reachability of each place by each arm.
+        n_free: Number of free configurations.
     """
 
     cell: Cell
@@ -48,16 +48,16 @@ class CellCheck:
 def check_cell(
     workcell: Workcell, n_poses: int = N_POSES, seed: int = 0, on_progress: ProgressObserver = nobody
 ) -> CellCheck:
-    """Look at a cell.
+    """Check a cell.
 
     Args:
         workcell: The cell.
         n_poses: Tool poses by which each place is judged.
-        seed: Of the poses.
-        on_progress: Told of each place.
+        seed: Seed of the poses.
+        on_progress: Observer of the progress, called for each place.
 
     Returns:
-        What was found.
+        The result.
     """
     whole = read_yaml(workcell.preferred.path / "cell.yaml", CELL)
     mistakes, warnings, n_free = list[str](), list[str](), 0
@@ -87,7 +87,7 @@ def check_cell(
 
 
 def _mistakes(source: Source, cell: Cell, not_free: dict[str, str]) -> Iterator[str]:
-    """Configurations that are not free; of many the first, as they have one cause."""
+    """Yield the configurations that are not free; of many only the first, because they have one cause."""
     told = list(not_free.items())[: None if len(not_free) <= FEW else 1]
     names = list(cell.configurations)
     for name, why in told:
@@ -106,7 +106,7 @@ def _mistakes(source: Source, cell: Cell, not_free: dict[str, str]) -> Iterator[
 
 
 def _out_of_reach(source: Source, n_places: int) -> str:
-    """The mistake of a cell whose arm reaches nothing."""
+    """Return the mistake of a cell whose arm reaches nothing."""
     _, line, column = source.place(("robot", "T_world_base"))
     return (
         f"{source.path}:{line}:{column}: robot.T_world_base: the arm reaches none of the {n_places} places; "
@@ -127,7 +127,7 @@ def _reaches(
 
 
 def _warn_of_reach(warnings: FileWarnings, cell: Cell, reaches: Sequence[PlaceReachability]) -> None:
-    """Places that no arm reaches well."""
+    """Warn of places that no arm reaches well."""
     far: dict[str, tuple[Key, str]] = {}
     for place in cell.places:
         each = max((r for r in reaches if r.place == place), key=lambda r: r.share)
@@ -142,7 +142,7 @@ def _warn_of_reach(warnings: FileWarnings, cell: Cell, reaches: Sequence[PlaceRe
 
 
 def _warn_of_configurations(warnings: FileWarnings, cell: Cell, reaches: Sequence[PlaceReachability]) -> None:
-    """Configurations from which little of what the arm reaches is reached in a line."""
+    """Warn of configurations from which little of the arm's reach can be reached in a line."""
     poor: dict[str, tuple[Key, str]] = {}
     names = list(cell.configurations)
     for each in reaches:
@@ -156,7 +156,7 @@ def _warn_of_configurations(warnings: FileWarnings, cell: Cell, reaches: Sequenc
 
 
 def _key_of(cell: Cell, place: str) -> Key:
-    """Where a place stands in the file."""
+    """Return the key of a place in the file."""
     if place in cell.pod.bins:
         return ("pod",)
     own = (carrier.name for carrier in cell.own_carriers if place in carrier.places)
@@ -164,7 +164,7 @@ def _key_of(cell: Cell, place: str) -> Key:
 
 
 def _warn_of_pairs(warnings: FileWarnings, cell: Cell, not_free: dict[str, str]) -> None:
-    """Allowed pairs of a link and an obstacle that are apart somewhere may meet elsewhere, untested."""
+    """Warn of allowed pairs of a link and an obstacle that are apart somewhere: contacts are not tested."""
     obstacles = {body.name: body for body in cell.obstacles.bodies}
     for i, pair in enumerate(cell.allowed_pairs):
         body = obstacles.get(pair.b) or obstacles.get(pair.a)
@@ -175,7 +175,7 @@ def _warn_of_pairs(warnings: FileWarnings, cell: Cell, not_free: dict[str, str])
 
 
 def _apart_in(cell: Cell, pair: AllowedPair, body: Body, not_free: dict[str, str]) -> str:
-    """The first free configuration in which the robot does not meet an obstacle; "" without one."""
+    """Return the first free configuration in which the robot is clear of an obstacle; "" without one."""
     alone = replace(
         cell,
         pod=NO_POD,

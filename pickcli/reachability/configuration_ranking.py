@@ -1,9 +1,9 @@
-"""Configurations in front of a bin or another place, ranked by what can be reached from them.
+"""Ranking of configurations in front of a bin or another place by what can be reached from them.
 
 KTH (section IV-A.1) chose theirs by hand, for high manipulability, "to reach a large variety of desired
 end-effector poses inside or close to the bin without moving the arm into significantly different
-configurations". Here that variety is counted: the share of poses in the bin that the tool reaches from the
-configuration along one straight line, followed without a jump of a joint and proven free.
+configurations". Here that variety is measured: the share of poses in the bin that the tool reaches from the
+configuration along one straight line, followed without joint jumps and proven free.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class ConfigurationRanking:
     Attributes:
         cell: The cell, without items.
         bin_name: Name of the bin or other place.
-        tool_state: State of the tool when it goes in.
-        settings: How configurations are sought and judged.
+        tool_state: State of the tool when it enters.
+        settings: Settings of the search and the ranking.
 
     Raises:
         UnknownNameError: If the cell has no such place.
@@ -56,11 +56,11 @@ class ConfigurationRanking:
             raise UnknownNameError("bin", self.bin_name, list(self.cell.places))
 
     def suggest(self, n: int, on_progress: ProgressObserver = nobody) -> list[RankedConfiguration]:
-        """The best configurations that differ, by reach first, then by manipulability. Repeatable by seed.
+        """Return the best distinct configurations, by reach, then by manipulability. Repeatable by seed.
 
         Args:
-            n: How many.
-            on_progress: Told of the candidates judged and what comes next.
+            n: Most configurations.
+            on_progress: Observer of the progress, called for each candidate.
 
         Returns:
             At most n, the best first.
@@ -77,7 +77,7 @@ class ConfigurationRanking:
         return distinct(judged, n, self.settings.apart)
 
     def candidates(self) -> Array:
-        """Candidates before the bin, rounded as in a cell file.
+        """Return candidates in front of the bin, rounded as in a cell file.
 
         Returns:
             (M, n) configurations, the most manipulable first.
@@ -109,7 +109,7 @@ class ConfigurationRanking:
             q: (n,) configuration.
 
         Returns:
-            The configuration with its figures.
+            The configuration with its measures.
         """
         T_world_tip = self._arm.tip(q, self.tool_state)
         return RankedConfiguration(
@@ -123,14 +123,14 @@ class ConfigurationRanking:
         )
 
     def _reaches(self, q: Array, T_world_tip: Array, T_world_goal: Array) -> bool:
-        """Whether one line leads there. The round cup may arrive turned as it leaves."""
+        """Whether one line leads to a pose. The round cup may arrive with its current roll."""
         goal = T_world_goal.copy()
         goal[:3, :3] = goal[:3, :3] @ rotation_rpy(0.0, 0.0, self._poses.roll(T_world_tip))
         line = follow_line(self._arm, self._moving_in, T_world_tip, goal, self.tool_state, q, self.bin_name)
         return not isinstance(line, Failures)
 
     def _margin(self, q: Array) -> float:
-        """Least distance to a limit as a share of the range; of a continuous joint the most that there is."""
+        """Return the least distance to a limit as a share of the range; 0.5 for continuous joints."""
         limits = self.cell.robot.limits
         lower, upper = limits.window
         shares = np.minimum(q - lower, upper - q) / (upper - lower)
@@ -142,7 +142,7 @@ class ConfigurationRanking:
         return min((lower_bound(limits, home, q) for home in homes), default=None)
 
     def _why_none(self, Q: Array) -> list[Reason]:
-        """Why not one of these (N, n) will do."""
+        """Explain why none of the configurations (N, n) is usable."""
         if not len(Q):
             return [Reason("no IK solution", self.bin_name, "no place in front of it is within reach")]
         tight = Reason("joint limit", self.bin_name, f"nearer than {self.settings.margin:.0%} of a range")
@@ -172,13 +172,13 @@ class ConfigurationRanking:
 
     @cached_property
     def _waiting(self) -> SceneChecker:
-        """Where the arm waits the tool may change its state: roadmap and database pass through."""
+        """Checker for waiting, in which the tool may change its state, as in roadmap and database motions."""
         reserve = self.settings.clearance - self.cell.clearance
         return checker(self._model, MOVING, PayloadClass.EMPTY, reserve)
 
     @cached_property
     def _close(self) -> SceneChecker:
-        """The robot that keeps what coarse motions keep: some links are never farther apart."""
+        """Checker with the margin of coarse motions, for robots with links that are never farther apart."""
         return self._waiting.at_margin(min(self._waiting.margin, self.cell.clearance + RESERVE))
 
     @cached_property

@@ -1,8 +1,8 @@
-"""Base poses of a robot, ranked by the share of tool poses that it reaches from them.
+"""Ranking of base poses of a robot by the share of tool poses that it reaches from them.
 
-Tool poses are drawn once; from every base pose inverse kinematics and the collision checker say which of
-them can be taken. Zacharias, Sepp, Borst and Hirzinger (2009) place a robot by a map of its reachable poses
-instead, which knows nothing of what stands around.
+Tool poses are sampled once; for every base pose inverse kinematics and the collision checker decide which of
+them are reached. Zacharias, Sepp, Borst and Hirzinger (2009) place a robot by a map of its reachable poses
+instead, which does not consider obstacles.
 """
 
 from __future__ import annotations
@@ -29,28 +29,28 @@ from pickcli.scene.solid_overlap import PosedSolid
 from pickcli.seeds import derived_rng
 
 AXES = ("x", "y", "z", "yaw")
-DECIMALS = 4  # of a base pose, as it stands in a cell file
+DECIMALS = 4  # of a base pose in a cell file
 
-_N_SEEDS = 4  # starting points of inverse kinematics for each turn about the tip's axis, in a round
+_N_SEEDS = 4  # starting points of inverse kinematics for each turn about the tip's axis, per round
 
 
 @dataclass(frozen=True)
 class MountGrid:
-    """Base poses that are tried: every combination of evenly spaced values.
+    """Grid of base poses: every combination of evenly spaced values.
 
     Attributes:
         bounds: Least and greatest x, y, z in m and yaw in rad, by axis, in the world.
-        steps: Number of values from one to the other, by axis.
+        steps: Number of values between the bounds, by axis.
     """
 
     bounds: Mapping[str, tuple[float, float]]
     steps: Mapping[str, int]
 
     def poses(self, T_world_base: Array) -> Iterator[Array]:
-        """The base poses, with roll and pitch as they are.
+        """Yield the base poses, with the current roll and pitch.
 
         Args:
-            T_world_base: (4, 4) pose of the base now.
+            T_world_base: (4, 4) current pose of the base.
 
         Yields:
             (4, 4) each.
@@ -60,7 +60,7 @@ class MountGrid:
             yield pose((x, y, z), R=rotation_rpy(roll, pitch, yaw))
 
     def _values(self, axis: str) -> Array:
-        """The values of one axis; a single one lies in the middle."""
+        """Return the values of one axis; a single one is in the middle."""
         (low, high), n = self.bounds[axis], self.steps[axis]
         values = np.linspace(low, high, n) if n > 1 else np.array([(low + high) / 2])
         return np.unique(values.round(DECIMALS))
@@ -68,12 +68,12 @@ class MountGrid:
 
 @dataclass(frozen=True)
 class MountSettings:
-    """How base poses are judged.
+    """Settings of the ranking of base poses.
 
     Attributes:
         n_first: Tool poses of each place by which all base poses are judged.
         n_poses: Tool poses of each place by which the best of them are judged again.
-        n_finalists: How many these are, at least.
+        n_finalists: Number of these, at least.
         seed: Seed of all random choices.
     """
 
@@ -85,11 +85,11 @@ class MountSettings:
 
 @dataclass(frozen=True, eq=False)
 class RankedMount:
-    """A base pose and what is reached from it.
+    """A base pose and its reachability.
 
     Attributes:
         T_world_base: (4, 4).
-        shares: Share of the tool poses that are reached, by the name of what they belong to.
+        shares: Share of the tool poses that are reached, by the name of their group.
     """
 
     T_world_base: Array
@@ -102,7 +102,7 @@ class RankedMount:
 
     @property
     def worth(self) -> tuple[float, float]:
-        """What mounts are ranked by: the mean share, then that of the worst place."""
+        """Key of the ranking: the mean share, then that of the worst place."""
         return self.share, min(self.shares.values())
 
 
@@ -112,13 +112,13 @@ class MountRanking:
 
     Attributes:
         cell: The cell, without items.
-        targets: Poses (N, 4, 4) of the tool frame in the world that are to be reached, by the name of what
-            they belong to; all base poses are judged by the first of each.
+        targets: Poses (N, 4, 4) of the tool frame in the world that should be reached, by the name of their
+            group; all base poses are judged by the first of each.
         tool_state: State of the tool.
-        settings: How base poses are judged.
+        settings: Settings of the ranking.
 
     Raises:
-        InputError: There is nothing to reach.
+        InputError: There are no poses to reach.
     """
 
     cell: Cell
@@ -131,18 +131,18 @@ class MountRanking:
             raise InputError("nothing to reach: the cell has no places; state poses of the tool")
 
     def suggest(self, grid: MountGrid, n: int, on_progress: ProgressObserver = nobody) -> list[RankedMount]:
-        """The best base poses of a grid. Repeatable by seed.
+        """Return the best base poses of a grid. Repeatable by seed.
 
         Args:
             grid: The base poses.
-            n: How many of the best.
-            on_progress: Told of the base poses judged.
+            n: Most base poses to return.
+            on_progress: Observer of the progress, called for each base pose.
 
         Returns:
             At most n, the best first.
 
         Raises:
-            NoPlanError: From nowhere is anything reached, or the base would stand in something.
+            NoPlanError: No base pose reaches anything, or the base would collide.
         """
         poses = list(grid.poses(self.cell.robot.T_world_base))
         first, refused = list[RankedMount](), list[Reason]()
@@ -167,7 +167,7 @@ class MountRanking:
             n_poses: Tool poses of each place, at most.
 
         Returns:
-            What is reached from it.
+            The base pose with its reachability.
         """
         cell = mounted(self.cell, T_world_base)
         empty = checker(CollisionModel(cell), self.tool_state, PayloadClass.EMPTY)
@@ -193,9 +193,10 @@ class MountRanking:
         return self._stood_in(self.cell.robot.T_world_base)
 
     def _stood_in(self, T_world_base: Array) -> frozenset[str]:
-        """Names of the bodies that the standing part of the robot would overlap.
+        """Return names of the bodies that the fixed part of the robot would overlap.
 
-        What it overlaps now, its pedestal or the beam of its rail, it may overlap anywhere.
+        Bodies that it overlaps now, like its pedestal or the beam of its rail, it may overlap at any base
+        pose.
         """
         cell = mounted(self.cell, T_world_base)
         base = base_solids(CollisionModel(cell))
@@ -210,13 +211,13 @@ class MountRanking:
 
 
 def mounted(cell: Cell, T_world_base: Array) -> Cell:
-    """A cell whose robot stands elsewhere.
+    """Return a cell with its robot at another base pose.
 
     Args:
         cell: The cell.
         T_world_base: (4, 4) pose of the robot's root link.
 
     Returns:
-        The cell, under its old fingerprint: nothing of it is to be stored.
+        The cell, with its old fingerprint: results for it must not be stored.
     """
     return replace(cell, robot=replace(cell.robot, T_world_base=T_world_base))

@@ -1,7 +1,7 @@
 """Sampling of tool poses in front of a place and in it, by which configurations, arms and mounts are judged.
 
-Everything is drawn in the frame of the way in: x leads into the place, through the mouth of a bin or down
-into a crate.
+All poses are sampled in the entry frame: x points into the place, through the mouth of a bin or down into a
+crate.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse, rotation_rpy, transform_points
 from pickcli.precompute.empty_cell_checkers import empty_scene
 
-# Where the tip may stand while the arm waits: m before the mouth, and beside its middle.
-# The pod may be displaced by 50 mm: nearer than that and some room nothing should wait.
+# Region of the tip while the arm waits: m before the mouth, and beside its middle. The pod may be displaced
+# by 50 mm, so nothing should wait nearer than that plus some clearance.
 _BEFORE = (-0.32, -0.10)
 _BESIDE = 0.06
 
-_INSIDE = 0.04  # m behind the mouth where the inside begins, for a pose to be in the place for certain
-_JUST_INSIDE = 0.02  # m behind it, where the tool need not be in the place for certain
-_LEAN = np.radians(30.0)  # most yaw and pitch of the lance in the place, either way: as grasps are tried
-_DRAWS = 40  # poses drawn for one that the tool can take, at most
+_INSIDE = 0.04  # m behind the mouth, from which on a pose is certainly in the place
+_JUST_INSIDE = 0.02  # m behind the mouth, from which on a pose may be in the place
+_LEAN = np.radians(30.0)  # largest yaw and pitch of the lance in the place, either way, as for grasps
+_DRAWS = 40  # most samples per pose that the tool can take
 
 
 @dataclass(frozen=True, eq=False)
 class PlacePoseSampler:
-    """Poses of the tip around one place, for one state of the tool.
+    """Sampler of tip poses around one place, for one state of the tool.
 
     Attributes:
         model: The robot's collision model in its cell.
@@ -45,26 +45,26 @@ class PlacePoseSampler:
 
     @property
     def T_world_entry(self) -> Array:
-        """(4, 4) pose of the frame of the way in, with what it is part of where that nominally stands."""
+        """(4, 4) pose of the entry frame, with its carrier at its nominal pose."""
         return np.asarray(self.model.cell.T_world_place(self.place) @ self.place.T_place_entry)
 
     @property
     def _R_entry_tip(self) -> Array:
-        """Orientation (3, 3) of the tip, in the frame of the way in, of a lance that points straight in.
+        """Orientation (3, 3) of the tip in the entry frame, for a lance that points straight in.
 
-        The flange's x is down as in Delft's poses; a cup across the lance points down.
+        The flange's x points down as in Delft's poses; a cup across the lance points down.
         """
         return self.model.robot.tool.R_tip_lance(self.tool_state).T
 
     def in_front(self, rng: np.random.Generator, n: int) -> Array:
-        """Poses before the mouth, the lance straight along the way in.
+        """Sample poses in front of the mouth, the lance straight along the way in.
 
-        The flange of the straight cup is turned either way up, for both branches of the wrist; over what is
-        reached from above it is turned any way.
+        The flange of a straight cup is rolled by 0 or half a turn, for both branches of the wrist; above a
+        place with access from above it is rolled by any angle.
 
         Args:
             rng: Source of random numbers.
-            n: How many.
+            n: Number of poses.
 
         Returns:
             (n, 4, 4) in the world.
@@ -81,17 +81,17 @@ class PlacePoseSampler:
         return np.stack([self._pose(p, 0.0, 0.0, roll=roll) for p, roll in zip(places, rolls, strict=True)])
 
     def inside(self, rng: np.random.Generator, n: int) -> Array:
-        """Poses inside the place that the tool by itself can take, all over it and leaning all ways.
+        """Sample poses all over the place that the tool without the arm can take, leaning all ways.
 
         Args:
             rng: Source of random numbers.
-            n: How many.
+            n: Number of poses.
 
         Returns:
             (n, 4, 4) in the world.
 
         Raises:
-            InputError: If there are none.
+            InputError: If there are too few.
         """
         low, high = room_behind_mouth(self.place, _INSIDE)
         drawn = rng.uniform([*low, -_LEAN, -_LEAN], [*high, _LEAN, _LEAN], (_DRAWS * n, 5))
@@ -103,11 +103,11 @@ class PlacePoseSampler:
         return free
 
     def in_mouth_prism(self, rng: np.random.Generator, n: int) -> Array:
-        """Poses straight behind the mouth that the tool by itself can take, turned any way from above.
+        """Sample poses straight behind the mouth that the tool can take without the arm; any turn from above.
 
         Args:
             rng: Source of random numbers.
-            n: How many, at most.
+            n: Most poses.
 
         Returns:
             (N, 4, 4) in the world.
@@ -118,17 +118,17 @@ class PlacePoseSampler:
         turn = 2.0 * np.pi if access.is_from_above else 0.0
         high = np.array([depth, access.width / 2, access.height, _LEAN, _LEAN, turn])
         low_room, high_room = room_behind_mouth(self.place, _JUST_INSIDE)
-        if high_room[0] < _JUST_INSIDE:  # over a table: beside it nothing stands
+        if high_room[0] < _JUST_INSIDE:  # over a table: nothing is beside it
             low[:3], high[:3] = low_room, high_room
         drawn = rng.uniform(low, high, (_DRAWS * n, 6))
         return self._taken([self._pose(d[:3], d[3], d[4], turn=d[5]) for d in drawn], n)
 
     def over_floor(self, rng: np.random.Generator, n: int) -> Array:
-        """Poses between floor and ceiling, where these slope too, that the tool by itself can take.
+        """Sample poses between floor and ceiling, even if sloping, that the tool without the arm can take.
 
         Args:
             rng: Source of random numbers.
-            n: How many, at most.
+            n: Most poses.
 
         Returns:
             (N, 4, 4) in the world.
@@ -144,14 +144,14 @@ class PlacePoseSampler:
         return self._taken([self._pose(p, *lean) for p, lean in zip(points, drawn[:, 3:], strict=True)], n)
 
     def _taken(self, poses: list[Array], n: int) -> Array:
-        """The first of many poses (4, 4) that the tool by itself can take in the empty cell, (N, 4, 4)."""
+        """Return the first poses (N, 4, 4) that the tool without the arm can take in the empty cell."""
         axes = np.ascontiguousarray(self.T_world_entry[:3, :3])
         tool = FreeToolChecker(self.model, empty_scene(self.model.cell), self.tool_state, axes)
         tried = np.stack(poses)
         return np.asarray(tried[tool.are_valid(tool.displacements(tried))][:n])
 
     def roll(self, T_world_tip: Array) -> float:
-        """How far a pose in front of the place is turned about the cup's axis.
+        """Return how far a pose in front of the place is rolled about the cup's axis.
 
         Args:
             T_world_tip: (4, 4) pose of the tip.
@@ -163,7 +163,7 @@ class PlacePoseSampler:
         return float(np.arctan2(R[1, 0], R[0, 0]))
 
     def _pose(self, place: Array, yaw: float, pitch: float, turn: float = 0.0, roll: float = 0.0) -> Array:
-        """(4, 4) in the world: the lance turned about itself, leant, and rolled about the axis of the tip."""
+        """Return the world pose (4, 4) of a lance turned about itself, leant, and rolled at the tip."""
         R_lance = rotation_rpy(0.0, pitch, yaw) @ rotation_rpy(turn, 0.0, 0.0)
         T = np.eye(4)
         T[:3, :3] = R_lance @ self._R_entry_tip @ rotation_rpy(0.0, 0.0, roll)
@@ -172,12 +172,12 @@ class PlacePoseSampler:
 
 
 def room_behind_mouth(place: Place, inside: float) -> tuple[Array, Array]:
-    """What a tool reaches into: the room of a place behind its mouth, in the frame of the way in.
+    """Return the room of a place behind its mouth, in the entry frame.
 
     Args:
         place: The place.
-        inside: m behind the mouth where it begins. What has no walls, as a table, has no room behind its
-            mouth: there it is the room over it.
+        inside: m behind the mouth at which it begins. A place without walls, like a table, has no room behind
+            its mouth; its room above is returned.
 
     Returns:
         Lower and upper corner (3,), (3,) in m.

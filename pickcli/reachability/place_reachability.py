@@ -1,8 +1,8 @@
-"""How much of every place of a cell the arm reaches: by inverse kinematics, and from its own configuration.
+"""Reachability of every place of a cell: by inverse kinematics, and from its named configuration.
 
-What is drawn are poses of the tool inside a place that the tool by itself can take there, leaning as grasps
-lean. Reached is one if the arm has a configuration for it that touches nothing: what no order of motions
-mends is not reached. From the configuration that waits at the place, one straight line has to lead there.
+Poses inside a place that the tool without the arm can take, leaning like grasps, are sampled. A pose is
+reached if the arm has a collision-free configuration for it; otherwise no sequence of motions can reach it.
+From the configuration that waits at the place, one straight line must lead there.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from pickcli.reachability.place_pose_sampling import PlacePoseSampler
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_rng
 
-N_POSES = 60  # tool poses by which a place is judged, unless stated
+N_POSES = 60  # default number of tool poses by which a place is judged
 
 
 @dataclass(frozen=True, eq=False)
 class PlaceReachability:
-    """How much of one place is reached.
+    """Reachability of one place.
 
     Attributes:
-        place: Its name.
-        tips: (N, 3) positions in m, in the world, of the tool poses that were tried.
+        place: Name of the place.
+        tips: (N, 3) positions in m, in the world, of the sampled tool poses.
         is_reached: (N,) whether the arm can take the pose.
-        configuration: Name of the configuration that waits at the place; "" where there is none.
-        is_reached_in_line: (N,) whether a straight line leads there from that configuration.
-        arm: Name of the arm; empty where the cell has only one.
+        configuration: Name of the configuration that waits at the place; "" if there is none.
+        is_reached_in_line: (N,) whether a straight line from that configuration leads to the pose.
+        arm: Name of the arm; empty in a cell with one arm.
     """
 
     place: str
@@ -53,7 +53,7 @@ class PlaceReachability:
 
     @property
     def share(self) -> float:
-        """Share of the poses that are reached; 0 where the tool fits in nowhere."""
+        """Share of the poses that are reached; 0 if the tool fits in nowhere."""
         return float(self.is_reached.mean()) if len(self.is_reached) else 0.0
 
     @property
@@ -66,13 +66,13 @@ class PlaceReachability:
 
 @dataclass(frozen=True, eq=False)
 class ReachabilityCheck:
-    """Judges what the arm of a cell reaches.
+    """Check of the reachability of a cell's places.
 
     Attributes:
         cell: The cell, without items.
-        tool_state: State of the tool as it goes in.
-        n_poses: Tool poses by which each place is judged.
-        seed: Of the poses, and of inverse kinematics.
+        tool_state: State of the tool when it enters.
+        n_poses: Number of tool poses by which each place is judged.
+        seed: Seed of the poses, and of inverse kinematics.
     """
 
     cell: Cell
@@ -84,7 +84,7 @@ class ReachabilityCheck:
         """Judge every place of the cell, in its order.
 
         Yields:
-            What is reached of each.
+            The reachability of each.
         """
         for place in self.cell.places.values():
             yield self.judged(place)
@@ -93,10 +93,10 @@ class ReachabilityCheck:
         """Judge one place.
 
         Args:
-            place: Of the cell.
+            place: A place of the cell.
 
         Returns:
-            What is reached of it.
+            Its reachability.
         """
         rng = derived_rng(self.seed, "reach", place.name, self.tool_state)
         poses = PlacePoseSampler(self._model, place, self.tool_state).in_mouth_prism(rng, self.n_poses)
@@ -111,7 +111,7 @@ class ReachabilityCheck:
         )
 
     def _is_reached(self, T_world_tip: Array, rng: np.random.Generator) -> bool:
-        """Whether a free configuration puts the tip there, turned about the cup's axis as it may be."""
+        """Whether a free configuration has the tip at a pose, or half a turn from it about the cup's axis."""
         turned = T_world_tip.copy()
         for roll in (0.0, np.pi):
             turned[:3, :3] = T_world_tip[:3, :3] @ rotation_rpy(0.0, 0.0, roll)
@@ -121,7 +121,7 @@ class ReachabilityCheck:
         return False
 
     def _leads_to(self, q: Array, T_world_goal: Array) -> bool:
-        """Whether one line leads there from a configuration. The cup arrives turned as it leaves."""
+        """Whether one line leads from a configuration to a pose. The cup arrives with its current roll."""
         T_world_tip = self._arm.tip(q, self.tool_state)
         relative = T_world_goal[:3, :3].T @ T_world_tip[:3, :3]
         roll = np.arctan2(relative[1, 0], relative[0, 0])
@@ -131,7 +131,7 @@ class ReachabilityCheck:
         return not isinstance(line, Failures)
 
     def _waiting_at(self, place: Place) -> NamedConfiguration | None:
-        """The free configuration from which a place is entered, if the cell has one in this state."""
+        """Return the free configuration that waits at a place, if the cell has one in this tool state."""
         named = self.cell.configurations.get(place.name)
         is_free = named is not None and self._checker.is_valid(named.q)
         return named if named is not None and named.tool_state == self.tool_state and is_free else None

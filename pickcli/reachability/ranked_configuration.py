@@ -13,15 +13,15 @@ from pickcli.geometry import Array
 
 @dataclass(frozen=True)
 class RankingSettings:
-    """How configurations are sought and judged.
+    """Settings of the search for configurations and of their ranking.
 
     Attributes:
         n_places: Poses in front of the bin; inverse kinematics gives several configurations for each.
-        n_kept: How many of these, by manipulability, are judged by what they reach.
+        n_kept: Number of these, the most manipulable, that are judged by their reach.
         n_poses: Poses in the bin, the same for all.
         margin: Share of its range that every joint keeps from both of its limits.
-        clearance: m that robot and tool keep from everything while they wait, in whatever state the tool is;
-            where no configuration does, what coarse motions keep will do.
+        clearance: m that robot and tool keep from everything while they wait, in any state of the tool; if no
+            configuration does, the margin of coarse motions is used.
         apart: rad or m, largest difference of a joint below which two configurations count as one.
         seed: Seed of all random choices.
     """
@@ -37,16 +37,16 @@ class RankingSettings:
 
 @dataclass(frozen=True, eq=False)
 class RankedConfiguration:
-    """A configuration in front of a bin, and what it is worth.
+    """A configuration in front of a bin, and its measures.
 
     Attributes:
         configuration: The configuration, with its name and kind.
-        T_bin_tip: (4, 4) pose of the tip there, in the frame of the way in: of a bin, its own.
+        T_bin_tip: (4, 4) pose of the tip in the entry frame, which for a bin is the bin's frame.
         manipulability: Yoshikawa's, rail included (see ``kinematics.manipulability``).
         reach: Share of the poses in the bin that it reaches in one line.
         margin: Least distance of a joint from a limit, as a share of its range.
         clearance: m.
-        travel: s that any motion from home takes at least; None in a cell without home.
+        travel: s, lower bound of the duration of a motion from home; None in a cell without home.
     """
 
     configuration: NamedConfiguration
@@ -59,11 +59,11 @@ class RankedConfiguration:
 
 
 def distinct(ranked: Sequence[RankedConfiguration], n: int, apart: float) -> list[RankedConfiguration]:
-    """The best-ranked configurations that are at least ``apart`` from each other.
+    """Return the best-ranked configurations that are at least ``apart`` from each other.
 
     Args:
         ranked: Configurations, the best first.
-        n: How many, at most.
+        n: Most configurations.
         apart: Largest difference of a joint below which two configurations count as one, rad or m.
 
     Returns:

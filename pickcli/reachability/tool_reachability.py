@@ -1,7 +1,7 @@
-"""What the arm reaches from where its base stands: by inverse kinematics and the collision checker.
+"""Reachability from a given base pose, by inverse kinematics and the collision checker.
 
-The ranking of base poses asks it of one base pose after the other, the search for a place of one pose of the
-place after the other.
+The ranking of base poses uses it for one base pose after the other, the search for a place for one pose of
+the place after the other.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array, pose, rotation_rpy
 from pickcli.kinematics.arm import Arm
 
-TURNS = np.arange(4) * (np.pi / 2)  # rad about the tip's own axis: a cup is round, any of these will do
-ROUNDS = 4  # in which starting points are tried: the next only where the last led into something
+TURNS = np.arange(4) * (np.pi / 2)  # rad about the tip's own axis, equivalent for a round cup
+ROUNDS = 4  # of starting points: the next is only tried if the last led to solutions in collision
 
 
 @dataclass(eq=False)
 class ToolReachability:
-    """What one base pose reaches. Each pose that is reached begins the search for the next.
+    """Reachability from one base pose. Each pose that is reached is the starting point for the next.
 
     Attributes:
-        arm: The robot on that base pose.
-        checker: Of the cell with the robot there.
+        arm: The robot at that base pose.
+        checker: Checker of the cell with the robot there.
         tool_state: State of the tool.
-        seeds: (K, n) starting points of inverse kinematics, others for each turn about the tip's axis, as
-            such a turn may move the last joint alone.
-        center: (3,) m, middle of the ball that nothing of the robot leaves.
+        seeds: (K, n) starting points of inverse kinematics, different for each turn about the tip's axis,
+            because such a turn may move only the last joint.
+        center: (3,) m, centre of a ball that contains the tip at all times.
         radius: m.
-        last: (1, n) the configuration that reached a pose last; (0, n) before the first.
+        last: (1, n) the last configuration that reached a pose; (0, n) before the first.
     """
 
     arm: Arm
@@ -44,7 +44,7 @@ class ToolReachability:
     last: Array
 
     def has(self, T_world_tip: Array) -> bool:
-        """Whether the tip gets there, turned about its own axis by some quarter turns, with nothing hit.
+        """Whether the tip reaches a pose, up to quarter turns about its own axis, without a collision.
 
         Args:
             T_world_tip: (4, 4).
@@ -53,7 +53,7 @@ class ToolReachability:
             True if it does.
         """
         if np.linalg.norm(T_world_tip[:3, 3] - self.center) > self.radius:
-            return False  # inverse kinematics takes longest where there is no solution
+            return False  # inverse kinematics takes longest without a solution
         for seeds in np.split(self.seeds, ROUNDS):
             solutions = self._solutions(T_world_tip, seeds)
             for q in solutions:
@@ -61,11 +61,11 @@ class ToolReachability:
                     self.last = q[None]
                     return True
             if not len(solutions):
-                return False  # more starting points are worth their time where some led there, into something
+                return False  # more starting points are only useful if some led to solutions in collision
         return False
 
     def _solutions(self, T_world_tip: Array, seeds: Array) -> Array:
-        """(M, n) configurations that bring the tip there, turned about its own axis."""
+        """Return (M, n) configurations with the tip at a pose, turned about its own axis."""
         found = [
             self.arm.solve(
                 T_world_tip @ pose(R=rotation_rpy(0.0, 0.0, turn)),
@@ -78,13 +78,13 @@ class ToolReachability:
 
 
 def reach_ball(robot: Robot) -> tuple[Array, float]:
-    """A ball that the tip never leaves.
+    """Return a ball that the tip never leaves.
 
     Args:
         robot: The robot.
 
     Returns:
-        Its middle (3,) in the world, where the first joint that moves is, and its radius in m.
+        Its centre (3,) in the world, at the first moving joint, and its radius in m.
     """
     T, radius, is_fixed = robot.T_world_base, float(np.linalg.norm(robot.tool.T_last_tip[:3, 3])), True
     for joint in _way_to_tip(robot):
@@ -99,7 +99,7 @@ def reach_ball(robot: Robot) -> tuple[Array, float]:
 
 
 def _way_to_tip(robot: Robot) -> list[Joint]:
-    """The joints from the root to the tip, without those of branches."""
+    """Return the joints from the root to the tip, without those of branches."""
     by_child, way = {joint.child: joint for joint in robot.joints}, list[Joint]()
     link = robot.tool.last_link
     while link in by_child:

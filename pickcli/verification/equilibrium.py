@@ -7,7 +7,7 @@ the one and also a mean of points of the other. The minimal force that is missin
 bodies fall (elastic programming).
 
 All assumptions favour rest: friction is as large as between cardboard boxes, and contacts are assumed
-wherever pose errors allow them. So a pile without an equilibrium falls; one with an equilibrium may still
+where pose errors allow them. So a pile without an equilibrium falls; one with an equilibrium may still
 fall.
 """
 

@@ -78,7 +78,7 @@ def check_recovery(
         stopped: The motion that stopped, which a backward motion follows; None if unknown.
 
     Returns:
-        The faults; () for a plan that is no recovery.
+        The faults; () for a plan that is not a recovery motion.
     """
     if plan.recovery is None:
         return ()

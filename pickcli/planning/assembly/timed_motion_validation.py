@@ -26,7 +26,7 @@ def prove(
         checkers: Checker of each segment.
 
     Returns:
-        What is not proven, and when; None if all is free.
+        The first stretch that is not proven free, as a reason; None if all are.
     """
     chords, slack = trajectory_chords(run.trajectory)
     times = run.trajectory.times
