@@ -114,9 +114,8 @@ def check_places(source: Source, scene: Scene) -> None:
         T_place_item = inverse(scene.T_world_place(place)) @ placed.T_world_item
         p, R = T_place_item[:3, 3], T_place_item[:3, :3]
         beside = p - np.clip(p, place.room.low, place.room.high)
-        astray = float(
-            np.linalg.norm(beside[:2] if is_from_above else beside)
-        )  # items that fall may be high above
+        # Items that fall may be high above.
+        astray = float(np.linalg.norm(beside[:2] if is_from_above else beside))
         if astray > MAX_ASTRAY:
             where = f"{placed.id} is {astray:.2f} m away from {placed.location}"
             astray_items.append((("items", i, "position"), where))

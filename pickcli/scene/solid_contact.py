@@ -10,9 +10,7 @@ import numpy as np
 from pickcli.geometry import Array, perpendiculars
 
 CARRIES = np.sin(np.radians(20.0))  # least vertical component of the normal of a contact that carries weight
-STEEP = np.sin(
-    np.arctan(0.5)
-)  # least horizontal component of the normal at which friction does not hold an item
+STEEP = np.sin(np.arctan(0.5))  # least horizontal component of the normal of a contact without hold
 FRICTION = 0.2  # assumed coefficient; cardboard, plastic and cloth on board have 0.25 to 0.5
 MOST_FORCE = 4.0  # weights; larger forces mean wedging, and wedges slip
 UNBALANCED = 1e-6  # weights, or weights times size; tolerated residual

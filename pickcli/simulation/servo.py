@@ -25,10 +25,7 @@ from pickcli.seeds import derived_rng
 LOAD_TIME = 0.25  # s over which the load on a motor is averaged
 UNLIMITED = 1e9  # N or Nm
 AT_WIDTH = 1e-3  # m, tolerance of the width at which fingers have arrived
-STALLED, STALL_TIME = (
-    5e-3,
-    0.01,
-)  # m/s of the width, and s of its average; below it fingers stopped
+STALLED, STALL_TIME = 5e-3, 0.01  # m/s of the width, averaged over s: below it fingers count as stopped
 STANDING = 5e-4  # m of change in width after which stopped fingers count as moving again
 PRESSING_SPEED = 0.2  # m/s demanded from motors of stopped fingers: with less, the solver, which has a
 # limited number of iterations over all motors and contacts, does not reach their full force

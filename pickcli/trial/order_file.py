@@ -229,9 +229,8 @@ def _check_bins(source: Source, model: _OrderModel, bins: tuple[str, ...]) -> No
             hint = "" if source.is_full else f"; {suggestion(name, missing or bins)}"
             source.add(("bin_contents", name), f"unknown bin{hint}")
             meant += hint
-    untold = [
-        name for name in missing if repr(name) not in meant
-    ]  # without those suggested for a misspelt key
+    # Bins suggested for a misspelt key are not reported again.
+    untold = [name for name in missing if repr(name) not in meant]
     if len(untold) > FEW_MISSING:
         told = f'the bins {", ".join(untold)} are missing; add them ("{untold[0]}": [] if empty)'
         source.add(("bin_contents",), told)

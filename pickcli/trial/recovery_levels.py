@@ -83,9 +83,8 @@ class _Recovery:
             self.runner.cut_short = "the time was over before the item had been let go"
             self.steps.append(RecoveryStep(LET_GO, self.runner.cut_short))
             return tuple(self.steps)
-        grasp = (
-            self.attempt.plan.grasp
-        )  # fingers open only to the width of the approach: wider, they might hit a neighbour
+        # Fingers open only to the width of the approach: wider, they might hit a neighbour.
+        grasp = self.attempt.plan.grasp
         opened = self.runner.let_go(None if grasp is None else grasp.tool_state)
         self.steps.append(RecoveryStep(LET_GO, "", opened))
         if not self.is_done:
