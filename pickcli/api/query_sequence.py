@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
+from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan
@@ -17,7 +18,7 @@ from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_seed
 from pickcli.verification.verify import certify, certifying
 
@@ -149,6 +150,59 @@ class PickStep:
         """
         placed = scene.find(self.query.item, self.query.out_of)
         return scene.moved(replace(placed, location=self.query.into))
+
+
+@dataclass(frozen=True)
+class StowStep:
+    """Stowing of one item from the tote.
+
+    Attributes:
+        item: The item's id.
+        bins: Names of the bins to try, in this order.
+    """
+
+    item: str
+    bins: tuple[str, ...]
+
+    def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan:
+        """Plan the stow into the first bin that has a plan which the verifier accepts.
+
+        Args:
+            context: The cell, its models and its precomputed files.
+            scene: The scene as it is now.
+            start: Where the arm stands.
+            seed: Seed of all random choices.
+
+        Returns:
+            The plan with its certificate.
+
+        Raises:
+            NoPlanError: No bin has a plan that the verifier accepts; with the reasons of each.
+        """
+        failed: list[tuple[str, NoPlanError]] = []
+        for name in self.bins:
+            query = PickQuery(TOTE, self.item, name)
+            try:
+                return plan_pick(context, scene, query, start, seed, certify=certifying(scene))
+            except NoPlanError as error:
+                failed.append((name, error))
+        if len(failed) == 1:
+            raise failed[0][1]
+        raise NoPlanError.of_arms(f"stow {self.item}", failed)
+
+    def after(self, scene: Scene) -> Scene:
+        """Bring the item to the first of the bins.
+
+        Args:
+            scene: The scene before.
+
+        Returns:
+            The scene with the item in that bin.
+
+        Raises:
+            UnknownNameError: The item is not in the tote.
+        """
+        return scene.moved(replace(scene.find(self.item, TOTE), location=self.bins[0]))
 
 
 @dataclass(frozen=True)

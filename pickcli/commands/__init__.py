@@ -11,7 +11,8 @@ Read in this order:
 - Items: `show_grasps` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
   `scene_options`, `build_options`, `trial_options`, `pod_shift`; `logs` has --verbose and --debug.
-- Queries: `stated_pick` refuses impossible picks, `motion_queries` reads --pick and --move.
+- Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow
+  and --move.
 - Functions that commands share: `planner`, `pick_request` and `experience_session` for queries, `building`
   for builds, `progress_bar`.
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc

@@ -80,11 +80,11 @@ if TYPE_CHECKING:
 @seed_option
 @json_option
 def command(
-    plan_path: Path | None, picks: tuple[str, ...], moves: tuple[str, ...], scene_path: Path | None,
-    cell_name: str | None, items_path: Path | None, planned_in: Path | None, start: str | None,
-    standing: tuple[str, ...], bridge: bool, unverified: bool, driver_name: str, reality_path: Path | None,
-    video: Path | None, overwrite: bool, roadmap: Path | None, trajectories: Path | None, seed: int,
-    as_json: bool,
+    plan_path: Path | None, picks: tuple[str, ...], stows: tuple[str, ...], moves: tuple[str, ...],
+    scene_path: Path | None, cell_name: str | None, items_path: Path | None, planned_in: Path | None,
+    start: str | None, standing: tuple[str, ...], bridge: bool, unverified: bool, driver_name: str,
+    reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
+    trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Run a plan in pybullet, or by another driver; or answer queries there.
 
@@ -92,9 +92,9 @@ def command(
     0.01 rad or m from the plan's first point; --bridge plans the way there, verifies it and carries it out
     before.
 
-    Instead of PLAN.json, --pick and --move request motions, several in the order given: each is planned from
-    the stored files, from the arm's current configuration in the current scene, verified, and carried out in
-    one simulated world. If the arm is elsewhere, a move first goes to its first configuration.
+    Instead of PLAN.json, --pick, --stow and --move request motions, several in the order given: each is
+    planned from the stored files, from the arm's current configuration in the current scene, verified, and
+    carried out in one simulated world. If the arm is elsewhere, a move first goes to its first configuration.
 
     Exit code 6 when something collided, a limit was broken, an event was missed, or the robot stopped because
     it could not follow or hit something. An item that was not picked or was lost is a result: exit code 0.
@@ -105,6 +105,7 @@ def command(
       apc execute plan.json --scene scene.json --start tote --bridge
       apc execute plan.json --scene scene.json --driver recorder
       apc execute --scene scene.json --pick bin_C:dove_beauty_bar --move home:bin_C
+      apc execute --scene filled.json --stow dove_beauty_bar:bin_H
     """
     from pickcli.commands.execution_report import execution_summary, execution_text, trouble
     from pickcli.errors import TrialAbortedError
@@ -119,7 +120,7 @@ def command(
         read = plan_path, scene_path, planned_in, reality_path, cell_name, items_path, roadmap, trajectories
         refuse_output(video, overwrite, *read)
     connect, reality = driver_factory(driver_name), read_reality(reality_path)
-    given = in_order_given(picks=picks, moves=moves)
+    given = in_order_given(picks=picks, stows=stows, moves=moves)
     if plan_path is None or given:
         _refuse_mixed(plan_path, given, {
             "--planned-in": planned_in is not None, "--bridge": bridge, "--unverified": unverified,
@@ -177,8 +178,8 @@ def _refuse_mixed(plan_path: Path | None, given: list[tuple[str, str]], of_plan:
     """Raise UsageError unless there are only queries. of_plan: options that apply only to a plan file."""
     if not given:
         raise click.UsageError(
-            "nothing to carry out: name PLAN.json, or ask for motions with --pick PLACE:ITEM and --move "
-            "FROM:TO"
+            "nothing to carry out: name PLAN.json, or ask for motions with --pick PLACE:ITEM, --stow ITEM "
+            "and --move FROM:TO"
         )
     if plan_path is not None:
         raise click.UsageError(

@@ -1,4 +1,4 @@
-"""Queries on the command line of ``apc execute``: --pick and --move, repeatable, in the given order.
+"""Queries on the command line of ``apc execute``: --pick, --stow and --move, repeatable, in the given order.
 
 A further kind of query is an entry of ``KINDS``, which converts its text to a ``MotionQuery``.
 """
@@ -12,6 +12,7 @@ import click
 
 from pickcli.commands.configuration_option import parse_configuration
 from pickcli.commands.stated_pick import destination, example, refuse_impossible
+from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
 
 if TYPE_CHECKING:
     from pickcli.api.query_sequence import MotionQuery, QueryAnswer
@@ -23,7 +24,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def query_options(function: F) -> F:
-    """Give a command the options --pick and --move, which may be repeated and mixed.
+    """Give a command the options --pick, --stow and --move, which may be repeated and mixed.
 
     Args:
         function: The command.
@@ -34,6 +35,10 @@ def query_options(function: F) -> F:
     function = click.option(
         "--move", "moves", metavar="FROM:TO", multiple=True,
         help="A query instead of PLAN.json: move between two configurations (named, or numbers).",
+    )(function)  # fmt: skip
+    function = click.option(
+        "--stow", "stows", metavar="ITEM[:BIN]", multiple=True,
+        help="A query instead of PLAN.json: bring an item from the tote into a bin.",
     )(function)  # fmt: skip
     return click.option(
         "--pick", "picks", metavar="PLACE:ITEM[:TO]", multiple=True,
@@ -46,7 +51,7 @@ def queries_of(given: Sequence[tuple[str, str]], scene: Scene) -> list[MotionQue
     """Parse the queries of a command line.
 
     Args:
-        given: Pairs of "picks" or "moves" and the text, in the given order.
+        given: Pairs of "picks", "stows" or "moves" and the text, in the given order.
         scene: The scene before the first query.
 
     Returns:
@@ -81,6 +86,22 @@ def _pick(words: str, scene: Scene) -> MotionQuery:
     return MotionQuery(label, (PickStep(PickQuery(out_of, scene.find(item, out_of).id, into=into)),))
 
 
+def _stow(words: str, scene: Scene) -> MotionQuery:
+    from pickcli.api.query_sequence import MotionQuery, StowStep
+
+    parts = words.split(":")
+    if len(parts) > 2 or not all(parts):
+        raise click.UsageError(
+            f"--stow: expected ITEM or ITEM:BIN, got {words!r}; e.g. dove_beauty_bar:bin_H"
+        )
+    scene.cell.require_pod_and_tote()
+    placed = item_in_tote(scene, parts[0], f"--stow {words}")
+    if len(parts) == 1:
+        return MotionQuery(f"stow {parts[0]}", (StowStep(placed.id, bins_for(scene, placed)),))
+    name = stated_bin(scene, placed, parts[1], f"--stow {words}")
+    return MotionQuery(f"stow {parts[0]} into {name}", (StowStep(placed.id, (name,)),))
+
+
 def _move(words: str, scene: Scene) -> MotionQuery:
     from pickcli.api.query_sequence import MotionQuery, MoveStep
 
@@ -91,14 +112,14 @@ def _move(words: str, scene: Scene) -> MotionQuery:
     return MotionQuery(f"move from {ends[0]} to {ends[1]}", steps)
 
 
-KINDS: dict[str, Callable[[str, Scene], MotionQuery]] = {"picks": _pick, "moves": _move}
+KINDS: dict[str, Callable[[str, Scene], MotionQuery]] = {"picks": _pick, "stows": _stow, "moves": _move}
 
 
 def configurations_in(given: Sequence[tuple[str, str]]) -> tuple[str, ...]:
     """Return the configurations that queries name; they select the arm if a cell has several.
 
     Args:
-        given: Pairs of "picks" or "moves" and the text.
+        given: Pairs of "picks", "stows" or "moves" and the text.
 
     Returns:
         Names, or numbers with commas.
@@ -110,7 +131,7 @@ def start_of_queries(given: Sequence[tuple[str, str]], scene: Scene, start: str 
     """Return the state of the robot before the first query.
 
     Args:
-        given: Pairs of "picks" or "moves" and the text.
+        given: Pairs of "picks", "stows" or "moves" and the text.
         scene: The scene.
         start: Configuration from the command line; None for the start of the first move, else home.
 

@@ -21,12 +21,13 @@ from pickcli.commands.planner import (
     verify_option,
 )
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
-from pickcli.errors import InputError, NoPlanError, UnknownNameError
+from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
+from pickcli.errors import NoPlanError
 
 if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
     from pickcli.planning.arm_choice import ArmSuitability
-    from pickcli.scene.scene import PlacedItem, Scene
+    from pickcli.scene.scene import Scene
 
 
 @click.command("plan-stow", cls=Command)
@@ -69,8 +70,8 @@ def command(
     scene = open_scene(scene_path, cell_name, arms)
     scene.cell.require_pod_and_tote()
     refuse_held(scene, scene_path)
-    placed = _in_tote(scene, item)
-    bins = _bins_for(scene, placed) if into is None else (_bin(scene, placed, into),)
+    placed = item_in_tote(scene, item, "--item")
+    bins = bins_for(scene, placed) if into is None else (stated_bin(scene, placed, into, "--into"),)
     query = PickQuery(TOTE, placed.id, bins[0])
     asked = PickRequest(query, start, seed, roadmap, trajectories, learn, not no_verify)
 
@@ -87,36 +88,3 @@ def command(
     if len(failed) == 1:
         raise failed[0][1]
     raise NoPlanError.of_arms(f"stow {placed.id}", failed)
-
-
-def _in_tote(scene: Scene, item: str) -> PlacedItem:
-    """Find an item in the tote. Raises InputError if it is elsewhere, UnknownNameError if nowhere."""
-    from pickcli.scene.scene import TOTE
-
-    places = sorted({placed.location for placed in scene.items if item in (placed.id, placed.item.name)})
-    if places and TOTE not in places:
-        told = f"--item: {item} is in {' and '.join(places)}, not in the tote"
-        raise InputError(f"{told}; apc plan-pick takes it from there")
-    return scene.find(item, TOTE)
-
-
-def _bin(scene: Scene, placed: PlacedItem, name: str) -> str:
-    """Return the name of a bin that is large enough. Raises UnknownNameError or InputError for any other."""
-    bins = scene.cell.pod.bins
-    if name not in bins:
-        raise UnknownNameError("bin", name, list(bins), "--into")
-    if sizes := scene.cell.places[name].room.too_small_for(placed.item.shape.extents):
-        raise InputError(f"--into: {placed.id} fits in no way into {name}: it has {sizes}; name another bin")
-    return name
-
-
-def _bins_for(scene: Scene, placed: PlacedItem) -> tuple[str, ...]:
-    """Return the bins to try, the best first. Raises InputError if the item is too large for all."""
-    from pickcli.trial.score import item_bonuses
-    from pickcli.trial.stow_assignment import assign_bins, order_as_it_lies
-
-    order = order_as_it_lies(scene, placed.item)
-    (choice,) = assign_bins(order, scene.cell, item_bonuses(scene.cell, order))
-    if not choice.bins:
-        raise InputError(f"{placed.id}: {choice.reason}")
-    return choice.bins

@@ -64,6 +64,20 @@ def test_the_first_move_tells_where_the_arm_stands(made: Made) -> None:
     assert still["queries"][0]["motions"] == []
 
 
+def test_what_was_picked_into_the_tote_is_stowed_from_there(made: Made) -> None:
+    told = answered(made, "--pick", f"bin_C:{ITEM}", "--stow", f"{ITEM}:bin_H", "--pick", f"bin_H:{ITEM}")
+    assert [each["query"] for each in told["queries"]][1] == f"stow {ITEM} into bin_H"
+    assert [each["item_is_in"] for each in told["queries"]] == ["tote", "bin_H", "tote"]
+    assert told["collisions"] == 0 and all(each["is_clean"] for each in told["queries"])
+
+
+def test_a_stow_without_a_bin_goes_where_explain_stow_says(made: Made) -> None:
+    told = answered(made, "--pick", f"bin_C:{ITEM}", "--stow", ITEM)
+    query = told["queries"][1]
+    assert query["query"] == f"stow {ITEM}" and query["item_is_in"].startswith("bin_")
+    assert query["motions"][0]["plan"] == f"pick {ITEM} from tote into {query['item_is_in']}"
+
+
 def test_it_is_told_in_lines(made: Made) -> None:
     answer = apc("execute", "--scene", made.scene, "--move", "home:bin_C", "--pick", f"bin_C:{ITEM}")
     lines = answer.out.splitlines()
@@ -116,6 +130,8 @@ def test_a_stop_ends_the_sequence_and_is_no_error(made: Made, tmp_path: Path) ->
         (("--pick", "bin_C"), "--pick: expected PLACE:ITEM or PLACE:ITEM:TO, got 'bin_C'; e.g. bin_C:"),
         (("--pick", ":x"), "--pick: expected PLACE:ITEM"),
         (("--pick", "a:b:c:d"), "--pick: expected PLACE:ITEM"),
+        (("--stow", "a:b:c"), "--stow: expected ITEM or ITEM:BIN, got 'a:b:c'"),
+        (("--stow", "a:"), "--stow: expected ITEM or ITEM:BIN"),
         (("--move", "home"), "--move: expected FROM:TO, got 'home'"),
         (("--move", "home:"), "--move: expected FROM:TO"),
         (("--move", "home:bin_C:bin_D"), "--move: expected FROM:TO"),
