@@ -59,7 +59,7 @@ def _summary(path: Path, fingerprint: str, done: Refresh) -> dict[str, Any]:
         "path": str(path),
         "cell_fingerprint": fingerprint,
         "changed": list(done.changed),
-        "all_anew_because": done.why_anew or None,
+        "rebuilt_because": done.why_rebuilt or None,
         "stored": done.n_stored,
         "proven_again": done.n_proven,
         "tasks_kept": done.n_kept,
@@ -70,7 +70,7 @@ def _summary(path: Path, fingerprint: str, done: Refresh) -> dict[str, Any]:
 def _lines(path: Path, done: Refresh) -> list[str]:
     changed = ", ".join(done.changed) or "nothing that stands around the robot"
     counts = f"{done.n_kept} tasks kept, {done.n_planned} planned"
-    if done.why_anew:
-        return [f"{path}: everything is done again: {done.why_anew}", counts]
+    if done.why_rebuilt:
+        return [f"{path}: everything is done again: {done.why_rebuilt}", counts]
     proven = f"{done.n_proven} of {done.n_stored} touched and proven again"
     return [f"{path}: changed: {changed}", f"{proven}; {counts}"]

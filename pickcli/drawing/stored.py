@@ -9,7 +9,7 @@ from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.drawing.picture import Colour, Coverage, CoverageBar, DrawnLine, Picture
 from pickcli.drawing.scenery import arm_solids, node, skeleton, solids, tool_path
 from pickcli.kinematics.arm import Arm
-from pickcli.precompute.critical_pairs import important_pairs
+from pickcli.precompute.critical_pairs import critical_pairs
 from pickcli.roadmap.database_tables import Missing
 from pickcli.roadmap.edge_disjoint import edge_disjoint
 from pickcli.roadmap.graph import Roadmap
@@ -38,7 +38,7 @@ def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
         DrawnLine(tool_path(roadmap.edge_path(m), arm), _ink(mark.pod_poses), " to ".join(_names(roadmap, m)))
         for m, mark in enumerate(roadmap.marks)
     ]
-    outcomes = {pair: _n_routes(roadmap, pair) for pair in important_pairs(cell)}
+    outcomes = {pair: _n_routes(roadmap, pair) for pair in critical_pairs(cell)}
     kinds = (("second route", Colour.GOOD), ("one route", Colour.FAIR), ("none", Colour.BAD))
     n_parts = len(set(roadmap.components().tolist()))
     parts = "one part" if n_parts == 1 else f"{n_parts} parts"

@@ -18,7 +18,7 @@ _KINDS = (("home", "tote"), ("bin", "tote"), ("camera", "tote"), ("home", "drop"
           ("camera", "drop"), ("home", "bin"))  # fmt: skip
 
 
-def important_pairs(cell: Cell) -> list[NamePair]:
+def critical_pairs(cell: Cell) -> list[NamePair]:
     """List the pairs that need a second route in case an edge is blocked.
 
     They follow from the kinds of the two ends (see ``_KINDS``); also each bin with its camera pose, and each

@@ -40,7 +40,7 @@ class Refresh:
 
     Attributes:
         changed: Solids that changed.
-        why_anew: Why nothing could be kept, "" if something was.
+        why_rebuilt: Why nothing could be kept, "" if something was.
         n_stored: Number of motions or edges in the file.
         n_proven: Number of these that the change affected, so that they were proven again.
         n_kept: Number of tasks whose results were kept, unchanged or proven again.
@@ -48,7 +48,7 @@ class Refresh:
     """
 
     changed: tuple[str, ...]
-    why_anew: str
+    why_rebuilt: str
     n_stored: int
     n_proven: int
     n_kept: int
@@ -75,7 +75,7 @@ def refresh(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOpti
     stored = stored_records(found, cell)
     n_stored = sum(record.reason is None for record in stored.values())
     change = _change(found, cell)
-    why = _why_anew(found, change)
+    why = _why_rebuilt(found, change)
     are_ends_same = found.made.get("configurations") == configurations_digest(cell)
     sieve = None if why or change is None else _Sieve(cell, change, stored, are_ends_same)
     kept = {} if sieve is None else sieve.motions() if found.kind is DATABASE else sieve.edges()
@@ -92,7 +92,7 @@ def _change(found: IntegrityReport, cell: Cell) -> CellChange | None:
         return None
 
 
-def _why_anew(found: IntegrityReport, change: CellChange | None) -> str:
+def _why_rebuilt(found: IntegrityReport, change: CellChange | None) -> str:
     """Explain why nothing of a file can be kept, "" if something can."""
     if change is None:
         return "the file does not say what its cell was"

@@ -18,7 +18,7 @@ from pickcli.cell.tool import MOVING, Tool
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.jobs.job_run import Build, BuildProgress
-from pickcli.precompute.critical_pairs import important_pairs
+from pickcli.precompute.critical_pairs import critical_pairs
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.precompute.route_redundancy import (
@@ -149,7 +149,7 @@ class _Builder:
     def add_second_routes(self) -> None:
         """Add edges until every critical pair has two edge-disjoint routes, or no edge is left to try."""
         detours, alone, added = [], [], list[NodePair]()
-        for names in important_pairs(self.job.cell):
+        for names in critical_pairs(self.job.cell):
             refused = next((reason for (name,), reason in self.refused if name in names), None)
             if refused is not None:
                 alone.append((names, refused))

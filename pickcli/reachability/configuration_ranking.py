@@ -53,7 +53,7 @@ class ConfigurationRanking:
 
     def __post_init__(self) -> None:
         if self.bin_name not in self.cell.places:
-            raise UnknownNameError("bin", self.bin_name, list(self.cell.places))
+            raise UnknownNameError("place", self.bin_name, list(self.cell.places))
 
     def suggest(self, n: int, on_progress: ProgressObserver = nobody) -> list[RankedConfiguration]:
         """Return the best distinct configurations, by reach, then by manipulability. Repeatable by seed.

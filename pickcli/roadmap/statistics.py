@@ -50,7 +50,7 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
         "least_clearance_mm": round(1e3 * float(database.clearances.min()), 1) if len(database) else None,
         "times_its_bound": histogram(ratios, _RATIOS),
         "worst": [_told(motions[k], float(ratios[k])) for k in worst],
-        "for_the_pod_in_its_place_alone": [
+        "for_the_nominal_pod_only": [
             f"{key.start} to {key.goal}, {key.payload}: {mark.why_nominal}"
             for key, mark in zip(database.keys, database.marks, strict=True)
             if mark.pod_poses is PodPoses.NOMINAL
@@ -80,7 +80,7 @@ def roadmap_statistics(roadmap: Roadmap, gaps: RoadmapGaps) -> dict[str, Any]:
         "length": round(float(roadmap.lengths.sum()), 3),
         "nodes_by_edges": {f"{n} edges": k for n, k in sorted(Counter(degrees).items())},
         "worst": [f"{' to '.join(ends[m])}: length {roadmap.lengths[m]:.2f}" for m in worst.tolist()],
-        "for_the_pod_in_its_place_alone": [
+        "for_the_nominal_pod_only": [
             f"{' to '.join(names)}: {mark.why_nominal}"
             for names, mark in zip(ends, roadmap.marks, strict=True)
             if mark.pod_poses is PodPoses.NOMINAL

@@ -120,7 +120,7 @@ class MinimumTimeSearch:
         for motion in self._searched(seed, is_line_free, is_wanted):
             found.append(motion)
             yield motion
-        for again in range(self.settings.n_agains):
+        for again in range(self.settings.n_repeats):
             if not found or not is_wanted(_LADDER[0] * self.least):
                 return
             best = min(found, key=lambda motion: motion.total(self.limits))
@@ -162,11 +162,11 @@ class MinimumTimeSearch:
 
     def _pressed(self, seed: int, factor: float) -> Iterator[ParabolicTrajectory]:
         """Yield at most one motion: bent until free in ``factor`` times the least duration, then shortcut."""
-        for attempt in range(self.settings.n_presses):
+        for attempt in range(self.settings.n_descents):
             own = derived_seed(seed, "press", factor, attempt)
             motion = descend_collisions(
                 self.proof, self._depth, self.limits, self.ends, float(ticks_up(factor * self.least)),
-                seed=own, iterations=self.settings.n_press,
+                seed=own, iterations=self.settings.n_perturbations,
             )  # fmt: skip
             if motion is not None:
                 yield self._shortcut_in_time(motion, own)
@@ -203,5 +203,5 @@ class MinimumTimeSearch:
     def _shortcut_in_time(self, motion: ParabolicTrajectory, seed: int) -> ParabolicTrajectory:
         return shortcut_time(
             self.proof, self.limits, motion, self.least,
-            seed=derived_seed(seed, "quicken"), iterations=self.settings.n_quicken,
+            seed=derived_seed(seed, "quicken"), iterations=self.settings.n_final_shortcuts,
         )  # fmt: skip

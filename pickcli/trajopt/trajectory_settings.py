@@ -16,10 +16,10 @@ class TrajectorySettings:
         n_tries: Number of its runs.
         max_iterations: Iterations of the planner in each run.
         n_shortcuts: Shortcuts tried in each path.
-        n_presses: Number of collision descents tried for a duration.
-        n_press: Perturbations in each of them.
-        n_quicken: Moves of time shortcutting.
-        n_agains: Number of times that the best motion, if it is not near its bound, is shortcut again.
+        n_descents: Number of collision descents tried for a duration.
+        n_perturbations: Perturbations in each of them.
+        n_final_shortcuts: Moves of time shortcutting.
+        n_repeats: Number of times that the best motion, if it is not near its bound, is shortcut again.
         seed: Seed of all random choices.
     """
 
@@ -27,8 +27,8 @@ class TrajectorySettings:
     n_tries: int = 4
     max_iterations: int = 5000
     n_shortcuts: int = 150
-    n_presses: int = 6
-    n_press: int = 400
-    n_quicken: int = 600
-    n_agains: int = 4
+    n_descents: int = 6
+    n_perturbations: int = 400
+    n_final_shortcuts: int = 600
+    n_repeats: int = 4
     seed: int = 0

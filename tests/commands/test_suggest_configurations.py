@@ -37,4 +37,4 @@ def test_the_defaults_are_those_of_the_settings() -> None:
 
 def test_an_unknown_bin_is_refused() -> None:
     answer = apc("suggest-configurations", "--bin", "bin_Z")
-    assert answer.code == 3 and "unknown bin 'bin_Z'" in answer.err
+    assert answer.code == 3 and "unknown place 'bin_Z'" in answer.err

@@ -114,7 +114,7 @@ def test_a_wall_that_is_far_from_all_motions_touches_few(
     cell: Cell, old: dict[str, bytes], tmp_path: Path
 ) -> None:
     done = refreshed(tmp_path / "motions", old["motions"], moved_divider(cell))
-    assert done.changed == ("pod row_DEF_divider_left",) and not done.why_anew
+    assert done.changed == ("pod row_DEF_divider_left",) and not done.why_rebuilt
     assert done.n_proven <= 0.15 * done.n_stored
 
 
@@ -153,7 +153,7 @@ def test_what_every_motion_depends_on_leaves_nothing(
 ) -> None:
     other = change(cell)
     done = refreshed(tmp_path / "motions", old["motions"], other)
-    assert done.why_anew.startswith("not as it was: ") and told in done.why_anew and done.n_kept == 0
+    assert done.why_rebuilt.startswith("not as it was: ") and told in done.why_rebuilt and done.n_kept == 0
     make_trajectories(other, tmp_path / "new", LEAST_EFFORT)
     assert (tmp_path / "motions").read_bytes() == (tmp_path / "new").read_bytes()
 
@@ -165,7 +165,7 @@ def test_a_file_of_other_versions_is_done_anew(
         "pickcli.precompute.refreshing.versions", lambda: artifact_files.versions() | {"ompl": "0"}
     )
     done = refreshed(tmp_path / "edges", old["edges"], cell)
-    assert "other versions" in done.why_anew and done.n_kept == 0
+    assert "other versions" in done.why_rebuilt and done.n_kept == 0
 
 
 @pytest.mark.parametrize("parts", [None, [], {"solids": {}}, {"rules": {}, "T_world_pod": [1], "solids": {}}])
@@ -177,7 +177,7 @@ def test_a_file_that_does_not_say_what_its_cell_was_is_done_anew(
     found = surveyed(path)
     attributes = {**found.attributes, "made": json.dumps(found.made | {"parts": parts})}
     done = refresh(path, replace(found, attributes=attributes), cell)
-    assert done.why_anew == "the file does not say what its cell was" and done.n_kept == 0
+    assert done.why_rebuilt == "the file does not say what its cell was" and done.n_kept == 0
     assert path.read_bytes() == old["edges"]
 
 
@@ -244,7 +244,7 @@ def test_the_command_tells_what_changed(
         assert outcome.exit_code == 0
         if "--json" in arguments:
             told = json.loads(outcome.stdout)
-            assert told["changed"] == ["pod row_DEF_divider_left"] and told["all_anew_because"] is None
+            assert told["changed"] == ["pod row_DEF_divider_left"] and told["rebuilt_because"] is None
             assert told["tasks_kept"] > 0
         else:
             assert "changed: pod row_DEF_divider_left" in outcome.stdout

@@ -12,7 +12,7 @@ from pickcli.cell.pod_tolerance import ANY_POD, NOMINAL_POD
 from pickcli.errors import Reason
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.artifact_files import make_roadmap
-from pickcli.precompute.critical_pairs import important_pairs, neighbouring_bins
+from pickcli.precompute.critical_pairs import critical_pairs, neighbouring_bins
 from pickcli.precompute.roadmap_builder import build_roadmap
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
@@ -33,7 +33,7 @@ def test_every_important_pair_has_two_routes_by_networkx_or_a_reason() -> None:
     graph = nx.Graph((roadmap.names[a], roadmap.names[b]) for a, b in roadmap.edges.tolist())
     double = {names for names, _ in report.routes.detours}
     alone = {names for names, _ in report.routes.without_second_route}
-    assert double | alone == set(important_pairs(cell)) and not double & alone
+    assert double | alone == set(critical_pairs(cell)) and not double & alone
     for names in double:
         assert nx.edge_connectivity(graph, *names) >= 2
     assert double and not alone
@@ -105,8 +105,8 @@ def test_a_cut_that_failed_often_is_not_tried_for_ever() -> None:
     assert edge_to_try(roadmap, side, others) == (0, 2)
 
 
-def test_important_pairs_are_those_of_an_order() -> None:
-    pairs = set(important_pairs(small_cell("home", "bin_A", "cam_A", "bin_B", "bin_F", "tote", "drop_00")))
+def test_critical_pairs_are_those_of_an_order() -> None:
+    pairs = set(critical_pairs(small_cell("home", "bin_A", "cam_A", "bin_B", "bin_F", "tote", "drop_00")))
     assert ("bin_A", "tote") in pairs and ("cam_A", "drop_00") in pairs and ("bin_A", "cam_A") in pairs
     assert ("bin_A", "bin_B") in pairs and ("bin_A", "bin_F") not in pairs
     assert ("bin_B", "cam_A") not in pairs

@@ -113,7 +113,7 @@ def test_poses_inside_are_in_the_bin_and_turn_with_the_pod() -> None:
 
 
 def test_names_and_places_that_are_none_are_refused() -> None:
-    with pytest.raises(UnknownNameError, match="unknown bin 'bin_Z'"):
+    with pytest.raises(UnknownNameError, match="unknown place 'bin_Z'"):
         ConfigurationRanking(small_cell(), "bin_Z", STRAIGHT, FEW)
     hopeless = replace(FEW, margin=0.5)
     with pytest.raises(NoPlanError, match=r"in front of bin_C.*nearer than 50% of a range"):
