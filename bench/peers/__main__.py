@@ -57,12 +57,12 @@ PEERS = {
     "mplib_rrt": (
         "mplib",
         "its OMPL RRTConnect with FCL in C++ at its own resolution, without TOPP; it simplifies only as a "
-        "part of planning, so `short` is planned and simplified again.",
+        "part of planning, so for `short` it plans again and simplifies.",
     ),
 }
 HOW_OURS = (
     "every edge proven between samples. `first`: straight edge, else RRT-Connect in the kernel; `short`: "
-    "straight edge, else the quickest of the way through the precomputed roadmap and up to four of "
+    "straight edge, else the quickest of the path through the precomputed roadmap and up to four of "
     "RRT-Connect, each shortened."
 )
 

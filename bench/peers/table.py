@@ -18,10 +18,10 @@ HEADING = "## Planners of others"
 OURS = "apc"
 INTRODUCTION = (
     "{queries} coarse queries of {scenes} random scenes, {held} of them with the item held: from a named "
-    "configuration to in front of a bin, and from there with the item to over the tote, as `plan-pick` meets "
-    "them. Every planner got the same robot, tool, held item, world, margin ({millimetres:.0f} mm around the "
-    "world) and time limit ({time_limit:g} s), one query at a time, in turns. Setting up a scene is not "
-    "counted. `first`: until the first path; `short`: with the planner's own shortening on top; of apc: the "
+    "configuration to in front of a bin, and from there with the item to over the tote, as in `plan-pick`. "
+    "Every planner got the same robot, tool, held item, world, margin ({millimetres:.0f} mm around the "
+    "world) and time limit ({time_limit:g} s), one query at a time, in turns. The set-up of a scene is not "
+    "counted. `first`: until the first path; `short`: with the planner's own shortening on top; for apc: the "
     "whole answer that a pick gets. Times and lengths are over the queries that each answered; lengths: "
     "median, Euclidean in joint space (rad, m). `invalid`: paths in which, by exact shapes, something "
     "touches, or that do not lead from start to goal."
@@ -120,8 +120,8 @@ def _verdict(figures: list[dict[str, Any]]) -> list[str]:
     return [
         "- Promised: our p95 at least 5 times below that of the quickest peer. Measured: "
         f"{_times_below('first_ms', peers, ours)} until a first path, "
-        f"{_times_below('short_ms', peers, ours)} until a shortened one. By processor time, which load from "
-        f"elsewhere disturbs less, the former is {_times_below('first_cpu_ms', peers, ours)}. Our whole "
+        f"{_times_below('short_ms', peers, ours)} until a shortened one. By processor time, which is less "
+        f"sensitive to other load, the former is {_times_below('first_cpu_ms', peers, ours)}. Our whole "
         f"answer against a peer's first path: {_whole_below_first(peers, ours)}.",
         "- Promised: our median length at most 1.05 of that of the shortest peer. Measured: "
         f"{share:.3f} ({shortest['planner']}, shortened).",
