@@ -43,7 +43,7 @@ MM, DEGREE = 1e-3, np.pi / 180.0
         ("no nearer than 20 mm to anything that moves", cloud_points.NEAR, 20 * MM),
         ("by a k-d tree at states 10 mm apart", cloud_points.STRIDE, 10 * MM),
         ("Contacts, friction (0.3) and poses", equilibrium.FRICTION, 0.3),
-        ("no nearer to than it lies (1 mm)", contact_check.PUSHED, 1 * MM),
+        ("keeps its distance at rest, to 1 mm", contact_check.PUSHED, 1 * MM),
         ("on 41 by 41 vertical lines", tipping_check.N_LINES, 41),
         ("by halving, 64 times as finely", 2**tipping_check.HALVINGS, 64),
         ("throw at twice the speed of the cup", tipping_check.REBOUND, 2.0),
