@@ -21,6 +21,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.floor_placements import (
     BEHIND_LIP,
     FROM_MOUTH,
+    FROM_WALLS,
     LEAST_SLENDERNESS,
     STEP,
     floor_placements,
@@ -265,3 +266,45 @@ def test_what_is_set_down_stays_behind_the_lip_and_where_there_is_none_just_behi
     T_place_items = [inverse(cell.T_world_place(place)) @ spot.T_world_item for spot in spots]
     fronts = [T[0, 3] - placed.item.shape.reach(T[:3, :3])[0] for T in T_place_items]
     assert least - 1e-3 <= min(fronts) < least + STEP
+
+
+def test_what_is_set_down_may_stand_as_near_to_the_walls_as_they_have_to_be_kept_clear(
+    planner: PlanningContext, cell: Cell
+) -> None:
+    place, tote = cell.places["bin_F"], cell.places["tote"]
+    placed = PlacedItem(ITEM, cell.item(ITEM), "tote", cell.T_world_place(tote))
+    scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise())
+    spots = floor_placements(planner, scene, placed, np.eye(3), place, n_most=1000)
+    assert not isinstance(spots, Failures)
+    (front, back), (low, high) = place.room.x_range, place.room.y_range
+    half = placed.item.shape.extents / 2
+    x, y, _ = np.array([(inverse(cell.T_world_place(place)) @ s.T_world_item)[:3, 3] for s in spots]).T
+    least = [(y - half[1]).min() - low, high - (y + half[1]).max(), back - (x + half[0]).max()]
+    assert np.allclose(least, FROM_WALLS, atol=2e-3)
+
+
+def test_a_gap_between_items_that_the_coarse_grid_misses_is_found(
+    planner: PlanningContext, cell: Cell
+) -> None:
+    """A bin full of boxes but for one gap, 20 mm longer and wider than the item."""
+    place, tote = cell.places["bin_F"], cell.places["tote"]
+    item, T = cell.item(ITEM), cell.T_world_place(place)
+    placed = PlacedItem(ITEM, item, "tote", cell.T_world_place(tote))
+    (front, back), (low, high) = place.room.x_range, place.room.y_range
+    gap, tall = item.shape.extents[:2] + 0.02, 0.05
+    for x, y in ((0.23, 0.013), (0.237, -0.021), (0.305, 0.031)):
+        sides = (
+            (front, x - gap[0] / 2, low, high), (x + gap[0] / 2, back, low, high),
+            (x - gap[0] / 2, x + gap[0] / 2, low, y - gap[1] / 2),
+            (x - gap[0] / 2, x + gap[0] / 2, y + gap[1] / 2, high),
+        )  # fmt: skip
+        boxes = []
+        for k, (x0, x1, y0, y1) in enumerate(sides):
+            shape = Shape(ShapeKind.BOX, (x1 - x0, y1 - y0, tall))
+            at = pose([(x0 + x1) / 2, (y0 + y1) / 2, place.room.floor_back + tall / 2 + 0.001])
+            boxes.append(PlacedItem(f"box{k}", replace(item, shape=shape), "bin_F", T @ at))
+        scene = Scene(cell, cell.T_world_pod, (placed, *boxes), PoseNoise())
+        spots = floor_placements(planner, scene, placed, np.eye(3), place)
+        assert not isinstance(spots, Failures), list(spots)
+        found = (inverse(T) @ spots[0].T_world_item)[:2, 3]
+        assert np.abs(found - (x, y)).max() < 0.01

@@ -30,7 +30,8 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 from pickcli.seeds import derived_rng
 
-STEP = 0.02  # m between tried spots
+STEP, FINE_STEP = 0.02, 0.01  # m between tried spots, and where none of those is free
+FROM_WALLS = 0.006  # m to walls and to the back, besides the uncertainty of the item's pose
 FROM_MOUTH = 0.01  # m that stay free behind the mouth
 BEHIND_LIP = 0.03  # m that stay free behind a 20 mm deep lip in front of the floor
 HOVER = 0.001  # m over the floor, besides how much lower the item may be than its pose says
@@ -184,9 +185,12 @@ def floor_placements(
     uncertainty = scene.noise.bound(placed.item)
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], uncertainty)
     flying = FreeItemChecker(context.model, scene, free, while_resting_on(place.support, placed.id))
-    spots = _spots(place, reach, uncertainty + HOVER)
-    fitting = [_placed(placed, place.name, T_world_place, R, d) for d in spots if flying.is_valid(d)]
-    if not fitting:
+    for step in (STEP, FINE_STEP):
+        spots = _spots(place, reach, uncertainty, step)
+        fitting = [_placed(placed, place.name, T_world_place, R, d) for d in spots if flying.is_valid(d)]
+        if fitting:
+            break
+    else:
         return _occupied(place, spots, flying)
     staying = tuple(islice((spot for spot in _spread(fitting) if _stays(scene, spot)), n_most))
     rolling = Reason("would fall over or roll", place.name, f"{placed.id} on all free places")
@@ -286,21 +290,22 @@ def _levelled(R: Array) -> Array:
     return np.asarray(rotation_axis_angle(across / sine, float(np.arcsin(min(sine, 1.0)))) @ R)
 
 
-def _spots(place: Place, half: Array, hover: float) -> Array:
+def _spots(place: Place, half: Array, uncertainty: float, step: float) -> Array:
     """Return (K, 6) displacements from the place's origin to spots on its floor, as of a free flyer.
 
     Behind a mouth, spots far back and near a wall come first; on a table, those near its middle, which are
-    the easiest to reach. half: (3,) of the box around the level item
+    the easiest to reach. half: (3,) of the box around the level item. uncertainty: m, of its pose
     """
     (front, back), (low, high) = place.room.x_range, place.room.y_range
     is_from_above = place.access.is_from_above
     free = BEHIND_LIP if place.room.floor_front < 0.0 else FROM_MOUTH
-    along_x = _grid(front + (0.0 if is_from_above else free) + half[0], back - half[0])
-    along_y = _grid(low + half[1], high - half[1])
+    wall = FROM_WALLS + uncertainty
+    along_x = _grid(front + (wall if is_from_above else free) + half[0], back - wall - half[0], step)
+    along_y = _grid(low + wall + half[1], high - wall - half[1], step)
     x, y = (axis.ravel() for axis in np.meshgrid(along_x, along_y, indexing="ij"))
     height, pitch = place.room.rest(x, half[0])
     # The item hovers over the floor, parallel to its surface.
-    above = half[2] + hover
+    above = half[2] + uncertainty + HOVER
     none = np.zeros(len(x))
     at = (x + above * np.sin(pitch), y, height + above * np.cos(pitch), none, pitch, none)
     if is_from_above:
@@ -310,8 +315,11 @@ def _spots(place: Place, half: Array, hover: float) -> Array:
     return np.column_stack(at)[np.argsort(cost, kind="stable")]
 
 
-def _grid(low: float, high: float) -> Array:
-    return np.linspace(low, high, int((high - low) / STEP) + 1) if high >= low else np.zeros(0)
+def _grid(low: float, high: float, step: float = STEP) -> Array:
+    """Return evenly spaced values, at most a step apart; the middle where an item hardly fits between walls."""
+    if high < low:
+        return np.full(int(low - high < 2 * FROM_WALLS), (low + high) / 2)
+    return np.linspace(low, high, int(np.ceil((high - low) / step)) + 1)
 
 
 def _placed(placed: PlacedItem, place_name: str, T_world_place: Array, R: Array, d: Array) -> PlacedItem:
