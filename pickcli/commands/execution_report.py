@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from pickcli.simulation.protective_stop import StopCause
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from pickcli.simulation.contacts import Collision
     from pickcli.simulation.plan_record import PlanRecord
     from pickcli.simulation.world import World
+    from pickcli.trial.disturbance import Disturbance
 
 
 HINDERED = (StopCause.FOLLOWING_ERROR, StopCause.CONTACT)  # stops of a robot that cannot move as planned
@@ -57,6 +59,7 @@ def execution_summary(
         "item_is_in": where,
         "in_tote": None if where is None else where == "tote",
         **runs_counts(runs),
+        "disturbed": disturbed_items(plans, world),
         "bridge": None if bridge is None else run_record(bridge),
         "execution": None if main is None else run_record(main),
     }
@@ -95,7 +98,57 @@ def execution_text(plans: Sequence[Plan], runs: Sequence[PlanRecord], world: Wor
         lines.append(f"{plans[-1].query}: not started")
     if item is not None and world is not None:
         lines.append(whereabouts_line(item, where or "", world))
-    return "\n".join(lines)
+    return "\n".join([*lines, *disturbance_lines(plans, world)])
+
+
+def disturbed_items(plans: Sequence[Plan], world: World | None) -> list[dict[str, Any]]:
+    """Describe the items that moved although no executed plan was to move them.
+
+    Args:
+        plans: The executed plans.
+        world: The simulated world afterwards; None for another driver.
+
+    Returns:
+        JSON values by name for each item.
+    """
+    return [
+        {
+            "item": d.item,
+            "kind": str(d.kind),
+            "moved_m": d.moved,
+            "turned_rad": d.turned,
+            "out_of": d.out_of,
+            "into": d.into,
+        }
+        for d in _disturbances(plans, world)
+    ]
+
+
+def disturbance_lines(plans: Sequence[Plan], world: World | None) -> list[str]:
+    """Describe the items that moved although no executed plan was to move them, one line each.
+
+    Args:
+        plans: The executed plans.
+        world: The simulated world afterwards; None for another driver.
+
+    Returns:
+        The lines.
+    """
+    return [
+        f"  {d.item} was disturbed: {d.kind}, {1e3 * d.moved:.0f} mm, {degrees(d.turned):.0f} deg"
+        f"{'' if d.out_of == d.into else f', from {d.out_of} into {d.into}'}"
+        for d in _disturbances(plans, world)
+    ]
+
+
+def _disturbances(plans: Sequence[Plan], world: World | None) -> tuple[Disturbance, ...]:
+    from pickcli.trial.disturbance import disturbances
+    from pickcli.trial.score import ScoringRules
+
+    if world is None:
+        return ()
+    meant = {plan.grasp.item for plan in plans if plan.grasp is not None}
+    return disturbances(world.scene, world.now(), meant, ScoringRules.drop_limit)
 
 
 def run_lines(plan: Plan, run: PlanRecord, world: World | None) -> list[str]:

@@ -162,11 +162,12 @@ def answers_summary(
     Returns:
         Values by name.
     """
-    from pickcli.commands.execution_report import run_record, runs_counts
+    from pickcli.commands.execution_report import disturbed_items, run_record, runs_counts
 
     runs = [run for answer in answers for run in answer.runs]
     return {
         **runs_counts(runs),
+        "disturbed": disturbed_items([plan for answer in answers for plan in answer.plans], world),
         "held": world.held,
         "queries": [
             {
@@ -200,7 +201,7 @@ def answers_text(queries: Sequence[MotionQuery], answers: Sequence[QueryAnswer],
     Returns:
         The text.
     """
-    from pickcli.commands.execution_report import run_lines, whereabouts_line
+    from pickcli.commands.execution_report import disturbance_lines, run_lines, whereabouts_line
 
     lines = []
     for answer in answers:
@@ -208,4 +209,6 @@ def answers_text(queries: Sequence[MotionQuery], answers: Sequence[QueryAnswer],
             lines += run_lines(plan, run, world)
         if answer.item:
             lines.append(whereabouts_line(answer.item, answer.item_is_in, world))
-    return "\n".join([*lines, *(f"{query.label}: not started" for query in queries[len(answers) :])])
+    lines += [f"{query.label}: not started" for query in queries[len(answers) :]]
+    plans = [plan for answer in answers for plan in answer.plans]
+    return "\n".join([*lines, *disturbance_lines(plans, world)])

@@ -276,7 +276,7 @@ def test_what_is_set_down_may_stand_as_near_to_the_walls_as_they_have_to_be_kept
     scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise())
     spots = floor_placements(planner, scene, placed, np.eye(3), place, n_most=1000)
     assert not isinstance(spots, Failures)
-    (front, back), (low, high) = place.room.x_range, place.room.y_range
+    (_, back), (low, high) = place.room.x_range, place.room.y_range
     half = placed.item.shape.extents / 2
     x, y, _ = np.array([(inverse(cell.T_world_place(place)) @ s.T_world_item)[:3, 3] for s in spots]).T
     least = [(y - half[1]).min() - low, high - (y + half[1]).max(), back - (x + half[0]).max()]

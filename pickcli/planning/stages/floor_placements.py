@@ -316,7 +316,7 @@ def _spots(place: Place, half: Array, uncertainty: float, step: float) -> Array:
 
 
 def _grid(low: float, high: float, step: float = STEP) -> Array:
-    """Return evenly spaced values, at most a step apart; the middle where an item hardly fits between walls."""
+    """Return evenly spaced values, at most a step apart; the middle if an item hardly fits between walls."""
     if high < low:
         return np.full(int(low - high < 2 * FROM_WALLS), (low + high) / 2)
     return np.linspace(low, high, int(np.ceil((high - low) / step)) + 1)
