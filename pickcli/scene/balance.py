@@ -20,7 +20,9 @@ from pickcli.scene.contact_graph import ContactGraph
 from pickcli.scene.patches import feature, patch
 from pickcli.scene.scene import PlacedItem
 from pickcli.scene.solid_contact import (
+    FRICTION,
     SolidContact,
+    balance,
     bears,
     can_balance,
     friction_cones,
@@ -33,6 +35,8 @@ LEVEL = np.radians(1.0)  # largest slope of the ground on which nothing begins t
 SETTLED = np.radians(1.5)  # rad, misalignment of faces in contact, in addition to the angular error
 EXPLAINED = 2e-3  # weights; a lack of balance up to this is explained by small pose errors
 WORSE = 1e-3  # weights by which the lack must increase to count
+ROUGH = 1.0  # friction that no item exceeds on another
+AT_REST = 0.03  # weights left unbalanced; settled piles leave 0.005 at most, as seen with errors of poses
 N_TILTS = 8  # number of directions in which the world is tilted
 _UP = np.array([0.0, 0.0, 1.0])
 _NO_PUSH = np.zeros((6, 1))  # for a body without contacts
@@ -83,6 +87,18 @@ class Balance:
         borne = weight - force
         wrench = np.concatenate([borne, np.cross(point - centre, -force)]) / np.linalg.norm(borne)
         return can_balance(self._holding(item_id, frozenset()), wrench, _half_size(placed))
+
+    def is_at_rest(self, item_id: str) -> bool:
+        """Whether an item can be at rest at its pose, with rough surfaces and contact forces of any size.
+
+        Args:
+            item_id: Id of the item.
+
+        Returns:
+            False if it must fall or roll from there, however its contacts push.
+        """
+        cones, own = self._touched(item_id, frozenset(), ROUGH), np.concatenate([_UP, np.zeros(3)])
+        return balance(cones, own, _half_size(self.graph.items[item_id]))[1] <= AT_REST
 
     def footing(self, item_id: str, is_sure: bool = True) -> Array:
         """Return the corners of the contacts that carry an item.
@@ -208,14 +224,14 @@ class Balance:
             [_NO_PUSH, *(friction_cones(self._patch(c) - centre, -c.normal) for c in left)], axis=1
         )
 
-    def _touched(self, name: str, gone: frozenset[str]) -> Array:
+    def _touched(self, name: str, gone: frozenset[str], friction: float = FRICTION) -> Array:
         """Unit wrenches (6, 4 N) about an item's centre by all remaining contacts, at the nominal poses."""
         left = [c for c in self.graph.touching[name] if c.b not in gone]
         centre = self.graph.items[name].T_world_item[:3, 3]
         return np.concatenate(
             [
                 _NO_PUSH,
-                *(friction_cones(self._found_patch(c, inset=0.0) - centre, -c.normal) for c in left),
+                *(friction_cones(self._found_patch(c, 0.0) - centre, -c.normal, friction) for c in left),
             ],
             axis=1,
         )

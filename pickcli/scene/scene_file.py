@@ -42,7 +42,7 @@ from pickcli.scene.scene_checks import (
     check_standing,
 )
 from pickcli.scene.scene_schema import CloudModel, HeldModel, PodErrorModel, SceneModel, ScenePoseModel
-from pickcli.scene.scene_warnings import warn_of_noise
+from pickcli.scene.scene_warnings import warn_of_motion, warn_of_noise
 
 _UNIT_TOLERANCE = 1e-3  # tolerated error of a quaternion's length, before it is normalised
 
@@ -103,6 +103,7 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     source.check()
     warnings = FileWarnings.of(source)
     warn_of_noise(warnings, scene)
+    warn_of_motion(warnings, scene)
     warnings.log()
     return scene
 

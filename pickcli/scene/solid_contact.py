@@ -70,18 +70,19 @@ def bears(patch: Array, normal: Array, force: Array, point: Array) -> bool:
     return bool(gaps_between.max() < np.pi)
 
 
-def friction_cones(arms: Array, normal: Array) -> Array:
+def friction_cones(arms: Array, normal: Array, friction: float = FRICTION) -> Array:
     """Compute the wrenches of unit forces along the edges of friction cones.
 
     Args:
         arms: (N, 3) m, from the centre of an item to the contact points.
         normal: (3,) direction of the normal force on the item.
+        friction: Coefficient of friction.
 
     Returns:
         (6, 4 N) wrenches about the centre.
     """
     u, v = perpendiculars(normal)
-    forces = normal + FRICTION * np.array([u, -u, v, -v])
+    forces = normal + friction * np.array([u, -u, v, -v])
     all_forces = np.tile(forces, (len(arms), 1))
     return np.concatenate([all_forces.T, np.cross(np.repeat(arms, 4, axis=0), all_forces).T])
 
@@ -131,8 +132,23 @@ def can_balance(cones: Array, wrench: Array, size: float) -> bool:
     Returns:
         True if they do.
     """
+    forces, rest = balance(cones, wrench, size)
+    return bool(rest <= UNBALANCED and forces.sum() <= MOST_FORCE)
+
+
+def balance(cones: Array, wrench: Array, size: float) -> tuple[Array, float]:
+    """Compute the contact forces that come nearest to balancing a wrench.
+
+    Args:
+        cones: (6, K) wrenches of unit forces.
+        wrench: (6,) in weights of the item, and weights times m.
+        size: m, half the extent of the item.
+
+    Returns:
+        (K,) forces in weights, and the norm of what is left unbalanced, moments as forces at the item's size.
+    """
     from scipy.optimize import nnls
 
     scale = np.repeat([1.0, 1.0 / size], 3)
     forces, rest = nnls(cones * scale[:, None], wrench * scale)
-    return bool(rest <= UNBALANCED and forces.sum() <= MOST_FORCE)
+    return forces, float(rest)

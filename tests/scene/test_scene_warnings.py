@@ -1,0 +1,90 @@
+"""Warnings about scenes: items at poses from which they would fall or roll."""
+
+from __future__ import annotations
+
+import json
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.shapes import ShapeKind
+from pickcli.geometry import pose
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene_file import read_scene, write_scene
+from pickcli.scene.supports import supports_of
+from pickcli.simulation.reality import Reality
+from pickcli.stowing.make_scene import make_scene
+from pickcli.trial.make_order import make_order
+from pickcli.trial.order import OrderKind
+from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
+from support.bin_piles import EXACT, NOISY, at, of, shaped
+
+
+def leaning(cell: Cell, gap: float) -> tuple[PlacedItem, PlacedItem]:
+    """A case that leans at 20 degrees towards a box, and stops a gap (m) short of it."""
+    tall, thick, box = 0.19, 0.014, 0.1
+    turn = float(np.radians(20.0))
+    z = (tall * np.cos(turn) + thick * np.sin(turn)) / 2
+    up = (box - z + thick / 2 * np.sin(turn)) / np.cos(turn)  # along its front, to the height of the box
+    x = 0.3 - box / 2 - gap / np.cos(turn) - thick / 2 * np.cos(turn) - up * np.sin(turn)
+    case = at(cell, "case", shaped(cell, (thick, 0.13, tall)), x, 0.0, z, (0.0, turn, 0.0))
+    return case, at(cell, "box", shaped(cell, (box, 0.14, box), mass=0.5), 0.3, 0.0, box / 2)
+
+
+def slope_at(cell: Cell, x: float) -> tuple[float, float]:
+    """Height in m and slope in rad, down into the bin, of the floor near the mouth."""
+    height, behind = cell.pod.bins["bin_E"].room.rest(np.array([x, x + 0.01]), 0.0)[0]
+    assert behind < height
+    return float(height), float(np.arctan2(height - behind, 0.01))
+
+
+@pytest.mark.parametrize(("gap", "rests"), [(0.0003, True), (0.004, False), (0.008, False)])
+def test_what_leans_on_nothing_is_not_at_rest(cell: Cell, gap: float, rests: bool) -> None:
+    balance = of(cell, *leaning(cell, gap)).balance
+    assert balance.is_at_rest("case") is rests and balance.is_at_rest("box")
+
+
+def test_with_errors_of_poses_it_may_lean_on_what_is_near(cell: Cell) -> None:
+    assert of(cell, *leaning(cell, 0.004), noise=NOISY).balance.is_at_rest("case")
+
+
+@pytest.mark.parametrize(("gap", "rests"), [(0.0, True), (0.003, False)])
+def test_a_ball_on_a_slope_rests_against_something(cell: Cell, gap: float, rests: bool) -> None:
+    radius, room = 0.037, cell.pod.bins["bin_E"].room
+    height, pitch = slope_at(cell, 0.1)
+    x, z = 0.1 + radius * np.sin(pitch), height + radius * np.cos(pitch) - room.floor_back
+    ball = at(cell, "ball", shaped(cell, (radius,), ShapeKind.SPHERE), x, 0.0, z)
+    chock = at(cell, "chock", shaped(cell, (0.02, 0.1, 0.1)), x + radius + gap + 0.01, 0.0, 0.06)
+    assert of(cell, ball, chock).balance.is_at_rest("ball") is rests
+
+
+@pytest.mark.parametrize("noise", [EXACT, DEFAULT_NOISE])
+def test_nothing_in_a_settled_scene_is_warned_of(cell: Cell, noise: PoseNoise) -> None:
+    order = make_order(OrderKind.PICK, 2016, 3301)
+    scene = make_scene(order.bin_contents, cell, 3301)
+    seen = scene if noise is EXACT else perceive(scene, noise, 3301, 1, Reality())
+    balance = supports_of(seen).balance
+    assert len(seen.items) > 20 and all(balance.is_at_rest(placed.id) for placed in seen.items)
+
+
+def test_a_file_tells_of_what_moves_unless_it_accepts_it(
+    cell: Cell, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, name = tmp_path / "scene.json", "rawlings_baseball"
+    T_bin = cell.T_world_place(cell.pod.bins["bin_E"])
+    radius = float(cell.item(name).shape.size[0])
+    height, pitch = slope_at(cell, 0.1)
+    T = T_bin @ pose([0.1 + radius * np.sin(pitch), 0.0, height + radius * np.cos(pitch)])
+    write_scene(Scene(cell, cell.T_world_pod, (PlacedItem(name, cell.item(name), "bin_E", T),), EXACT), path)
+    with caplog.at_level(logging.WARNING):
+        read_scene(path)
+    assert f"{name} cannot be at rest at this pose" in caplog.text
+    data = json.loads(path.read_text()) | {"accepted_warnings": [f"not_at_rest:{name}"]}
+    path.write_text(json.dumps(data))
+    caplog.clear()
+    with caplog.at_level(logging.WARNING):
+        read_scene(path)
+    assert "at rest" not in caplog.text
