@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pickcli.files.file_warnings import FileWarnings
+from pickcli.files.yaml_reader import Key
 from pickcli.scene.scene import Scene
 from pickcli.scene.supports import supports_of
 
@@ -25,7 +26,7 @@ def warn_of_motion(warnings: FileWarnings, scene: Scene) -> None:
         return
     balance = supports_of(scene).balance
     text = "cannot be at rest at this pose: nothing that it touches keeps it from falling or rolling"
-    moving = {
+    moving: dict[str, tuple[Key, str]] = {
         placed.id: (("items", k), f"{placed.id} {text}")
         for k, placed in enumerate(scene.items)
         if placed.location in scene.cell.places and not balance.is_at_rest(placed.id)

@@ -36,7 +36,7 @@ def leaning(cell: Cell, gap: float) -> tuple[PlacedItem, PlacedItem]:
 
 def slope_at(cell: Cell, x: float) -> tuple[float, float]:
     """Height in m and slope in rad, down into the bin, of the floor near the mouth."""
-    height, behind = cell.pod.bins["bin_E"].room.rest(np.array([x, x + 0.01]), 0.0)[0]
+    height, behind = cell.pod.bins["bin_E"].room.rest(np.array([x, x + 0.01]), np.zeros(2))[0]
     assert behind < height
     return float(height), float(np.arctan2(height - behind, 0.01))
 
