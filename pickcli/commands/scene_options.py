@@ -110,11 +110,12 @@ def open_scene(path: Path, cell_name: str | None, arms: ArmRequest = NO_ARM) -> 
         StaleError: It was made for another cell.
     """
     from pickcli.cell.pod_tolerance import pod_stand
+    from pickcli.scene.balance_warning import warn_of_motion
     from pickcli.scene.scene_file import read_scene
 
     with stage("reading of the scene"):
         cell = None if cell_name is None else open_cell(cell_name, arms)
-        scene = read_scene(path, cell, partial(open_cell, request=arms))
+        scene = read_scene(path, cell, partial(open_cell, request=arms), warn_of_motion)
     if not scene.is_pod_within_bounds:
         click.echo(
             f"note: {path}: the pod stands {pod_stand(scene.T_nominal_pod)}, "

@@ -42,18 +42,24 @@ from pickcli.scene.scene_checks import (
     check_standing,
 )
 from pickcli.scene.scene_schema import CloudModel, HeldModel, PodErrorModel, SceneModel, ScenePoseModel
-from pickcli.scene.scene_warnings import warn_of_motion, warn_of_noise
+from pickcli.scene.scene_warnings import warn_of_noise
 
 _UNIT_TOLERANCE = 1e-3  # tolerated error of a quaternion's length, before it is normalised
 
 
-def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell] = load_cell) -> Scene:
+def read_scene(
+    path: Path,
+    cell: Cell | None = None,
+    load: Callable[[str], Cell] = load_cell,
+    warn: Callable[[FileWarnings, Scene], None] | None = None,
+) -> Scene:
     """Read a scene file.
 
     Args:
         path: The file.
         cell: The scene's cell; loaded by its name if None.
         load: Function that loads a cell by its name.
+        warn: Function that adds further warnings about the scene.
 
     Returns:
         The scene.
@@ -103,7 +109,8 @@ def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell]
     source.check()
     warnings = FileWarnings.of(source)
     warn_of_noise(warnings, scene)
-    warn_of_motion(warnings, scene)
+    if warn is not None:
+        warn(warnings, scene)
     warnings.log()
     return scene
 

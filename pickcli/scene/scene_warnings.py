@@ -3,35 +3,12 @@
 from __future__ import annotations
 
 from pickcli.files.file_warnings import FileWarnings
-from pickcli.files.yaml_reader import Key
 from pickcli.scene.scene import Scene
-from pickcli.scene.supports import supports_of
 
 NOT_AT_REST = "not_at_rest"
 WARNINGS = ("large_noise", NOT_AT_REST)  # kinds of warnings about scene files
 VAGUE = 0.02  # m, rounded up from the error of cameras above a shelf
 ASKEW = 0.2  # rad
-
-
-def warn_of_motion(warnings: FileWarnings, scene: Scene) -> None:
-    """Warn of items that cannot be at rest at their poses: plans would be certified for a pile that moves.
-
-    What points of a cloud carry is not judged.
-
-    Args:
-        warnings: Collects them.
-        scene: The scene.
-    """
-    if scene.cloud is not None or NOT_AT_REST in warnings.accepted:
-        return
-    balance = supports_of(scene).balance
-    text = "cannot be at rest at this pose: nothing that it touches keeps it from falling or rolling"
-    moving: dict[str, tuple[Key, str]] = {
-        placed.id: (("items", k), f"{placed.id} {text}")
-        for k, placed in enumerate(scene.items)
-        if placed.location in scene.cell.places and not balance.is_at_rest(placed.id)
-    }
-    warnings.add_alike(NOT_AT_REST, moving, ("items",), "are the poses in the right frame, and settled?")
 
 
 def warn_of_noise(warnings: FileWarnings, scene: Scene) -> None:

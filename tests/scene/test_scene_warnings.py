@@ -12,6 +12,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import pose
+from pickcli.scene.balance_warning import warn_of_motion
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, write_scene
 from pickcli.scene.supports import supports_of
@@ -80,11 +81,11 @@ def test_a_file_tells_of_what_moves_unless_it_accepts_it(
     T = T_bin @ pose([0.1 + radius * np.sin(pitch), 0.0, height + radius * np.cos(pitch)])
     write_scene(Scene(cell, cell.T_world_pod, (PlacedItem(name, cell.item(name), "bin_E", T),), EXACT), path)
     with caplog.at_level(logging.WARNING):
-        read_scene(path)
+        read_scene(path, warn=warn_of_motion)
     assert f"{name} cannot be at rest at this pose" in caplog.text
     data = json.loads(path.read_text()) | {"accepted_warnings": [f"not_at_rest:{name}"]}
     path.write_text(json.dumps(data))
     caplog.clear()
     with caplog.at_level(logging.WARNING):
-        read_scene(path)
+        read_scene(path, warn=warn_of_motion)
     assert "at rest" not in caplog.text
