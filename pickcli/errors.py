@@ -225,12 +225,15 @@ class NoPlanError(ApcError):
         query: The query, e.g. "pick crayola_24_ct from bin_B".
         reasons: Every reason, in the order in which the candidates were tried.
         told: Text instead of the most frequent reasons.
+        blockers: Ids of items without which there is a plan; () if no such items are known.
     """
 
     exit_code = 5
 
-    def __init__(self, query: str, reasons: Iterable[Reason], told: str = "") -> None:
-        self.query, self.failures = query, Failures(tuple(reasons))
+    def __init__(
+        self, query: str, reasons: Iterable[Reason], told: str = "", blockers: Sequence[str] = ()
+    ) -> None:
+        self.query, self.failures, self.blockers = query, Failures(tuple(reasons)), tuple(blockers)
         super().__init__(f"no plan for {query}: {told or self.summary()}")
 
     @classmethod

@@ -165,4 +165,5 @@ def _told(error: BaseException) -> dict[str, Any]:
         "kind": type(error).__name__,
         "message": message,
         "reasons": [asdict(reason) for reason in reasons],
+        "blockers": list(error.blockers) if isinstance(error, NoPlanError) else [],
     }

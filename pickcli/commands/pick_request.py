@@ -81,6 +81,8 @@ def plan_with_first_able(scene: Scene, arms: ArmRequest, asked: PickRequest, wri
 
 def _plan_with(scene: Scene, asked: PickRequest, write: Write, ranked: tuple[ArmSuitability, ...]) -> None:
     from pickcli.api.arm_states import refuse_standing
+    from pickcli.commands.blockers import with_blockers
+    from pickcli.errors import NoPlanError
     from pickcli.planning.pick import plan_pick
     from pickcli.planning.start_state import Start
 
@@ -90,6 +92,13 @@ def _plan_with(scene: Scene, asked: PickRequest, write: Write, ranked: tuple[Arm
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     refuse_standing(scene, begin)
     with experience_session(planner, asked.roadmap, asked.trajectories, asked.learn) as session:
-        certify = certifying(scene) if asked.is_verified else None
-        plan = plan_pick(session.planner, scene, asked.query, begin, asked.seed, session.recorder, certify)
+
+        def plan_in(scene: Scene, query: PickQuery) -> Plan:
+            certify = certifying(scene) if asked.is_verified else None
+            return plan_pick(session.planner, scene, query, begin, asked.seed, session.recorder, certify)
+
+        try:
+            plan = plan_in(scene, asked.query)
+        except NoPlanError as error:
+            raise with_blockers(error, plan_in, scene, asked.query) from None
         write(plan, scene, ranked)

@@ -84,7 +84,7 @@ def _nothing_to_hold(target: GraspTarget, tool: Tool) -> Reason:
     if target.place.access.is_from_above:
         lean = f"{sealing} lean by over {np.degrees(MAX_LEAN_FROM_ABOVE):.0f} degrees, or point down"
         return Reason("no face within reach", target.id, lean)
-    told = f"{sealing} point neither at the mouth, nor across the way in, or point down"
+    told = f"{sealing}: too far from facing the mouth, up or a side, or facing down"
     return Reason("no face within reach", target.id, told)
 
 
@@ -144,7 +144,7 @@ def _of_kind(
     bears = HoldLimits(tool.cup.limits, target.item.seals[face])
     loads = loads_at_rest(target.item, bears, T_item_tip, target.R_level_item)
     rejected = [
-        Reason("does not hold", where, f"{load} at rest, {load.ratio:.2f} of what the cup bears")
+        Reason("does not hold", where, f"{load} at rest, {load.ratio:.2f} of its limits, at most {most:g}")
         for load in loads if load.ratio > most
     ]  # fmt: skip
     T, costs = _turned_and_tilted(target, kind, T_item_tip, tool, search)
