@@ -31,7 +31,7 @@ def check_structure(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """
     reasons = [*_trajectory(plan, scene)] or [*_magnitudes(plan)]
     if not reasons:
-        names = [*_names(plan, scene), *_tool_states(plan, scene)]
+        names = [*_names(plan, scene), *_query(plan, scene), *_tool_states(plan, scene)]
         reasons = [*_segments(plan), *names, *_beginning(plan, scene), *_holding(plan)]
     return tuple(reasons)
 
@@ -117,6 +117,17 @@ def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
             )
         if segment.held is not None and (plan.grasp is None or segment.held != plan.grasp.item):
             yield Reason("wrong held item", where, f"{segment.held}, not the item of the grasp")
+
+
+def _query(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """Check that the query of a pick, which messages repeat, names the item and place of the motion."""
+    words = plan.query.split(" ")
+    if plan.grasp is None or words[::2][:2] != ["pick", "from"] or scene.held is not None:
+        return
+    placed = next((placed for placed in scene.items if placed.id == plan.grasp.item), None)
+    if placed is not None and words[1:4] != [placed.id, "from", placed.location]:
+        motion = f"the motion picks {placed.id} from {placed.location}"
+        yield Reason("wrong query", "query", f"{plan.query!r}, but {motion}")
 
 
 def _tool_states(plan: Plan, scene: Scene) -> Iterator[Reason]:

@@ -299,6 +299,12 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "the grasp on a face that boxes do not have": (with_grasp(face="mantle"), "wrong face", "-z"),
     "a frontal grasp called a side grasp": (with_grasp(kind="side"), "wrong kind", "frontal"),
     "a frontal grasp called a top-down one": (with_grasp(kind="top-down"), "wrong kind", "frontal"),
+    "called a pick of another item": (
+        lambda p: replace(p, query="pick dove_beauty_bar from bin_C"), "wrong query", CRAYOLA,
+    ),
+    "called a pick from another bin": (
+        lambda p: replace(p, query=f"pick {CRAYOLA} from bin_Z into tote"), "wrong query", CRAYOLA,
+    ),
     "carried faster than the plan states": (
         lambda p: replace(p, speed_scale=0.1), "carrying speed limit", "transfer",
     ),
