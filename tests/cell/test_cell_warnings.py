@@ -53,6 +53,19 @@ def test_a_figure_is_odd_from_its_bound_on(
     assert cell_copy.load().warnings == ()
 
 
+@pytest.mark.parametrize(("key", "limit"), [("cup_length", 0.001), ("cup_radius", 0.001)])
+def test_a_cup_is_not_larger_than_its_shapes(cell_copy: CellCopy, key: str, limit: float) -> None:
+    lines = cell_copy.yaml.path.read_text().splitlines()
+    (old,) = (line.split("#")[0].strip() for line in lines if line.strip().startswith(f"{key}:"))
+    drawn = float(old.split(":")[1])
+    cell_copy.yaml.replace(old, f"{key}: {drawn + 0.9 * limit:.5f}")
+    assert cell_copy.load().warnings == ()
+    cell_copy.yaml.replace(f"{key}: {drawn + 0.9 * limit:.5f}", f"{key}: {drawn + 1.5 * limit:.5f}")
+    (warning,) = cell_copy.load().warnings
+    assert f"tool.{key}: {1e3 * drawn + 1.5:g} mm, but the shapes of" in warning
+    assert f"add cup_not_as_drawn:{key} to" in warning
+
+
 def test_a_warning_is_logged_and_changes_no_fingerprint(
     cell_copy: CellCopy, cell: Cell, caplog: pytest.LogCaptureFixture
 ) -> None:

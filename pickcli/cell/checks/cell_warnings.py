@@ -7,6 +7,7 @@ CELL_WARNINGS = {
     "no_device": "a device that a pick needs",
     "weak_or_strong_cup": "what a cup bears, against its size",
     "large_cup": "the size of a cup",
+    "cup_not_as_drawn": "the size of a cup, against its shapes",
     "odd_gripper": "what a gripper bears",
     "odd_clearance": "the clearance",
     "no_seal_time": "the time to seal",

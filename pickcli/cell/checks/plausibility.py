@@ -24,6 +24,7 @@ NEAR_CLEARANCE, FAR_CLEARANCE = 0.0005, 0.03  # m: a robot's repeatability, and 
 FAST = {"m": (5.0, 100.0), "rad": (15.0, 200.0)}  # velocity and acceleration of the fastest arms on sale
 STRONG = 10_000.0  # N or Nm, more than the shoulder of the largest arms
 FIRM, STICKY = 500.0, 1.2  # N, force of a pad, and its friction
+UNDRAWN = 0.001  # m by which a cup may be larger than its shapes, for rounded figures
 LEAN = 0.1  # rad
 INTRUSION = 0.005  # m
 
@@ -42,6 +43,7 @@ def warn_of_figures(warnings: FileWarnings, cell: Cell, model: CellModel) -> Non
     _devices(warnings, cell)
     if isinstance(model.tool, SuctionModel):
         _cup(warnings, model.tool)
+        _drawn_cup(warnings, model.tool, cell)
     elif isinstance(model.tool, GripperModel):
         _gripper(warnings, model.tool)
     _clearance(warnings, model)
@@ -99,6 +101,23 @@ def _cup(warnings: FileWarnings, tool: SuctionModel) -> None:
     if tool.seal_time == 0.0:
         text = "the cup moves an item at once, before it has sealed; state what the vacuum takes"
         warnings.add("no_seal_time", "tool", ("tool", "seal_time"), text)
+
+
+def _drawn_cup(warnings: FileWarnings, tool: SuctionModel, cell: Cell) -> None:
+    """Warn of a cup that is longer or wider than its collision shapes: what is over is never tested."""
+    shapes = next(link.shapes for link in cell.robot.links if link.name == tool.cup_link)
+    if not shapes:
+        return
+    middles = np.array([body.T_parent_shape[:3, 3] for body in shapes])
+    reaches = np.array([body.shape.reach(body.T_parent_shape[:3, :3]) for body in shapes])
+    low, high = (middles - reaches).min(axis=0), (middles + reaches).max(axis=0)
+    drawn = {"cup_length": float(high[2]), "cup_radius": float((high - low)[:2].min() / 2)}
+    for name, size in drawn.items():
+        stated = getattr(tool, name)
+        if stated > size + UNDRAWN:
+            text = f"{1e3 * stated:g} mm, but the shapes of {tool.cup_link} in the URDF end at "
+            text += f"{1e3 * size:.3g} mm, and what is beyond is never tested; correct one"
+            warnings.add("cup_not_as_drawn", name, ("tool", name), text)
 
 
 def _gripper(warnings: FileWarnings, tool: GripperModel) -> None:
