@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -178,7 +179,8 @@ def cell_file(name_or_path: str | Path) -> Path:
     """Resolve a name, a folder or a path to a cell.yaml.
 
     Args:
-        name_or_path: A name under data/cells, a folder, or a cell.yaml.
+        name_or_path: A name under data/cells, a folder, or a cell.yaml. A text without a separator is a name
+            first, a path is looked up as a path first.
 
     Returns:
         The file.
@@ -187,7 +189,12 @@ def cell_file(name_or_path: str | Path) -> Path:
         UnknownNameError: There is no such cell.
     """
     path = Path(name_or_path)
-    for candidate in (data_path() / "cells" / path / "cell.yaml", path / "cell.yaml", path):
+    shipped, own = data_path() / "cells" / path / "cell.yaml", (path / "cell.yaml", path)
+    if isinstance(name_or_path, Path):
+        candidates: tuple[Path, ...] = (*own, shipped)
+    else:  # with a separator it is a path, even if its last part is a name
+        candidates = own if os.sep in name_or_path else (shipped, *own)
+    for candidate in candidates:
         with suppress(OSError):  # e.g. a name that is too long for a file
             if candidate.is_file():
                 return candidate

@@ -13,6 +13,7 @@ from pickcli.commands.building import building
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import cell_option, json_option
+from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.precompute.refreshing import Refresh
@@ -46,6 +47,11 @@ def command(
     cell = open_cell(cell_name, ArmRequest(arm, standing))
     cell.require_places()
     found = surveyed(path, cell)
+    if (joints := found.joint_names) != cell.robot.joint_names:
+        raise InputError(
+            f"{path}: is for a robot with the joints {', '.join(joints)}, {cell_name} has "
+            f"{', '.join(cell.robot.joint_names)}; name its own cell with --cell"
+        )
     with building(f"refreshing {path.name}", path, jobs, as_json) as run_options:
         done = refresh(path, found, cell, run_options)
     if as_json:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import load_cell
+from pickcli.cell.cell_file import cell_names, load_cell
 from pickcli.cell.robots.srdf import Srdf
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError
@@ -92,6 +92,10 @@ def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserv
     """
     if os.path.lexists(folder):  # also a broken link
         raise InputError(f"{folder}: exists already; name another folder, or remove this one first")
+    if folder.name in cell_names():
+        raise InputError(
+            f"{folder}: {folder.name} is a cell of this package, and scenes go by names; choose another one"
+        )
     if not folder.parent.is_dir():
         raise InputError(f"{folder}: the folder {folder.parent} does not exist; make it first")
     try:

@@ -229,8 +229,8 @@ def check_floating(source: Source, scene: Scene) -> None:
     held = "" if scene.held is None else scene.held.id
     floating: list[Mistake] = []
     for i, placed in enumerate(scene.items):
-        is_from_above = scene.cell.places[placed.location].access.is_from_above
-        if i not in touching and not is_from_above and placed.id != held:
+        may_be_falling = scene.cell.places[placed.location].is_open_box
+        if i not in touching and not may_be_falling and placed.id != held:
             others = np.delete(np.arange(len(every.names)), i)
             widths = gaps(every, np.full(len(others), i), others).width
             name = every.names[others[widths.argmin()]]

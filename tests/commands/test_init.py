@@ -356,3 +356,9 @@ def test_a_folder_that_another_command_made_meanwhile_is_kept(
     refused(apc(*words), 3, f"{folder}: cannot be made: Directory not empty")
     assert [path.name for path in folder.iterdir()] == ["theirs"]
     assert [path for path in tmp_path.iterdir() if path.name.startswith(".")] == []
+
+
+def test_a_new_cell_has_no_name_of_a_shipped_one(urdf: Path, tmp_path: Path) -> None:
+    made = apc("init", tmp_path / "panda_table", "--urdf", urdf, *LIMITS)
+    refused(made, 3, "panda_table is a cell of this package, and scenes go by names; choose another one")
+    assert not (tmp_path / "panda_table").exists()

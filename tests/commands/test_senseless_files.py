@@ -22,6 +22,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.roadmap.database_tables import DATABASE, database_content
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_tables import ROADMAP, RoadmapGaps, roadmap_content
+from pickcli.roadmap.store import write_roadmap
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.storage.table_format import FileContent
 from pickcli.storage.table_writer import write_content
@@ -142,3 +143,14 @@ def test_settings_that_make_no_sense_are_not_of_this_version(settings: object, t
     path = tmp_path / "file.h5"
     write_content(path, ROADMAP, replace(_edges(), made={"settings": settings}))
     refused(apc("refresh", path, "--jobs", "1"), 4, path, "its settings are not those of", "build it again")
+
+
+def test_a_file_of_a_robot_with_other_joints_is_not_refreshed(tmp_path: Path) -> None:
+    """Everything would be done again for the other robot, and the file would be lost."""
+    path, cell = tmp_path / "file.h5", load_cell("panda_table")
+    made = {"by": {}, "settings": {}, "result": {}}
+    write_roadmap(path, Roadmap.empty(cell.robot.joint_names), cell.fingerprint, made)
+    before = path.read_bytes()
+    answer = apc("refresh", path, "--jobs", "1")
+    refused(answer, 3, path, "is for a robot with the joints panda_joint1, ", "name its own cell with --cell")
+    assert path.read_bytes() == before
