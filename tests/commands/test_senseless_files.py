@@ -148,8 +148,7 @@ def test_settings_that_make_no_sense_are_not_of_this_version(settings: object, t
 def test_a_file_of_a_robot_with_other_joints_is_not_refreshed(tmp_path: Path) -> None:
     """Everything would be done again for the other robot, and the file would be lost."""
     path, cell = tmp_path / "file.h5", load_cell("panda_table")
-    made = {"by": {}, "settings": {}, "result": {}}
-    write_roadmap(path, Roadmap.empty(cell.robot.joint_names), cell.fingerprint, made)
+    write_roadmap(path, Roadmap.empty(cell.robot.joint_names), cell.fingerprint, MADE)
     before = path.read_bytes()
     answer = apc("refresh", path, "--jobs", "1")
     refused(answer, 3, path, "is for a robot with the joints panda_joint1, ", "name its own cell with --cell")
