@@ -83,6 +83,21 @@ def test_a_configuration_elsewhere_is_astray(cell_copy: CellCopy) -> None:
     assert "bin_E" in warning and "astray:bin_E" in warning
 
 
+def test_a_configuration_of_a_misspelt_bin_is_told(cell_copy: CellCopy) -> None:
+    line = cell_copy.yaml.replace("{name: bin_E,", "{name: bin_EE,")
+    told, missing = cell_copy.load().warnings
+    assert f"cell.yaml:{line}:" in told and "no place is called bin_EE" in told
+    assert "did you mean 'bin_E'?" in told and "no_such_place:bin_EE" in told
+    assert "no_configuration:bin_E" in missing
+
+
+def test_commands_begin_at_home(cell_copy: CellCopy) -> None:
+    cell_copy.yaml.replace("{name: home,", "{name: Home,")
+    (warning,) = cell_copy.load().warnings
+    assert "none is called home, where commands begin unless --start names another" in warning
+    assert "did you mean 'Home'? (if it is meant, add no_configuration:home" in warning
+
+
 def test_an_unknown_kind_is_refused(cell_copy: CellCopy) -> None:
     cell_copy.yaml.replace("untested_pair:carriage-rail_drive", "untested_pairs")
     with pytest.raises(Exception, match=r"no warning is called 'untested_pairs'; did you mean"):

@@ -17,6 +17,7 @@ CELL_WARNINGS = {
     "tilted_pod": "a pod that leans",
     "blocked_place": "an obstacle in a place",
     "no_configuration": "a place, or home, without a configuration",
+    "no_such_place": "a configuration of kind bin that is named after no place",
     "astray": "a configuration far from its place",
     "untested_pair": "an allowed pair that is far apart",
     "out_of_reach": "a place that the tool hardly reaches",

@@ -1,4 +1,4 @@
-"""Warnings for named configurations whose tip is far from their place.
+"""Warnings for named configurations: misspelt or missing ones, and those whose tip is far from their place.
 
 A base that is turned, moved or upside down, an axis with the wrong sign, or a pod in another frame shows up
 in the tip poses of all configurations, however plausible the single values look.
@@ -14,20 +14,34 @@ from pickcli.cell.robot import joint_motion
 from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.yaml_reader import Key
 from pickcli.geometry import Array, inverse
+from pickcli.name_suggestion import suggestion
 
 ASTRAY = 0.6  # m from the mouth of the place to the tip; Team Delft waits 0.3 m in front of the bins
 BEHIND = -0.2  # least cosine between the tool's direction and the direction into the place
+HOME = "home"  # name and kind of the configuration in which commands begin
 WAITING = ("bin", "tote", "drop")  # kinds of configurations from which the arm enters a place
 
 
 def warn_of_configurations(warnings: FileWarnings, cell: Cell) -> None:
-    """Warn of configurations far from their places.
+    """Warn of configurations of no place, and of those far from their places.
 
     Args:
         warnings: Collects them.
         cell: The cell.
     """
-    if not cell.places or cell.robot.tool.suction_cup is None:
+    if not cell.places or cell.robot.tool.is_bare:
+        return
+    unknown: dict[str, tuple[Key, str]] = {
+        named.name: (
+            ("configurations", i, "name"),
+            f"no place is called {named.name}, so that nothing waits there; "
+            f"{suggestion(named.name, cell.places)}",
+        )
+        for i, named in enumerate(cell.configurations.values())
+        if named.kind == "bin" and named.name not in cell.places
+    }
+    warnings.add_alike("no_such_place", unknown, ("configurations",), "name each after its place")
+    if cell.robot.tool.suction_cup is None:
         return
     astray: dict[str, tuple[Key, str]] = {}
     for i, named in enumerate(cell.configurations.values()):
@@ -38,13 +52,20 @@ def warn_of_configurations(warnings: FileWarnings, cell: Cell) -> None:
 
 
 def warn_of_missing_configurations(warnings: FileWarnings, cell: Cell) -> None:
-    """Warn of bins without a configuration, and of a cell without a home configuration.
+    """Warn of bins without a configuration, and of a cell without a configuration called home.
 
     Args:
         warnings: Collects them.
         cell: The cell, with a single arm.
     """
-    if not cell.places or cell.robot.tool.suction_cup is None:
+    if not cell.places or cell.robot.tool.is_bare:
+        return
+    if HOME not in cell.configurations:
+        meant = suggestion(HOME, cell.configurations)
+        text = f"none is called {HOME}, where commands begin unless --start names another; "
+        text += "add one" if meant.startswith("known") else meant
+        warnings.add("no_configuration", HOME, ("configurations",), text)
+    if cell.robot.tool.suction_cup is None:
         return
     names = {named.name for named in cell.configurations.values() if named.kind == "bin"}
     advice = "apc suggest-configurations finds one"
@@ -54,9 +75,9 @@ def warn_of_missing_configurations(warnings: FileWarnings, cell: Cell) -> None:
         if name not in names
     }
     warnings.add_alike("no_configuration", missing, ("configurations",), "name each after its bin")
-    if not any(named.kind == "home" for named in cell.configurations.values()):
+    if HOME in cell.configurations and not any(c.kind == HOME for c in cell.configurations.values()):
         text = "none is of kind home, where picks begin and trials end; add one"
-        warnings.add("no_configuration", "home", ("configurations",), text)
+        warnings.add("no_configuration", HOME, ("configurations",), text)
 
 
 def _place_of(cell: Cell, named: NamedConfiguration) -> Place | None:
