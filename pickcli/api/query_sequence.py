@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
-from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan
+from pickcli.planning.first_plan import first_plan
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -179,16 +180,12 @@ class StowStep:
         Raises:
             NoPlanError: No bin has a plan that the verifier accepts; with the reasons of each.
         """
-        failed: list[tuple[str, NoPlanError]] = []
-        for name in self.bins:
+
+        def plan_into(name: str) -> Plan:
             query = PickQuery(TOTE, self.item, name)
-            try:
-                return plan_pick(context, scene, query, start, seed, certify=certifying(scene))
-            except NoPlanError as error:
-                failed.append((name, error))
-        if len(failed) == 1:
-            raise failed[0][1]
-        raise NoPlanError.of_arms(f"stow {self.item}", failed)
+            return plan_pick(context, scene, query, start, seed, certify=certifying(scene))
+
+        return first_plan(f"stow {self.item}", [(name, partial(plan_into, name)) for name in self.bins])
 
     def after(self, scene: Scene) -> Scene:
         """Bring the item to the first of the bins.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,6 @@ from pickcli.commands.planner import (
 )
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
-from pickcli.errors import NoPlanError
 
 if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
@@ -62,6 +62,7 @@ def command(
     Example:
       apc plan-stow --scene scene.json --item dove_beauty_bar --into bin_H -o plan.json
     """
+    from pickcli.planning.first_plan import first_plan
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.scene.scene import TOTE
 
@@ -78,13 +79,7 @@ def command(
     def write(plan: Plan, scene: Scene, ranked: tuple[ArmSuitability, ...]) -> None:
         deliver(plan, scene, output, False, as_json, overwrite, ranked)
 
-    failed: list[tuple[str, NoPlanError]] = []
-    for name in bins:
-        try:
-            plan_with_first_able(scene, arms, replace(asked, query=replace(asked.query, into=name)), write)
-            return
-        except NoPlanError as error:
-            failed.append((name, error))
-    if len(failed) == 1:
-        raise failed[0][1]
-    raise NoPlanError.of_arms(f"stow {placed.id}", failed)
+    def plan_into(name: str) -> None:
+        plan_with_first_able(scene, arms, replace(asked, query=replace(asked.query, into=name)), write)
+
+    first_plan(f"stow {placed.id}", [(name, partial(plan_into, name)) for name in bins])
