@@ -99,6 +99,9 @@ MISTAKES = {
     "too wide": (YAML, "open: 0.08", "open: 0.09",
                  "tool.states.open: expected 0 to 0.08 m, as far as the joints of the fingers go, got 0.09"),
     "two of one width": (YAML, "half: 0.04", "half: 0.08", "tool.states: two are the same width"),
+    "shut at first": (YAML, "{open: 0.08, half: 0.04, closed: 0.0}", "{closed: 0.0, half: 0.04, open: 0.08}",
+                      "tool.states: the first is the default, and closed is the narrowest, so that the hand "
+                      "would come to an item with its fingers shut; put an open one first, e.g. open"),
     "one state": (YAML, "{open: 0.08, half: 0.04, closed: 0.0}", "{open: 0.08}",
                   "usual one first: at least 2 entries, got 1"),
     "a stroke in mm that opens nothing": (YAML, "open: 0.08, half: 0.04", "open: 0.0008, half: 0.0004",

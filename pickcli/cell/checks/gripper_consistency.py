@@ -207,7 +207,7 @@ def _check_mirrored(source: Source, tool: GripperModel, robot: Urdf) -> None:
 
 
 def _check_widths(source: Source, tool: GripperModel, robot: Urdf) -> None:
-    """Check that the width of every state is within the joint limits, and that widths differ."""
+    """Check that all widths are within the joint limits and differ, and that the first is not the least."""
     least, most = 0.0, np.inf
     for link in tool.fingers:
         joint, sign = finger_joint(robot, link), opening_sign(tool, robot, link)
@@ -219,6 +219,12 @@ def _check_widths(source: Source, tool: GripperModel, robot: Urdf) -> None:
             source.add(("tool", "states", name), f"{text}; widths are between the pads, in m")
     if len(set(tool.states.values())) < len(tool.states):
         source.add(("tool", "states"), "two are the same width; leave one out")
+    elif (first := next(iter(tool.states))) == min(tool.states, key=tool.states.__getitem__):
+        text = (
+            f"the first is the default, and {first} is the narrowest, so that the hand would come to an item "
+        )
+        widest = max(tool.states, key=tool.states.__getitem__)
+        source.add(("tool", "states"), f"{text}with its fingers shut; put an open one first, e.g. {widest}")
 
 
 def _check_pad(source: Source, tool: GripperModel, robot: Urdf, k: int, link: str) -> None:
