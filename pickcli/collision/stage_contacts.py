@@ -104,14 +104,14 @@ class PickContacts:
         target: The item that is picked.
         floor: Names of the bodies that form the floor below it.
         ignored: Ids of neighbours that are ignored.
-        stretch: m, length of the first stretch of the lift, in which the target may touch its support.
+        first_stretch: m, length of the first stretch of the lift, in which the target may touch its support.
     """
 
     scene: Scene
     target: PlacedItem
     floor: frozenset[str]
     ignored: frozenset[str]
-    stretch: float
+    first_stretch: float
 
     def while_approaching(self) -> AllowedContacts:
         """Return the contacts of the empty tool on its way to the target, or away from it.
@@ -267,7 +267,7 @@ class PickContacts:
             slip: m that the target may go deeper than that, or come nearer to solids that it is clear of and
                 still touch them, because lines are followed only approximately.
         """
-        turned = TURNED * self.scene.noise.angle * self.stretch
+        turned = TURNED * self.scene.noise.angle * self.first_stretch
         return {name: max(0.0, slip + turned - c.gap) * c.normal for name, c in self.near.items()}
 
     @cached_property

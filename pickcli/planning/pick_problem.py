@@ -157,8 +157,8 @@ class PickProblem:
     @cached_property
     def contacts(self) -> PickContacts:
         """The allowed contacts of each stage."""
-        stretch = self.context.settings.lift_contact
-        return PickContacts(self.scene, self.target, frozenset(self.place.support), self.ignored, stretch)
+        floor, first_stretch = frozenset(self.place.support), self.context.settings.first_stretch
+        return PickContacts(self.scene, self.target, floor, self.ignored, first_stretch)
 
     @cached_property
     def extraction(self) -> Extraction:
@@ -176,6 +176,6 @@ class PickProblem:
             shape,
             leaving=checkers.item(scene, free, contacts.item_while_lifting(), beside),
             carrying=checkers.item(scene, free, contacts.while_carrying()),
-            first=self.context.settings.lift_contact,
+            first_stretch=self.context.settings.first_stretch,
             seed=derived_seed(self.seed, "exit", self.target.id),
         )

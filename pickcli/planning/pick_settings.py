@@ -21,7 +21,7 @@ class PickSettings:
 
     Attributes:
         approach_offset: m, length of the approach along the tool axis.
-        lift_contact: m, first stretch of the lift in which support and neighbours may be touched.
+        first_stretch: m, first part of the lift, in which support and neighbours may be touched.
         approach_speed: m/s of the tool on the approach.
         preapproach_speed: m/s of the tool from the pre-approach into the bin.
         lift_speed: m/s of the tool on the lift.
@@ -38,7 +38,7 @@ class PickSettings:
     """
 
     approach_offset: float = 0.04
-    lift_contact: float = 0.053
+    first_stretch: float = 0.053
     approach_speed: float = 0.35
     preapproach_speed: float = 0.8
     lift_speed: float = 0.25

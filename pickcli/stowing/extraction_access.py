@@ -15,7 +15,9 @@ from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Bools, BoxArrays, lies_on
 
 ROOM = 0.020  # m of clearance around an item on its path
-FIRST = 0.05  # m of the first stretch, in which an item may still touch its neighbours
+# m, length of the first stretch, in which an item may still touch its neighbours. The planner's is a little
+# longer; with less, an item that is said to have a way out here has some way to spare there.
+FIRST_STRETCH = 0.05
 FIRST_ASIDE = 0.03  # m, largest sideways part of that stretch
 ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, sideways displacements to try
 HEIGHTS = (0.0, 0.5, 1.0)  # between the lowest height over the lip and the highest in the mouth
@@ -54,7 +56,7 @@ def _ways(cell_bin: Place, boxes: BoxArrays) -> tuple[Bools, Array, Array]:
 def _hinders(other: BoxArrays, of: BoxArrays, aside: Array, rise: Array) -> Bools:
     """Whether each other box obstructs each box that is raised, moved sideways and pulled out."""
     first_aside = np.clip(aside, -FIRST_ASIDE, FIRST_ASIDE)
-    first_rise = np.minimum(rise, np.sqrt(FIRST**2 - first_aside**2))
+    first_rise = np.minimum(rise, np.sqrt(FIRST_STRETCH**2 - first_aside**2))
     to_right = other.high[..., 1] - of.low[..., 1] + ROOM
     to_left = other.low[..., 1] - of.high[..., 1] - ROOM
     top = other.high[..., 2] - of.low[..., 2] + ROOM

@@ -42,7 +42,9 @@ def lying_across(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]
 
 
 def planned(ways: Extraction, seed: int = 0) -> list[Array]:
-    found = planned_corridors(ways.T_entry_item, ways.shape, ways.leaving, ways.carrying, ways.first, seed)
+    found = planned_corridors(
+        ways.T_entry_item, ways.shape, ways.leaving, ways.carrying, ways.first_stretch, seed
+    )
     return [np.stack([c.first_stretch, c.lift, *c.retreat]) for c in found]
 
 
@@ -64,7 +66,7 @@ def test_what_is_planned_is_proven_and_short(behind: Extraction) -> None:
     assert found
     for D in found:
         assert is_proven(behind.leaving, behind.carrying, D)
-        assert np.linalg.norm(D[0, :3]) <= behind.first
+        assert np.linalg.norm(D[0, :3]) <= behind.first_stretch
         assert len(D) - 2 <= MOST_PUSHES
 
 
@@ -117,11 +119,11 @@ def mailer(planner: PlanningContext) -> Extraction:
 
 
 def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mailer: Extraction) -> None:
-    found = climbed(mailer.leaving, mailer.carrying, mailer.first, np.random.default_rng(0))
+    found = climbed(mailer.leaving, mailer.carrying, mailer.first_stretch, np.random.default_rng(0))
     assert found
     for d in found:
         assert is_proven(mailer.leaving, mailer.carrying, d[None])
-        assert np.linalg.norm(d[:3]) <= mailer.first + 1e-12
+        assert np.linalg.norm(d[:3]) <= mailer.first_stretch + 1e-12
         assert d[2] >= 0.0
 
 

@@ -33,7 +33,7 @@ def keeps_clear(scene: Scene, name: str) -> frozenset[str]:
     """Items from which one keeps the clearance, as plans have to, when it was lifted by the first stretch."""
     index = [placed.id for placed in scene.items].index(name)
     solids = PosedSolids.of(scene, scene.items, ())
-    solids.T[index, 2, 3] += DEFAULTS.lift_contact
+    solids.T[index, 2, 3] += DEFAULTS.first_stretch
     others = np.array([k for k in range(len(scene.items)) if k != index])
     width = gaps(solids, np.full(len(others), index), others).width
     return frozenset(scene.items[k].id for k in others[width >= CELL.clearance])
@@ -46,7 +46,7 @@ def check_heap(seed: int) -> int:
     for placed in scene.items:
         if supports.blocking(placed.id) or not supports.slumping(placed.id):
             continue
-        found, clear = lifted(scene, placed.id, DEFAULTS.lift_contact), keeps_clear(scene, placed.id)
+        found, clear = lifted(scene, placed.id, DEFAULTS.first_stretch), keeps_clear(scene, placed.id)
         pressing = {name: force for name, force in found.pressed.items() if force > HARMLESS}
         assert not pressing.keys() & clear, (seed, placed.id, pressing)
         assert found.out == (), (seed, placed.id)
@@ -70,5 +70,5 @@ def test_the_judge_sees_what_is_carried_along() -> None:
     scene = heap(25)
     supports = supports_of(scene)
     below = [placed.id for placed in scene.items if supports.graph.lying_on(placed.id)][:4]
-    carried = [lifted(scene, name, DEFAULTS.lift_contact).pressed for name in below]
+    carried = [lifted(scene, name, DEFAULTS.first_stretch).pressed for name in below]
     assert sum(max(pressed.values(), default=0.0) > HARMLESS for pressed in carried) >= 3

@@ -38,7 +38,7 @@ class Extraction:
         shape: Shape of the item, enlarged by its uncertainty.
         leaving: Checker of the item in the first stretch, in which it may touch its support.
         carrying: Checker of the item after that, when it may touch nothing.
-        first: m, length of the first stretch.
+        first_stretch: m, length of the first stretch.
         seed: Seed of planned ways.
     """
 
@@ -48,7 +48,7 @@ class Extraction:
     shape: Shape
     leaving: FreeItemChecker
     carrying: FreeItemChecker
-    first: float
+    first_stretch: float
     seed: int
 
     @cached_property
@@ -82,7 +82,13 @@ class Extraction:
 
     def _simple(self, n_most: int) -> tuple[Corridor, ...] | Failures:
         return corridors(
-            self.place, self.T_entry_item, self.shape, self.leaving, self.carrying, self.first, n_most
+            self.place,
+            self.T_entry_item,
+            self.shape,
+            self.leaving,
+            self.carrying,
+            self.first_stretch,
+            n_most,
         )
 
     @cached_property
@@ -90,5 +96,5 @@ class Extraction:
         if self.place.access.is_from_above:  # straight up is the only way
             return ()
         return planned_corridors(
-            self.T_entry_item, self.shape, self.leaving, self.carrying, self.first, self.seed
+            self.T_entry_item, self.shape, self.leaving, self.carrying, self.first_stretch, self.seed
         )

@@ -29,7 +29,7 @@ ASIDE = sorted(product(SIDEWAYS, UPWARDS), key=lambda yz: float(np.hypot(*yz)))
 STRAIGHT_IN = (0.0, 0.0)
 N_WAYS = 2  # that the arm tries to follow
 N_EXPLAINED = 32  # about, of the grasps without clearance, from the best to the last
-LONGEST_TOUCH = 0.054  # m of the tool's path in the first stretch of the lift; the verifier allows 0.055
+SWING = 0.001  # m that the tool may move farther than the item's centre in the first stretch of the lift
 LEAST_APPROACH = 0.005  # m along the tool's axis, at least
 LIFTED = 1  # index of the end of the lift in the poses of a way out
 
@@ -142,8 +142,9 @@ def _ways_out(
     """Find ways out on which the tool keeps clear of everything and holds the target."""
     tool = _carrying(problem, grasp)
     found = [pushed @ contact for pushed in ways_out]
-    # A push that turns the item moves the tool farther than the item's centre.
-    found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= LONGEST_TOUCH]
+    # A push that turns the item moves the tool farther than the item's centre; the verifier measures that.
+    longest = problem.context.settings.first_stretch + SWING
+    found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= longest]
     if not found:
         what = "the tool swings out too far where the item turns"
         return Failures.of(Reason("touches too long", "lift", what))
