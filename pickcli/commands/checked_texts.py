@@ -218,10 +218,11 @@ def _checked_scene(path: Path, options: CheckOptions) -> dict[str, Any]:
     from pickcli.scene.scene_file import scene_hash
 
     scene = open_scene(path, options.cell_name, options.arms)
+    n = len(scene.items)
     return {
-        "text": f"{len(scene.items)} items, none of which floats, overlaps or stands in anything",
+        "text": f"{n} item{'s' * (n != 1)}, none of which floats, overlaps or stands in anything",
         "scene_hash": scene_hash(scene),
-        "n_items": len(scene.items),
+        "n_items": n,
     }
 
 

@@ -197,7 +197,7 @@ def _lines(made: CellSetup, spheres: list[SphereExcess]) -> list[str]:
     lines += [f"place: {each.name}, {_stands(each)}; {each.source}" for each in draft.places]
     lines += [f"configuration: {each.name}, {each.source}" for each in draft.configurations]
     lines += [f"note: {note}" for note in made.notes]
-    lines.append(f"wrote {made.folder}: cell.yaml, robot.urdf, {made.meshes} meshes")
+    lines.append(f"wrote {made.folder}: cell.yaml, robot.urdf, {made.meshes} mesh{'es' * (made.meshes != 1)}")
     if made.left:
         return [
             *lines,

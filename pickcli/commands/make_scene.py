@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
@@ -85,6 +86,9 @@ def command(
     from pickcli.trial.order_file import order_file, read_order
     from pickcli.trial.pod_shift import NONE, pod_pose
 
+    noise_is_from = click.get_current_context().get_parameter_source("pose_noise")
+    if perceived is None and noise_is_from is ParameterSource.COMMANDLINE:
+        raise click.UsageError("--pose-noise is of what --perceived writes; add that, or leave it out")
     cell = load_workcell(cell_name, items_path).preferred  # a scene is of all arms
     cell.require_places()
     contents, year = _stated_contents(stated, cell), NEWEST
@@ -121,11 +125,19 @@ def command(
     names = {name: [placed.id for placed in scene.in_location(name)] for name in contents}
     if as_json:
         bins = {name: names.get(name, []) for name in (*cell.pod.bins, *names)}
-        emit_json({"path": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})
+        others = {"perceived": perceived, "picture": picture}
+        emit_json({
+            "path": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins,
+            **{name: None if path is None else str(path) for name, path in others.items()},
+        })  # fmt: skip
     else:
         n, m = len(scene.items), len(names)
         what = f"{'bin' if set(names) <= set(cell.pod.bins) else 'place'}{'s' * (m != 1)}"
         click.echo(f"{n} item{'s' * (n != 1)} at rest in {m} {what}, seed {seed}: {output}")
+        if perceived is not None:
+            click.echo(f"as a trial sees it: {perceived}")
+        if picture is not None:
+            click.echo(f"a picture of it: {picture}")
 
 
 def _perceived(scene: Scene, pose_noise: PoseNoise, seed: int) -> Scene:

@@ -28,7 +28,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 HALF_WIDTHS = {"x": 0.3, "y": 0.3, "z": 0.2, "yaw": 0.7854}  # of the default bounds, m and rad
 STEPS = (5, 5, 3, 3)
 MOST_POSES = 20_000  # base poses of a grid: about ten minutes
-FARTHEST = 100.0  # m or rad: a larger bound is probably in another unit
+FARTHEST = 100.0  # m: a larger bound is probably in another unit
+FULL_TURN = 6.3  # rad: a larger angle is probably in degrees
+IN_RAD = "angles are in rad, not degrees"
 
 
 def _bounds_option(axis: str, unit: str) -> Callable[[F], F]:
@@ -110,6 +112,8 @@ def _grid(cell: Cell, bounds: dict[str, Bounds | None], steps: Sequence[int]) ->
         if not -FARTHEST <= low <= high <= FARTHEST:
             told = f"expected two numbers within {FARTHEST:g} of 0, the lower first"
             raise InputError(f"--{axis}: {told}, got {low:g} {high:g}")
+        if axis == "yaw" and max(-low, high) > FULL_TURN:
+            raise InputError(f"--yaw: expected angles within {FULL_TURN} rad, got {low:g} {high:g}; {IN_RAD}")
         chosen[axis] = (low, high)
     if prod(steps) > MOST_POSES:
         raise InputError(f"--steps: {prod(steps)} base poses; at most {MOST_POSES} are tried at once")
@@ -129,6 +133,8 @@ def _pose(text: str) -> Array:
         numbers = []
     if len(numbers) != 6 or not np.isfinite(numbers).all():
         raise InputError(f"--pose: expected x,y,z,roll,pitch,yaw in m and rad, got {text!r}")
+    if max(map(abs, numbers[3:])) > FULL_TURN:
+        raise InputError(f"--pose: expected angles within {FULL_TURN} rad, got {text!r}; {IN_RAD}")
     return pose(numbers[:3], R=rotation_rpy(*numbers[3:]))
 
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 MAX_NOISE = (50.0, 45.0)  # mm, degrees: larger errors make poses meaningless
+MINUTE_NOISE = (0.1, 0.05)  # mm, degrees: smaller errors are probably in m and rad
 
 
 def pose_noise_option(function: F) -> F:
@@ -62,6 +63,12 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
     if not (0.0 <= millimetres <= MAX_NOISE[0] and 0.0 <= degrees <= MAX_NOISE[1]):
         what = f"{value!r}: expected 0..{MAX_NOISE[0]:g} mm and 0..{MAX_NOISE[1]:g} degrees"
         raise click.BadParameter(what, ctx, param)
+    if 0.0 < millimetres < MINUTE_NOISE[0] and 0.0 < degrees < MINUTE_NOISE[1]:
+        click.echo(
+            f"note: --pose-noise {value}: {millimetres:g} mm and {degrees:g} degrees are hardly an error; "
+            "it is in mm and degrees, not in m and rad",
+            err=True,
+        )
     return PoseNoise(millimetres / 1000.0, math.radians(degrees))
 
 

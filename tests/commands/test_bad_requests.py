@@ -208,6 +208,13 @@ def test_impossible_noise(noise: str, made: Made, out: Path) -> None:
     misused(apc("run-trial", made.order, "-o", out, f"--pose-noise={noise}"), "--pose-noise", "expected")
 
 
+def test_noise_is_of_what_is_perceived(made: Made, out: Path, tmp_path: Path) -> None:
+    words = ("make-scene", made.order, "-o", out)
+    misused(apc(*words, "--pose-noise", "5,2"), "--pose-noise is of what --perceived writes; add that")
+    answer = apc(*words, "--perceived", tmp_path / "seen.json", "--pose-noise", "0.005,0.02")
+    assert answer.code == 0 and "0.005 mm and 0.02 degrees are hardly an error; it is in mm" in answer.err
+
+
 @pytest.mark.parametrize(
     "argv",
     [("verify",), ("plan-pick",), ("inspect", "a", "b"), ("inspect", "--nosuch", "a"),

@@ -64,6 +64,7 @@ def test_make_scene_writes_a_scene_and_a_picture(order: Path, tmp_path: Path) ->
     arguments = [str(order), "-o", str(out), "--seed", "3", "--picture", str(picture), "--json"]
     result = CliRunner().invoke(make_scene_command, arguments, catch_exceptions=False)
     told = json.loads(result.stdout)
+    assert told["picture"] == str(picture) and told["perceived"] is None
     assert sorted(told["bins"]["bin_C"]) == ["crayola_24_ct", "dove_beauty_bar"]
     assert len(read_scene(out).items) == 2
     assert picture.read_bytes().startswith(b"\x89PNG")
@@ -72,7 +73,8 @@ def test_make_scene_writes_a_scene_and_a_picture(order: Path, tmp_path: Path) ->
 def test_make_scene_writes_what_a_trial_sees_too(order: Path, tmp_path: Path) -> None:
     out, seen = tmp_path / "scene.json", tmp_path / "seen.json"
     words = [str(order), "-o", str(out), "--seed", "3", "--perceived", str(seen), "--pose-noise", "4,2"]
-    assert CliRunner().invoke(make_scene_command, words, catch_exceptions=False).exit_code == 0
+    result = CliRunner().invoke(make_scene_command, words, catch_exceptions=False)
+    assert result.exit_code == 0 and f"as a trial sees it: {seen}\n" in result.stdout
     true, believed = read_scene(out), read_scene(seen)
     assert true.noise.position == 0.0 and believed.noise.position == pytest.approx(0.004)
     assert believed.noise.angle == pytest.approx(np.radians(2.0))

@@ -57,6 +57,8 @@ def test_a_cell_without_places_wants_poses(tmp_path: Path) -> None:
     [
         (("--x", 1, 0), 3, "--x: expected two numbers within 100 of 0, the lower first, got 1 0"),
         (("--yaw", 0, 180), 3, "--yaw: expected"),
+        (("--yaw", -90, 90), 3, "--yaw: expected angles within 6.3 rad, got -90 90; angles are in rad"),
+        (("--pose", "0.4,0,1,0,180,0"), 3, "--pose: expected angles within 6.3 rad, got '0.4,0,1,0,180,0'"),
         (("--z", "nan", 0), 3, "--z: expected"),
         (("--steps", 100, 100, 100, 1), 3, "1000000 base poses; at most 20000"),
         (("--pose", "1,2,3"), 3, "--pose: expected x,y,z,roll,pitch,yaw in m and rad, got '1,2,3'"),
