@@ -21,6 +21,7 @@ cup meets slender items more slowly.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -145,14 +146,9 @@ def _is_beside(footing: Array, point: Array) -> bool:
 
 def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     """Return the press, with the edge of the footing over which the least force tips; None if none tips."""
-    target, noise, statics = contacts.target, contacts.scene.noise, contacts.supports.balance
+    target, noise = contacts.target, contacts.scene.noise
     T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip
-    footing = statics.footing(target.id)
-    if _is_beside(footing, T[:3, 3]):  # outside of the certain footing: use that at the stated pose
-        footing = statics.footing(target.id, is_sure=False)
-    if len(footing) == 0:
-        return None
-    edges, ways = _edges(footing, T[:3, 3])
+    edges, ways = _edges_of_footing(contacts)
     to_centre, to_tip = T[:3, 3] - edges, tip[:3, 3] - edges
     inside = -np.einsum("ni,ni->n", to_centre[:, :2], ways)
     arms = to_tip[:, 2] * (ways @ tip[:2, 2]) - np.einsum("ni,ni->n", to_tip[:, :2], ways) * tip[2, 2]
@@ -169,6 +165,17 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     balance = max(0.0, float(np.arctan2(b, z)) - noise.angle)
     weight, push = target.item.lightest * GRAVITY, farthest_push(grasp, tool, noise)
     return _Press(b, z, float(arms[first]), balance, inertia, weight, push, tool.cup.stiffness)
+
+
+@lru_cache(maxsize=8)  # by identity: asked for every grasp of a pick
+def _edges_of_footing(contacts: PickContacts) -> tuple[Array, Array]:
+    """Return the outer edges of the target's footing, as ``_edges`` does; none without a footing."""
+    target, statics = contacts.target, contacts.supports.balance
+    centre = target.T_world_item[:3, 3]
+    footing = statics.footing(target.id)
+    if _is_beside(footing, centre):  # outside of the certain footing: use that at the stated pose
+        footing = statics.footing(target.id, is_sure=False)
+    return _edges(footing, centre) if len(footing) else (np.empty((0, 3)), np.empty((0, 2)))
 
 
 def _edges(footing: Array, centre: Array) -> tuple[Array, Array]:
