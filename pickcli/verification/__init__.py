@@ -1,4 +1,6 @@
-"""Independent verification of plans; shares only `files`, `cell`, `scene` and `motion` with the planner.
+"""Independent verification of plans, which shares only data and a few laws with the planner.
+
+Shared are `files`, `cell`, the data of `scene`, and `motion`; docs/verification.md names the laws.
 
 Read in this order:
 

@@ -12,6 +12,7 @@ from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
+from pickcli.verification.quintic import positions_at
 
 TIME_TOLERANCE = 1e-6  # s
 RESTING = 1e-6  # rad or m by which a resting joint may move: rounding of a motion written as text
@@ -72,7 +73,7 @@ def _moved_at_rest(
     """Check that the arm rests during a segment and exactly one command moves the fingers as intended."""
     t_start, t_end = segment.t_start, segment.t_end
     times = np.linspace(t_start, t_end, max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1))
-    q = plan.trajectory.sample(times)
+    q = positions_at(plan.trajectory, times)
     moved = float(np.abs(q - q[-1]).max())
     if moved > RESTING:
         told = (

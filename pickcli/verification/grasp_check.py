@@ -16,6 +16,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.load_check import check_load
+from pickcli.verification.quintic import positions_at
 
 ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
 ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
@@ -132,7 +133,7 @@ def _sign(value: float) -> str:
 def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iterator[Reason]:
     """Check that the tip is at the grasp's pose at the end of contact."""
     robot = scene.cell.robot
-    tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(t)), grasp.tool_state)[0]
+    tip = tip_poses(robot, link_poses(robot, positions_at(plan.trajectory, t)), grasp.tool_state)[0]
     yield from _as_grasped(scene, grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
 
 

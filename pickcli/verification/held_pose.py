@@ -9,6 +9,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.quintic import positions_at
 
 
 def pose_in_tool(plan: Plan, scene: Scene) -> Array | None:
@@ -30,6 +31,6 @@ def pose_in_tool(plan: Plan, scene: Scene) -> Array | None:
     if contact is None:
         return None if scene.held is None else scene.held.T_tip_item
     robot = scene.cell.robot
-    q = plan.trajectory.sample(contact.t_end)
+    q = positions_at(plan.trajectory, contact.t_end)
     T_world_tip = tip_poses(robot, link_poses(robot, q), contact.tool_state)[0]
     return np.asarray(inverse(T_world_tip) @ scene.find(plan.grasp.item).T_world_item)

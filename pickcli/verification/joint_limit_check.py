@@ -13,7 +13,7 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import Scene
-from pickcli.verification.quintic import control_points, largest
+from pickcli.verification.quintic import control_points, largest, motion
 from pickcli.verification.state_sampling import merged
 
 TOLERANCE = 1e-6  # of a ratio, and rad or m of a position: allowance for rounding only
@@ -112,4 +112,4 @@ def _carrying(plan: Plan, scene: Scene) -> Iterator[Reason]:
 def _cut(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory:
     """Return the part of a trajectory between two times, as the same curve."""
     times = merged(np.clip(trajectory.times, t_start, t_end))
-    return Trajectory(trajectory.joint_names, times, *trajectory.states(times))
+    return Trajectory(trajectory.joint_names, times, *motion(trajectory, times))

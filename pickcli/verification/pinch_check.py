@@ -25,6 +25,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, stated_position, tip_poses
 from pickcli.verification.load_check import held_wrenches
+from pickcli.verification.quintic import positions_at
 from pickcli.verification.ray_casting import cast_rays
 
 N_POINTS = 15  # along each side of a pad
@@ -175,7 +176,8 @@ def _widths(plan: Plan, scene: Scene, pads: Pads) -> Iterator[Reason]:
 def _meets(plan: Plan, scene: Scene, grasp: Grasp, contact: Segment, where: str) -> Iterator[Reason]:
     """Check that the fingers close at the grasp's pose."""
     robot = scene.cell.robot
-    tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(contact.t_end)), contact.tool_state)[0]
+    q = positions_at(plan.trajectory, contact.t_end)
+    tip = tip_poses(robot, link_poses(robot, q), contact.tool_state)[0]
     yield from _as_grasped(grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
     if contact.tool_state != MOVING:
         yield Reason("wrong tool state", where, f"the fingers close here, {contact.tool_state} is stated")

@@ -128,6 +128,22 @@ def motion(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
     return p, v, a
 
 
+def positions_at(trajectory: Trajectory, times: Array | float) -> Array:
+    """Return positions at given times, those of ``motion``; at the knots without any rounding.
+
+    Args:
+        trajectory: The trajectory.
+        times: (M,) s, or one time.
+
+    Returns:
+        (M, n).
+    """
+    times = np.atleast_1d(times)
+    p, _, _ = motion(trajectory, times)
+    p[times >= trajectory.duration] = trajectory.positions[-1]
+    return p
+
+
 def _powers(trajectory: Trajectory) -> Array:
     """Return coefficients (6, pieces, n) of the powers of u, which runs from 0 to 1 over each piece."""
     h = np.diff(trajectory.times)[:, None]

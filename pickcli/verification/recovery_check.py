@@ -24,6 +24,7 @@ from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.fcl_solids import distances_to_boxes
 from pickcli.verification.forward_kinematics import tip_poses
 from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.quintic import positions_at
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 from pickcli.verification.straightness_check import every_millisecond
@@ -117,7 +118,7 @@ def _strayed(Q: Array, stopped: Trajectory) -> tuple[int, str] | None:
     all samples that are near enough, not later than a possible position of the configuration before, and
     separated from it by no more of the motion than may be skipped.
     """
-    path = stopped.sample(every_millisecond(0.0, stopped.duration))
+    path = positions_at(stopped, every_millisecond(0.0, stopped.duration))
     gone = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path, axis=0)).max(axis=1))])
     kept = np.unique(np.append(np.unique(gone // PATH_WAY, return_index=True)[1], len(path) - 1))
     path, gone = path[kept], gone[kept]

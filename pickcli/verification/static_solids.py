@@ -14,6 +14,7 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.contact_exemptions import releases
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.moving_parts import Fixture, fixtures
+from pickcli.verification.quintic import positions_at
 
 SAME_PLACE = 0.005  # m, besides twice the pose errors, within which a perceived item counts as the held one
 
@@ -79,7 +80,7 @@ def _not_in_the_cup(plan: Plan, scene: Scene, found: tuple[Fixture, ...]) -> tup
     held = scene.held
     if held is None or plan.segments[0].held != held.id:
         return found
-    robot, q = scene.cell.robot, plan.trajectory.sample(0.0)
+    robot, q = scene.cell.robot, positions_at(plan.trajectory, 0.0)
     T = tip_poses(robot, link_poses(robot, q), plan.segments[0].tool_state)[0] @ held.T_tip_item
     most = SAME_PLACE + 2.0 * scene.noise.bound(held.item)
     return tuple(
@@ -109,7 +110,7 @@ def release_pose(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Array:
         (4, 4) in the world.
     """
     robot, segment = scene.cell.robot, plan.segments[k]
-    q = plan.trajectory.sample(segment.t_end)
+    q = positions_at(plan.trajectory, segment.t_end)
     return np.asarray(tip_poses(robot, link_poses(robot, q), segment.tool_state)[0] @ T_tip_item)
 
 

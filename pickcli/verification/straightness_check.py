@@ -14,6 +14,7 @@ from pickcli.geometry import Array, rotation_angle, rotation_vector
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.quintic import positions_at
 from pickcli.verification.state_sampling import States
 
 STRAIGHT = (
@@ -132,7 +133,7 @@ def tip_points(plan: Plan, robot: Robot, tool_state: ToolState, times: Array) ->
     Returns:
         (N, 3) m in the world.
     """
-    return tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), tool_state)[:, :3, 3]
+    return tip_poses(robot, link_poses(robot, positions_at(plan.trajectory, times)), tool_state)[:, :3, 3]
 
 
 def every_millisecond(t_start: float, t_end: float) -> Array:

@@ -31,6 +31,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.quintic import positions_at
 from pickcli.verification.ray_casting import cast_rays
 from pickcli.verification.straightness_check import fastest_tip
 
@@ -86,7 +87,7 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
         placed = scene.find(plan.grasp.item)
         if placed.can_roll:  # an item that can roll is not kept in place by its balance
             continue
-        links = link_poses(robot, plan.trajectory.sample(segment.t_end))
+        links = link_poses(robot, positions_at(plan.trajectory, segment.t_end))
         tip = tip_poses(robot, links, segment.tool_state)[0]
         pressed = float((inverse(placed.T_world_item @ plan.grasp.T_item_tip) @ tip)[2, 3])
         speed = fastest_tip(plan, robot, segment.tool_state, segment.t_start, segment.t_end)

@@ -12,6 +12,7 @@ from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
+from pickcli.verification.quintic import positions_at
 from pickcli.verification.straightness_check import every_millisecond, fastest_tip, tip_points
 
 TIME_TOLERANCE = 1e-6  # s
@@ -81,7 +82,7 @@ def check_vacuum_events(plan: Plan, scene: Scene, commands: Sequence[TimedEvent]
 
 def _rests(plan: Plan, t_start: float, t_end: float) -> Iterator[Reason]:
     """Check that no joint moves while the vacuum builds up under the cup."""
-    q = plan.trajectory.sample(every_millisecond(max(0.0, t_start), t_end))
+    q = positions_at(plan.trajectory, every_millisecond(max(0.0, t_start), t_end))
     moved = float(np.ptp(q, axis=0).max())
     if t_start < 0.0 or moved > RESTING:
         needed = f"the tool is to rest on the item from {t_start:.3f} to {t_end:.3f} s"

@@ -1,7 +1,7 @@
 """Verify whether a plan may be executed in a scene.
 
-The verifier shares only the definitions of cell, scene and plan with the planner: kinematics, shapes,
-distances and limits are computed here by other means. See docs/verification.md.
+The verifier shares only the data of cell, scene and plan, and a few laws, with the planner: kinematics,
+shapes, distances and limits are computed here by other means. docs/verification.md names all that is shared.
 """
 
 from __future__ import annotations
