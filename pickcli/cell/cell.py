@@ -19,6 +19,7 @@ from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
 
 SAME_POSITION = 1e-9  # rad or m
+COMMAND = "this command"  # what needs places, unless it is one of several queries
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,32 +199,37 @@ class Cell:
         """Boxes of the tote in the world frame, empty without a tote."""
         return () if self.tote is None else self.tote.bodies
 
-    def require_places(self) -> None:
+    def require_places(self, what: str = COMMAND) -> None:
         """Refuse a cell without places or without a tool, for commands that pick or stow.
+
+        Args:
+            what: What needs them, for the message.
 
         Raises:
             InputError: The cell has no place for items, or no tool that can hold them.
         """
         lacking = [] if self.places else ["pod", "tote", "places"]
-        self._refuse_lacking(lacking, "places for items, and a tool")
+        self._refuse_lacking(lacking, "places for items, and a tool", what)
 
-    def require_pod_and_tote(self) -> None:
+    def require_pod_and_tote(self, what: str = COMMAND) -> None:
         """Refuse a cell in which official orders cannot be played.
+
+        Args:
+            what: What needs them, for the message.
 
         Raises:
             InputError: The cell has no pod, no tote, or no tool that can hold items.
         """
         lacking = [key for key, has in (("pod", self.pod.bins), ("tote", self.tote)) if not has]
-        self._refuse_lacking(lacking, "pod, tote and tool")
+        self._refuse_lacking(lacking, "pod, tote and tool", what)
 
-    def _refuse_lacking(self, keys: list[str], needed: str) -> None:
+    def _refuse_lacking(self, keys: list[str], needed: str, what: str) -> None:
         """Raise InputError if keys, or a tool that can hold items, are missing in the cell file."""
         lacking = keys + ["tool"] * self.robot.tool.is_bare
         if lacking:
-            raise InputError(
-                f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; this command needs "
-                f"{needed} (docs/formats/cell.md), apc plan-move, verify and execute do not"
-            )
+            told = f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; {what} needs {needed} "
+            others = ", apc plan-move, verify and execute do not" if what == COMMAND else ""
+            raise InputError(f"{told}(docs/formats/cell.md){others}")
 
     def T_world_place(self, place: Place) -> Array:
         """Return the pose of a place's frame in the world, for the nominal pose of its carrier.

@@ -13,6 +13,7 @@ import click
 from pickcli.commands.configuration_option import parse_configuration
 from pickcli.commands.stated_pick import destination, example, refuse_impossible
 from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
+from pickcli.errors import InputError, UnknownNameError
 
 if TYPE_CHECKING:
     from pickcli.api.query_sequence import MotionQuery, QueryAnswer
@@ -62,10 +63,22 @@ def queries_of(given: Sequence[tuple[str, str]], scene: Scene) -> list[MotionQue
         InputError: A name is unknown, or the query is impossible in the scene.
     """
     queries: list[MotionQuery] = []
+    brought: dict[str, str] = {}  # by an item's id or name, what brings it where
     for kind, words in given:
-        queries.append(KINDS[kind](words, scene))
+        option = f"--{kind[:-1]} {words}"
+        try:
+            queries.append(KINDS[kind](words, scene))
+        except UnknownNameError as error:
+            if error.kind != "item" or error.name not in brought:
+                raise
+            raise InputError(f"{option}: {brought[error.name]}; name that place") from None
+        before = {placed.id: placed.location for placed in scene.items}
         for step in queries[-1].steps:
             scene = step.after(scene)
+        for placed in scene.items:
+            if placed.location != before[placed.id]:
+                told = f"after {option} {placed.id} is in {placed.location}"
+                brought |= dict.fromkeys((placed.id, placed.item.name), told)
     return queries
 
 
@@ -76,7 +89,7 @@ def _pick(words: str, scene: Scene) -> MotionQuery:
     parts = words.split(":")
     if not 2 <= len(parts) <= 3 or not all(parts):
         raise click.UsageError(f"--pick: expected PLACE:ITEM or PLACE:ITEM:TO, got {words!r}{example(scene)}")
-    scene.cell.require_places()
+    scene.cell.require_places("a pick")
     out_of, item = parts[:2]
     into = destination(scene, parts[2] if len(parts) == 3 else None, out_of, "as in --pick PLACE:ITEM:TO")
     option = f"--pick {words}"
@@ -94,7 +107,7 @@ def _stow(words: str, scene: Scene) -> MotionQuery:
         raise click.UsageError(
             f"--stow: expected ITEM or ITEM:BIN, got {words!r}; e.g. dove_beauty_bar:bin_H"
         )
-    scene.cell.require_pod_and_tote()
+    scene.cell.require_pod_and_tote("a stow")
     placed = item_in_tote(scene, parts[0], f"--stow {words}")
     if len(parts) == 1:
         return MotionQuery(f"stow {parts[0]}", (StowStep(placed.id, bins_for(scene, placed)),))

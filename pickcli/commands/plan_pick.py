@@ -104,4 +104,8 @@ def _taken(pick: str | None, place: str | None, item: str | None, scene: Scene) 
     place, _, item = pick.partition(":")
     if not place or not item:
         raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}{example(scene)}")
+    if ":" in item and item not in {placed.id for placed in scene.items}:
+        item, _, into = item.partition(":")
+        told = f"a third part is of apc execute; here write --pick {place}:{item} --to {into or 'PLACE'}"
+        raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}; {told}")
     return place, item

@@ -71,7 +71,7 @@ def command(
     scene = open_scene(scene_path, cell_name, arms)
     scene.cell.require_pod_and_tote()
     refuse_held(scene, scene_path)
-    placed = item_in_tote(scene, item, "--item")
+    placed = item_in_tote(scene, item, "--item", "apc plan-pick")
     bins = bins_for(scene, placed) if into is None else (stated_bin(scene, placed, into, "--into"),)
     query = PickQuery(TOTE, placed.id, bins[0])
     asked = PickRequest(query, start, seed, roadmap, trajectories, learn, not no_verify)

@@ -10,13 +10,14 @@ if TYPE_CHECKING:
     from pickcli.scene.scene import PlacedItem, Scene
 
 
-def item_in_tote(scene: Scene, item: str, option: str) -> PlacedItem:
+def item_in_tote(scene: Scene, item: str, option: str, how: str = "") -> PlacedItem:
     """Find an item in the tote.
 
     Args:
         scene: The scene.
         item: The item's name or id.
         option: The option that states it, for messages.
+        how: What takes it from elsewhere; "" for a query of its own.
 
     Returns:
         The item.
@@ -30,7 +31,8 @@ def item_in_tote(scene: Scene, item: str, option: str) -> PlacedItem:
     places = sorted({placed.location for placed in scene.items if item in (placed.id, placed.item.name)})
     if places and TOTE not in places:
         told = f"{option}: {item} is in {' and '.join(places)}, not in the tote"
-        raise InputError(f"{told}; apc plan-pick takes it from there")
+        how = how or f"--pick {places[0]}:{item}"
+        raise InputError(f"{told}; {how} takes it from there")
     return scene.find(item, TOTE)
 
 

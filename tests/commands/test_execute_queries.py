@@ -46,6 +46,19 @@ def test_what_was_brought_somewhere_is_taken_from_there(made: Made) -> None:
     assert [each["item_is_in"] for each in told["queries"]] == ["bin_F", "tote"]
 
 
+def test_what_was_brought_elsewhere_is_told_with_what_brings_it(made: Made) -> None:
+    words = f"bin_C:{ITEM}:bin_F"
+    answer = apc("execute", "--scene", made.scene, "--pick", words, "--pick", words)
+    refused(answer, 3, f"--pick {words}: after --pick {words} {ITEM} is in bin_F; name that place")
+
+
+def test_a_pick_that_is_planned_has_its_place_in_an_option(made: Made, tmp_path: Path) -> None:
+    answer = apc(
+        "plan-pick", "--scene", made.scene, "--pick", f"bin_C:{ITEM}:bin_F", "-o", tmp_path / "p.json"
+    )
+    misused(answer, f"here write --pick bin_C:{ITEM} --to bin_F")
+
+
 def test_the_same_seed_gives_the_same_answers(made: Made) -> None:
     argv = ("--move", "home:bin_C", "--pick", f"bin_C:{ITEM}", "--seed", 5)
     first, second = answered(made, *argv), answered(made, *argv)
@@ -152,7 +165,10 @@ def test_queries_of_another_form_are_wrong_usage(argv: tuple[str, ...], told: st
         (("--pick", f"bin_C:{ITEM}:bin_Z"), "unknown place 'bin_Z'"),
         (("--move", "home:bin_Z"), "unknown configuration 'bin_Z'"),
         (("--move", "home:1,2"), "got 2 of 8 numbers"),
-        (("--pick", f"bin_C:{ITEM}", "--pick", f"bin_C:{ITEM}"), f"{ITEM} is not in bin_C but in tote"),
+        (
+            ("--pick", f"bin_C:{ITEM}", "--pick", f"bin_C:{ITEM}"),
+            f"after --pick bin_C:{ITEM} {ITEM} is in tote",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_before_anything_moves(

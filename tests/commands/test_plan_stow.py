@@ -62,6 +62,17 @@ def test_unknown_names_are_refused(
     assert not out.exists()
 
 
+def test_execute_takes_what_is_elsewhere_by_a_query(scene: Path) -> None:
+    answer = apc("execute", "--scene", scene, "--stow", "crayola_24_ct:bin_C")
+    refused(answer, 3, "not in the tote; --pick bin_B:crayola_24_ct takes it from there")
+
+
+def test_a_stow_needs_a_tote() -> None:
+    answer = apc("execute", "--cell", "ur5e_crates", "--stow", "crayola_24_ct:crate_left")
+    refused(answer, 3, "states no pod and no tote; a stow needs pod, tote and tool (docs/formats/cell.md)")
+    assert "execute do not" not in answer.err
+
+
 def test_a_bin_that_is_full_takes_nothing_and_says_why(tmp_path: Path) -> None:
     full, out = tmp_path / "full.json", tmp_path / "plan.json"
     contents = (
