@@ -50,7 +50,7 @@ def command(
     connect, plan = driver_factory(driver_name), read_plan(plan_path)
     scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
     refuse_held(scene, scene_path)
-    plan = trusted(plan, plan_path, scene, "plan it again")
+    plan = trusted(plan, plan_path, scene, "plan it again", scene_path)
     q, tool_state = stand(plan, scene, None)
     with stage("check of the driver"):
         report = check_driver(connected(driver_name, connect, DriverRequest(scene, q, tool_state)), plan)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import click
 
@@ -57,6 +57,9 @@ if TYPE_CHECKING:
     from pickcli.simulation.plan_record import PlanRecord
     from pickcli.simulation.reality import Reality
     from pickcli.simulation.world import World
+
+
+NamedScene: TypeAlias = "tuple[Scene, Path | None]"  # a scene and its file; None for the empty cell
 
 
 @click.command("execute", cls=Command)
@@ -138,7 +141,9 @@ def command(
     believed = scene if planned_in is None else open_scene(planned_in, cell_name, arms)
     refuse_held(scene, scene_path)
     refuse_held(believed, planned_in or scene_path)
-    plan = _judged(plan, plan_path, scene, believed, unverified)
+    if planned_in is not None:
+        _compare(plan, plan_path, (scene, scene_path), (believed, planned_in))
+    plan = _judged(plan, plan_path, (scene, scene_path), (believed, planned_in), unverified)
     q, tool_state = stand(plan, scene, start)
     plans = [plan]
     driver = connected(driver_name, connect, DriverRequest(scene, q, tool_state, reality, seed))
@@ -238,10 +243,38 @@ def _tell_answers(request: _QueryRequest, queries: list[MotionQuery], sequence: 
         click.echo(answers_text(queries, answers, world))
 
 
-def _judged(plan: Plan, path: Path, scene: Scene, believed: Scene, is_experiment: bool) -> Plan:
+def _compare(plan: Plan, path: Path, true: NamedScene, planned: NamedScene) -> None:
+    """Compare the true scene with that of the plan; a note tells if the target lies in another place.
+
+    Raises StaleError if the plan was made in the true one, InputError if its target is not there.
+    """
+    from pickcli.errors import InputError, StaleError
+    from pickcli.scene.scene_file import scene_hash
+
+    (scene, scene_path), (believed, planned_in) = true, planned
+    name = scene_path or f"{scene.cell.name} with nothing in it"
+    if plan.scene_hash == scene_hash(scene) != scene_hash(believed):
+        told = f"{path}: made in {name}, which is stated as the true scene, not in {planned_in}"
+        raise StaleError(f"{told}; exchange --scene and --planned-in, or leave out --planned-in")
+    if plan.grasp is None:
+        return
+    item = plan.grasp.item
+    now, then = ({i.id: i.location for i in each.items} for each in (scene, believed))
+    if item in then and item not in now:
+        told = f"{name}: {item}, which {path} takes, is not in it"
+        raise InputError(f"{told}; name the scene that is true now with --scene")
+    if item in then and now[item] != then[item]:
+        told = f"{item} lies in {now[item]} in {name}, where {path} expects it in {then[item]}"
+        click.echo(f"note: {told}", err=True)
+
+
+def _judged(plan: Plan, path: Path, true: NamedScene, planned: NamedScene, is_experiment: bool) -> Plan:
     """Return the plan with a new certificate; an experiment is not verified, which a note states."""
+    (scene, scene_path), (believed, planned_in) = true, planned
     if not is_experiment:
-        return trusted(plan, path, believed, "plan it again, or watch it fail with --unverified")
+        advice = "plan it again, or watch it fail with --unverified"
+        option = "--scene" if scene_path is None else "--planned-in"
+        return trusted(plan, path, believed, advice, planned_in or scene_path, option)
     _refuse_unknown_states(plan, path, scene)
     click.echo(f"note: {path} was not verified: this run is an experiment", err=True)
     return plan

@@ -63,7 +63,7 @@ def command(
     plan = read_plan(plan_path)
     scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
     refuse_held(scene, scene_path)
-    plan = trusted(plan, plan_path, scene, "plan it again")
+    plan = trusted(plan, plan_path, scene, "plan it again", scene_path)
     try:
         with stage("export"):
             content = format_.encode(ExportRequest(plan, scene, rate, channels))

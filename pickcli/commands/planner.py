@@ -194,7 +194,9 @@ def certifying(scene: Scene) -> Certify:
     return certify
 
 
-def trusted(plan: Plan, path: Path, believed: Scene, advice: str) -> Plan:
+def trusted(
+    plan: Plan, path: Path, believed: Scene, advice: str, scene_path: Path | None, option: str = "--scene"
+) -> Plan:
     """Verify a plan from a file even if it has a certificate, which only guards against accidents.
 
     Args:
@@ -202,6 +204,8 @@ def trusted(plan: Plan, path: Path, believed: Scene, advice: str) -> Plan:
         path: Its file.
         believed: The scene that it must be made for.
         advice: Advice for a rejection.
+        scene_path: File of that scene; None for the empty cell.
+        option: The option that states the scene of a plan.
 
     Returns:
         The plan with the verifier's certificate.
@@ -211,6 +215,7 @@ def trusted(plan: Plan, path: Path, believed: Scene, advice: str) -> Plan:
         StaleError: It was made for another scene or cell.
     """
     from pickcli.errors import StaleError
+    from pickcli.precompute.empty_cell_checkers import empty_scene
     from pickcli.scene.scene_file import scene_hash
 
     refuse_arm_mismatch(plan, path, believed.cell)
@@ -221,10 +226,11 @@ def trusted(plan: Plan, path: Path, believed: Scene, advice: str) -> Plan:
             f"{cell.fingerprint[:12]}; plan it again"
         )
     if carried is not None and plan.scene_hash != here:
-        raise StaleError(
-            f"{path}: made for the scene {plan.scene_hash[:12]}, this is {here[:12]}; plan it again, or "
-            "name the scene it was made in with --planned-in"
-        )
+        this = scene_path or f"{cell.name} with nothing in it"
+        told = f"{path}: made for the scene {plan.scene_hash[:12]}, {this} is {here[:12]}; plan it again, or "
+        if plan.scene_hash == scene_hash(empty_scene(cell)):
+            raise StaleError(f"{told}name --cell alone, as when it was made")
+        raise StaleError(f"{told}name the scene it was made in with {option}")
     plan = certified(plan, believed, advice, path)
     if carried is None:
         click.echo(f"note: {path} carries no certificate; verified now and accepted", err=True)

@@ -193,6 +193,8 @@ _NAMES = {  # by pattern
     r"^[A-Za-z][A-Za-z0-9_]*$": "a name of letters, digits and _, a letter first",
     r"^[A-Za-z0-9_]*$": "letters, digits and _ alone",
     r"^[a-z0-9_]+$": "a name of small letters, digits and _",
+    r"^[^\x00-\x1f\x7f-\x9f]*$": "text in one line, without control characters",
+    r"^[0-9a-f]{64}$": "64 digits from 0 to f",
 }
 _BOUNDS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 NO_MEANING = "a value"
@@ -230,6 +232,8 @@ def _number_advice(text: str, meaning: str) -> str:
         return f"write {float(plain) / 100:g}, as shares are of 1"
     if rest:
         unit = _UNIT.search(meaning)
+        if both := re.search(r"\bm(/s\d?) or rad\1", meaning):  # of a joint
+            return f"write the number alone, in rad{both[1]}, or in m{both[1]} for a prismatic joint"
         return f"write the number alone{'' if unit is None else f', in {unit.group()}'}"
     if "," in digits:
         return f"write {plain}, with a point"

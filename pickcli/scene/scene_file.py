@@ -119,6 +119,8 @@ def _remade(cell: Cell, name: str) -> str:
     """Advice for a scene of another cell; scenes of cells without places are written by hand or a camera."""
     if name != cell.name and name in cell_names():
         return f"leave out --cell {cell.name}, or make a scene for it"
+    if name != cell.name:
+        return "name its cell with --cell"
     if cell.places:
         return "make the scene again"
     return "if its poses are still right, write that fingerprint into it"

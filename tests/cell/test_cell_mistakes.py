@@ -67,6 +67,11 @@ MISTAKES = {
         "max_velocity: 390,",
         "joint_limits.joint_t.max_velocity: expected at most 60, got 390; limits are in rad, not degrees",
     ),
+    "a speed with its unit": (
+        "max_velocity: 6.8,",
+        'max_velocity: "6.8 rad/s",',
+        "write the number alone, in rad/s, or in m/s for a prismatic joint",
+    ),
     "speeds in mm": ("max_velocity: 1.0,", "max_velocity: 1000,", "got 1000; limits are in m, not mm"),
     "numbers that nothing has": ("max_moment: 0.6", "max_moment: 1e308", "tool.max_moment: expected"),
     "a tote turned": (
@@ -82,7 +87,7 @@ MISTAKES = {
     "a URDF that no file can be called": (
         "urdf: robot.urdf",
         'urdf: "robot\\0.urdf"',
-        "robot.urdf: expected the URDF's path, where there is one robot: text that matches",
+        "robot.urdf: expected the URDF's path, where there is one robot: text in one line",
     ),
     "limits that no file can be called": (
         "urdf: robot.urdf",

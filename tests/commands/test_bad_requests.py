@@ -102,6 +102,21 @@ def test_a_plan_of_another_scene_is_stale(made: Made, tmp_path: Path) -> None:
     scene = made.changed("scene", tmp_path, lambda s: s["items"].pop())
     refused(apc("verify", made.plan, "--scene", scene), 4, made.plan, scene, "plan it again")
     refused(apc("execute", made.plan, "--scene", scene), 4, made.plan, "plan it again", "--planned-in")
+    out = tmp_path / "out.csv"
+    answer = apc("export", made.plan, "--scene", scene, "--to", "csv", "-o", out)
+    refused(answer, 4, f"{scene} is", "plan it again, or name the scene it was made in with --scene")
+    answer = apc("execute", made.plan, "--scene", made.scene, "--planned-in", scene)
+    refused(answer, 4, f"made in {made.scene}", f"not in {scene}; exchange --scene and --planned-in")
+    gone = made.changed("scene", tmp_path, lambda s: s.update(items=[]))
+    answer = apc("execute", made.plan, "--scene", gone, "--planned-in", made.scene)
+    refused(answer, 3, f"{gone}: {ITEM}, which {made.plan} takes, is not in it")
+
+
+def test_a_plan_of_the_cell_alone_names_no_scene(made: Made, tmp_path: Path) -> None:
+    move = tmp_path / "move.json"
+    words = ("--cell", "apc2016_delft", "--from", "home", "--to", "bin_C", "-o", move)
+    assert apc("plan-move", *words).code == 0
+    refused(apc("execute", move, "--scene", made.scene), 4, "plan it again, or name --cell alone")
 
 
 def _bend(plan: dict[str, Any]) -> None:

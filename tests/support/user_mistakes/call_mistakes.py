@@ -303,7 +303,7 @@ CALL_MISTAKES = (
     Mistake(
         "suggest for the tote by a wrong name",
         "suggest-configurations --bin tot",
-        "unknown bin 'tot'; did you mean 'tote'?",
+        "unknown place 'tot'; did you mean 'tote'?",
         3,
     ),
     Mistake(
