@@ -50,7 +50,7 @@ def follow_line(
     if not is_free.all():
         blocked = int(np.argmin(is_free))
         return Failures((lambda: [_at_waypoint(checker, kept, blocked).at(where)],))
-    edge = checker.first_invalid_edge(kept)
+    edge = checker.first_blocked_edge(kept)
     if edge >= 0:
         return Failures((lambda: [checker.explain_edge(kept[edge], kept[edge + 1]).at(where)],))
     return kept

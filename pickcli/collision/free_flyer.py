@@ -108,7 +108,7 @@ class FreeItemChecker(KernelValidator):
         """
         return self.is_valid_path(np.stack([q0, q1]))
 
-    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+    def first_blocked_edge(self, Q: Array, slack: Array | None = None) -> int:
         """Find the first displacement that is not proven free or pushes something.
 
         Args:
@@ -118,7 +118,7 @@ class FreeItemChecker(KernelValidator):
         Returns:
             Index of the edge, -1 if all are proven.
         """
-        blocked = super().first_invalid_edge(Q, slack)
+        blocked = super().first_blocked_edge(Q, slack)
         return blocked if blocked >= 0 else self._first_pursued(Q)
 
     def _first_pursued(self, Q: Array) -> int:

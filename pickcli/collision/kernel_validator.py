@@ -148,9 +148,9 @@ class KernelValidator:
         Returns:
             True if it is proven.
         """
-        return self.first_invalid_edge(Q, slack) < 0
+        return self.first_blocked_edge(Q, slack) < 0
 
-    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+    def first_blocked_edge(self, Q: Array, slack: Array | None = None) -> int:
         """Find the first edge of a polyline that is not proven free.
 
         Args:
@@ -161,10 +161,10 @@ class KernelValidator:
             Index of the edge, -1 if all are proven.
         """
         Q = np.ascontiguousarray(Q)
-        blocked = int(self.kernel.path_is_free(Q, self.margin, slack))
+        blocked = int(self.kernel.first_blocked_edge(Q, self.margin, slack))
         if blocked >= 0 or self._touch is None:
             return blocked
-        return int(self._touch.kernel.path_is_free(Q, 0.0, slack))
+        return int(self._touch.kernel.first_blocked_edge(Q, 0.0, slack))
 
     def at_margin(self, margin: float) -> Self:
         """Return a validator for the same body and world with another margin.

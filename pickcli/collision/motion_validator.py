@@ -60,7 +60,7 @@ class MotionValidator(Protocol):
             True if all are.
         """
 
-    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+    def first_blocked_edge(self, Q: Array, slack: Array | None = None) -> int:
         """Find the first edge of a polyline that is not proven.
 
         Args:

@@ -369,7 +369,7 @@ class Checker:
             resolution: m.
         """
 
-    def path_is_free(self, Q: numpy.typing.NDArray[numpy.float64], margin: float = 0.0, slack: numpy.typing.NDArray[numpy.float64] | None = None, resolution: float = 0.0002) -> int:
+    def first_blocked_edge(self, Q: numpy.typing.NDArray[numpy.float64], margin: float = 0.0, slack: numpy.typing.NDArray[numpy.float64] | None = None, resolution: float = 0.0002) -> int:
         """
         Index of the first edge of a polyline that is not proven free, -1 if all are.
 

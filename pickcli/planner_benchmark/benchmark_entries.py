@@ -233,7 +233,7 @@ def _timed(query: BenchmarkQuery, path: JointPath) -> float:
     """Return the duration (s) of the path with blended corners, proven, under the cell's limits."""
 
     def is_free(part: int, chords: Array, slack: Array | None) -> int:
-        return query.proving.first_invalid_edge(chords, slack)
+        return query.proving.first_blocked_edge(chords, slack)
 
     limits = SegmentLimits(speed_scale=query.cell.speed_scale, blend_tolerance=BLEND)
     segment = PathSegment(SegmentKind.TRANSIT, path.waypoints, limits)

@@ -128,7 +128,7 @@ class ExperienceFiles:
             StaleError: It was made for another cell or by another version of the format.
         """
         found = [polyline for query in experience for polyline in query.polylines]
-        proven = [polyline for polyline in found if self._proof.checker.first_invalid_edge(polyline) == -1]
+        proven = [polyline for polyline in found if self._proof.checker.first_blocked_edge(polyline) == -1]
         if not proven:
             return RecordedExperience(unproven=len(found))
         self._make_folder(self.roadmap)

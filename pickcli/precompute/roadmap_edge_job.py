@@ -100,7 +100,7 @@ class RoadmapEdgeJob:
             what = f"{' and '.join(planners)} gave up after {settings.max_iterations} iterations"
             return Reason("no path", detail=what)
         path = shorten(validator, self.space, found, seed=seed, iterations=settings.n_shortcuts)
-        unproven = validator.first_invalid_edge(path.waypoints)
+        unproven = validator.first_blocked_edge(path.waypoints)
         if unproven != -1:
             return Reason("no proof", detail=f"edge {unproven} of the shortened path is not proven whole")
         return path

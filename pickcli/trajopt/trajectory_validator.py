@@ -55,7 +55,7 @@ class TrajectoryValidator:
             Q, slack = tube_of(step)
             if not self._is_inside(Q, slack):
                 return False
-            i = self.checker.first_invalid_edge(Q, slack)
+            i = self.checker.first_blocked_edge(Q, slack)
             if i < 0:
                 return True
             if not (self.checker.is_valid(Q[i]) and self.checker.is_valid(Q[i + 1])):

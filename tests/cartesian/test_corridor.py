@@ -34,9 +34,9 @@ class Open:
         return bool(d[2] >= self.wall)
 
     def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
-        return self.first_invalid_edge(Q, slack) < 0
+        return self.first_blocked_edge(Q, slack) < 0
 
-    def first_invalid_edge(self, D: Array, slack: Array | None = None) -> int:
+    def first_blocked_edge(self, D: Array, slack: Array | None = None) -> int:
         return -1
 
     def clearance(self, d: Array) -> Contact:

@@ -128,7 +128,7 @@ def test_what_goes_too_deep_is_named(
     moved = home.copy()
     moved[0] -= 0.01
     assert checker.explain_edge(moved, home).what == "planned contact too deep"
-    assert not checker.is_valid_edge(moved, home) and checker.first_invalid_edge(np.stack([moved, home])) == 0
+    assert not checker.is_valid_edge(moved, home) and checker.first_blocked_edge(np.stack([moved, home])) == 0
 
 
 def test_a_held_item_may_lie_on_what_it_may_touch_and_sink_into_nothing(

@@ -213,7 +213,7 @@ def test_edges_and_paths_agree_with_their_configurations(cell: Cell, make_checke
     named = [cell.configurations[n].q for n in ("home", "bin_E", "cam_E", "tote", "tote_10h")]
     path = np.array(named)
     assert checker.is_valid_path(path[:3])
-    assert checker.first_invalid_edge(path) == 3
+    assert checker.first_blocked_edge(path) == 3
     assert not checker.is_valid_edge(path[3], path[4])
     for a, b in pairwise(path[:3]):
         assert checker.is_valid_edge(a, b)

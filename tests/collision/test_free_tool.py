@@ -58,7 +58,7 @@ def test_a_push_into_the_bin_is_free_and_one_through_its_back_is_not(
     tool = FreeToolChecker(model, make_scene(), STRAIGHT, np.eye(3))
     places = [in_front_of(cell, "bin_E", x, FRONTAL) for x in (-0.1, 0.2, 0.6)]
     assert tool.is_valid_path(tool.displacements(np.stack(places[:2])))
-    assert tool.first_invalid_edge(tool.displacements(np.stack(places))) == 1
+    assert tool.first_blocked_edge(tool.displacements(np.stack(places))) == 1
     assert tool.are_valid(tool.displacements(np.stack(places))).tolist() == [True, True, False]
     assert tool.clearance(tool.displacements(np.stack(places))[2]).b == "back"
 

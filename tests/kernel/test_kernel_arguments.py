@@ -63,7 +63,7 @@ ROWS: dict[str, tuple[Callable[[Any], Any], tuple[int, ...]]] = {
     "rates": (lambda a: ARM.chain().tip_motion(np.zeros((5, N)), a, np.zeros((5, N)), EYE), (N,)),
     "Q of are_free": (lambda a: _checker().are_free(a), (N,)),
     "Q of clearances": (lambda a: _checker().clearances(a), (N,)),
-    "Q of path_is_free": (lambda a: _checker().path_is_free(a), (N,)),
+    "Q of first_blocked_edge": (lambda a: _checker().first_blocked_edge(a), (N,)),
     "seeds": (lambda a: ARM.chain().ik(EYE, EYE, a, *WIDE, ONES), (N,)),
     "T_world_targets": (lambda a: ARM.chain().follow(a, EYE, Q0, *WIDE, ONES, ONES, 1.0, 1.0)[0], (4, 4)),
     "Q of tips": (lambda a: ARM.chain().tips(a, EYE), (N,)),

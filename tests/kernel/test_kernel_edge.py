@@ -128,8 +128,8 @@ def test_a_path_is_free_when_all_its_edges_are(seed: int, n_vertices: int, size:
     Q = Q[0] + size * (Q - Q[0])
     slack = rng.uniform(0, 0.1 * size, (n_vertices - 1, arm.n))
     free = [checker.edge_is_free(*edge, 0.01, s) for edge, s in zip(pairwise(Q), slack, strict=True)]
-    assert checker.path_is_free(Q, 0.01, slack) == (free.index(False) if False in free else -1)
-    assert (checker.path_is_free(Q[:1], 0.01) == -1) == checker.is_free(Q[0], 0.01)
+    assert checker.first_blocked_edge(Q, 0.01, slack) == (free.index(False) if False in free else -1)
+    assert (checker.first_blocked_edge(Q[:1], 0.01) == -1) == checker.is_free(Q[0], 0.01)
 
 
 @settings(deadline=None)

@@ -58,7 +58,7 @@ def test_a_path_is_proven_and_joins_the_start_with_a_goal(seed: int) -> None:
         return
     assert np.array_equal(path[0], free[0])
     assert any(np.array_equal(path[-1], goal) for goal in free[1:4])
-    assert checker.path_is_free(path, MARGIN) == -1
+    assert checker.first_blocked_edge(path, MARGIN) == -1
     inner = np.linalg.norm(np.diff(path, axis=0), axis=1)
     assert inner.max() <= STEP * (1 + 1e-12)
 
@@ -104,7 +104,7 @@ def test_shortening_is_what_the_reference_does(seed: int) -> None:
     expected = shortened(checker, path, shortcuts, velocity, calm, 1e-3, MARGIN)
     assert short.shape == expected.shape
     np.testing.assert_allclose(short, expected, rtol=0, atol=1e-9)
-    assert checker.path_is_free(short, MARGIN) == -1
+    assert checker.first_blocked_edge(short, MARGIN) == -1
     before, after = (costs(velocity, calm, np.diff(Q, axis=0)).sum() for Q in (path, short))
     assert after <= before * (1 + 1e-12)
 

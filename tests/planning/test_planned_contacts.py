@@ -77,7 +77,7 @@ def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
     flying = problem.extraction.leaving
     up = np.array([0.0, 0.0, 0.02, 0.0, 0.0, 0.0])
     assert flying.is_valid(np.zeros(6))
-    assert flying.first_invalid_edge(np.stack([np.zeros(6), up])) == 0
+    assert flying.first_blocked_edge(np.stack([np.zeros(6), up])) == 0
 
 
 def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(

@@ -46,9 +46,9 @@ class BoxWorld:
         return not any(_hits(q0, q1, lo, hi) for lo, hi in self.boxes)
 
     def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
-        return self.first_invalid_edge(Q, slack) < 0
+        return self.first_blocked_edge(Q, slack) < 0
 
-    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+    def first_blocked_edge(self, Q: Array, slack: Array | None = None) -> int:
         for i in range(len(Q) - 1):
             if not self.is_valid_edge(Q[i], Q[i + 1]):
                 return i

@@ -24,13 +24,13 @@ class FakeValidator(ABC):
     def is_valid(self, q: Array) -> bool: ...
 
     @abstractmethod
-    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int: ...
+    def first_blocked_edge(self, Q: Array, slack: Array | None = None) -> int: ...
 
     def is_valid_edge(self, q0: Array, q1: Array) -> bool:
         return self.is_valid_path(np.stack([q0, q1]))
 
     def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
-        return self.first_invalid_edge(Q, slack) < 0
+        return self.first_blocked_edge(Q, slack) < 0
 
     def explain(self, q: Array) -> Reason:
         return Reason("collision", detail="in a fake")

@@ -26,7 +26,7 @@ def shortened(
         (i, j), ends = _points(Q, along, np.array([a, b]) * along[-1])
         saved = (b - a) * along[-1] - costs(velocity, calm, ends[1] - ends[0])
         parts = np.array([Q[i], *ends, Q[j + 1]])
-        if i != j and saved >= worthwhile * along[-1] and checker.path_is_free(parts, margin) == -1:
+        if i != j and saved >= worthwhile * along[-1] and checker.first_blocked_edge(parts, margin) == -1:
             Q = np.concatenate([Q[: i + 1], ends, Q[j + 1 :]])
     return _without_needless(checker, Q, margin)
 

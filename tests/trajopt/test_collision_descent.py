@@ -31,7 +31,7 @@ class Grudging(FakeValidator):
     def is_valid(self, q: Array) -> bool:
         return False
 
-    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+    def first_blocked_edge(self, Q: Array, slack: Array | None = None) -> int:
         self.asked.append(Q.tobytes())
         return 0 if len(self.asked) <= self.n_refused else -1
 

@@ -32,7 +32,7 @@ class Disc(FakeValidator):
     def is_valid(self, q: Array) -> bool:
         return bool(self.clearances(q[None])[0] > 0.0)
 
-    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+    def first_blocked_edge(self, Q: Array, slack: Array | None = None) -> int:
         tubes = np.zeros_like(Q[1:]) if slack is None else slack
         for i, (a, b, s) in enumerate(zip(Q[:-1], Q[1:], tubes, strict=True)):
             way = (b - a) @ (b - a)

@@ -231,7 +231,7 @@ def _timed_once(
 
     def is_free(part: int, chords: Array, slack: Array) -> int:
         assert checkers is not None
-        return checkers[part].first_invalid_edge(chords, slack)
+        return checkers[part].first_blocked_edge(chords, slack)
 
     # The cell's speed limit holds for every tool state.
     states = [segments[-1].mode.tool_state] if most is None else context.cell.robot.tool.states

@@ -36,7 +36,7 @@ def prove(
         last = min(len(times) - 1, int(np.searchsorted(times, t_end, side="left")))
         if last <= first:
             continue
-        i = checker.first_invalid_edge(chords[first : last + 1], slack[first:last])
+        i = checker.first_blocked_edge(chords[first : last + 1], slack[first:last])
         if i >= 0:
             reason = checker.explain_edge(chords[first + i], chords[first + i + 1])
             where = f"{segment.kind} at {times[first + i]:.3f} s"

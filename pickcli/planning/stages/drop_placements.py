@@ -199,7 +199,7 @@ def _lowered(
 
 def _why_not_opened(checker: SceneChecker, depart: MotionSegment) -> Failures:
     """Explain what open or opening fingers collide with on the way up; evaluated lazily."""
-    k = checker.first_invalid_edge(depart.waypoints)
+    k = checker.first_blocked_edge(depart.waypoints)
     q = depart.waypoints[max(0, k)]
     return Failures((lambda: (checker.explain(q).at("place, with open fingers"),),))
 

@@ -143,7 +143,7 @@ bool edge_is_free(const Checker& checker, nb::handle q0, nb::handle q1, double m
   return check_edge(checker, q0, q1, margin, slack, resolution).free;
 }
 
-int path_is_free(const Checker& checker, nb::handle Q_in, double margin, nb::handle slack_in,
+int first_blocked_edge(const Checker& checker, nb::handle Q_in, double margin, nb::handle slack_in,
                  double resolution) {
   const int n = checker.n();
   const Doubles Q(Q_in, "Q", {kAny, n});
@@ -301,9 +301,9 @@ Args:
     margin: m that everything keeps more than.
     slack: (n,) rad or m, half width of the tube in each joint; none unless given.
     resolution: m.)")
-      .def("path_is_free", &path_is_free, "Q"_a, "margin"_a = 0.0, "slack"_a = nb::none(),
+      .def("first_blocked_edge", &first_blocked_edge, "Q"_a, "margin"_a = 0.0, "slack"_a = nb::none(),
            "resolution"_a = 2e-4,
-           nb::sig("def path_is_free(self, Q: " APC_F64 ", margin: float = 0.0, slack: " APC_F64
+           nb::sig("def first_blocked_edge(self, Q: " APC_F64 ", margin: float = 0.0, slack: " APC_F64
                    " | None = None, resolution: float = 0.0002) -> int"),
            R"(Index of the first edge of a polyline that is not proven free, -1 if all are.
 

@@ -45,8 +45,8 @@ class Checker {
   //! Proof for every point of the segment from q0 to q1 and of the tube of half-width slack (n, or null)
   //! around it. Never says free wrongly; says not free only if some point of the edge comes nearer than
   //! margin + slack's motion + resolution + a few roundings, or, for a held solid, where a slab does not
-  //! tell. Doubtful: one that is rather blocked, as most of those that planners try. That is seen sooner, and
-  //! the proof of one that is free takes longer; the answer is the same.
+  //! tell. is_doubtful: set if the edge is probably blocked, as most of those that planners try. Blocked edges
+  //! are then found sooner, free ones are proven later; the result is the same.
   EdgeReport check_edge(const double* q0, const double* q1, double margin, const double* slack,
                         double resolution, bool is_doubtful = false) const;
 
