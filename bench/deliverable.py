@@ -138,8 +138,8 @@ def _as_known(scene: Scene) -> Scene:
 def _has_grasp(placed: PlacedItem, scene: Scene, tools: Iterable[Tool]) -> bool:
     """Whether a tool would hold an item as it lies, whatever is around it."""
     cell_bin = scene.cell.pod.bins[placed.location]
-    T_bin_item = inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item
-    target = GraspTarget(placed.id, placed.item, T_bin_item, cell_bin)
+    T_entry_item = inverse(scene.T_world_place(cell_bin) @ cell_bin.T_place_entry) @ placed.T_world_item
+    target = GraspTarget(placed.id, placed.item, T_entry_item, cell_bin)
     return any(
         grasp_method(tool).sample(target, derived_rng("has grasp", placed.id), WIDE, HOLDS).grasps
         for tool in tools

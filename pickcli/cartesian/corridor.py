@@ -33,7 +33,7 @@ ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis, tried to 
 class Corridor:
     """Displacements (6,) of the item at the ends of first stretch, lift, and each push of the retreat.
 
-    Each has m along the bin's axes, and rad about the bin's z, then its y, then its x axis.
+    Each has m along the entry's axes, and rad about the entry's z, then its y, then its x axis.
 
     Attributes:
         first_stretch: (6,) at the end of the first stretch, in which item and support may touch.
@@ -79,7 +79,7 @@ def pushes(corridor: Corridor, T_world_entry: Array, about: Array) -> Array:
 
     Args:
         corridor: The corridor.
-        T_world_entry: (4, 4) entry frame of the bin, in whose axes the corridor is given.
+        T_world_entry: (4, 4) entry frame of the place, in whose axes the corridor is given.
         about: (3,) m in the world, centre of the item's turns.
 
     Returns:
@@ -223,7 +223,7 @@ def _options(
 
     Args:
         place: Place of the item.
-        low: (3,) m, lower corner in the bin frame of the box around the turned item.
+        low: (3,) m, lower corner in the entry frame of the box around the turned item.
         high: (3,) m, upper corner of that box.
         turns: rad, yaw, pitch and roll of the item.
         first: m, length of the first stretch.
@@ -291,7 +291,7 @@ def _heights(need: float, most: float) -> list[float]:
 
 
 def _corridor(lift: Array, front: float, first: float) -> Corridor:
-    """Build the corridor over a lift (6,); ``front``: greatest x of the item in the bin frame.
+    """Build the corridor over a lift (6,); ``front``: greatest x of the item in the entry frame.
 
     In the first stretch it turns in proportion to its sideways motion, or to its rise, if it only rises.
     """

@@ -1,7 +1,7 @@
 """Key waypoints up to contact; those after it follow a corridor.
 
 Sources: Delft, section 2.1 (Approach, Contact, Lift, Retreat); KTH, Fig. 5 (the pre-approach runs along the
-reversed x axis of the bin frame).
+reversed x axis of the entry frame).
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ class PickPoses:
 
 
 def pick_poses(
-    T_world_bin: Array, T_world_item: Array, T_item_tip: Array, offset: float, overtravel: float,
+    T_world_entry: Array, T_world_item: Array, T_item_tip: Array, offset: float, overtravel: float,
     aside: tuple[float, float] = (0.0, 0.0), slow: float = CONTACT_DISTANCE,
 ) -> PickPoses:  # fmt: skip
     """Compute the tool poses up to contact.
 
     Args:
-        T_world_bin: (4, 4) entry frame of the bin, x pointing inwards.
+        T_world_entry: (4, 4) entry frame of the place, x pointing inwards.
         T_world_item: (4, 4) pose of the item.
         T_item_tip: (4, 4) tool frame in the item's, the tip on the surface.
         offset: m of approach along the tool axis.
         overtravel: m by which the cup is pressed beyond the surface, so that it meets an item that is farther
             away than its pose states.
-        aside: m along y and z of the bin, offset of the start of the pre-approach from the straight way in.
+        aside: m along y and z of the entry, offset of the start of the pre-approach from the straight way in.
         slow: m of slow motion before the cup can meet the item; 0 for fingers, which meet it at rest.
 
     Returns:
@@ -56,9 +56,9 @@ def pick_poses(
     surface = T_world_item @ T_item_tip
     axis = surface[:3, 2]
     approach = shifted(surface, -offset * axis)
-    x_bin = T_world_bin[:3, 0]
-    depth = float((approach[:3, 3] - T_world_bin[:3, 3]) @ x_bin)
-    way_in = -max(0.0, depth + PREAPPROACH_DISTANCE) * x_bin + T_world_bin[:3, 1:3] @ np.array(aside)
+    inwards = T_world_entry[:3, 0]
+    depth = float((approach[:3, 3] - T_world_entry[:3, 3]) @ inwards)
+    way_in = -max(0.0, depth + PREAPPROACH_DISTANCE) * inwards + T_world_entry[:3, 1:3] @ np.array(aside)
     preapproach = shifted(approach, way_in)
     touch = shifted(surface, -min(offset, overtravel + slow) * axis)
     return PickPoses(preapproach, approach, touch, shifted(surface, overtravel * axis))

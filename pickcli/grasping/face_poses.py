@@ -14,20 +14,20 @@ from pickcli.grasping.surfaces import Face, into
 NEARLY_PARALLEL = 0.3  # least component across a cylinder's axis for which the mantle can be approached
 
 
-def face_poses(face: Face, item: Item, T_bin_item: Array, search: Search) -> Array:
+def face_poses(face: Face, item: Item, T_entry_item: Array, search: Search) -> Array:
     """Choose tool poses on a face: a grid on a flat face, approach directions on a curved one.
 
     Args:
         face: The face.
         item: The item with the face.
-        T_bin_item: (4, 4) pose of the item in the frame of the way into its bin.
+        T_entry_item: (4, 4) pose of the item in the entry frame of its place.
         search: How fine the grid is, and the angles of the fan.
 
     Returns:
         (N, 4, 4) tool poses in the item frame, with any turn about the cup's axis.
     """
     if face.name in ("mantle", "sphere"):
-        return _at_curved(face, item.shape.size[0], T_bin_item, search)
+        return _at_curved(face, item.shape.size[0], T_entry_item, search)
     shares = np.linspace(0.0, 1.0, search.grid)
     low, high = face.region.bounds[:2, 0], face.region.bounds[:2, 1]
     displacements = np.zeros((search.grid**2, 6))
@@ -35,12 +35,12 @@ def face_poses(face: Face, item: Item, T_bin_item: Array, search: Search) -> Arr
     return face.region.poses_at(displacements)
 
 
-def _at_curved(face: Face, radius: float, T_bin_item: Array, search: Search) -> Array:
+def _at_curved(face: Face, radius: float, T_entry_item: Array, search: Search) -> Array:
     """Choose poses facing the mouth, up and to the sides, and turned from there by the angles of the fan."""
     is_mantle = face.name == "mantle"
     low, high = face.region.bounds[2] if is_mantle else np.zeros(2)
     heights = np.linspace(low, high, search.grid) if search.grid > 1 and high > low else [(low + high) / 2]
-    outward = search.outward @ T_bin_item[:3, :3]
+    outward = search.outward @ T_entry_item[:3, :3]
     if is_mantle:
         outward[:, 2] = 0.0  # only around the cylinder's axis
     length = np.linalg.norm(outward, axis=1)

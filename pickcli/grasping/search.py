@@ -13,14 +13,14 @@ from pickcli.geometry import Array, rotation_axis_angle
 
 WAYS_IN = np.array(
     [[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]
-)  # outward, bin frame
+)  # outward, entry frame
 
 
 class ToolRoll(NamedTuple):
     """A roll of the tool: its rotation about the axis of approach.
 
     Attributes:
-        x_target: (3,) direction in the bin frame in which the tool's x axis points.
+        x_target: (3,) direction in the entry frame in which the tool's x axis points.
         off: rad, deviation from the usual direction.
     """
 
@@ -75,12 +75,12 @@ class Search:
 
     @cached_property
     def outward(self) -> Array:
-        """(M, 3) normals in the bin frame for approaches to curved faces: each way in and a fan about it."""
+        """(M, 3) normals in the entry frame to approach curved faces: each way in and a fan about it."""
         return np.array([_turned_off(*aim) for aim in product(WAYS_IN, self.fan, self.fan)])
 
 
 def _turned_off(toward: Array, a: float, b: float) -> Array:
-    """Rotate a direction (3,) about the two axes of the bin that are across it."""
+    """Rotate a direction (3,) about the two axes of the entry that are across it."""
     i = int(np.argmax(np.abs(toward)))
     across = np.eye(3)[(i + 1) % 3], np.eye(3)[(i + 2) % 3]
     return np.asarray(rotation_axis_angle(across[0], a) @ rotation_axis_angle(across[1], b) @ toward)

@@ -169,7 +169,7 @@ def _named(target: GraspTarget, kind: str, T_item_tip: Array) -> str:
 
 
 def _kinds(along: Array, most_tilt: float) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
-    """Return how far in rad cups with axes (P, 3) in the bin frame are off the ideal, and masks of each kind.
+    """Return how many rad cups with axes (P, 3) in the entry frame are off the ideal, and masks by kind.
 
     most_tilt: rad that a frontal grasp may be off the way in
     """

@@ -101,40 +101,40 @@ def test_an_item_that_only_fits_when_turned_is_turned() -> None:
 @pytest.mark.parametrize("yaw", [0.0, 0.05, np.pi])
 def test_what_is_wider_than_the_mouth_rolls_until_it_fits(yaw: float) -> None:
     extents = (0.145, 0.31, 0.02)  # the mouth is 299 mm wide, the bin behind it may be wider
-    T_bin_item = pose([0.2, 0.0, 0.0], rpy=[0.0, 0.0, yaw])
-    found = corridors(BIN, T_bin_item, Shape(ShapeKind.BOX, extents), alone(), alone(), FIRST, 100)
+    T_entry_item = pose([0.2, 0.0, 0.0], rpy=[0.0, 0.0, yaw])
+    found = corridors(BIN, T_entry_item, Shape(ShapeKind.BOX, extents), alone(), alone(), FIRST, 100)
     assert isinstance(found, tuple)
     assert {np.sign(c.lift[5]) for c in found} == {-1.0, 1.0}
     for c in found:
-        moved = pushes(c, np.eye(4), T_bin_item[:3, 3]) @ T_bin_item
+        moved = pushes(c, np.eye(4), T_entry_item[:3, 3]) @ T_entry_item
         out = corners(moved[-1], extents)
         assert np.ptp(out[:, 1]) <= BIN.access.width - 2 * LEAST_LIP_DISTANCE + 1e-9
         assert np.ptp(out[:, 2]) <= BIN.access.height - 2 * LEAST_LIP_DISTANCE + 1e-9
     # Some sink no side of it while it may touch what it lies on.
-    first = [pushes(c, np.eye(4), T_bin_item[:3, 3])[0] @ T_bin_item for c in found]
+    first = [pushes(c, np.eye(4), T_entry_item[:3, 3])[0] @ T_entry_item for c in found]
     lowest = [corners(T, extents)[:, 2].min() for T in first]
     assert sum(z >= -0.0101 for z in lowest) >= len(found) // 2
 
 
 def test_what_rolls_may_go_to_the_middle_of_its_bin_first_and_aside_last() -> None:
     wide = front_place(y_range=(-0.175, 0.1494))  # behind a post
-    T_bin_item, extents = pose([0.2, -0.01, 0.0]), (0.145, 0.31, 0.02)
-    found = corridors(wide, T_bin_item, Shape(ShapeKind.BOX, extents), alone(), alone(), FIRST, 1000)
+    T_entry_item, extents = pose([0.2, -0.01, 0.0]), (0.145, 0.31, 0.02)
+    found = corridors(wide, T_entry_item, Shape(ShapeKind.BOX, extents), alone(), alone(), FIRST, 1000)
     assert isinstance(found, tuple)
     middle = sum(wide.room.y_range) / 2
     late = [c for c in found if len(c.retreat) == 2]
     assert late
     for c in late:
-        assert T_bin_item[1, 3] + c.first_stretch[1] == pytest.approx(middle)
+        assert T_entry_item[1, 3] + c.first_stretch[1] == pytest.approx(middle)
         assert c.lift[1] == c.first_stretch[1] and np.linalg.norm(c.first_stretch[:3]) <= FIRST + 1e-9
         np.testing.assert_array_equal(c.retreat[0][3:], c.lift[3:])  # it has rolled before it goes aside
 
 
 def test_a_steep_item_rolls_and_is_levelled_where_only_both_together_fit() -> None:
     low = front_place(0.249, 0.175, (-0.136, 0.136))
-    T_bin_item = pose([0.15, 0.0, 0.0], rpy=[0.0, 0.09, 0.0])
+    T_entry_item = pose([0.15, 0.0, 0.0], rpy=[0.0, 0.09, 0.0])
     shape = Shape(ShapeKind.BOX, (0.16, 0.25, 0.03))
-    found = corridors(low, T_bin_item, shape, alone(), alone(), FIRST, 1000)
+    found = corridors(low, T_entry_item, shape, alone(), alone(), FIRST, 1000)
     assert isinstance(found, tuple) and found
     assert all(c.lift[4] < 0.0 != c.lift[5] for c in found)
 

@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.geometry import Array
 
-# Largest sampled displacements: m along the bin's axes; rad of yaw, pitch and roll.
+# Largest sampled displacements: m along the entry's axes; rad of yaw, pitch and roll.
 MOST_DRAWN = np.array([0.04, 0.03, 0.045, 0.15, 0.1, 0.3])
 N_SAMPLES = 4000
 N_LEAVING = 100  # samples with a free end, of which the start is checked

@@ -1,7 +1,7 @@
 """Planned corridors with several turns, for an item as a free flyer, if no simple corridor is free.
 
 They consist of straight pushes inside the bin (KTH, section IV-A.2), found by RRT-Connect in the six
-dimensions in which an item on a cup is pushed: along the bin's axes, yaw, pitch and roll.
+dimensions in which an item on a cup is pushed: along the entry's axes, yaw, pitch and roll.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ FINE = PlannerOptions(max_iterations=4000, step=0.01)
 
 
 def planned_corridors(
-    T_bin_item: Array,
+    T_entry_item: Array,
     shape: Shape,
     leaving: FreeItemChecker,
     carrying: FreeItemChecker,
@@ -48,7 +48,7 @@ def planned_corridors(
     """Find corridors by RRT-Connect from several first stretches.
 
     Args:
-        T_bin_item: (4, 4) pose of the item in the entry frame of the place.
+        T_entry_item: (4, 4) pose of the item in the entry frame of the place.
         shape: Shape of the item, enlarged by its uncertainty.
         leaving: Checker of the item while it may touch its support.
         carrying: Checker of the item when it may touch nothing.
@@ -58,7 +58,7 @@ def planned_corridors(
     Returns:
         The corridors, shortest first; () if none was found.
     """
-    goals = _outside(T_bin_item, shape, carrying)
+    goals = _outside(T_entry_item, shape, carrying)
     if len(goals) == 0:
         return ()
     rng = np.random.default_rng(seed)
@@ -86,10 +86,10 @@ def _through(
     return tuple(corridor for _, corridor in sorted(found, key=lambda f: f[0]))
 
 
-def _outside(T_bin_item: Array, shape: Shape, carrying: FreeItemChecker) -> Array:
+def _outside(T_entry_item: Array, shape: Shape, carrying: FreeItemChecker) -> Array:
     """Return (G, 6) free displacements in front of the mouth, with the whole item outside."""
-    reach = float(np.linalg.norm(shape.reach(T_bin_item[:3, :3])[:2]))
-    x = -float(T_bin_item[0, 3]) - reach - RETREAT_DISTANCE
+    reach = float(np.linalg.norm(shape.reach(T_entry_item[:3, :3])[:2]))
+    x = -float(T_entry_item[0, 3]) - reach - RETREAT_DISTANCE
     heights, aside = (0.04, 0.08, 0.12, 0.0, -0.04), (0.0, 0.05, -0.05)
     places = np.array([[x, y, z, 0.0, 0.0, roll] for roll in ROLLS for z in heights for y in aside])
     return places[carrying.are_valid(places)] if x >= LOWER[0] else np.zeros((0, len(NAMES)))

@@ -23,7 +23,7 @@ from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
 
-# m along y and z of the bin, offsets of the start of the pre-approach from the straight way; the least first.
+# m along y and z of the entry, offsets of the pre-approach's start from the straight way; the least first.
 SIDEWAYS, UPWARDS = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)
 ASIDE = sorted(product(SIDEWAYS, UPWARDS), key=lambda yz: float(np.hypot(*yz)))
 STRAIGHT_IN = (0.0, 0.0)
