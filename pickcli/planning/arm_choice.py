@@ -77,8 +77,8 @@ def _judged(scene: Scene, preference: int, query: PickQuery, seed: int) -> ArmSu
     context, name = PlanningContext(scene.cell), scene.cell.arm
     problem = PickProblem.of(context, scene, query, seed)
     rng = derived_rng(seed, "choice of the arm", name, problem.target.id)
-    wanted = GraspTarget(problem.target.id, problem.target.item, problem.T_entry_item, problem.place)
-    found = context.method.sample(wanted, rng, USUAL, context.settings.load_ratio)
+    grasp_target = GraspTarget(problem.target.id, problem.target.item, problem.T_entry_item, problem.place)
+    found = context.method.sample(grasp_target, rng, USUAL, context.settings.load_ratio)
     if not found.grasps:
         return ArmSuitability(name, preference, 0, 0, next(iter(found.rejected), None))
     grasps = found.grasps[:MOST_GRASPS]

@@ -174,7 +174,7 @@ def test_the_arm_is_asked_for_few_grasps_that_it_cannot_follow(
     monkeypatch.setattr(grasp_selection, "plan_grasp_motion", cannot)
     none, reasons = feasible_grasps(problem, ())
     assert not none and "branch jump" in {reason.what for reason in reasons}
-    assert grasp_selection.MOST_FOLLOWED < len(asked) <= 2 * grasp_selection.MOST_FOLLOWED
+    assert grasp_selection.MOST_UNFOLLOWED < len(asked) <= 2 * grasp_selection.MOST_UNFOLLOWED
 
 
 def test_the_verifier_refuses_what_tips_by_a_rule_of_its_own(

@@ -22,7 +22,7 @@ from pickcli.planning.stages.tool_clearance import tool_lines, with_tool_clearan
 from pickcli.seeds import derived_rng
 
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from a failed grasp
-MOST_FOLLOWED = 25  # grasps that the arm may fail to follow; in 596 picks none succeeded after the 22nd
+MOST_UNFOLLOWED = 25  # grasps that the arm may fail to follow; in 596 picks none succeeded after the 22nd
 
 
 def feasible_grasps(
@@ -35,7 +35,7 @@ def feasible_grasps(
         exclude: Grasps that failed before, or kinds of them.
 
     Returns:
-        At most ``wanted`` grasps, best first, and the reasons against the others.
+        At most ``settings.wanted`` grasps, best first, and the reasons against the others.
     """
     rng = derived_rng(problem.seed, "grasps", problem.target.id)
     failures = Failures()
@@ -59,8 +59,8 @@ def _candidates(
     problem: PickProblem, search: Search, exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator
 ) -> CandidateSet:
     target, context = problem.target, problem.context
-    wanted = GraspTarget(target.id, target.item, problem.T_entry_item, problem.place)
-    found = context.method.sample(wanted, rng, search, context.settings.load_ratio)
+    grasp_target = GraspTarget(target.id, target.item, problem.T_entry_item, problem.place)
+    found = context.method.sample(grasp_target, rng, search, context.settings.load_ratio)
     return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
 
 
@@ -98,7 +98,7 @@ def _tried(
             n_unfollowed += 1
         else:
             feasible.append(result)
-        if len(feasible) >= problem.context.settings.wanted or n_unfollowed >= MOST_FOLLOWED:
+        if len(feasible) >= problem.context.settings.wanted or n_unfollowed >= MOST_UNFOLLOWED:
             break
     return tuple(feasible), failures
 
