@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -125,7 +126,9 @@ def test_what_the_cup_cannot_hold_costs_no_search(cell: Cell, planner: PlanningC
     found, reasons = feasible_grasps(problem, ())
     assert not found
     assert [reason.what for reason in reasons] == ["cannot be held by suction"]
-    assert not {"contacts", "extraction"} & set(vars(problem))
+    costly = ("contacts", "extraction")
+    assert all(isinstance(vars(PickProblem)[name], cached_property) for name in costly)
+    assert not set(costly) & set(vars(problem))
 
 
 def test_a_light_item_is_pressed_where_it_is_carried(

@@ -135,6 +135,10 @@ def test_a_database_that_breaks_one_law_is_refused(change: dict[str, Any], messa
 
 def test_a_motion_may_be_as_fast_as_its_bound_and_not_faster() -> None:
     validate.database(replace(DATABASE, lower_bounds=DATABASE.durations), None)
+    for i, duration in enumerate(DATABASE.durations):
+        above = _with(DATABASE.durations, i, np.nextafter(duration, np.inf))
+        with pytest.raises(ValueError, match="faster than its bound"):
+            validate.database(replace(DATABASE, lower_bounds=above), None)
 
 
 @pytest.mark.parametrize(
