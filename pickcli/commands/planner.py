@@ -238,16 +238,16 @@ def trusted(
 
 
 def deliver(
-    plan: Plan, scene: Scene, output: Path, is_verified: bool, as_json: bool, overwrite: bool,
+    plan: Plan, scene: Scene, output: Path, verify_now: bool, as_json: bool, overwrite: bool,
     ranked: Sequence[ArmSuitability] = (),
 ) -> None:  # fmt: skip
-    """Verify a plan, write it and print its summary.
+    """Verify a plan if asked, write it and print its summary.
 
     Args:
         plan: The plan.
         scene: The scene in which it is to be executed.
         output: Output file.
-        is_verified: Whether it is verified.
+        verify_now: Whether it is verified here; False if it was before, or is not to be.
         as_json: Whether JSON is printed.
         overwrite: Whether an existing file may be replaced.
         ranked: Ranking of the arms, the best first, if the arm was chosen.
@@ -258,7 +258,7 @@ def deliver(
     """
     from pickcli.motion.plan_file import write_plan
 
-    if is_verified:
+    if verify_now:
         plan = certified(plan, scene, _advice(plan, scene.cell))
     write_plan(plan, output, overwrite)
     if as_json:

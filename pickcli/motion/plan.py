@@ -83,15 +83,15 @@ class Certificate:
     with the stated ratios. It is not a statement of safety.
 
     Attributes:
-        motion_hash: SHA-256 of trajectory, segments, events and grasp.
+        motion_hash: SHA-256 of all that ``plan_file.motion_hash`` covers.
         scene_hash: SHA-256 of the scene that the plan was checked in.
         cell_fingerprint: Fingerprint of the cell.
         n_states: Number of checked states.
         max_step: m, farthest that any point of the robot moves between two checked states.
         min_clearance: m, over all pairs that are not planned contacts.
-        max_velocity_ratio: Largest |v| over its limit, at every ms.
-        max_acceleration_ratio: Largest |a| over its limit.
-        max_jerk_ratio: Largest |jerk| over its limit.
+        max_velocity_ratio: Upper bound over all time of |v| over its limit.
+        max_acceleration_ratio: Upper bound over all time of |a| over its limit.
+        max_jerk_ratio: Upper bound over all time of |jerk| over its limit.
         checks: Descriptions of the checks.
     """
 

@@ -27,8 +27,10 @@ from pickcli.verification.quintic import motion
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: the acceleration that resists gravity
 STEP = 1e-3  # s
 SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N, Nm or ratio at least: the planner samples differently
-TURNED = 0.3  # of what the cup bears: for a larger torque, an overshoot by a third is a tenth of the limits
-LEVEL = 0.7  # sine of the slope below which a cup counts as holding by the side
+# Share of what the cup bears. If the weight's torque takes more, it must be taken up slowly: an overshoot by
+# a third would add more than a tenth of the limits.
+TURNED = 0.3
+LEVEL = 0.7  # sine of a slope: a cup whose axis slopes less than that holds the item by its side
 
 
 def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) -> Iterator[Reason]:

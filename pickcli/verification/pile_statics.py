@@ -80,8 +80,7 @@ class _Pile:
     """Items in one place and their contacts.
 
     bodies: the items by id. touching: by id all contacts of each. hanging: ids of items that nothing carries
-        at
-    their stated poses. rollers: ids of items that can roll. angle: rad, bound of pose errors
+    at their stated poses. rollers: ids of items that can roll. angle: rad, bound of pose errors
     """
 
     bodies: Mapping[str, RigidBody]

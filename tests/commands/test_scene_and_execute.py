@@ -171,7 +171,7 @@ def test_a_plan_that_the_speed_limit_makes_too_long_is_refused_with_that_advice(
     plan = replace(rail_move(slow), scene_hash=scene_hash(scene))
     long = replace(plan, trajectory=replace(plan.trajectory, times=np.array([0.0, 301.0])))
     with pytest.raises(RejectedError, match=r"max_tool_speed of 0\.01 m/s makes it so long: raise that"):
-        deliver(long, scene, tmp_path / "out.json", is_verified=True, as_json=False, overwrite=False)
+        deliver(long, scene, tmp_path / "out.json", verify_now=True, as_json=False, overwrite=False)
 
 
 def test_a_plan_that_was_sealed_again_is_not_executed(files: tuple[Path, Path], cell: Cell) -> None:

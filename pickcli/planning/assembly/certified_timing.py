@@ -27,7 +27,7 @@ from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.wrench_limit import WrenchLimit
 
 BETWEEN = 1e-3  # share of the load by which it may exceed the limit between the states that timing checks
-LEVEL = np.cos(np.pi / 4)  # sine of a cup's slope under which it holds an item by its side
+LEVEL = np.sin(np.radians(45.0))  # sine of a cup's slope under which it holds an item by its side
 TURNS = 0.25  # share of what the cup bears from which on the torque of the weight must be taken up slowly
 MENDS = 5  # times that a run is timed again, with narrower blends or slower, to keep its promises
 
