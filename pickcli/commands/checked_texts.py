@@ -40,7 +40,7 @@ def kind_of_text(path: Path) -> FileKind | None:
         The kind; None for any other file, also for an unreadable one.
 
     Raises:
-        InputError: The file is a plan.
+        InputError: The file is of another kind, or a text of none.
     """
     from pickcli.cell.cell_file import cell_names
     from pickcli.files.bounded_reading import refuse_special_file
@@ -51,11 +51,16 @@ def kind_of_text(path: Path) -> FileKind | None:
     with suppress(OSError):  # the reader will report why it cannot be read
         refuse_special_file(path)
         with path.open("rb") as file:
-            kind = kind_of(file.read(HEAD))
-            if kind is PLAN:
-                wanted = f"a cell, a scene, an order, items, or {STORE.name}"
-                raise InputError(f"{path}: is a plan, but {wanted} is wanted here (apc verify checks plans)")
-            return kind if kind in TEXTS else None
+            head = file.read(HEAD)
+            kind = kind_of(head)
+            if kind in TEXTS:
+                return kind
+            wanted = f"a cell, a scene, an order, items, or {STORE.name} is wanted here"
+            if kind not in (None, STORE):
+                advice = " (apc verify checks plans)" if kind is PLAN else ""
+                raise InputError(f"{path}: is {kind.name}, but {wanted}{advice}")
+            if kind is None and head.strip() and head.isascii() and b"\0" not in head:
+                raise InputError(f"{path}: is a text file of another kind, but {wanted}")
     return None
 
 

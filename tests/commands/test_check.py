@@ -89,6 +89,13 @@ def test_options_that_mean_nothing_are_refused(argv: tuple[str, ...], told: str,
     misused(apc("check", path, *argv[1:]), told)
 
 
+def test_a_text_of_no_kind_is_told_what_is_wanted(tmp_path: Path) -> None:
+    path = tmp_path / "o.json"
+    path.write_text("[]")
+    wanted = "a cell, a scene, an order, items, or a roadmap or trajectory database is wanted here"
+    refused(apc("check", path), 3, f"{path}: is a text file of another kind, but {wanted}")
+
+
 def test_neither_a_file_nor_a_cell_is_told_with_what_is_meant(made: Made) -> None:
     refused(apc("check", "apc2016_delf"), 3, "no cell of that name; did you mean 'apc2016_delft'?")
     refused(apc("check", made.plan), 3, made.plan, "is a plan, but", "apc verify checks plans")
