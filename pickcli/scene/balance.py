@@ -36,6 +36,7 @@ SETTLED = np.radians(1.5)  # rad, misalignment of faces in contact, in addition 
 EXPLAINED = 2e-3  # weights; a lack of balance up to this is explained by small pose errors
 WORSE = 1e-3  # weights by which the lack must increase to count
 ROUGH = 1.0  # friction that no item exceeds on another
+LEVER = 5e-4  # m, of rounded poses of settled items
 AT_REST = 0.03  # weights left unbalanced; settled piles leave 0.005 at most, as seen with errors of poses
 N_TILTS = 8  # number of directions in which the world is tilted
 _UP = np.array([0.0, 0.0, 1.0])
@@ -98,7 +99,11 @@ class Balance:
             False if it must fall or roll from there, however its contacts push.
         """
         cones, own = self._touched(item_id, frozenset(), ROUGH), np.concatenate([_UP, np.zeros(3)])
-        return balance(cones, own, _half_size(self.graph.items[item_id]))[1] <= AT_REST
+        placed = self.graph.items[item_id]
+        lever = LEVER + 2 * self.graph.scene.noise.bound(
+            placed.item
+        )  # m that its weight may act beside contacts
+        return balance(cones, own, min(_half_size(placed), lever / AT_REST))[1] <= AT_REST
 
     def footing(self, item_id: str, is_sure: bool = True) -> Array:
         """Return the corners of the contacts that carry an item.

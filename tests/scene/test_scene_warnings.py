@@ -11,7 +11,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import ShapeKind
-from pickcli.geometry import pose
+from pickcli.geometry import pose, to_rpy
 from pickcli.scene.balance_warning import warn_of_motion
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, write_scene
@@ -60,6 +60,25 @@ def test_a_ball_on_a_slope_rests_against_something(cell: Cell, gap: float, rests
     ball = at(cell, "ball", shaped(cell, (radius,), ShapeKind.SPHERE), x, 0.0, z)
     chock = at(cell, "chock", shaped(cell, (0.02, 0.1, 0.1)), x + radius + gap + 0.01, 0.0, 0.06)
     assert of(cell, ball, chock).balance.is_at_rest("ball") is rests
+
+
+@pytest.mark.parametrize(("turn", "rests"), [(0.0, False), (np.pi / 2, True)])
+def test_a_long_bottle_rolls_down_a_slope_and_does_not_slide(cell: Cell, turn: float, rests: bool) -> None:
+    """It lies across the slope, or along it."""
+    radius, (height, pitch) = 0.035, slope_at(cell, 0.1)
+    shape = shaped(cell, (radius, 0.12), ShapeKind.CYLINDER)
+    room = cell.pod.bins["bin_E"].room
+    x, z = 0.1 + radius * np.sin(pitch), height + radius * np.cos(pitch) - room.floor_back
+    R = pose(rpy=(0.0, pitch, 0.0)) @ pose(rpy=(0.0, 0.0, turn)) @ pose(rpy=(np.pi / 2, 0.0, 0.0))
+    bottle = at(cell, "bottle", shape, x, 0.0, z, tuple(to_rpy(R[:3, :3])))
+    assert of(cell, bottle).balance.is_at_rest("bottle") is rests
+
+
+@pytest.mark.parametrize(("beyond", "rests"), [(-0.002, True), (0.002, False)])
+def test_what_is_long_tips_over_an_edge_like_anything_else(cell: Cell, beyond: float, rests: bool) -> None:
+    box = at(cell, "box", shaped(cell, (0.1, 0.1, 0.1), mass=0.5), 0.3, 0.0, 0.05)
+    plank = at(cell, "plank", shaped(cell, (0.37, 0.09, 0.016)), 0.25 - beyond, 0.0, 0.108)
+    assert of(cell, box, plank).balance.is_at_rest("plank") is rests
 
 
 @pytest.mark.parametrize("noise", [EXACT, DEFAULT_NOISE])
