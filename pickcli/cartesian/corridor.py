@@ -26,6 +26,7 @@ ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, displacements along y
 MOST_ASIDE = 0.015  # m that an item moves to the side in the first stretch, towards the middle of the bin
 BACK = (0.0, -0.02, -0.04)  # m, displacements towards the mouth that are tried
 N_EXPLAINED = 8  # about, of the corridors if none is free, from the shortest to the longest
+SAMPLED = np.linspace(0.0, 1.0, 11)  # shares of a way at which an explanation looks for what blocks it
 ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis, tried to either side
 
 
@@ -140,7 +141,9 @@ def corridors(
     # The shortest ones may all be blocked by a wall, and only longer ones by a neighbour that can be moved
     # aside.
     explained = options[:: 1 + len(options) // N_EXPLAINED]
-    return tuple(islice(proven, n_most)) or Failures((lambda: (_explained(c, carrying) for c in explained),))
+    return tuple(islice(proven, n_most)) or Failures(
+        (lambda: (_explained(c, leaving, carrying) for c in explained),)
+    )
 
 
 def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker) -> bool:
@@ -149,17 +152,27 @@ def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
     )
 
 
-def _explained(c: Corridor, carrying: FreeItemChecker) -> Reason:
-    """Explain what blocks a corridor, and where it is worst."""
-    places = {"after the first stretch": c.first_stretch, "at the end of the lift": c.lift}
-    places |= {
-        f"{100 * s:.0f} % along the retreat": (1 - s) * c.lift + s * c.retreat[-1]
-        for s in (0.2, 0.4, 0.6, 0.8)
-    }
-    contacts = {where: carrying.clearance(d) for where, d in places.items()}
-    where, worst = min(contacts.items(), key=lambda kv: kv[1].distance)
-    detail = f"{carrying.told(worst)}, {where}"
-    return Reason("no way out", "lift", detail, worst.item)
+def _explained(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker) -> Reason:
+    """Explain what blocks a corridor, and where it is worst of the sampled poses that are not valid."""
+    way = np.stack([c.lift, *c.retreat])
+    shares = np.linspace(0.0, 1.0, len(way))
+    sampled = [
+        *((leaving, s * c.first_stretch, f"{100 * s:.0f} % along the first stretch") for s in SAMPLED[1:]),
+        (carrying, c.first_stretch, "after the first stretch"),
+        (carrying, c.lift, "at the end of the lift"),
+        *(
+            (
+                carrying,
+                np.array([np.interp(s, shares, x) for x in way.T]),
+                f"{100 * s:.0f} % along the retreat",
+            )
+            for s in SAMPLED[1:]
+        ),
+    ]
+    blocked = [each for each in sampled if not each[0].is_valid(each[1])] or sampled
+    checker, worst, where = min(blocked, key=lambda each: each[0].clearance(each[1]).distance)
+    why = checker.explain(worst)
+    return Reason("no way out", "lift", f"{why.detail}, {where}", why.in_the_way)
 
 
 def _turned(yaw: float, pitch: float, roll: float = 0.0) -> Array:

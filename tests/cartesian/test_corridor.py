@@ -13,7 +13,7 @@ from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE, RETREAT_DISTANCE, Lif
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.collision.kernel_validator import Contact
-from pickcli.errors import Failures
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse, pose, transform_points
 from support.front_places import front_place
 
@@ -42,8 +42,9 @@ class Open:
     def clearance(self, d: Array) -> Contact:
         return Contact(0.001, "item", "neighbour", "item")
 
-    def told(self, contact: Contact) -> str:
-        return str(contact)
+    def explain(self, d: Array) -> Reason:
+        contact = self.clearance(d)
+        return Reason("collision", "", str(contact), contact.item)
 
 
 def alone(wall: float = 0.0) -> FreeItemChecker:

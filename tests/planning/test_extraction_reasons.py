@@ -1,0 +1,40 @@
+"""Why no corridor is free: the body that blocks it, at a pose that is not valid."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import Failures
+from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.extraction import CorridorSet
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.stowing.make_scene import make_scene
+from pickcli.trial.make_order import make_order
+from pickcli.trial.order import OrderKind
+
+APART = re.compile(r"([\d.]+) mm apart \(([\d.]+) mm are needed")
+
+
+@pytest.fixture(scope="module")
+def reasons(cell: Cell, planner: PlanningContext) -> list[str]:
+    """Every reason against the ways out of the items of two full bins."""
+    scene = make_scene(make_order(OrderKind.PICK, 2016, 4410).bin_contents, cell, 4410)
+    seen = Scene(cell, scene.T_world_pod, scene.items, PoseNoise(0.002, float(np.radians(1.0))))
+    found = []
+    for placed in seen.items:
+        problem = PickProblem(planner, seen, cell.places[placed.location], placed, cell.places["tote"])
+        ways = problem.extraction.pushes(CorridorSet.FEW)
+        if isinstance(ways, Failures):
+            found += [str(reason) for reason in ways]
+    return found
+
+
+def test_what_is_named_is_nearer_than_it_may_be(reasons: list[str]) -> None:
+    told = [match for reason in reasons if (match := APART.search(reason))]
+    assert len(reasons) > 10
+    assert all(float(match[1]) <= float(match[2]) for match in told), told
