@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from pickcli.errors import NoPlanError
@@ -32,6 +31,8 @@ def with_blockers(error: NoPlanError, plan_in: PlanIn, scene: Scene, query: Pick
     Returns:
         The error with the advice in its message; the same error if removing items does not help.
     """
+    from pickcli.planning.pick_problem import PickQuery
+    from pickcli.scene.scene import TOTE
     from pickcli.trial.blocking_items import in_the_way
 
     if not error.in_the_way:
@@ -40,7 +41,8 @@ def with_blockers(error: NoPlanError, plan_in: PlanIn, scene: Scene, query: Pick
     names = in_the_way(lambda left: plan_in(left, query), scene, target, blamed=error.in_the_way)
     if not names:
         return error
-    stuck = [name for name in names if not _has_plan(plan_in, scene, replace(query, item=name))]
+    away = query.into if query.out_of == TOTE or TOTE not in scene.cell.places else TOTE
+    stuck = [name for name in names if not _has_plan(plan_in, scene, PickQuery(query.out_of, name, away))]
     told = f"{error.summary()}\nwithout {' and '.join(names)} there is a plan"
     if stuck:
         told += f", but {' and '.join(stuck)} {'has' if len(stuck) == 1 else 'have'} none either"

@@ -144,7 +144,10 @@ def _of_kind(
     bears = HoldLimits(tool.cup.limits, target.item.seals[face])
     loads = loads_at_rest(target.item, bears, T_item_tip, target.R_level_item)
     rejected = [
-        Reason("does not hold", where, f"{load} at rest, {load.ratio:.2f} of its limits, at most {most:g}")
+        Reason(
+            "does not hold", where,
+            f"{load} at rest, {load.ratio:.2f} of what the cup bears, {most:g} allowed",
+        )
         for load in loads if load.ratio > most
     ]  # fmt: skip
     T, costs = _turned_and_tilted(target, kind, T_item_tip, tool, search)
