@@ -15,10 +15,11 @@ from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import Tool
 from pickcli.geometry import GRAVITY, Array, inverse, length, transform_points
-from pickcli.simulation.bellows import FRICTION, NOTHING, SOLID_DEPTH, Bellows, Probe
+from pickcli.simulation.bellows import NOTHING, SOLID_DEPTH, Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness
 from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
+from pickcli.simulation.lip_friction import LipFriction
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 GAP = 1.5e-3  # m, largest distance from the tip at which a cup draws a face on
@@ -32,7 +33,6 @@ RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item separates
 STANDING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which it seals
 SLIDING_SPEED = 30e-3  # m/s over the face at which the lip leaks fully; in proportion below
 APART = 1e-3  # m from the relaxed lip at which the cup collides again with a released item
-BRAKING = 0.2  # damping in Ns/m over item mass by time step: stable, and stops it in a few steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +122,8 @@ class Suction:
     ) -> None:
         self._engine, self._robot, self._tool = engine, robot, tool
         self._bellows, self._stiffness = cup.bellows, cup.stiffness
+        self._friction = LipFriction(engine, robot, tool)
+        self._area = np.pi * tool.cup.radius**2  # m^2 on which the vacuum acts
         self._items, self._has_honest_seals = items, honest_seals
         self.vacuum = cup.vacuum
         self.held: str | None = None
@@ -170,6 +172,7 @@ class Suction:
         probe = self._bellows.probe(T_world_tip, DRAG_REACH)
         if probe is NOTHING:
             self.vacuum.advance(time_step, 0.0)
+            self._friction.release()
             return
         share = self._seal(probe, T_world_tip)
         speed = self._sliding_speed(probe.nearest, T_world_tip) if share > 0.0 else np.inf
@@ -178,9 +181,11 @@ class Suction:
         if speed < STANDING_SPEED and self.vacuum.cup >= HOLD_VACUUM:
             self._attach(probe.nearest, T_world_tip, share)
         elif self.vacuum.cup > 0.0:
-            self._brake(probe.nearest, T_world_tip)
-        elif self.vacuum.is_valve_open:
-            self._draw(probe, T_world_tip)
+            self._friction.apply(probe.nearest, T_world_tip, self.vacuum.cup * self._area)
+        else:
+            self._friction.release()
+            if self.vacuum.is_valve_open:
+                self._draw(probe, T_world_tip)
 
     def after_step(self, t: float) -> None:
         """Release the item if the valve is closed or a limit is exceeded; call after the engine's step.
@@ -223,25 +228,13 @@ class Suction:
         linear, turn = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
         return length(linear) + self._tool.cup.radius * length(turn)
 
-    def _brake(self, item: str, T_world_tip: Array) -> None:
-        """Decelerate an item that slides under the cup, by friction of the lip under the vacuum's force."""
-        tip = T_world_tip[:3, 3]
-        velocity, _ = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
-        friction = FRICTION * self.vacuum.cup * np.pi * self._tool.cup.radius**2
-        drag = BRAKING * self._engine.mass(item) / self._engine.time_step
-        force = -min(drag, friction / max(length(velocity), 1e-9)) * velocity
-        self._engine.wake(item)
-        self._engine.push(item, force, tip)
-        self._engine.push(self._robot, -force, tip, self._tool.last_link)
-
     def _draw(self, probe: Probe, T_world_tip: Array) -> None:
         """Pull on an item in front of the open cup by its air flow."""
         item, distance = probe.nearest, float(probe.distances.min())
         if item not in self._items or not 0.0 < distance < DRAG_REACH:
             return
         axis = T_world_tip[:3, 2]
-        area = np.pi * self._tool.cup.radius**2
-        force = DRAG_SHARE * self.vacuum.line * area * (1.0 - distance / DRAG_REACH)
+        force = DRAG_SHARE * self.vacuum.line * self._area * (1.0 - distance / DRAG_REACH)
         self._engine.wake(item)
         self._engine.push(item, -force * axis, T_world_tip[:3, 3] + distance * axis)
 
@@ -253,6 +246,7 @@ class Suction:
             self._stiffness, mass, inertia, T_tip_item[:3, 3], self._engine.time_step
         )  # fmt: skip
         self._engine.keep_awake(name, on=True)
+        self._friction.release()
         self.held, self._T_item_tip, self._share = name, inverse(T_tip_item), share
         self.load, self.ratio, self.max_ratio, self._time_over = NO_LOAD, 0.0, 0.0, 0.0
 
