@@ -1,8 +1,8 @@
 """Dry friction of the cup's lip on a face that is under vacuum, but does not hang on the cup yet.
 
-The lip sticks to the face until the friction limit is reached, and then slides at it: an elastic contact point
-that is dragged along beyond Coulomb's limit (Dahl 1968; the bristle of LuGre, Canudas de Wit et al. 1995).
-Friction in proportion to speed alone would let a roll creep under the cup that presses on it.
+The lip sticks to the face up to the friction limit and slides beyond it: a spring between lip and face whose
+foot is dragged along at the limit (Dahl 1968; the bristle of LuGre, Canudas de Wit et al. 1995). Where it is
+only proportional to speed, a roll creeps under the cup that presses on it.
 """
 
 from __future__ import annotations

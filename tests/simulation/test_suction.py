@@ -273,7 +273,8 @@ def test_faces_are_airtight_where_reality_says_so(build_world: BuildWorld) -> No
 def test_a_face_that_slides_under_the_cup_does_not_seal(
     build_world: BuildWorld, speed: float, holds: bool
 ) -> None:
-    world = build_world(cube(size=(0.3, 0.3, 0.04), mass=2.0), gap=-0.0005)
+    # 19 N of friction on the pedestal, more than the 15 N of the lip at the vacuum that a slide leaves
+    world = build_world(cube(size=(0.3, 0.3, 0.04), mass=4.0), gap=-0.0005)
     evacuate(world)
     q = world.q.copy()
     world.act("valve", "on")
