@@ -11,7 +11,7 @@ from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, stan
 from pickcli.commands.build_options import build_options
 from pickcli.commands.building import building
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.option_types import NumberType
+from pickcli.commands.option_types import NumberType, RenamedOption
 from pickcli.commands.options import cell_option, refuse_output
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.roadmap_settings import RoadmapSettings
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 @cell_option
 @arm_option()
 @standing_option
-@click.option("--neighbours", type=NumberType(1, 100), default=RoadmapSettings.n_neighbours,
-              show_default=True,
+@click.option("--nearest", cls=RenamedOption, old=("--neighbours",), type=NumberType(1, 100),
+              default=RoadmapSettings.n_neighbours, show_default=True,
               help="k: edges are tried from each configuration to its k nearest.")  # fmt: skip
 @build_options("roadmap", RoadmapSettings, "edge")
 def command(
     cell_name: str, arm: str | None, standing: tuple[str, ...],
-    neighbours: int, planner: str, iterations: int, jobs: int | None, scheduler: str | None,
+    nearest: int, planner: str, iterations: int, jobs: int | None, scheduler: str | None,
     seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Offline: KTH's roadmap of the named configurations.
@@ -52,7 +52,7 @@ def command(
     refuse_output(output, overwrite, cell_name)
     cell = open_cell(cell_name, ArmRequest(arm, standing))
     cell.require_places()
-    settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
+    settings = RoadmapSettings(PlannerName(planner), nearest, iterations, seed=seed)
     with building("building the roadmap", output, jobs, as_json, scheduler) as run_options:
         built = make_roadmap(cell, output, settings, run_options, overwrite)
     roadmap = read_roadmap(output, cell)

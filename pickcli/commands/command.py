@@ -11,6 +11,7 @@ from typing import Any
 
 import click
 
+from pickcli.commands.option_types import RenamedOption
 from pickcli.errors import ApcError, NoPlanError, RejectedError
 
 _RESULT = f"{__name__}.result"  # key of the result in a click context until its command ends
@@ -87,10 +88,11 @@ class Command(click.Command):
 
 def _given(option: click.Option, times: int, words: Sequence[str]) -> str:
     """Describe how an option is repeated in the words of a command line, by the names that were used."""
-    names = [name for name in option.opts if any(word.partition("=")[0] == name for word in words)]
+    known = (*option.opts, *(option.old if isinstance(option, RenamedOption) else ()))
+    names = [name for name in known if any(word.partition("=")[0] == name for word in words)]
     if len(names) > 1:
         return f"{' and '.join(names)} mean the same"
-    return f"{option.opts[-1]} is given {times} times"
+    return f"{names[0] if names else option.opts[-1]} is given {times} times"
 
 
 def in_order_given(**values: Sequence[str]) -> list[tuple[str, str]]:

@@ -22,7 +22,7 @@ from pickcli.commands.motion_queries import (
     query_options,
     start_of_queries,
 )
-from pickcli.commands.option_types import PATH
+from pickcli.commands.option_types import PATH, RenamedOption
 from pickcli.commands.options import (
     json_option,
     overwrite_option,
@@ -32,6 +32,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.planner import (
     CONFIGURATION,
+    CONFIGURATION_HELP,
     artifact_options,
     certified,
     load_planner,
@@ -68,12 +69,13 @@ NamedScene: TypeAlias = "tuple[Scene, Path | None]"  # a scene and its file; Non
 @scene_or_cell_options
 @click.option("--planned-in", type=PATH, metavar="FILE",
               help="Scene that the plan was made in, if --scene states the true one.")  # fmt: skip
-@click.option("--start", metavar=CONFIGURATION,
-              help="Where the robot stands.  [default: where plan or move begins, else home]")  # fmt: skip
+@click.option("--from", "start", cls=RenamedOption, old=("--start",), metavar=CONFIGURATION,
+              help=f"Start of the robot: {CONFIGURATION_HELP}  [default: start of the plan or of the first "
+                   "move, else home]")  # fmt: skip
 @standing_option
 @click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
-@click.option("--unverified", is_flag=True,
-              help="An experiment: run the plan unchecked, in any scene.")  # fmt: skip
+@click.option("--no-verify", cls=RenamedOption, old=("--unverified",), is_flag=True,
+              help="Execute the plan unverified, in any scene, as an experiment.")  # fmt: skip
 @click.option("--driver", "driver_name", metavar="NAME", default=SIMULATED, show_default=True,
               help=f"What carries it out: one of {', '.join(driver_names())}.")  # fmt: skip
 @reality_option
@@ -85,7 +87,7 @@ NamedScene: TypeAlias = "tuple[Scene, Path | None]"  # a scene and its file; Non
 def command(
     plan_path: Path | None, picks: tuple[str, ...], stows: tuple[str, ...], moves: tuple[str, ...],
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, planned_in: Path | None,
-    start: str | None, standing: tuple[str, ...], bridge: bool, unverified: bool, driver_name: str,
+    start: str | None, standing: tuple[str, ...], bridge: bool, no_verify: bool, driver_name: str,
     reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
     trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
@@ -105,7 +107,7 @@ def command(
     \b
     Example:
       apc execute plan.json --scene scene.json --video pick.gif
-      apc execute plan.json --scene scene.json --start tote --bridge
+      apc execute plan.json --scene scene.json --from tote --bridge
       apc execute plan.json --scene scene.json --driver recorder
       apc execute --scene scene.json --pick bin_C:dove_beauty_bar --move home:bin_C
       apc execute --scene filled.json --stow dove_beauty_bar:bin_H
@@ -126,7 +128,7 @@ def command(
     given = in_order_given(picks=picks, stows=stows, moves=moves)
     if plan_path is None or given:
         _refuse_mixed(plan_path, given, {
-            "--planned-in": planned_in is not None, "--bridge": bridge, "--unverified": unverified,
+            "--planned-in": planned_in is not None, "--bridge": bridge, "--no-verify": no_verify,
             "--driver": driver_name != SIMULATED,
         })  # fmt: skip
         arms = ArmRequest(None, standing, configurations_in(given), items=items_path)
@@ -143,7 +145,7 @@ def command(
     refuse_held(believed, planned_in or scene_path)
     if planned_in is not None:
         _compare(plan, plan_path, (scene, scene_path), (believed, planned_in))
-    plan = _judged(plan, plan_path, (scene, scene_path), (believed, planned_in), unverified)
+    plan = _judged(plan, plan_path, (scene, scene_path), (believed, planned_in), no_verify)
     q, tool_state = stand(plan, scene, start)
     plans = [plan]
     driver = connected(driver_name, connect, DriverRequest(scene, q, tool_state, reality, seed))
@@ -272,7 +274,7 @@ def _judged(plan: Plan, path: Path, true: NamedScene, planned: NamedScene, is_ex
     """Return the plan with a new certificate; an experiment is not verified, which a note states."""
     (scene, scene_path), (believed, planned_in) = true, planned
     if not is_experiment:
-        advice = "plan it again, or watch it fail with --unverified"
+        advice = "plan it again, or watch it fail with --no-verify"
         option = "--scene" if scene_path is None else "--planned-in"
         return trusted(plan, path, believed, advice, planned_in or scene_path, option)
     _refuse_unknown_states(plan, path, scene)

@@ -10,7 +10,7 @@ import click
 from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH, refuse_suffix
+from pickcli.commands.option_types import PATH, RenamedOption, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output
 from pickcli.commands.planner import trusted
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
@@ -21,8 +21,8 @@ _NUMBER = re.compile("[0-9]{1,9}")  # number of a channel
 
 @click.command("export", cls=Command)
 @click.argument("plan_path", metavar="PLAN", type=PATH)
-@click.option("--to", "format_name", metavar="FORMAT", required=True,
-              help=f"One of those that are installed: {', '.join(format_names())}.")  # fmt: skip
+@click.option("--format", "format_name", cls=RenamedOption, old=("--to",), metavar="FORMAT", required=True,
+              help=f"Format of the output: {', '.join(format_names())}.")  # fmt: skip
 @output_option("exported plan")
 @scene_or_cell_options
 @standing_option
@@ -44,9 +44,9 @@ def command(
 
     \b
     Example:
-      apc export plan.json --to joint-trajectory --scene scene.json -o trajectory.json
-      apc export plan.json --to mcap --scene scene.json --rate 100 -o plan.mcap
-      apc export move.json --to urscript --cell ur5e_crates --channel valve=3 -o move.script
+      apc export plan.json --format joint-trajectory --scene scene.json -o trajectory.json
+      apc export plan.json --format mcap --scene scene.json --rate 100 -o plan.mcap
+      apc export move.json --format urscript --cell ur5e_crates --channel valve=3 -o move.script
     """
     from pickcli.errors import InputError
     from pickcli.export.exporter import ExportRequest

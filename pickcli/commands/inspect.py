@@ -12,7 +12,7 @@ from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, stan
 from pickcli.commands.cell_summary import cell_summary
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH
+from pickcli.commands.option_types import PATH, RenamedOption
 from pickcli.commands.options import (
     items_option,
     json_option,
@@ -40,15 +40,15 @@ if TYPE_CHECKING:
               help="For a roadmap or database, also its solids, and every list in full.")  # fmt: skip
 @click.option("--motion", "ends", nargs=2, metavar="START GOAL",
               help="For a database, only the motions between two named configurations.")  # fmt: skip
-@click.option("--plot", type=PATH, metavar="FILE",
-              help="Draw a cell, or a stored file over its cell: .png, or .html to rotate.")  # fmt: skip
+@click.option("--picture", cls=RenamedOption, old=("--plot",), type=PATH, metavar="FILE",
+              help="Draw a cell, or a roadmap or database in it: .png, or .html to rotate.")  # fmt: skip
 @arm_option("all arms, of a cell")
 @standing_option
 @overwrite_option
 @json_option
 def command(
     path: Path, cell_name: str | None, items_path: Path | None, is_all: bool, ends: tuple[str, str] | None,
-    plot: Path | None, arm: str | None, standing: tuple[str, ...], overwrite: bool, as_json: bool,
+    picture: Path | None, arm: str | None, standing: tuple[str, ...], overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Show what is in a roadmap, database, plan, scene or cell.
 
@@ -59,37 +59,38 @@ def command(
     Example:
       apc inspect scene.json
       apc inspect apc2016_delft --json
-      apc inspect roadmap.h5 --plot roadmap.html
+      apc inspect roadmap.h5 --picture roadmap.html
       apc inspect trajectories.h5 --motion home bin_A
     """
-    if plot is not None and ends is not None:
-        raise click.UsageError("--plot draws the whole file; leave out --motion, or --plot")
-    if plot is not None:
-        _check_plot(plot, overwrite, path, cell_name)
+    if picture is not None and ends is not None:
+        raise click.UsageError("--picture draws the whole file; leave out --motion, or --picture")
+    if picture is not None:
+        _check_picture(picture, overwrite, path, cell_name)
     arms = ArmRequest(arm, standing, items=items_path)
     with stage("reading"):
         summary = (
             _summary(path, cell_name, arms) if ends is None else motions_between(path, *ends, cell_name, arms)
         )
-    if plot is not None:
-        _draw(path, plot, cell_name, arms, summary, overwrite)
+    if picture is not None:
+        _draw(path, picture, cell_name, arms, summary, overwrite)
     if as_json:
-        emit_json(summary)
+        emit_json({**summary, "plot": summary["picture"]} if picture is not None else summary)  # former key
     else:
         told = in_words(summary) if is_all else on_a_screen(in_words(summary))
         click.echo("\n".join(key_lines(told, told_width())))
 
 
-def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None:
-    """Refuse, before any work, a plot that could not be written."""
+def _check_picture(picture: Path, overwrite: bool, *inputs: Path | str | None) -> None:
+    """Refuse, before any work, a picture that could not be written."""
     from pickcli.drawing.draw import refuse_suffix
 
-    refuse_suffix(plot)
-    refuse_output(plot, overwrite, *inputs)
+    refuse_suffix(picture)
+    refuse_output(picture, overwrite, *inputs)
 
 
 def _draw(
-    path: Path, plot: Path, cell_name: str | None, arms: ArmRequest, summary: dict[str, Any], overwrite: bool
+    path: Path, picture: Path, cell_name: str | None, arms: ArmRequest, summary: dict[str, Any],
+    overwrite: bool,
 ) -> None:  # fmt: skip
     """Draw the described file. Raises InputError if it is not a cell, roadmap or database."""
     from pickcli.cell.cell_file import load_workcell
@@ -103,17 +104,17 @@ def _draw(
         cell = workcell.preferred if arms == ArmRequest() else arms.cell_of(workcell)
         if not cell.configurations:
             raise InputError(
-                f"{path}: --plot draws the arm in a named configuration, the cell has none; add one"
+                f"{path}: --picture draws the arm in a named configuration, the cell has none; add one"
             )
-        write_drawing(cell_picture(cell), cell, plot, overwrite)
+        write_drawing(cell_picture(cell), cell, picture, overwrite)
     elif summary["format"] in ("roadmap", "trajectory database"):
         cell = cell_of(summary["cell_fingerprint"]) if cell_name is None else open_cell(cell_name, arms)
-        write_drawing(picture_of(path, cell), cell, plot, overwrite)
+        write_drawing(picture_of(path, cell), cell, picture, overwrite)
     else:
         raise InputError(
-            f"{path}: --plot draws a cell, roadmap or trajectory database, this is: {summary['format']}"
+            f"{path}: --picture draws a cell, roadmap or trajectory database, this is: {summary['format']}"
         )
-    summary["plot"] = str(plot)
+    summary["picture"] = str(picture)
 
 
 def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any]:

@@ -1,14 +1,17 @@
-"""Types of options and arguments, and refusal of output names with a wrong suffix."""
+"""Types of options and arguments, renamed options, and refusal of output names with a wrong suffix."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pickcli.errors import InputError
+
+if TYPE_CHECKING:
+    from click.parser import _OptionParser
 
 
 class PathType(click.Path):
@@ -61,3 +64,44 @@ class NumberType(click.IntRange):
     """A whole number between bounds."""
 
     name = "whole number"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
+        """Return N, as all counts are shown in the help.
+
+        Args:
+            param: The option of click.
+            ctx: Context of click.
+
+        Returns:
+            The metavar.
+        """
+        return "N"
+
+
+class RenamedOption(click.Option):
+    """An option with former names, which are accepted like its own but appear in no help text.
+
+    Args:
+        declarations: The names of the option and its parameter, as in click.
+        old: The former names.
+        **attributes: As in click; the option has at most one value.
+
+    Attributes:
+        old: The former names.
+    """
+
+    def __init__(self, declarations: Sequence[str], *, old: Sequence[str], **attributes: Any) -> None:
+        """As an option of click."""
+        super().__init__(declarations, **attributes)
+        self.old = tuple(old)
+
+    def add_to_parser(self, parser: _OptionParser, ctx: click.Context) -> None:
+        """Add the option under all of its names.
+
+        Args:
+            parser: The parser of click.
+            ctx: Context of click.
+        """
+        super().add_to_parser(parser, ctx)
+        action = "store_const" if self.is_flag else "store"
+        parser.add_option(self, self.old, self.name, action, self.nargs, const=True)

@@ -18,6 +18,7 @@ from pickcli.commands.planner import (
     artifact_options,
     deliver,
     load_planner,
+    start_option,
     verify_option,
 )
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
@@ -25,10 +26,8 @@ from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, s
 
 @click.command("plan-move", cls=Command)
 @scene_or_cell_options
-@click.option("--from", "start", metavar=CONFIGURATION, required=True, help=CONFIGURATION_HELP)
-@click.option(
-    "--to", "goal", metavar=CONFIGURATION, required=True, help="Where the move ends, in the same form."
-)
+@start_option
+@click.option("--to", "goal", metavar=CONFIGURATION, required=True, help=f"Goal: {CONFIGURATION_HELP}")
 @arm_option("the preferred one of those that have both configurations")
 @standing_option
 @verify_option

@@ -10,17 +10,12 @@ import click
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command
 from pickcli.commands.experience_session import learn_option
+from pickcli.commands.option_types import RenamedOption
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.pick_request import PickRequest, plan_with_first_able
-from pickcli.commands.planner import (
-    CONFIGURATION,
-    CONFIGURATION_HELP,
-    artifact_options,
-    deliver,
-    verify_option,
-)
+from pickcli.commands.planner import artifact_options, deliver, start_option, verify_option
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
-from pickcli.commands.stated_pick import destination, example, refuse_impossible
+from pickcli.commands.stated_pick import destination, refuse_impossible
 
 if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
@@ -30,23 +25,12 @@ if TYPE_CHECKING:
 
 @click.command("plan-pick", cls=Command)
 @scene_options
-@click.option(
-    "--pick",
-    metavar="PLACE:ITEM",
-    help="Place and item to take: an item's name, or an instance id of the scene (name#2).",
-)
-@click.option("--bin", "bin_name", metavar="PLACE", help="Where the item is, instead of --pick.")
-@click.option("--item", metavar="ITEM", help="Item to take from --bin.")
-@click.option(
-    "--from", "start", metavar=CONFIGURATION, default="home", show_default=True, help=CONFIGURATION_HELP
-)
-@click.option(
-    "--to",
-    "--into",
-    "into",
-    metavar="PLACE",
-    help="Where the item is brought: a bin, the tote, or a place of the cell's own.  [default: tote]",
-)
+@click.option("--bin", "bin_name", metavar="PLACE", help="Bin or other place that contains the item.")
+@click.option("--item", metavar="ITEM", help="Item to pick: its name, or its id in the scene (name#2).")
+@click.option("--pick", metavar="PLACE:ITEM", hidden=True)  # former spelling of --bin PLACE --item ITEM
+@start_option
+@click.option("--into", cls=RenamedOption, old=("--to",), metavar="PLACE",
+              help="Destination: another place of the cell.  [default: tote]")  # fmt: skip
 @click.option("--neighbours", type=click.Choice(["avoid", "ignore"], case_sensitive=False), default="avoid",
               show_default=True,
               help="avoid other items in the bin (Delft), or ignore them (KTH).")  # fmt: skip
@@ -72,8 +56,8 @@ def command(
 
     \b
     Example:
-      apc plan-pick --scene scene.json --pick bin_A:kleenex_tissue_box -o plan.json
-      apc plan-pick --scene scene.json --pick bin_A:kleenex_tissue_box --to bin_F -o plan.json
+      apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box -o plan.json
+      apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box --into bin_F -o plan.json
     """
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours
@@ -85,7 +69,7 @@ def command(
     refuse_held(scene, scene_path)
     out_of, item = _taken(pick, bin_name, item, scene)
     into = destination(scene, into, out_of)
-    refuse_impossible(scene, (out_of, item, into), ("--bin" if pick is None else "--pick", "--to"))
+    refuse_impossible(scene, (out_of, item, into), ("--bin" if pick is None else "--pick", "--into"))
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
     asked = PickRequest(query, start, seed, roadmap, trajectories, learn, not no_verify)
 
@@ -100,12 +84,12 @@ def _taken(pick: str | None, place: str | None, item: str | None, scene: Scene) 
     if pick is None and place is not None and item is not None:
         return place, item
     if pick is None or place is not None or item is not None:
-        raise click.UsageError("say once what is taken: --pick PLACE:ITEM, or --bin PLACE and --item ITEM")
+        raise click.UsageError("name the item once, with --bin PLACE --item ITEM")
     place, _, item = pick.partition(":")
-    if not place or not item:
-        raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}{example(scene)}")
+    advice = "" if place and item else "--bin PLACE --item ITEM"
     if ":" in item and item not in {placed.id for placed in scene.items}:
         item, _, into = item.partition(":")
-        told = f"a third part is of apc execute; here write --pick {place}:{item} --to {into or 'PLACE'}"
-        raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}; {told}")
+        advice = f"--bin {place} --item {item} --into {into or 'PLACE'}"
+    if advice:
+        raise click.UsageError(f"--pick: expected PLACE:ITEM, got {pick!r}; write {advice}")
     return place, item

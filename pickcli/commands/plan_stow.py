@@ -14,13 +14,7 @@ from pickcli.commands.command import Command
 from pickcli.commands.experience_session import learn_option
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.pick_request import PickRequest, plan_with_first_able
-from pickcli.commands.planner import (
-    CONFIGURATION,
-    CONFIGURATION_HELP,
-    artifact_options,
-    deliver,
-    verify_option,
-)
+from pickcli.commands.planner import artifact_options, deliver, start_option, verify_option
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
 
@@ -33,12 +27,10 @@ if TYPE_CHECKING:
 @click.command("plan-stow", cls=Command)
 @scene_options
 @click.option("--item", metavar="ITEM", required=True,
-              help="Item to stow: an item in the tote, or an instance id (name#2).")  # fmt: skip
-@click.option("--into", metavar="BIN",
-              help="Bin.  [default: of those that fit, the one that gives most points]")  # fmt: skip
-@click.option(
-    "--from", "start", metavar=CONFIGURATION, default="home", show_default=True, help=CONFIGURATION_HELP
-)
+              help="Item in the tote to stow: its name, or its id in the scene (name#2).")  # fmt: skip
+@click.option("--into", metavar="PLACE",
+              help="Destination: a bin.  [default: the one with most points of those that fit]")  # fmt: skip
+@start_option
 @arm_option("the preferred one of those that hold and reach the item")
 @standing_option
 @verify_option

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 
 CONFIGURATION = "NAME|q"
-_TOLD = f"{__name__}.told"  # key of the notes already printed in a click context
 CONFIGURATION_HELP = (
-    "Named configuration of the cell (see apc inspect), or q: numbers with commas, m and rad."
+    "a configuration of the cell (apc inspect lists them), or joint positions with commas, rad and m."
 )
+_TOLD = f"{__name__}.told"  # key of the notes already printed in a click context
 
 
 def artifact_options(function: F) -> F:
@@ -53,6 +53,21 @@ def artifact_options(function: F) -> F:
             help=f"The {what} to use instead of the cell's own in the cache.",
         )(function)  # fmt: skip
     return function
+
+
+def start_option(function: F) -> F:
+    """Give a command the option --from NAME|q, by default home.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--from", "start", metavar=CONFIGURATION, default="home", show_default=True,
+        help=f"Start of the robot: {CONFIGURATION_HELP}",
+    )(function)  # fmt: skip
 
 
 def verify_option(function: F) -> F:

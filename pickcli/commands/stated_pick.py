@@ -24,7 +24,7 @@ def example(scene: Scene) -> str:
     return next((f"; e.g. {placed.location}:{placed.item.name}" for placed in scene.items), "")
 
 
-def destination(scene: Scene, place: str | None, out_of: str, how: str = "with --to") -> str:
+def destination(scene: Scene, place: str | None, out_of: str, how: str = "with --into") -> str:
     """Return the place that an item is brought to.
 
     Args:

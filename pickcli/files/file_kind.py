@@ -47,7 +47,7 @@ REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
-PICTURE = FileKind("a picture", "--picture, --plot and --video make some")  # read by no command
+PICTURE = FileKind("a picture", "--picture and --video make some")  # read by no command
 KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, REALITY, URDF, SRDF, JOINT_LIMITS)
 
 _BY_FORMAT = {

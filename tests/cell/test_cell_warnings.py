@@ -94,7 +94,7 @@ def test_a_configuration_of_a_misspelt_bin_is_told(cell_copy: CellCopy) -> None:
 def test_commands_begin_at_home(cell_copy: CellCopy) -> None:
     cell_copy.yaml.replace("{name: home,", "{name: Home,")
     (warning,) = cell_copy.load().warnings
-    assert "none is called home, where commands begin unless --start names another" in warning
+    assert "none is called home, where commands begin unless --from names another" in warning
     assert "did you mean 'Home'? (if it is meant, add no_configuration:home" in warning
 
 

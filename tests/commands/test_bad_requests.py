@@ -31,7 +31,7 @@ from support.command_line import ITEM, Made, apc, misused, pick, refused
         (("--bin", "bin_C", "--item", ITEM, "--into", "Tote"), "unknown place 'Tote'; did you mean 'tote'?"),
         (("--bin", "bin_C", "--item", ITEM, "--into", "d"), "unknown place 'd'; did you mean 'bin_D'?"),
         (("--pick", f"bin_c:{ITEM}"), "--pick: unknown place 'bin_c'; did you mean 'bin_C'?"),
-        (("--pick", f"bin_C:{ITEM}", "--to", "bin_C"), "is taken from bin_C; name another place"),
+        (("--bin", "bin_C", "--item", ITEM, "--into", "bin_C"), "is taken from bin_C; name another place"),
         (("--bin", "bin_C", "--item", "dove_beauty_bra"), f"did you mean '{ITEM}'"),
         (("--bin", "bin_A", "--item", ITEM), "is not in bin_A but in bin_C"),
         (("--bin", "tote", "--item", ITEM), "is not in tote but in bin_C"),
@@ -65,7 +65,7 @@ def test_unknown_names(options: tuple[str, ...], told: str, made: Made, out: Pat
 def test_configurations_that_are_none(q: str, told: str, made: Made, out: Path) -> None:
     refused(pick(made.scene, out, "--from", q), 3, told)
     refused(apc("plan-move", "--scene", made.scene, "--from", "home", "--to", q, "-o", out), 3, told)
-    refused(apc("execute", made.plan, "--scene", made.scene, "--start", q), 3, told)
+    refused(apc("execute", made.plan, "--scene", made.scene, "--from", q), 3, told)
     assert not out.exists()
 
 
@@ -84,8 +84,8 @@ def test_a_bin_that_is_too_small_is_refused_at_once(made: Made, out: Path) -> No
     placed = scene.find(ITEM)
     large = replace(placed, item=replace(placed.item, shape=Shape(ShapeKind.BOX, (0.3, 0.3, 0.3))))
     with pytest.raises(InputError, match=r"fits in no way into bin_A: it has 300 x 300 x 300 mm, the place"):
-        refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "bin_A"), ("--pick", "--to"))
-    refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "tote"), ("--pick", "--to"))
+        refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "bin_A"), ("--bin", "--into"))
+    refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "tote"), ("--bin", "--into"))
 
 
 def test_a_goal_in_collision_has_no_plan(made: Made, out: Path) -> None:
@@ -103,7 +103,7 @@ def test_a_plan_of_another_scene_is_stale(made: Made, tmp_path: Path) -> None:
     refused(apc("verify", made.plan, "--scene", scene), 4, made.plan, scene, "plan it again")
     refused(apc("execute", made.plan, "--scene", scene), 4, made.plan, "plan it again", "--planned-in")
     out = tmp_path / "out.csv"
-    answer = apc("export", made.plan, "--scene", scene, "--to", "csv", "-o", out)
+    answer = apc("export", made.plan, "--scene", scene, "--format", "csv", "-o", out)
     refused(answer, 4, f"{scene} is", "plan it again, or name the scene it was made in with --scene")
     answer = apc("execute", made.plan, "--scene", made.scene, "--planned-in", scene)
     refused(answer, 4, f"made in {made.scene}", f"not in {scene}; exchange --scene and --planned-in")
@@ -264,7 +264,7 @@ def test_a_switch_may_be_said_twice(out: Path) -> None:
 
 
 def test_a_start_that_is_away_is_told_with_its_unit(made: Made) -> None:
-    answer = apc("execute", made.move, "--scene", made.scene, "--start", "tote")
+    answer = apc("execute", made.move, "--scene", made.scene, "--from", "tote")
     refused(answer, 3, "rad from the plan's first point (at most 0.01 rad)")
 
 

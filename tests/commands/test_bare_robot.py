@@ -132,8 +132,8 @@ def test_a_blank_limit_says_who_knows_it(tmp_path: Path) -> None:
 
 
 def test_a_cell_alone_is_drawn_and_a_film_shows_the_arm(cell: Path, move: Path, tmp_path: Path) -> None:
-    assert apc("inspect", cell, "--plot", tmp_path / "cell.png").code == 0
-    assert apc("inspect", cell, "--plot", tmp_path / "cell.html").code == 0
+    assert apc("inspect", cell, "--picture", tmp_path / "cell.png").code == 0
+    assert apc("inspect", cell, "--picture", tmp_path / "cell.html").code == 0
     assert (tmp_path / "cell.png").read_bytes().startswith(b"\x89PNG")
     robot = load_cell(cell)
     view = view_of_motion(robot, read_plan(move).trajectory.positions)

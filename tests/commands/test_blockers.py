@@ -84,7 +84,7 @@ def test_a_pick_behind_a_box_says_that_the_box_has_to_go(cell: Cell, tmp_path: P
     scene, out = tmp_path / "scene.json", tmp_path / "plan.json"
     items = (on_floor(GLUE, 0.38), on_floor(BOX, 0.27))
     write_scene(Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0)))), scene)
-    answer = apc("plan-pick", "--scene", scene, "--pick", f"bin_E:{GLUE}", "-o", out, "--json")
+    answer = apc("plan-pick", "--scene", scene, "--bin", "bin_E", "--item", GLUE, "-o", out, "--json")
     error = json.loads(answer.out)["error"]
     if answer.code == 5:
         assert error["blockers"] == [BOX] and error["message"].endswith(f"without {BOX} there is a plan")

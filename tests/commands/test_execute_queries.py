@@ -56,7 +56,7 @@ def test_a_pick_that_is_planned_has_its_place_in_an_option(made: Made, tmp_path:
     answer = apc(
         "plan-pick", "--scene", made.scene, "--pick", f"bin_C:{ITEM}:bin_F", "-o", tmp_path / "p.json"
     )
-    misused(answer, f"here write --pick bin_C:{ITEM} --to bin_F")
+    misused(answer, f"write --bin bin_C --item {ITEM} --into bin_F")
 
 
 def test_the_same_seed_gives_the_same_answers(made: Made) -> None:
@@ -71,7 +71,7 @@ def test_the_same_seed_gives_the_same_answers(made: Made) -> None:
 def test_the_first_move_tells_where_the_arm_stands(made: Made) -> None:
     moved = answered(made, "--move", "bin_C:home")
     assert [m["plan"] for m in moved["queries"][0]["motions"]] == ["move to home"]
-    away = answered(made, "--move", "bin_C:home", "--start", "bin_D")
+    away = answered(made, "--move", "bin_C:home", "--from", "bin_D")
     assert [m["plan"] for m in away["queries"][0]["motions"]] == ["move to bin_C", "move to home"]
     still = answered(made, "--move", "home:home")
     assert still["queries"][0]["motions"] == []
@@ -178,7 +178,7 @@ def test_what_cannot_be_is_refused_before_anything_moves(
 
 
 @pytest.mark.parametrize(
-    "option", [("--bridge",), ("--unverified",), ("--planned-in", "x.json"), ("--driver", "recorder")]
+    "option", [("--bridge",), ("--no-verify",), ("--planned-in", "x.json"), ("--driver", "recorder")]
 )
 def test_options_of_a_plan_file_do_not_go_with_queries(option: tuple[str, ...], made: Made) -> None:
     argv = ("--scene", made.scene, "--move", "home:bin_C")

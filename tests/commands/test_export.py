@@ -18,7 +18,7 @@ SUFFIX = {"joint-trajectory": ".json", "csv": ".csv", "mcap": ".mcap", "urscript
 def test_a_pick_is_written_twice_the_same(name: str, made: Made, tmp_path: Path) -> None:
     written = [tmp_path / f"{k}{SUFFIX[name]}" for k in range(2)]
     for path in written:
-        answer = apc("export", made.plan, "--scene", made.scene, "--to", name, "-o", path)
+        answer = apc("export", made.plan, "--scene", made.scene, "--format", name, "-o", path)
         assert answer.code == 0, answer.err
         assert answer.out.startswith(f"wrote {path}: ")
     assert written[0].read_bytes() == written[1].read_bytes() != b""
@@ -27,7 +27,7 @@ def test_a_pick_is_written_twice_the_same(name: str, made: Made, tmp_path: Path)
 def test_its_answer_in_json_tells_what_was_written(made: Made, tmp_path: Path) -> None:
     path = tmp_path / "plan.csv"
     answer = apc(
-        "export", made.move, "--scene", made.scene, "--to", "csv", "--rate", "100", "-o", path, "--json"
+        "export", made.move, "--scene", made.scene, "--format", "csv", "--rate", "100", "-o", path, "--json"
     )
     told = json.loads(answer.out)
     assert (told["exit_code"], told["format"], told["path"]) == (0, "csv", str(path))
@@ -45,7 +45,7 @@ def test_a_move_of_a_ur_becomes_a_program(tmp_path: Path) -> None:
         move,
         "--cell",
         "ur5e_crates",
-        "--to",
+        "--format",
         "urscript",
         "--channel",
         "valve=3",
@@ -78,26 +78,26 @@ def shifted(plan: dict[str, Any]) -> None:
 
 def test_what_the_verifier_rejects_does_not_leave(made: Made, tmp_path: Path) -> None:
     out, plan = tmp_path / "out.csv", made.changed("move", tmp_path, faster)
-    refused(apc("export", plan, "--scene", made.scene, "--to", "csv", "-o", out), 4, plan, "velocity")
+    refused(apc("export", plan, "--scene", made.scene, "--format", "csv", "-o", out), 4, plan, "velocity")
     assert not out.exists()
 
 
 def test_a_plan_that_was_edited_does_not_leave(made: Made, tmp_path: Path) -> None:
     out, plan = tmp_path / "out.csv", made.changed("plan", tmp_path, shifted)
-    answer = apc("export", plan, "--scene", made.scene, "--to", "csv", "-o", out)
+    answer = apc("export", plan, "--scene", made.scene, "--format", "csv", "-o", out)
     refused(answer, 4, plan, "edited after it was certified")
     assert not out.exists()
 
 
 def test_a_plan_without_a_certificate_is_verified_and_leaves(made: Made, tmp_path: Path) -> None:
     plan = made.changed("move", tmp_path, lambda data: data.update(certificate=None))
-    answer = apc("export", plan, "--scene", made.scene, "--to", "csv", "-o", tmp_path / "out.csv")
+    answer = apc("export", plan, "--scene", made.scene, "--format", "csv", "-o", tmp_path / "out.csv")
     assert answer.code == 0 and "carries no certificate; verified now and accepted" in answer.err
 
 
 def test_a_plan_of_another_scene_does_not_leave(made: Made, tmp_path: Path) -> None:
     out = tmp_path / "out.csv"
-    answer = apc("export", made.plan, "--cell", "apc2016_delft", "--to", "csv", "-o", out)
+    answer = apc("export", made.plan, "--cell", "apc2016_delft", "--format", "csv", "-o", out)
     refused(answer, 4, made.plan, "made for the scene")
     assert not out.exists()
 
@@ -113,20 +113,20 @@ def test_a_plan_of_another_scene_does_not_leave(made: Made, tmp_path: Path) -> N
     ],
 )
 def test_rates_that_cannot_be_are_refused(more: tuple[str, ...], told: str, made: Made, out: Path) -> None:
-    argv = ("export", made.move, "--scene", made.scene, "--to", "joint-trajectory", "-o", out, *more)
+    argv = ("export", made.move, "--scene", made.scene, "--format", "joint-trajectory", "-o", out, *more)
     refused(apc(*argv), 3, made.move, told)
     assert not out.exists()
 
 
 def test_what_is_no_plan_is_called_by_its_name(made: Made, out: Path) -> None:
-    argv = ("--scene", made.scene, "--to", "joint-trajectory", "-o", out)
+    argv = ("--scene", made.scene, "--format", "joint-trajectory", "-o", out)
     refused(apc("export", made.scene, *argv), 3, "scene.json: is a scene, but a plan is wanted here")
     refused(apc("export", out.with_name("none.json"), *argv), 3, "none.json")
     assert not out.exists()
 
 
 def test_places_that_cannot_be_written_are_refused_before_any_work(made: Made, tmp_path: Path) -> None:
-    argv = ("export", made.move, "--scene", made.scene, "--to", "csv", "-o")
+    argv = ("export", made.move, "--scene", made.scene, "--format", "csv", "-o")
     there = tmp_path / "there.csv"
     there.write_text("mine")
     refused(apc(*argv, there), 3, there, "exists already")
@@ -142,7 +142,7 @@ def test_a_plan_is_not_replaced_by_its_own_export(made: Made) -> None:
         made.move,
         "--scene",
         made.scene,
-        "--to",
+        "--format",
         "joint-trajectory",
         "-o",
         made.move,
@@ -153,12 +153,12 @@ def test_a_plan_is_not_replaced_by_its_own_export(made: Made) -> None:
 
 def test_wrong_usage_is_told(made: Made, tmp_path: Path) -> None:
     argv = ("export", made.move, "--scene", made.scene)
-    csv = ("--to", "csv", "-o", tmp_path / "out.csv")
-    script = ("--to", "urscript", "-o", tmp_path / "out.script")
+    csv = ("--format", "csv", "-o", tmp_path / "out.csv")
+    script = ("--format", "urscript", "-o", tmp_path / "out.script")
     misused(apc(*argv, *csv, "--channel", "valve=1"), "the format csv has no channels")
     for text in ("valve", "valve=x", "valve=-1", "valve=", "valve=" + 5000 * "9"):
         misused(apc(*argv, *script, "--channel", text), "expected DEVICE=N")
     misused(apc(*argv, *script, "--channel", "valve=1", "--channel", "valve=2"), "given twice")
     misused(apc("export", made.move, *csv), "what is around the robot?")
-    refused(apc(*argv, "--to", "ros", "-o", tmp_path / "out.json"), 3, "unknown format 'ros'")
+    refused(apc(*argv, "--format", "ros", "-o", tmp_path / "out.json"), 3, "unknown format 'ros'")
     refused(apc(*argv, *script), 3, "URScript is for the six joints of Universal Robots")

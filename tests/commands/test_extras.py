@@ -29,7 +29,7 @@ def without(packages: str, *argv: object) -> subprocess.CompletedProcess[str]:
     [
         ("pybullet", "sim", ("make-scene", "jsk_pick_sample", "-o", "x.json")),
         ("pybullet", "sim", ("run-trial", "jsk_pick_sample", "-o", "x")),
-        ("matplotlib", "view", ("inspect", "apc2016_delft", "--plot", "x.png")),
+        ("matplotlib", "view", ("inspect", "apc2016_delft", "--picture", "x.png")),
         ("ompl", "plan-offline", ("build-roadmap", "-o", "x.h5", "--jobs", "1")),
     ],
 )
@@ -57,7 +57,7 @@ def test_moves_are_planned_and_verified_without_any_extra(tmp_path: Path) -> Non
     assert without(NONE, "check-driver", "recorder", move, "--cell", cell).returncode == 0
     simulated = without(NONE, "execute", move, "--cell", cell)
     assert simulated.returncode == 3 and "pip install 'apc-pick[sim]'" in simulated.stderr
-    to = ("export", move, "--cell", cell, "--to")
+    to = ("export", move, "--cell", cell, "--format")
     assert without(NONE, *to, "joint-trajectory", "-o", tmp_path / "x.json").returncode == 0
     assert without(NONE, *to, "csv", "-o", tmp_path / "x.csv").returncode == 0
     refused = without(NONE, *to, "mcap", "-o", tmp_path / "x.mcap")

@@ -77,7 +77,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "inspect": {"path": None, "cell_name": CELL, "items_path": ITEMS},
     "show": {"path": None, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
 }  # fmt: skip
-WRITTEN = ("output", "folder", "picture", "perceived", "video", "plot")  # and are told apart by refuse_output
+WRITTEN = ("output", "folder", "picture", "perceived", "video")  # and are told apart by refuse_output
 UNREAD = ("check", "cell_name")  # but where a file is damaged
 CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS)  # by apc check
 IN_TOTE = "in_tote.json"  # a scene with the item in the tote, beside the other files

@@ -33,27 +33,27 @@ def stored(tmp_path: Path) -> Path:
 
 def test_the_picture_is_written_and_told(stored: Path) -> None:
     output = stored.with_name("roadmap.html")
-    answer = apc("inspect", stored, "--plot", output, "--json")
+    answer = apc("inspect", stored, "--picture", output, "--json")
     assert answer.code == 0 and json.loads(answer.out)["plot"] == str(output)
     shown = document_of(output.read_bytes())
     assert [line["name"] for line in shown["lines"]] == ["home to bin_A"]
     assert {node["name"] for node in shown["nodes"]} == {"home", "bin_A"}
-    again = apc("inspect", stored, "--plot", output)
+    again = apc("inspect", stored, "--picture", output)
     assert again.code == 3 and "exists already" in again.err
 
 
 def test_other_pictures_and_other_files_are_refused(stored: Path) -> None:
-    answer = apc("inspect", stored, "--plot", stored.with_suffix(".svg"))
+    answer = apc("inspect", stored, "--picture", stored.with_suffix(".svg"))
     assert answer.code == 3 and "a picture is written as .png or .html" in answer.err
     scene = stored.with_name("scene.json")
     write_scene(empty_scene(load_cell("apc2016_delft")), scene)
-    answer = apc("inspect", scene, "--plot", stored.with_suffix(".png"))
+    answer = apc("inspect", scene, "--picture", stored.with_suffix(".png"))
     assert answer.code == 3 and "this is: apc scene" in answer.err
 
 
 def test_a_cell_is_drawn_with_its_own_places(stored: Path, cell_copy: CellCopy) -> None:
     cell = with_places(cell_copy, CRATES, BENCH).load()
-    answer = apc("inspect", cell_copy.folder, "--plot", stored.with_name("cell.html"))
+    answer = apc("inspect", cell_copy.folder, "--picture", stored.with_name("cell.html"))
     assert answer.code == 0 and "crate_left: 300 x 240 x 140 mm, from above" in answer.out
     shown = document_of(stored.with_name("cell.html").read_bytes())
     assert {"crate_left", "home"} <= {node["name"] for node in shown["nodes"]}

@@ -67,7 +67,7 @@ def test_nothing_to_place_is_a_question(tmp_path: Path) -> None:
 @pytest.mark.parametrize("into", ["crate_right", "shelf_2_2"])
 def test_a_pick_goes_from_place_to_place(scene: Path, into: str, tmp_path: Path) -> None:
     plan = tmp_path / "plan.json"
-    planned = apc("plan-pick", "--scene", scene, "--pick", f"crate_left:{BAR}", "--to", into, "-o", plan)
+    planned = apc("plan-pick", "--scene", scene, "--pick", f"crate_left:{BAR}", "--into", into, "-o", plan)
     assert planned.code == 0 and f"into {into}" in planned.out and "certified" in planned.out
     played = apc("execute", plan, "--scene", scene, "--json")
     told = json.loads(played.out)
@@ -77,11 +77,14 @@ def test_a_pick_goes_from_place_to_place(scene: Path, into: str, tmp_path: Path)
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--pick", f"crate_lft:{BAR}", "--to", "crate_right"), "did you mean 'crate_left'"),
-        (("--pick", f"crate_right:{BAR}", "--to", "crate_left"), "but in crate_left; name that place"),
-        (("--pick", f"crate_left:{BAR}"), "name one of its places with --to: crate_right, shelf_1_1"),
-        (("--pick", f"crate_left:{BAR}", "--to", "crate_left"), "name another place: crate_right, shelf_1_1"),
-        (("--pick", f"crate_left:{BAR}", "--to", "tote"), "unknown place 'tote'"),
+        (("--pick", f"crate_lft:{BAR}", "--into", "crate_right"), "did you mean 'crate_left'"),
+        (("--pick", f"crate_right:{BAR}", "--into", "crate_left"), "but in crate_left; name that place"),
+        (("--pick", f"crate_left:{BAR}"), "name one of its places with --into: crate_right, shelf_1_1"),
+        (
+            ("--pick", f"crate_left:{BAR}", "--into", "crate_left"),
+            "name another place: crate_right, shelf_1_1",
+        ),
+        (("--pick", f"crate_left:{BAR}", "--into", "tote"), "unknown place 'tote'"),
     ],
 )
 def test_mistakes_in_what_is_picked_are_told(
@@ -94,12 +97,12 @@ def test_mistakes_in_what_is_picked_are_told(
     "words", [(), ("--bin", "crate_left"), ("--pick", BAR), ("--pick", f"crate_left:{BAR}", "--item", BAR)]
 )
 def test_what_is_picked_is_said_once(scene: Path, words: tuple[str, ...], tmp_path: Path) -> None:
-    misused(apc("plan-pick", "--scene", scene, *words, "-o", tmp_path / "plan.json"), "--pick")
+    misused(apc("plan-pick", "--scene", scene, *words, "-o", tmp_path / "plan.json"), "--bin")
 
 
 def test_a_place_is_named_by_one_of_two_options(scene: Path, tmp_path: Path) -> None:
     words = ("--pick", f"crate_left:{BAR}", "--to", "crate_right", "--into", "shelf_1_1")
-    told = "--to and --into mean the same; keep one"
+    told = "--into and --to mean the same; keep one"
     misused(apc("plan-pick", "--scene", scene, *words, "-o", tmp_path / "plan.json"), told)
 
 
@@ -114,7 +117,7 @@ def test_a_cell_of_one_place_is_told_to_need_another(cell_of_crates: Path, tmp_p
     assert apc("make-scene", "--cell", cell_of_crates, "--in", f"{place}={BAR}", "-o", made).code == 0
     asked = ("plan-pick", "--scene", made, "--cell", cell_of_crates, "--pick", f"{place}:{BAR}", "-o", plan)
     refused(apc(*asked), 3, "has no tote; it has one place alone: add another one under places")
-    refused(apc(*asked, "--to", place), 3, f"taken from {place}; it has one place alone: add another one")
+    refused(apc(*asked, "--into", place), 3, f"taken from {place}; it has one place alone: add another one")
 
 
 @pytest.fixture

@@ -127,7 +127,7 @@ def run_execute(plan: Path, scene: Path, *options: str) -> dict[str, object]:
 
 def test_execute_runs_the_plan_and_films_it(files: tuple[Path, Path], tmp_path: Path) -> None:
     film = tmp_path / "film.gif"
-    record = run_execute(*files, "--unverified", "--video", str(film))
+    record = run_execute(*files, "--no-verify", "--video", str(film))
     assert record["collisions"] == 0 and record["limit_violations"] == 0 and record["bridge"] is None
     assert film.read_bytes().startswith(b"GIF8")
 
@@ -187,14 +187,14 @@ def test_a_plan_that_was_sealed_again_is_not_executed(files: tuple[Path, Path], 
 
 
 def test_an_unverified_run_says_so(files: tuple[Path, Path]) -> None:
-    arguments = [str(files[0]), "--scene", str(files[1]), "--unverified"]
+    arguments = [str(files[0]), "--scene", str(files[1]), "--no-verify"]
     assert "was not verified" in CliRunner().invoke(execute_command, arguments).stderr
 
 
 def test_broken_limits_are_told_and_abort(files: tuple[Path, Path], cell: Cell) -> None:
     write_plan(rail_move(cell, distance=0.6), files[0])
     with pytest.raises(TrialAbortedError, match="limit violations"):
-        run_execute(*files, "--unverified")
+        run_execute(*files, "--no-verify")
 
 
 def test_a_pod_beyond_its_bounds_is_noted(cell: Cell, tmp_path: Path) -> None:

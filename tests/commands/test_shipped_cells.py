@@ -35,7 +35,9 @@ def test_fingers_bring_an_item_from_a_mat_to_the_tray(tmp_path: Path) -> None:
     item = "dove_beauty_bar"
     made = apc("make-scene", "--cell", "panda_table", "--in", f"mat_front={item}", "-o", scene)
     assert made.code == 0
-    planned = apc("plan-pick", "--scene", scene, "--pick", f"mat_front:{item}", "--to", "tray", "-o", pick)
+    planned = apc(
+        "plan-pick", "--scene", scene, "--bin", "mat_front", "--item", item, "--into", "tray", "-o", pick
+    )
     assert planned.code == 0 and "certified" in planned.out
     played = json.loads(apc("execute", pick, "--scene", scene, "--video", film, "--json").out)
     assert (played["item_is_in"], played["collisions"], played["limit_violations"]) == ("tray", 0, 0)

@@ -49,5 +49,5 @@ def test_a_motion_that_is_not_stored_is_told(stored: Path) -> None:
 
 
 def test_one_motion_is_not_drawn(stored: Path) -> None:
-    answer = apc("inspect", stored, "--motion", "a", "b", "--plot", stored.with_suffix(".png"))
+    answer = apc("inspect", stored, "--motion", "a", "b", "--picture", stored.with_suffix(".png"))
     assert answer.code == 2 and "leave out --motion" in answer.err

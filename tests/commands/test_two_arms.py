@@ -68,7 +68,7 @@ def test_it_is_refused_where_the_other_stands_elsewhere(
 
 
 def test_unverified_it_is_refused_too(cell: Path, plan: Path) -> None:
-    told = apc("execute", plan, "--cell", cell, "--unverified")
+    told = apc("execute", plan, "--cell", cell, "--no-verify")
     assert told.code == 4 and "made while arm right stood at" in told.err
 
 

@@ -41,7 +41,7 @@ def test_the_item_ends_in_the_tote(made: Made) -> None:
 
 
 def test_it_starts_elsewhere_only_over_a_bridge(made: Made) -> None:
-    argv = ("execute", made.plan, "--scene", made.scene, "--start", "cam_A")
+    argv = ("execute", made.plan, "--scene", made.scene, "--from", "cam_A")
     refusal = apc(*argv)
     assert refusal.code == 3 and refusal.out == ""
     assert "from the plan's first point" in refusal.err and "--bridge" in refusal.err
@@ -56,7 +56,7 @@ def test_no_bridge_is_planned_where_none_is_needed(made: Made) -> None:
     home = load_cell("apc2016_delft").configurations["home"].q.copy()
     home[1] += 0.009
     q = ",".join(map(str, home))
-    argv = ("execute", made.move, "--scene", made.scene, "--start", q, "--bridge", "--json")
+    argv = ("execute", made.move, "--scene", made.scene, "--from", q, "--bridge", "--json")
     answer = apc(*argv)
     assert answer.code == 0, answer.err
     assert json.loads(answer.out)["bridge"] is None

@@ -97,7 +97,7 @@ def run(block: Block, step: str, folder: Path) -> subprocess.CompletedProcess[st
     )
 
 
-WRITES = ("-o", "--picture", "--video", "--plot")  # options of what a command writes, and of nothing else
+WRITES = ("-o", "--picture", "--video")  # options of what a command writes, and of nothing else
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ def few_configurations(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("command", "more", "counted"),
     [
-        (build_roadmap, ["--planner", "RRTConnect", "--neighbours", "2"], "edges"),
+        (build_roadmap, ["--planner", "RRTConnect", "--nearest", "2"], "edges"),
         (build_trajectories, ["--tries", "1"], "motions"),
     ],
 )

@@ -197,7 +197,7 @@ def test_a_killed_build_loses_at_most_what_was_in_hand(
 def test_kills_at_random_moments(tmp_path: Path) -> None:
     """Of the command on the real cell. The file that was there always opens; the end is the same."""
     rng, out = random.Random(1), tmp_path / "out.h5"
-    command = [str(Path(sys.executable).with_name("apc")), "build-roadmap", "--neighbours", "3"]
+    command = [str(Path(sys.executable).with_name("apc")), "build-roadmap", "--nearest", "3"]
     command += ["-o", str(out), "--overwrite"]
     subprocess.run([*command, "--jobs", "1"], check=True, capture_output=True)
     good, n_kept = _sha(out), 0

@@ -126,5 +126,17 @@ def test_three_commands_lead_to_a_pick(name: str, tmp_path: Path) -> None:
     assert "configuration: parked" in made.out
     timed(("make-scene", "--cell", cell, "--in", "left=dove_beauty_bar,crayola_24_ct", "-o", scene))
     for item in ("dove_beauty_bar", "crayola_24_ct"):
-        words = ("plan-pick", "--scene", scene, "--cell", cell, "--pick", f"left:{item}", "--to", "right")
+        words = (
+            "plan-pick",
+            "--scene",
+            scene,
+            "--cell",
+            cell,
+            "--bin",
+            "left",
+            "--item",
+            item,
+            "--into",
+            "right",
+        )
         assert "certified" in timed((*words, "-o", tmp_path / f"{item}.json")).out

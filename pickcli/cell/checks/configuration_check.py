@@ -62,7 +62,7 @@ def warn_of_missing_configurations(warnings: FileWarnings, cell: Cell) -> None:
         return
     if HOME not in cell.configurations:
         meant = suggestion(HOME, cell.configurations)
-        text = f"none is called {HOME}, where commands begin unless --start names another; "
+        text = f"none is called {HOME}, where commands begin unless --from names another; "
         text += "add one" if meant.startswith("known") else meant
         warnings.add("no_configuration", HOME, ("configurations",), text)
     if cell.robot.tool.suction_cup is None:

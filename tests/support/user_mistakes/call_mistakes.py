@@ -23,19 +23,19 @@ CALL_MISTAKES = (
     ),
     Mistake(
         "an export at no rate",
-        "export PLAN --scene SCENE --to joint-trajectory --rate 0 -o OUT",
+        "export PLAN --scene SCENE --format joint-trajectory --rate 0 -o OUT",
         "plan.json to joint-trajectory: rate: 0 Hz is not between 1 and 1000; name one that is",
         3,
     ),
     Mistake(
         "an export to a format that nobody knows",
-        "export PLAN --scene SCENE --to trajectory -o OUT",
+        "export PLAN --scene SCENE --format trajectory -o OUT",
         "unknown format 'trajectory'; did you mean 'joint-trajectory'?",
         3,
     ),
     Mistake(
         "an export under a name of another format",
-        "export PLAN --scene SCENE --to mcap -o OUT",
+        "export PLAN --scene SCENE --format mcap -o OUT",
         "out.json: the format mcap is written as .mcap; name such a file",
         3,
     ),
@@ -212,13 +212,13 @@ CALL_MISTAKES = (
     Mistake(
         "a place that the item is in",
         PICK + " --into bin_C",
-        "--to: the item is taken from bin_C; name another place",
+        "--into: the item is taken from bin_C; name another place",
         3,
     ),
     Mistake(
         "an unknown place",
         PICK + " --into shelf",
-        "--to: unknown place 'shelf'; known: bin_A, … bin_H, bin_I, bin_J, bin_K, bin_L, tote",
+        "--into: unknown place 'shelf'; known: bin_A, … bin_H, bin_I, bin_J, bin_K, bin_L, tote",
         3,
     ),
     Mistake(
