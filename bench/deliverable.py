@@ -22,7 +22,7 @@ from pickcli.geometry import GRAVITY, inverse
 from pickcli.grasping.antipodal import pinches
 from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.method_choice import grasp_method
-from pickcli.grasping.search import WIDE
+from pickcli.grasping.search import WIDE_SEARCH
 from pickcli.grasping.suction_candidates import HOLDS
 from pickcli.grasping.surfaces import faces
 from pickcli.planning.pick import plan_pick
@@ -141,7 +141,7 @@ def _has_grasp(placed: PlacedItem, scene: Scene, tools: Iterable[Tool]) -> bool:
     T_entry_item = inverse(scene.T_world_place(cell_bin) @ cell_bin.T_place_entry) @ placed.T_world_item
     target = GraspTarget(placed.id, placed.item, T_entry_item, cell_bin)
     return any(
-        grasp_method(tool).sample(target, derived_rng("has grasp", placed.id), WIDE, HOLDS).grasps
+        grasp_method(tool).sample(target, derived_rng("has grasp", placed.id), WIDE_SEARCH, HOLDS).grasps
         for tool in tools
     )
 

@@ -28,7 +28,7 @@ from pickcli.errors import Failures, InputError
 from pickcli.geometry import Array
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.planning_context import RESERVE, PlanningContext
+from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.placement import plan_placement
 from pickcli.scene.scene import Scene
@@ -99,9 +99,9 @@ def _of_pick(
         return []
     out = chosen.end
     over = _nearest(planner, out, [landing.start for landing in landings])
-    transit = planner.checker_for(scene, Mode(tool_state, reserve=RESERVE))
+    transit = planner.checker_for(scene, Mode(tool_state, reserve=COARSE_RESERVE))
     gone = frozenset({target})
-    carrying = Mode(tool_state, chosen.attached, asked.contacts.while_transferring(), RESERVE)
+    carrying = Mode(tool_state, chosen.attached, asked.contacts.while_transferring(), COARSE_RESERVE)
     transfer = planner.checker_for(scene, carrying)
     to, above, held = chosen.start, landings[over].start, chosen.attached
     made = [
@@ -113,7 +113,7 @@ def _of_pick(
 
 def _start(planner: PlanningContext, scene: Scene, tool_state: ToolState, rng: np.random.Generator) -> Array:
     """One of the named configurations that a pick starts from, meant for that state of the cup, and free."""
-    checker = planner.checker_for(scene, Mode(tool_state, reserve=RESERVE))
+    checker = planner.checker_for(scene, Mode(tool_state, reserve=COARSE_RESERVE))
     named = [c.q for c in planner.cell.configurations.values() if c.tool_state == tool_state]
     free = [q for q in named if checker.is_valid(q)]
     return free[int(rng.integers(len(free)))]
@@ -133,7 +133,7 @@ def exchange(cell: Cell, in_scenes: list[Scene], asked: list[Query], time_limit:
         "joint_names": list(cell.robot.joint_names),
         "lower": cell.robot.limits.lower.tolist(),
         "upper": cell.robot.limits.upper.tolist(),
-        "margin": cell.clearance + RESERVE,
+        "margin": cell.clearance + COARSE_RESERVE,
         "time_limit": time_limit,
         "scenes": [_world(scene) for scene in in_scenes],
         "queries": [

@@ -16,7 +16,7 @@ from pickcli.geometry import Array
 from pickcli.planning.start_state import Start
 
 FULL_TURN = 6.3  # rad: a larger position is probably in degrees
-FAR = 20.0  # m, beyond any rail: a larger position is probably in mm
+MAX_PLAUSIBLE_POSITION = 20.0  # m, beyond any rail: a larger position is probably in mm
 
 # A name of one of the cell's configurations, or (n,) numbers in m and rad.
 Configuration: TypeAlias = str | Sequence[float] | Array
@@ -136,4 +136,4 @@ def _unit_advice(robot: Robot, q: Array) -> str:
     angle, length = (float(np.abs(q[units == unit]).max(initial=0.0)) for unit in ("rad", "m"))
     if FULL_TURN < angle < inf:
         return "angles are in rad, not degrees"
-    return "lengths are in m, not mm" if FAR < length < inf else "correct it"
+    return "lengths are in m, not mm" if MAX_PLAUSIBLE_POSITION < length < inf else "correct it"

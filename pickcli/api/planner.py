@@ -29,7 +29,7 @@ from pickcli.planning.move import plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.transit import COARSE, plan_coarse
+from pickcli.planning.stages.transit import COARSE_LIMITS, plan_coarse
 from pickcli.precompute.artifact_cache import read_stored
 from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.scene.scene import TOTE, Scene
@@ -205,7 +205,7 @@ class Planner:
         if path.joint_names != names:
             raise InputError(f"path: is of {', '.join(path.joint_names)}, the cell plans {', '.join(names)}")
         mode = Mode(start_of(self.cell, path.start, tool_state).tool_state)
-        segment = MotionSegment(SegmentKind.TRANSIT, path.waypoints, COARSE, mode=mode)
+        segment = MotionSegment(SegmentKind.TRANSIT, path.waypoints, COARSE_LIMITS, mode=mode)
         plan = stitch_run(self.context, self._seen(scene), [segment], "path", seed)
         if isinstance(plan, Failures):
             raise NoPlanError("path", plan)

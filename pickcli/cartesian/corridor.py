@@ -21,10 +21,10 @@ RETREAT_DISTANCE = 0.02  # m from the mouth to the nearest point of the held ite
 LIP_DISTANCE = 0.014  # m between the held item and a lip that it passes, if there is enough room
 LEAST_LIP_DISTANCE = 0.006
 LEAST_LIFT = 0.02  # m
-TIGHT = 0.10  # m of spare room in the mouth, below which turns of the item are tried
-ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, displacements along y that are tried
-MOST_ASIDE = 0.015  # m that an item moves to the side in the first stretch, towards the middle of the bin
-BACK = (0.0, -0.02, -0.04)  # m, displacements towards the mouth that are tried
+TIGHT_MOUTH_PLAY = 0.10  # m of spare room in the mouth, below which turns of the item are tried
+SIDEWAYS_OFFSETS = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, displacements along y that are tried
+MAX_CENTRING = 0.015  # m that an item moves to the side in the first stretch, towards the middle of the bin
+BACKWARD_OFFSETS = (0.0, -0.02, -0.04)  # m, displacements towards the mouth that are tried
 N_EXPLAINED = 8  # about, of the corridors if none is free, from the shortest to the longest
 SAMPLED = np.linspace(0.0, 1.0, 11)  # shares of a way at which an explanation looks for what blocks it
 ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis, tried to either side
@@ -221,7 +221,10 @@ def _rolls(place: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[
 
 def _is_tighter(halves: list[float], room: float) -> bool:
     """Whether the best turn is a relevant gain: half extents over turns, the one in the middle without."""
-    return halves[len(halves) // 2] - min(halves) > 0.003 and room - 2 * halves[len(halves) // 2] < TIGHT
+    return (
+        halves[len(halves) // 2] - min(halves) > 0.003
+        and room - 2 * halves[len(halves) // 2] < TIGHT_MOUTH_PLAY
+    )
 
 
 def _options(
@@ -251,11 +254,13 @@ def _options(
     heights = _heights(max(above - low[2], LEAST_LIFT), place.access.height - above - high[2])
     moves = [
         np.array([dx, least + dy, dz, *turns])
-        for dz, dx, dy in product(heights, BACK, ASIDE)
+        for dz, dx, dy in product(heights, BACKWARD_OFFSETS, SIDEWAYS_OFFSETS)
         if -half - 1e-9 <= low[1] + least + dy and high[1] + least + dy <= half + 1e-9
     ]
     moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1, 0.1)), tuple(d)))
-    to_middle = float(np.clip(sum(place.room.y_range) / 2 - (low[1] + high[1]) / 2, -MOST_ASIDE, MOST_ASIDE))
+    to_middle = float(
+        np.clip(sum(place.room.y_range) / 2 - (low[1] + high[1]) / 2, -MAX_CENTRING, MAX_CENTRING)
+    )
     return [c for d in moves for c in _rolling(_corridor(d, float(high[0]), first), half_width, to_middle)]
 
 
@@ -276,7 +281,7 @@ def _straight_up(access: Access, low: Array, high: Array, first: float) -> list[
     lowest = np.array([-access.width / 2, 0.0]) + side - low[1:]
     highest = np.array([access.width / 2, access.height]) - side - high[1:]
     least = np.clip(0.0, lowest, highest)
-    moves = [least + aside for aside in product(ASIDE, ASIDE)]
+    moves = [least + aside for aside in product(SIDEWAYS_OFFSETS, SIDEWAYS_OFFSETS)]
     moves = [d for d in moves if (lowest - 1e-9 <= d).all() and (d <= highest + 1e-9).all()]
     moves.sort(key=lambda d: (float(np.abs(d).sum()), tuple(d)))
     found = []

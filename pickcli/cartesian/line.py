@@ -6,11 +6,11 @@ import numpy as np
 
 from pickcli.geometry import Array, rotation_vector
 
-STEP = 0.008  # m between two poses for inverse kinematics
+POSE_DISTANCE = 0.008  # m between two poses for inverse kinematics
 ANGLE_STEP = np.radians(2.0)
 
 
-def line(T_a: Array, T_b: Array, step: float = STEP) -> Array:
+def line(T_a: Array, T_b: Array, step: float = POSE_DISTANCE) -> Array:
     """Sample the straight line between two poses, with rotation about one fixed axis.
 
     Args:

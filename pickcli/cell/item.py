@@ -12,7 +12,7 @@ from pickcli.geometry import Array
 from pickcli.name_suggestion import suggestion
 
 OWN_ITEMS = "items of your own: --items"  # hint in errors about unknown items
-LYING = 0.7  # a cylinder rolls if the vertical component of its axis is below this
+LYING_AXIS_Z = 0.7  # a cylinder rolls if the vertical component of its axis is below this
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Item:
         Returns:
             True if it rolls.
         """
-        is_lying = abs(float(R[2, 2])) < LYING
+        is_lying = abs(float(R[2, 2])) < LYING_AXIS_Z
         return self.shape.kind is ShapeKind.SPHERE or (self.shape.kind is ShapeKind.CYLINDER and is_lying)
 
 

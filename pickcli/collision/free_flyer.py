@@ -28,8 +28,9 @@ N_FREE = 6  # x, y, z along the axes, then yaw about z, pitch about the turned y
 LANCE, CUP = 5, 6  # frames that move with all six joints: two, because only the cup may touch solids
 ROLL_JUMPS = 0.75 * np.pi  # rad, at which the tool's roll wraps around
 
-NUDGE = 0.0005  # m that an item may come nearer to neighbours that it must not push
-APART = 0.03  # m of lead over an item that rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
+PUSH_TOLERANCE = 0.0005  # m that an item may come nearer to neighbours that it must not push
+# m of lead over an item that rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
+ROLLING_LEAD = 0.03
 FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only approximately
 
 
@@ -126,9 +127,9 @@ class FreeItemChecker(KernelValidator):
         for other in self._beside:
             start = other.clearance(Q[0]).distance
             for i, (a, b) in enumerate(pairwise(Q)):
-                if min(other.clearance(d).distance for d in ((a + b) / 2, b)) < start - NUDGE:
+                if min(other.clearance(d).distance for d in ((a + b) / 2, b)) < start - PUSH_TOLERANCE:
                     return i
-            if other.clearance(Q[-1]).distance < start + APART:
+            if other.clearance(Q[-1]).distance < start + ROLLING_LEAD:
                 return len(Q) - 2
         return -1
 

@@ -37,7 +37,7 @@ FINE_COUNT = 96
 
 # m beyond the cell's clearance that links on either side of a joint must keep at any of its positions to be
 # exempt; else they are tested in every configuration.
-APART = 0.003
+SELF_DISTANCE_RESERVE = 0.003
 
 
 class CollisionModel:
@@ -164,7 +164,7 @@ class CollisionModel:
         lower, upper = (np.zeros(self.robot.n_joints) for _ in range(2))
         low, high = self.robot.limits.window
         lower[body - 1], upper[body - 1] = low[body - 1], high[body - 1]
-        return bool(kernel.edge_is_free(lower, upper, self.cell.clearance + APART))
+        return bool(kernel.edge_is_free(lower, upper, self.cell.clearance + SELF_DISTANCE_RESERVE))
 
     def static_bodies(self) -> tuple[tuple[str, Array, Body], ...]:
         """Return the shapes, except for hulls, of every link that is fixed to the base.

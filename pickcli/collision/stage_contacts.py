@@ -20,9 +20,10 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_contact import SolidContact
 from pickcli.scene.supports import Supports, supports_of
 
-SLIP = 0.001  # m that the target may go deeper into solids than at rest: deviation from lines
-ALONE_SLIP = 0.0005  # m, for the target without the arm, which leaves the arm the rest of SLIP
-TURNED = 0.5  # share of the depth that an angular pose error adds over the first stretch
+LINE_DEVIATION = 0.001  # m that the target may go deeper into solids than at rest: deviation from lines
+# m, for the target without the arm, which leaves the arm the rest of LINE_DEVIATION
+ALONE_LINE_DEVIATION = 0.0005
+ANGLE_ERROR_SHARE = 0.5  # share of the depth that an angular pose error adds over the first stretch
 
 Outward = tuple[float, float, float]
 
@@ -46,7 +47,7 @@ class CupPress:
     @property
     def way(self) -> Array:
         """(3,) m in the world by which the pressed solid is shifted away."""
-        return (self.depth + SLIP) * np.array(self.axis)
+        return (self.depth + LINE_DEVIATION) * np.array(self.axis)
 
 
 def while_resting_on(floor: Iterable[str], item: str) -> AllowedContacts:
@@ -146,7 +147,7 @@ class PickContacts:
             The contacts.
         """
         cup = dict.fromkeys(self.met_by_cup(press.outward), press.way)
-        return AllowedContacts.of(self._given_way(SLIP), cup, self.ignored)
+        return AllowedContacts.of(self._given_way(LINE_DEVIATION), cup, self.ignored)
 
     def while_closing(self) -> AllowedContacts:
         """Return the contacts of fingers that close on the target, or open from it.
@@ -162,7 +163,7 @@ class PickContacts:
         Returns:
             Those of the target with the solids that it leaves; the fingers keep clear of these.
         """
-        return AllowedContacts.of(self._given_way(SLIP), absent=self._without_target)
+        return AllowedContacts.of(self._given_way(LINE_DEVIATION), absent=self._without_target)
 
     def while_lifting(self, press: CupPress) -> AllowedContacts:
         """Return the contacts in the first stretch of the lift with a cup.
@@ -175,7 +176,7 @@ class PickContacts:
         Returns:
             The contacts.
         """
-        item, met = self._given_way(SLIP), self.met_by_cup(press.outward)
+        item, met = self._given_way(LINE_DEVIATION), self.met_by_cup(press.outward)
         cup = {name: press.way if name in met else np.zeros(3) for name in item}
         return AllowedContacts.of(item, cup, self._without_target)
 
@@ -209,7 +210,7 @@ class PickContacts:
         Returns:
             The contacts.
         """
-        return AllowedContacts.of(self._given_way(ALONE_SLIP), absent=self._without_target)
+        return AllowedContacts.of(self._given_way(ALONE_LINE_DEVIATION), absent=self._without_target)
 
     def rolling_along(self) -> tuple[AllowedContacts, ...]:
         """Return the contacts of the free target with the ground and one neighbour that may roll along.
@@ -267,7 +268,7 @@ class PickContacts:
             slip: m that the target may go deeper than that, or come nearer to solids that it is clear of and
                 still touch them, because lines are followed only approximately.
         """
-        turned = TURNED * self.scene.noise.angle * self.first_stretch
+        turned = ANGLE_ERROR_SHARE * self.scene.noise.angle * self.first_stretch
         return {name: max(0.0, slip + turned - c.gap) * c.normal for name, c in self.near.items()}
 
     @cached_property

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 
-_ROOM = np.array([0.45, 0.25, 0.25])  # m
+_BORDER = np.array([0.45, 0.25, 0.25])  # m around what is drawn, either way along x, y and z
 
 
 class Colour(StrEnum):
@@ -133,4 +133,4 @@ class Picture:
         """Corners (3,) of the box around all paths and nodes, with a margin."""
         paths = self.lines[1:] or self.lines
         points = np.vstack([*(line.points for line in paths), *(node.place for node in self.nodes)])
-        return points.min(axis=0) - _ROOM, points.max(axis=0) + _ROOM
+        return points.min(axis=0) - _BORDER, points.max(axis=0) + _BORDER

@@ -12,7 +12,7 @@ from pickcli.drawing.picture import Colour, DrawnLine, DrawnNode, DrawnSolid
 from pickcli.geometry import Array, transform_points
 from pickcli.kinematics.arm import Arm
 
-STEP = 0.04  # rad or m of a joint between two points of a drawn path
+POINT_DISTANCE = 0.04  # rad or m of a joint between two points of a drawn path
 
 _INKS = {
     "home": Colour.HOME,
@@ -118,7 +118,9 @@ def tool_path(waypoints: Array, arm: Arm) -> Array:
     Returns:
         (K, 3) m in the world.
     """
-    counts = np.maximum(np.ceil(np.abs(np.diff(waypoints, axis=0)).max(axis=1) / STEP).astype(int), 1)
+    counts = np.maximum(
+        np.ceil(np.abs(np.diff(waypoints, axis=0)).max(axis=1) / POINT_DISTANCE).astype(int), 1
+    )
     pieces = [
         a + (b - a) * (np.arange(n) / n)[:, None]
         for a, b, n in zip(waypoints[:-1], waypoints[1:], counts, strict=True)

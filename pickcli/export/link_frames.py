@@ -12,8 +12,8 @@ from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 
-ROUNDING = 1e-6  # s
-LOOK = 1e-3  # s, step of numerical differentiation
+TIME_ROUNDING = 1e-6  # s by which two times may differ
+DIFFERENCE_TIME = 1e-3  # s, step of numerical differentiation
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,9 @@ class ToolMotion:
         Returns:
             (N, m) rad/s or m/s, the mean over a millisecond.
         """
-        return (self.positions(t + LOOK / 2) - self.positions(t - LOOK / 2)) / LOOK
+        return (
+            self.positions(t + DIFFERENCE_TIME / 2) - self.positions(t - DIFFERENCE_TIME / 2)
+        ) / DIFFERENCE_TIME
 
 
 def tool_motion(plan: Plan, robot: Robot, movers: tuple[str, ...]) -> ToolMotion:
@@ -147,5 +149,7 @@ def tool_motion(plan: Plan, robot: Robot, movers: tuple[str, ...]) -> ToolMotion
 
 def _state_after(plan: Plan, t: float, commanded: ToolState) -> ToolState:
     """First resting state from a time on; fingers may stop on an item instead of the commanded state."""
-    resting = (s.tool_state for s in plan.segments if s.t_start >= t - ROUNDING and s.tool_state != MOVING)
+    resting = (
+        s.tool_state for s in plan.segments if s.t_start >= t - TIME_ROUNDING and s.tool_state != MOVING
+    )
     return next(resting, commanded)

@@ -13,7 +13,7 @@ from pickcli.motion.trajectory import Trajectory
 
 SECOND = 1_000_000_000  # ns
 MIN_RATE, MAX_RATE = 1.0, 1000.0  # Hz
-LOOK = 1e-3  # s between samples for interpolation errors
+SAMPLE_TIME = 1e-3  # s between samples for interpolation errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ def interpolation_error(trajectory: Trajectory, samples: MotionSamples) -> tuple
     Returns:
         The largest joint deviation over all milliseconds (rad or m), and the joint's index.
     """
-    times = np.arange(0.0, trajectory.duration, LOOK)
+    times = np.arange(0.0, trajectory.duration, SAMPLE_TIME)
     followed = samples.as_trajectory(trajectory.joint_names).sample(times)
     worst = np.abs(followed - trajectory.sample(times)).max(axis=0)
     return float(worst.max()), int(worst.argmax())

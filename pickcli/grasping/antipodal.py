@@ -23,7 +23,7 @@ MAX_TILT = np.radians(30.0)  # between the way in and the tool's axis
 SHARES = (1.0, 0.75, 0.5)  # of a pad's sides, tried if not all of it is on a face
 GIVES_WAY = 0.0003  # m that rubber is compressed: a low estimate
 YAWS = np.radians(np.arange(0.0, 360.0, 30.0))  # about the approach axis, for shapes symmetric about it
-EDGE = 1e-9  # m
+EDGE_ROUNDING = 1e-9  # m beyond an edge that count as on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,14 +202,14 @@ def _frame(y: Array, z: Array) -> Array:
 
 def _through(direction: Array, half: Array) -> float:
     """Return how far in m a line from the centre of a box (half extents) stays inside of it."""
-    return float((half / np.maximum(np.abs(direction), EDGE)).min())
+    return float((half / np.maximum(np.abs(direction), EDGE_ROUNDING)).min())
 
 
 def _all_on(shape: Shape, face: str, points: Array) -> bool:
     """Whether points (N, 3) in the middle plane of a pinch lie under both of its faces."""
     if face == "mantle":
-        return bool((np.abs(points[:, 2]) <= shape.size[1] / 2 + EDGE).all())
+        return bool((np.abs(points[:, 2]) <= shape.size[1] / 2 + EDGE_ROUNDING).all())
     if shape.kind is ShapeKind.CYLINDER:
-        return bool((np.linalg.norm(points[:, :2], axis=1) <= shape.size[0] + EDGE).all())
+        return bool((np.linalg.norm(points[:, :2], axis=1) <= shape.size[0] + EDGE_ROUNDING).all())
     across = [i for i in range(3) if i != "xyz".index(face)]
-    return bool((np.abs(points[:, across]) <= shape.extents[across] / 2 + EDGE).all())
+    return bool((np.abs(points[:, across]) <= shape.extents[across] / 2 + EDGE_ROUNDING).all())

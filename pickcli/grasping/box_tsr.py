@@ -20,8 +20,8 @@ from pickcli.files.yaml_reader import read_yaml
 from pickcli.geometry import Array, rotation_axis_angle
 
 TAG = "!BoxTSR"
-MOST = 10_000  # regions of a file
-FARTHEST = 2.0  # m
+MAX_REGIONS = 10_000  # regions of a file
+MAX_DISTANCE = 2.0  # m, bound of every position in a file
 MOST_ANGLE = 2.0 * np.pi
 _AXES = np.eye(3)
 
@@ -78,8 +78,8 @@ def read_box_tsrs(path: Path) -> tuple[BoxTsr, ...]:
     entries = source.data
     if not isinstance(entries, list) or not entries:
         source.add((), f"expected a list of {TAG} with extents; {TSRS.origin}")
-    elif len(entries) > MOST:
-        source.add((), f"{len(entries)} regions; at most {MOST} are read")
+    elif len(entries) > MAX_REGIONS:
+        source.add((), f"{len(entries)} regions; at most {MAX_REGIONS} are read")
     else:
         for k, entry in enumerate(entries):
             for key, fault in _faults(entry):
@@ -98,7 +98,7 @@ def _faults(entry: Any) -> Iterator[tuple[tuple[str | int, ...], str]]:
         yield ("extents",), "expected six pairs [least, greatest]: x, y, z in m and three angles in rad"
         return
     for i, pair in enumerate(extents):
-        most = FARTHEST if i < 3 else MOST_ANGLE
+        most = MAX_DISTANCE if i < 3 else MOST_ANGLE
         is_pair = isinstance(pair, list) and len(pair) == 2 and all(_is_number(end) for end in pair)
         if not is_pair:
             yield ("extents", i), "expected two numbers [least, greatest]"

@@ -18,7 +18,7 @@ from pickcli.motion.plan import Grasp
 
 STATE_COST = 0.05  # for each later state: the first, usual one is tried first
 TURN_COST = 0.3  # for a half turn of the hand
-WITHIN = 1e-9  # m
+WIDTH_ROUNDING = 1e-9  # m
 
 
 def sample_pinches(
@@ -76,7 +76,7 @@ def sample_pinches(
 def _states(tool: Tool, pinch: Pinch) -> Iterator[tuple[ToolState, float]]:
     """Yield the states in which the fingers pass the item, and their costs."""
     for k, (state, width) in enumerate(tool.positions.items()):
-        if width > pinch.width + WITHIN:
+        if width > pinch.width + WIDTH_ROUNDING:
             yield state, STATE_COST * k
 
 

@@ -31,14 +31,14 @@ from pickcli.geometry import GRAVITY, Array
 from pickcli.grasping.cup_press import farthest_push, overtravel
 from pickcli.motion.plan import Grasp
 
-WITHIN = 1e-3  # m that a press from above stays within the edge of the support
+EDGE_TOLERANCE = 1e-3  # m that a press from above stays within the edge of the support
 MOST_TILT = 0.95  # of the angle at which an item falls over, to which a press may tip it
 MOST_SPEED = 0.8  # of the speed at which a cup throws the item over
 REBOUND = 2.0  # times the cup's speed: speed at which an item leaves undamped bellows
 MOST_FRICTION = 1.1  # of an item on its support: cardboard, plastic and cloth on board have 0.25 to 0.5
 SLOWEST = 0.05  # of the tool's contact speed: a grasp that throws the item over even at that is rejected
 NO_ARM = 1e-6  # m
-SAME = 1e-6  # m
+LENGTH_ROUNDING = 1e-6  # m, shorter edges are points
 
 
 def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | None:
@@ -120,7 +120,11 @@ def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
     target, supports = contacts.target, contacts.supports
     tip = target.T_world_item @ grasp.T_item_tip
     press = tool.cup.stiffness * overtravel(grasp, tool, contacts.scene.noise) * tip[:3, 2]
-    around = [tip[:3, 3] + (x, y, 0.0) for x in (-WITHIN, WITHIN) for y in (-WITHIN, WITHIN)]
+    around = [
+        tip[:3, 3] + (x, y, 0.0)
+        for x in (-EDGE_TOLERANCE, EDGE_TOLERANCE)
+        for y in (-EDGE_TOLERANCE, EDGE_TOLERANCE)
+    ]
     footing, centre = supports.balance.footing(target.id, is_sure=False), target.T_world_item[:3, 3]
     stands, weight = not _is_beside(footing, centre), target.item.lightest * GRAVITY
     met = [_met(footing, press, point) for point in around] if stands else []
@@ -152,7 +156,7 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     to_centre, to_tip = T[:3, 3] - edges, tip[:3, 3] - edges
     inside = -np.einsum("ni,ni->n", to_centre[:, :2], ways)
     arms = to_tip[:, 2] * (ways @ tip[:2, 2]) - np.einsum("ni,ni->n", to_tip[:, :2], ways) * tip[2, 2]
-    if len(edges) == 0 or inside.min() <= -(WITHIN + noise.bound(target.item)):
+    if len(edges) == 0 or inside.min() <= -(EDGE_TOLERANCE + noise.bound(target.item)):
         return None  # it does not stand by its weight: what holds it from the side is not known
     inside = np.maximum(inside, 0.0)  # if it may not stand, any press over that edge tips it
     friction = np.where(arms > NO_ARM, inside / np.maximum(arms, NO_ARM), np.inf)  # required for tipping
@@ -191,10 +195,14 @@ def _edges(footing: Array, centre: Array) -> tuple[Array, Array]:
     a, b = (footing[k] for k in np.nonzero(~np.eye(len(footing), dtype=bool)))
     along = b - a
     length = np.hypot(along[:, 0], along[:, 1])
-    a, along, length = a[length > SAME], along[length > SAME], length[length > SAME, None]
+    a, along, length = (
+        a[length > LENGTH_ROUNDING],
+        along[length > LENGTH_ROUNDING],
+        length[length > LENGTH_ROUNDING, None],
+    )
     ways = np.column_stack([along[:, 1], -along[:, 0]]) / length
     beyond = (ways @ footing[:, :2].T - np.einsum("ni,ni->n", ways, a[:, :2])[:, None]).max(axis=1)
-    outer = beyond < SAME
+    outer = beyond < LENGTH_ROUNDING
     a, along, length, ways = a[outer], along[outer], length[outer], ways[outer]
     share = np.einsum("ni,ni->n", centre[:2] - a[:, :2], along[:, :2])[:, None] / length**2
     return a + np.clip(share, 0.0, 1.0) * along, ways

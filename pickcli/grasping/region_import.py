@@ -17,7 +17,7 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.grasping.box_tsr import BoxTsr
 
-RIM = 0.0175  # m, the radius of KTH's cup according to the calls that made their files
+KTH_CUP_RADIUS = 0.0175  # m, the radius of KTH's cup according to the calls that made their files
 MOST_TILT = np.radians(15.0)  # angle of a tool to a face's normal up to which it is assigned to that face
 FITS = 1e-3  # m by which the remaining area on a face may be narrower than the cup
 _GRAIN = 1e-4  # m that limits are rounded to, outwards: a region may be a point, and has to fit the cup
@@ -46,7 +46,7 @@ def import_regions(
     regions: Sequence[BoxTsr],
     item: Item,
     axes: Array | None = None,
-    rim: float = RIM,
+    rim: float = KTH_CUP_RADIUS,
     seal: float | None = None,
 ) -> ImportedRegions:
     """Make seals and areas of an item from regions.
@@ -97,7 +97,7 @@ def import_regions(
     return ImportedRegions(imported, S, {f: len(parts) for f, parts in found.items()}, tuple(left_out))
 
 
-def axes_by_size(regions: Sequence[BoxTsr], item: Item, rim: float = RIM) -> Array:
+def axes_by_size(regions: Sequence[BoxTsr], item: Item, rim: float = KTH_CUP_RADIUS) -> Array:
     """Match the axes of the regions' frame to those of the item by size: longest to longest, and so on.
 
     Args:

@@ -95,7 +95,7 @@ USUAL = Search(
     yaws=_degrees(0, 15, -15, 30, -30), pitches=_degrees(0, 10, 20, 30, -10), tilts=(),
     quarters=False,
 )  # fmt: skip
-WIDE = Search(
+WIDE_SEARCH = Search(
     n_random=0, grid=5, fan=_degrees(0, 14, -14, 28, -28),
     yaws=_degrees(0, 8, -8, 16, -16, 24, -24, 32, -32), pitches=_degrees(0, 8, 16, 24, 32, -8),
     tilts=(-1.0, -0.5, 0.0, 0.5, 1.0), quarters=True,

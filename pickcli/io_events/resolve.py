@@ -17,7 +17,7 @@ from pickcli.motion.trajectory import Trajectory
 Travel: TypeAlias = "Array | Callable[[Array], Array]"
 """m of tool path since the start, never decreasing: at the trajectory's times (N,), or a function of time."""
 
-ROUNDING = 1e-9  # s
+TIME_ROUNDING = 1e-9  # s by which equal times may differ
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def resolve(
             t_anchor = segments[event.anchor.segment].t_start
         resolved.append(replace(event, t_anchor=t_anchor, t_trigger=t_anchor - event.lead))
     earliest = min((e.t_trigger for e in resolved if e.t_trigger is not None), default=0.0)
-    return ResolvedEvents(tuple(resolved), -earliest if earliest < -ROUNDING else 0.0, tuple(reasons))
+    return ResolvedEvents(tuple(resolved), -earliest if earliest < -TIME_ROUNDING else 0.0, tuple(reasons))
 
 
 def delay_segments(segments: Sequence[Segment], delay: float) -> tuple[Segment, ...]:
@@ -120,7 +120,7 @@ def _time_of_travel(start: float, offset: float, trajectory: Trajectory, travel:
     along = travel(times) if callable(travel) else travel
     at_start = travel(np.array([start]))[0] if callable(travel) else np.interp(start, times, along)
     wanted = float(at_start) + offset
-    if not along[0] - ROUNDING <= wanted <= along[-1] + ROUNDING:
+    if not along[0] - TIME_ROUNDING <= wanted <= along[-1] + TIME_ROUNDING:
         return None
     i = int(np.clip(np.searchsorted(along, wanted, side="left"), 1, len(times) - 1))
     gained = along[i] - along[i - 1]

@@ -22,10 +22,11 @@ from pickcli.motion.trajectory import Trajectory
 
 SPACING = 4e-3  # s between the stored points of the path
 WINDOW = 0.02  # s of the trajectory that one update may advance, in addition to 2 dt
-NEAR = 5e-4  # joint units along the path (0.5 mm at 1 m from a joint): this near to a rest, the clock is used
+# joint units along the path (0.5 mm at 1 m from a joint): this near to a rest, the clock is used
+NEAR_REST = 5e-4
 LEFT = 1e-3  # joint units along the path beyond which the robot has left a rest
 FASTEST = 1.5  # largest rate of progress that is used to extrapolate the next step
-ROUNDING = 1e-9  # s
+TIME_ROUNDING = 1e-9  # s by which equal times may differ
 
 
 class EventTracker:
@@ -129,7 +130,7 @@ class EventTracker:
         if piece >= rest:
             return True
         share = (self._progress - times[piece]) / (times[piece + 1] - times[piece])
-        return travel[rest] - travel[piece] - share * (travel[piece + 1] - travel[piece]) <= NEAR
+        return travel[rest] - travel[piece] - share * (travel[piece + 1] - travel[piece]) <= NEAR_REST
 
     def _follow(self, rest: int, q: Array, dt: float) -> None:
         """Advance the progress by projection, at most to the rest."""
@@ -173,7 +174,7 @@ class EventTracker:
 
     def _fire(self, due: float) -> tuple[Event, ...]:
         first = self._n_fired
-        while self._n_fired < len(self._triggers) and self._triggers[self._n_fired][0] <= due + ROUNDING:
+        while self._n_fired < len(self._triggers) and self._triggers[self._n_fired][0] <= due + TIME_ROUNDING:
             self._n_fired += 1
         return tuple(event for _, event in self._triggers[first : self._n_fired])
 
@@ -186,7 +187,7 @@ def _path(trajectory: Trajectory) -> tuple[list[float], Array, list[int]]:
     q, t = trajectory.positions, trajectory.times
     still = np.all(trajectory.velocities == 0.0, axis=1) & np.all(trajectory.accelerations == 0.0, axis=1)
     is_rest = np.all(q[1:] == q[:-1], axis=1) & still[1:] & still[:-1]
-    counts = np.where(is_rest, 1, np.ceil(np.diff(t) / SPACING - ROUNDING)).astype(int)
+    counts = np.where(is_rest, 1, np.ceil(np.diff(t) / SPACING - TIME_ROUNDING)).astype(int)
     at = np.concatenate([[0], np.cumsum(counts)])  # index of every original point among the new ones
     times = np.interp(np.arange(at[-1] + 1), at, t)
     return times.tolist(), trajectory.sample(times), at[:-1][is_rest].tolist()

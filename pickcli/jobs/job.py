@@ -55,7 +55,7 @@ class Job(Protocol):
 # Packages whose code does not affect results of builds: they are beside or above the packages that do, which
 # import none of them (checked by import-linter). So a changed help text does not invalidate journals and
 # workers.
-ROOMS_WITHOUT_RESULTS = frozenset({
+PACKAGES_WITHOUT_RESULTS = frozenset({
     "__main__.py", "api", "commands", "drawing", "export", "page", "planner_benchmark", "planning",
     "reachability", "robot_setup", "simulation", "stowing", "trial", "verification",
 })  # fmt: skip
@@ -64,7 +64,7 @@ ROOMS_WITHOUT_RESULTS = frozenset({
 @cache
 def code_digest() -> str:
     """Compute the SHA-256 over the kernel and the sources that affect results."""
-    return sources_digest(ROOMS_WITHOUT_RESULTS)
+    return sources_digest(PACKAGES_WITHOUT_RESULTS)
 
 
 def sources_digest(without: Collection[str] = ()) -> str:

@@ -28,7 +28,7 @@ from pickcli.jobs.job import Key
 
 _MAGIC = b"APCTASK\n"
 _HEAD = struct.Struct("<8sQ32s")
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # a full disk, a quota, a limit of the size of files
+_DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # a full disk, a quota, a limit of the size of files
 
 
 class Journal:
@@ -72,7 +72,7 @@ class Journal:
         try:
             self._write(head + body)
         except OSError as error:
-            cure = "make room" if error.errno in _NO_ROOM else "mend that"
+            cure = "make room" if error.errno in _DISK_FULL else "mend that"
             raise InputError(
                 f"{self.path}: cannot be written: {error.strerror}; {cure} and run the same command again"
             ) from None

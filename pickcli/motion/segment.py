@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 
-STANDING = 1e-6  # joint units of path below which a segment counts as at rest
+MIN_WAY = 1e-6  # joint units of path below which a segment counts as at rest
 
 
 class SegmentKind(StrEnum):
@@ -74,7 +74,7 @@ class PathSegment:
     @property
     def has_length(self) -> bool:
         """Whether the robot moves in this segment."""
-        return float(np.abs(np.diff(self.waypoints, axis=0)).sum()) > STANDING
+        return float(np.abs(np.diff(self.waypoints, axis=0)).sum()) > MIN_WAY
 
     def scaled(self, by: float) -> Self:
         """Scale all joint limits, in addition to the segment's own scale.

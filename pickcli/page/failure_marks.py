@@ -10,7 +10,7 @@ from pickcli.page.page_motion import Approach, Mark
 from pickcli.page.page_scene import Tone
 from pickcli.scene.scene import Scene
 
-MOST = 24  # largest number of marks per failure
+MAX_MARKS = 24  # largest number of marks per failure
 
 _WHEN = re.compile(r"\bat (\d+\.\d+) s\b")
 _DEEP = re.compile(r"(\d+(?:\.\d+)?) mm deep")
@@ -43,7 +43,7 @@ def failure_marks(
             deepest = max((m for m in (before, mark)), key=lambda m: m.depth or 0.0)
             found[key] = Mark(**{**vars(deepest), "count": before.count + 1})
     ranked = sorted(found.values(), key=lambda mark: mark.grasp is None and not mark.names)
-    return tuple(ranked[:MOST])
+    return tuple(ranked[:MAX_MARKS])
 
 
 def named_parts(scene: Scene) -> frozenset[str]:

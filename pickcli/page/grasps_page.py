@@ -34,10 +34,10 @@ from pickcli.page.shape_parts import drawn_shape
 _LIFT = 4e-4  # m between regions and the surface, for visibility
 _THIN = 1e-3  # m, least side of a region that is a line or a point
 _ARROW = 0.04  # m
-_POINT = 1e-4  # m, resolution of points
+_POINT_RESOLUTION = 1e-4  # m, resolution of points
 _REGION = "#0072b2"
 _LOADS = ((0.33, "#009e73", "up to a third"), (0.67, "#e69f00", "up to two thirds"), (9.9, "#b2182b", "more"))
-_AT_REST = pose((0.0, 0.0, 0.0))
+_T_IDENTITY = pose((0.0, 0.0, 0.0))
 
 
 def grasps_page(item: Item, tool: Tool, place: str, found: CandidateSet) -> PageDocument:
@@ -61,9 +61,11 @@ def grasps_page(item: Item, tool: Tool, place: str, found: CandidateSet) -> Page
         subtitle=f"{len(found.grasps)} candidates in {place}, {len(regions)} regions",
         facts=tuple(_facts(item, found)),
         robot=_NOTHING,
-        groups=tuple(PageGroup(f"region {face.name}", posed(_AT_REST), _REGION, (_region(face, item),), 0.6)
-                     for face in regions),
-        items=(PageItem(item.name, name, item_ink(item), drawn_shape(item.shape), posed(_AT_REST)),),
+        groups=tuple(
+            PageGroup(f"region {face.name}", posed(_T_IDENTITY), _REGION, (_region(face, item),), 0.6)
+            for face in regions
+        ),
+        items=(PageItem(item.name, name, item_ink(item), drawn_shape(item.shape), posed(_T_IDENTITY)),),
         lines=tuple(PageLine(f"{k + 1}: {grasp}", _arrow(grasp), colour)
                     for k, (grasp, (colour, _)) in enumerate(loads)),
         legend=tuple((f"load {words}", colour) for _, colour, words in _LOADS),
@@ -72,7 +74,7 @@ def grasps_page(item: Item, tool: Tool, place: str, found: CandidateSet) -> Page
 
 
 # Pages are shown in 3-D only with a robot; this one is invisible.
-_NOTHING = PageRobot("", posed(_AT_REST), (PageLink("item", ()),), (), (), (), 0, posed(_AT_REST))
+_NOTHING = PageRobot("", posed(_T_IDENTITY), (PageLink("item", ()),), (), (), (), 0, posed(_T_IDENTITY))
 
 
 def _load(grasp: Grasp) -> tuple[str, str]:
@@ -83,7 +85,7 @@ def _region(face: Face, item: Item) -> PageBody:
     """Convert a region of the cup's centre: a rectangle, a band around a cylinder, or a sphere."""
     region = face.region
     if face.name == "sphere":
-        shape, T = PageShape("sphere", rounded((item.shape.size[0] + _LIFT,))), _AT_REST
+        shape, T = PageShape("sphere", rounded((item.shape.size[0] + _LIFT,))), _T_IDENTITY
     elif face.name == "mantle":
         low, high = region.bounds[2]
         size = (item.shape.size[0] + _LIFT, max(_THIN, high - low))
@@ -97,7 +99,7 @@ def _region(face: Face, item: Item) -> PageBody:
 def _arrow(grasp: Grasp) -> dict[str, object]:
     """Line along the approach direction to the contact point on the item."""
     tip, approach = grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2]
-    return packed(np.stack([tip - _ARROW * approach, tip]), _POINT)
+    return packed(np.stack([tip - _ARROW * approach, tip]), _POINT_RESOLUTION)
 
 
 def _facts(item: Item, found: CandidateSet) -> Iterator[Fact]:

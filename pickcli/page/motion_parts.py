@@ -24,11 +24,11 @@ from pickcli.page.page_motion import Carried, Lane, PageMotion, Signal, Span
 from pickcli.page.page_scene import posed
 from pickcli.scene.scene import Scene
 
-RATE = 100.0  # Hz of sampling: at 10 rad/s^2 interpolation errors are up to 0.13 mrad
+SAMPLE_RATE = 100.0  # Hz of sampling: at 10 rad/s^2 interpolation errors are up to 0.13 mrad
 MOST_SAMPLES = 6000  # per motion; longer motions are sampled at a lower rate
-TIME = 1e-4  # s, resolution of times
-POSITION = 1e-5  # rad or m, resolution of joint positions
-RATIO = 1e-3  # resolution of shares of a limit
+TIME_RESOLUTION = 1e-4  # s, resolution of times
+POSITION_RESOLUTION = 1e-5  # rad or m, resolution of joint positions
+RATIO_RESOLUTION = 1e-3  # resolution of shares of a limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +62,12 @@ def samples_of(plan: Plan, robot: Robot) -> Samples:
         The samples.
     """
     duration = plan.trajectory.duration
-    n = min(int(np.ceil(duration * RATE)), MOST_SAMPLES)
+    n = min(int(np.ceil(duration * SAMPLE_RATE)), MOST_SAMPLES)
     ends = [t for segment in plan.segments for t in (segment.t_start, segment.t_end)]
-    times = np.unique(np.round(np.append(np.linspace(0.0, duration, n + 1), ends) / TIME)) * TIME
+    times = (
+        np.unique(np.round(np.append(np.linspace(0.0, duration, n + 1), ends) / TIME_RESOLUTION))
+        * TIME_RESOLUTION
+    )
     times = np.clip(times, 0.0, duration)
     return Samples(times, plan.trajectory.sample(times), _tool_motion(plan, robot, times))
 
@@ -81,7 +84,10 @@ def motion_part(samples: Samples, carried: Sequence[Carried]) -> PageMotion:
     """
     duration = float(samples.times[-1])
     return PageMotion(
-        duration, packed(samples.times, TIME), packed(samples.positions, POSITION), tuple(carried)
+        duration,
+        packed(samples.times, TIME_RESOLUTION),
+        packed(samples.positions, POSITION_RESOLUTION),
+        tuple(carried),
     )
 
 
@@ -216,7 +222,8 @@ def limit_signal(derivative: int, shares: Array, cell: Cell, times: Array) -> Si
     name = ("velocity", "acceleration", "jerk")[derivative - 1]
     suffix = ("/s", "/s²", "/s³")[derivative - 1]
     return Signal(
-        name, "of the limit", packed(times, TIME), packed(shares, RATIO), cell.robot.joint_names,
+        name, "of the limit", packed(times, TIME_RESOLUTION), packed(shares, RATIO_RESOLUTION),
+        cell.robot.joint_names,
         tuple(limits_of(cell)[derivative - 1].tolist()), tuple(unit + suffix for unit in cell.robot.units),
         -1.1, 1.1, 1.0,
     )  # fmt: skip
@@ -230,7 +237,7 @@ def _tool_motion(plan: Plan, robot: Robot, times: Array) -> Array:
     state = first if not moving or moving[0].t_start > 0.0 else _state_before(plan, robot, first)
     knots, values = [0.0], [tool_positions(robot, state)]
     for segment in moving:
-        after = next((k[2] for k in known if k[0] >= segment.t_end - TIME), state)
+        after = next((k[2] for k in known if k[0] >= segment.t_end - TIME_RESOLUTION), state)
         began, lead = _switched_in(plan, segment)
         knots += [began, began + lead]
         values += [values[-1], tool_positions(robot, after)]
@@ -252,7 +259,7 @@ def _switched_in(plan: Plan, segment: Segment) -> tuple[float, float]:
     for event in plan.events:
         t = event.t_trigger
         is_other = event.action in ("on", "off", "read")
-        if t is not None and not is_other and segment.t_start - TIME <= t <= segment.t_end:
+        if t is not None and not is_other and segment.t_start - TIME_RESOLUTION <= t <= segment.t_end:
             return t, event.lead
     return segment.t_start, span
 

@@ -18,16 +18,16 @@ from pickcli.collision.stage_contacts import while_in_segment
 from pickcli.files.packed_array import packed
 from pickcli.geometry import Array, from_quaternion, pose
 from pickcli.motion.segment import Segment
-from pickcli.page.motion_parts import TIME
+from pickcli.page.motion_parts import TIME_RESOLUTION
 from pickcli.page.page_motion import Carried, PathClearance
 from pickcli.scene.scene import Scene
 
-MOST = 0.15  # m, largest measured distance
-CLEARANCE = 1e-4  # m, resolution of distances
+DISTANCE_CAP = 0.15  # m, largest measured distance
+DISTANCE_RESOLUTION = 1e-4  # m, resolution of distances
 MOST_STEADY = 5  # number of rounds in which steady pairs are excluded
-LONG = 0.15  # share of a motion in which a steady pair is the nearest
-STEADY = 0.01  # m, largest variation of its distance
-_NOTHING = Contact(MOST, "", "")
+MIN_STEADY_SHARE = 0.15  # share of a motion in which a steady pair is the nearest
+STEADY_VARIATION = 0.01  # m, largest variation of its distance
+_NOTHING = Contact(DISTANCE_CAP, "", "")
 
 
 def path_clearance(
@@ -84,7 +84,10 @@ class NearestPairs:
                 break
             self._steady |= found
         if self._times:  # no values between two motions
-            self._times += [self._times[-1] + TIME, max(self._times[-1] + 2 * TIME, float(times[0]) - TIME)]
+            self._times += [
+                self._times[-1] + TIME_RESOLUTION,
+                max(self._times[-1] + 2 * TIME_RESOLUTION, float(times[0]) - TIME_RESOLUTION),
+            ]
             self._contacts += [_NOTHING, _NOTHING]
         later = [i for i, t in enumerate(times.tolist()) if not self._times or t > self._times[-1]]
         self._times += [float(times[i]) for i in later]
@@ -99,10 +102,11 @@ class NearestPairs:
         names = tuple(sorted({str(contact) for contact in self._contacts if contact.b}))
         index = {name: i for i, name in enumerate(names)}
         numbers = np.array([index.get(str(contact), -1) for contact in self._contacts], dtype=float)
-        values = np.array([min(contact.distance, MOST) for contact in self._contacts])
+        values = np.array([min(contact.distance, DISTANCE_CAP) for contact in self._contacts])
         return PathClearance(
-            packed(np.array(self._times), TIME), packed(values, CLEARANCE), packed(numbers, 1.0), names,
-            self._cell.clearance, MOST,
+            packed(np.array(self._times), TIME_RESOLUTION), packed(values, DISTANCE_RESOLUTION),
+            packed(numbers, 1.0), names,
+            self._cell.clearance, DISTANCE_CAP,
             tuple(f"{a} against {b}: {1e3 * distance:.0f} mm" for (a, b), distance in self._steady.items()),
         )  # fmt: skip
 
@@ -135,7 +139,7 @@ def _nearest(
     for segment, rows in _rows(segments, times):
         checker = _checker(model, scene, segment, carried, steady)
         for i in rows:
-            contact = checker.clearance(Q[i], MOST)
+            contact = checker.clearance(Q[i], DISTANCE_CAP)
             if contact.distance < found[i].distance:
                 found[i] = contact
     return found
@@ -157,14 +161,17 @@ def _steady(contacts: Sequence[Contact]) -> dict[tuple[str, str], float]:
     return {
         pair: min(distances)
         for pair, distances in by_pair.items()
-        if len(distances) >= LONG * len(contacts) and max(distances) - min(distances) < STEADY
+        if len(distances) >= MIN_STEADY_SHARE * len(contacts)
+        and max(distances) - min(distances) < STEADY_VARIATION
     }
 
 
 def _rows(segments: Sequence[Segment], times: Array) -> Iterator[tuple[Segment, range]]:
     """Yield each segment with the indices of its samples."""
     for segment in segments:
-        first, last = np.searchsorted(times, (segment.t_start - TIME, segment.t_end + TIME))
+        first, last = np.searchsorted(
+            times, (segment.t_start - TIME_RESOLUTION, segment.t_end + TIME_RESOLUTION)
+        )
         yield segment, range(int(first), int(last))
 
 

@@ -15,7 +15,7 @@ from pickcli.page.page_document import Bar, Chart, PageDocument
 from pickcli.page.page_scene import Fact, PageLine, PageNode, rounded
 from pickcli.page.scene_page import cell_page
 
-POINT = 1e-3  # m, resolution of path points
+POINT_RESOLUTION = 1e-3  # m, resolution of path points
 
 
 def picture_page(picture: Picture, cell: Cell, kind: str) -> PageDocument:
@@ -41,7 +41,8 @@ def picture_page(picture: Picture, cell: Cell, kind: str) -> PageDocument:
             PageNode(node.name, rounded(node.place), str(node.ink), node.is_main) for node in picture.nodes
         ),
         lines=tuple(
-            PageLine(line.name, packed(line.points, POINT), str(line.ink)) for line in picture.lines[1:]
+            PageLine(line.name, packed(line.points, POINT_RESOLUTION), str(line.ink))
+            for line in picture.lines[1:]
         ),
         legend=tuple((name, str(ink)) for name, ink in picture.lines_by_ink),
         charts=(_chart(picture.coverage),) if picture.coverage and picture.coverage.bars else (),

@@ -12,7 +12,7 @@ from pickcli.files.packed_array import packed
 from pickcli.geometry import Array
 from pickcli.page.page_scene import PageBody, PageShape, posed, rounded
 
-CORNER = 1e-4  # m, resolution of mesh corners
+CORNER_RESOLUTION = 1e-4  # m, resolution of mesh corners
 
 
 def drawn_body(body: Body, colour: str = "") -> PageBody:
@@ -56,7 +56,9 @@ def mesh(corners: Array, triangles: Array, colour: str = "", is_smooth: bool = F
     Returns:
         The shape.
     """
-    return PageShape("mesh", (), packed(corners, CORNER), packed(triangles, 1.0), colour, is_smooth)
+    return PageShape(
+        "mesh", (), packed(corners, CORNER_RESOLUTION), packed(triangles, 1.0), colour, is_smooth
+    )
 
 
 @lru_cache(maxsize=256)

@@ -14,8 +14,8 @@ from pickcli.page.path_clearance import NearestPairs
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
 
-STEP = 0.04  # s between samples
-FARTHEST = 0.05  # m, largest distance from the tip of an item that counts as held
+SAMPLE_TIME = 0.04  # s between samples
+MAX_HOLD_DISTANCE = 0.05  # m, largest distance from the tip of an item that counts as held
 
 
 def trial_clearance(scene: Scene, motion: RecordedMotion) -> PathClearance | None:
@@ -33,7 +33,7 @@ def trial_clearance(scene: Scene, motion: RecordedMotion) -> PathClearance | Non
         return None
     pairs = NearestPairs(scene.cell)
     for move in moves:
-        times = np.arange(move.segments[0].t_start, move.segments[-1].t_end, STEP)
+        times = np.arange(move.segments[0].t_start, move.segments[-1].t_end, SAMPLE_TIME)
         here = _scene_at(scene, motion, move.t_start)
         Q = _joints_at(motion, times)[:, : scene.cell.robot.n_joints]
         pairs.add(here, move.segments, times, Q, _carried(here, motion, move))

@@ -13,7 +13,7 @@ from pickcli.errors import Reason
 from pickcli.files.packed_array import packed
 from pickcli.geometry import Array
 from pickcli.page.failure_marks import failure_marks, named_parts
-from pickcli.page.motion_parts import TIME, limit_signal, segment_lane, switched_lanes
+from pickcli.page.motion_parts import TIME_RESOLUTION, limit_signal, segment_lane, switched_lanes
 from pickcli.page.page_document import PageDocument, PageTable
 from pickcli.page.page_motion import Chapter, Mark, PageMotion, Signal, Track
 from pickcli.page.page_scene import Fact, Tone
@@ -61,10 +61,10 @@ def trial_page(record: Mapping[str, Any], scene: Scene, motion: RecordedMotion) 
         facts=tuple(_facts(record)),
         motion=PageMotion(
             duration,
-            packed(motion.times, TIME),
+            packed(motion.times, TIME_RESOLUTION),
             packed(motion.joints, JOINT),
             tracks=tuple(
-                Track(item, packed(times, TIME), packed(poses, POSE))
+                Track(item, packed(times, TIME_RESOLUTION), packed(poses, POSE))
                 for item, (times, poses) in motion.items.items()
             ),
             is_path_drawn=False,
@@ -187,7 +187,7 @@ def _switched(attempts: Sequence[_Played]) -> list[tuple[float, str, str, str]]:
 def _vacuum(motion: RecordedMotion) -> Iterator[Signal]:
     if len(motion.vacuum):
         yield Signal(
-            "vacuum", "kPa", packed(motion.vacuum_times, TIME),
+            "vacuum", "kPa", packed(motion.vacuum_times, TIME_RESOLUTION),
             packed(motion.vacuum[:, None] / 1e3, KILOPASCAL), ("in the cup",), (1.0,), (), 0.0, 62.0,
         )  # fmt: skip
 
@@ -201,7 +201,7 @@ def _limits(motion: RecordedMotion, cell: Cell) -> Iterator[Signal]:
     for k in range(3):
         times, rows = [np.zeros(1)], [np.zeros((1, n))]
         for each in moves:
-            times += [each.times[:1] - 2 * TIME, each.times, each.times[-1:] + 2 * TIME]
+            times += [each.times[:1] - 2 * TIME_RESOLUTION, each.times, each.times[-1:] + 2 * TIME_RESOLUTION]
             rows += [np.zeros((1, n)), each.shares[k], np.zeros((1, n))]
         at = np.concatenate(times)
         is_later = np.append(True, np.diff(np.maximum.accumulate(at)) > 0.0)

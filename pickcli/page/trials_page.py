@@ -13,7 +13,7 @@ from pickcli.trial.success_rate import SuccessRate
 from pickcli.trial.trial_statistics import TrialStatistics, score_share
 
 MOST_CAUSES = 12
-TENTH = 0.1  # width of a bar, as a share of the largest score
+BAR_WIDTH = 0.1  # width of a bar, as a share of the largest score
 _GOOD, _FAIR, _BAD = "#009e73", "#e69f00", "#b2182b"
 
 
@@ -69,7 +69,7 @@ def _total(told: TrialStatistics, key: str, label: str) -> Fact:
 
 def _distribution(shares: Sequence[float]) -> Chart:
     """Histogram of score shares in tenths; negative shares count as 0."""
-    counts = Counter(min(9, max(0, int(share / TENTH + 1e-9))) for share in shares)
+    counts = Counter(min(9, max(0, int(share / BAR_WIDTH + 1e-9))) for share in shares)
     bars = tuple(Bar(f"{10 * k} to {10 * k + 10} %", (counts[k],)) for k in range(min(counts), 10))
     return Chart("Trials by their share of the points", (("trials", _GOOD),), bars)
 

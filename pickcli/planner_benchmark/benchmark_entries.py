@@ -23,7 +23,7 @@ from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.precompute.empty_cell_checkers import RESERVE, checker
+from pickcli.precompute.empty_cell_checkers import STORED_RESERVE, checker
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.timing.timed_run import time_run
 from pickcli.trajopt.certified_clearance import is_proven
@@ -95,7 +95,7 @@ class BenchmarkQuery:
         """
         a, b = (cell.configurations[name] for name in names)
         tool_state = a.tool_state if a.tool_state == b.tool_state else MOVING
-        validators = (checker(model, tool_state, payload, reserve) for reserve in (RESERVE, 0.0))
+        validators = (checker(model, tool_state, payload, reserve) for reserve in (STORED_RESERVE, 0.0))
         return cls(cell, (a.q, b.q), *validators)
 
     @cached_property

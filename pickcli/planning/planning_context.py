@@ -21,7 +21,7 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from pickcli.scene.scene import Scene
 
-RESERVE = 0.003  # m of additional clearance for coarse motions: they are fast, and blended
+COARSE_RESERVE = 0.003  # m of additional clearance for coarse motions: they are fast, and blended
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from pickcli.errors import Reason
 from pickcli.kernel import ParabolicLimits, ParabolicTrajectory
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.precompute.empty_cell_checkers import RESERVE, CheckerKey, checkers
+from pickcli.precompute.empty_cell_checkers import STORED_RESERVE, CheckerKey, checkers
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey
 from pickcli.seeds import derived_seed
 from pickcli.trajopt.certified_clearance import is_proven, proven_clearance
@@ -39,7 +39,7 @@ from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 _WORTH = 1.01
 
 # ... up to the second, the search ends.
-_GOOD = 1.01
+_GOOD_RATIO = 1.01
 
 # Factor on the duration for the nominal pod pose, up to which a motion for all pod poses is preferred.
 _AS_QUICK = 1.005
@@ -76,7 +76,7 @@ class CoarseMotionPlanner:
         wide = self._for_pod_poses(key, PodPoses.DISPLACED)
         if isinstance(wide, Reason):
             return _marked(self._for_pod_poses(key, PodPoses.NOMINAL), f"for a displaced pod: {wide}")
-        if wide.duration <= _GOOD * wide.lower_bound:
+        if wide.duration <= _GOOD_RATIO * wide.lower_bound:
             return wide
         at_most = wide.duration / _AS_QUICK
         nominal = self._for_pod_poses(key, PodPoses.NOMINAL, at_most)
@@ -139,7 +139,7 @@ class CoarseMotionPlanner:
         best = search.minimum_time(
             seed,
             lambda motion: self._finished(key, case, motion),
-            _GOOD * lower_bound(self._limits, q0, q1),
+            _GOOD_RATIO * lower_bound(self._limits, q0, q1),
             quicker_than,
             at_most * search.least + TICK,
         )
@@ -183,7 +183,7 @@ class CoarseMotionPlanner:
     @cached_property
     def _planning(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers for planning: with the reserve."""
-        return checkers(self._model, RESERVE)
+        return checkers(self._model, STORED_RESERVE)
 
     @cached_property
     def _proving(self) -> dict[CheckerKey, SceneChecker]:

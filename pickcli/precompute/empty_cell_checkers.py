@@ -25,7 +25,7 @@ CUBE_EDGE = 0.2  # m
 # Additional clearance in planning. Short paths touch the margin, and whether an edge that touches it is
 # proven can depend on where it is cut: stored paths must be provable whole, in parts and with blended
 # corners, at every use.
-RESERVE = 0.001  # m
+STORED_RESERVE = 0.001  # m
 
 CheckerKey: TypeAlias = tuple[PodPoses, ToolState, PayloadClass]  # key of a checker
 

@@ -29,7 +29,7 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.precompute.empty_cell_checkers import RESERVE, CheckerKey, checker, checkers
+from pickcli.precompute.empty_cell_checkers import STORED_RESERVE, CheckerKey, checker, checkers
 from pickcli.roadmap.trajectory_database import CoarseMotion, PayloadClass
 from pickcli.trajopt.certified_clearance import keeps_clearance, proven_clearance
 
@@ -136,17 +136,17 @@ class Revalidation:
     @cached_property
     def _all(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers of the whole cell."""
-        return checkers(self._model, RESERVE)
+        return checkers(self._model, STORED_RESERVE)
 
     @cached_property
     def _new(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers of only the added solids."""
-        return checkers(self._model, RESERVE, self.change.cell_of_came)
+        return checkers(self._model, STORED_RESERVE, self.change.cell_of_came)
 
     @cached_property
     def _old(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers of only the removed solids."""
-        return checkers(self._model, RESERVE, self.change.cell_of_went)
+        return checkers(self._model, STORED_RESERVE, self.change.cell_of_went)
 
 
 def _case(motion: CoarseMotion) -> CheckerKey:

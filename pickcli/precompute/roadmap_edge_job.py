@@ -23,7 +23,7 @@ from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.precompute.empty_cell_checkers import RESERVE, checker
+from pickcli.precompute.empty_cell_checkers import STORED_RESERVE, checker
 from pickcli.precompute.provenance import inputs_digest
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.trajectory_database import PayloadClass
@@ -130,7 +130,7 @@ class RoadmapEdgeJob:
         """Checkers of configurations and edges, by poses of the pod."""
         model = CollisionModel(self.cell)
         return {
-            pod_poses: checker(model, MOVING, PayloadClass.EMPTY, RESERVE, pod_poses)
+            pod_poses: checker(model, MOVING, PayloadClass.EMPTY, STORED_RESERVE, pod_poses)
             for pod_poses in PodPoses
         }
 

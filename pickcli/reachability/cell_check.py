@@ -21,7 +21,7 @@ from pickcli.reachability.place_reachability import N_POSES, PlaceReachability, 
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.scene.scene import TOTE
 
-ENOUGH = 0.5  # share of the tool poses in a place, below which it counts as out of reach
+MIN_REACHED_SHARE = 0.5  # share of the tool poses in a place, below which it counts as out of reach
 ENOUGH_IN_LINE = 0.25  # share of them below which its configuration counts as poor
 YARDSTICK = "yardstick"  # kind of configurations that are not goals of motions
 
@@ -134,7 +134,7 @@ def _warn_of_reach(warnings: FileWarnings, cell: Cell, reaches: Sequence[PlaceRe
         if not len(each.tips):
             text = f"the tool fits into {place} nowhere; correct the size of the place, or of the tool"
             far[place] = (_key_of(cell, place), text)
-        elif each.share < ENOUGH:
+        elif each.share < MIN_REACHED_SHARE:
             text = f"the arm reaches {each.share:.0%} of {len(each.tips)} tool poses in {place}"
             far[place] = (_key_of(cell, place), text)
     cause = "does the base stand before them, turned towards them?"
@@ -146,7 +146,11 @@ def _warn_of_configurations(warnings: FileWarnings, cell: Cell, reaches: Sequenc
     poor: dict[str, tuple[Key, str]] = {}
     names = list(cell.configurations)
     for each in reaches:
-        if each.share < ENOUGH or each.share_in_line is None or each.share_in_line >= ENOUGH_IN_LINE:
+        if (
+            each.share < MIN_REACHED_SHARE
+            or each.share_in_line is None
+            or each.share_in_line >= ENOUGH_IN_LINE
+        ):
             continue
         key = ("configurations", names.index(each.configuration), "q")
         text = f"from {each.configuration} a straight line leads to {each.share_in_line:.0%} of the tool "

@@ -22,7 +22,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array, rotation_rpy
 from pickcli.kinematics.arm import Arm
-from pickcli.planning.planning_context import RESERVE
+from pickcli.planning.planning_context import COARSE_RESERVE
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.place_pose_sampling import PlacePoseSampler
@@ -179,7 +179,7 @@ class ConfigurationRanking:
     @cached_property
     def _close(self) -> SceneChecker:
         """Checker with the margin of coarse motions, for robots with links that are never farther apart."""
-        return self._waiting.at_margin(min(self._waiting.margin, self.cell.clearance + RESERVE))
+        return self._waiting.at_margin(min(self._waiting.margin, self.cell.clearance + COARSE_RESERVE))
 
     @cached_property
     def _moving_in(self) -> SceneChecker:

@@ -18,7 +18,7 @@ from pickcli.roadmap.roadmap_tables import RoadmapGaps
 from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
 
 N_WORST = 10
-NEAR = 1.1  # times the bound: largest duration that counts as near it
+NEAR_BOUND = 1.1  # times the bound: largest duration that counts as near it
 
 _RATIOS = (1.0, 1.01, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0, np.inf)
 
@@ -46,7 +46,7 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
         "coverage": round(len(database) / max(len(database) + len(missing), 1), 4),
         "duration_s": round(float(database.durations.sum()), 3),
         "lower_bound_s": round(float(database.lower_bounds.sum()), 3),
-        "share_near_bound": round(float(np.mean(ratios <= NEAR)), 4) if len(ratios) else None,
+        "share_near_bound": round(float(np.mean(ratios <= NEAR_BOUND)), 4) if len(ratios) else None,
         "least_clearance_mm": round(1e3 * float(database.clearances.min()), 1) if len(database) else None,
         "times_its_bound": histogram(ratios, _RATIOS),
         "worst": [_told(motions[k], float(ratios[k])) for k in worst],

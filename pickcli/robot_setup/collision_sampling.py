@@ -21,7 +21,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
 from pickcli.kinematics.arm import Arm
-from pickcli.planning.planning_context import RESERVE
+from pickcli.planning.planning_context import COARSE_RESERVE
 from pickcli.seeds import derived_rng
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.forward_kinematics import link_poses
@@ -91,7 +91,7 @@ def count_collisions(cell: Cell, seed: int) -> list[CollisionCount]:
     Returns:
         Counts for every pair of links that planning checks, base first.
     """
-    model, robot, clearance = CollisionModel(cell), cell.robot, cell.clearance + RESERVE
+    model, robot, clearance = CollisionModel(cell), cell.robot, cell.clearance + COARSE_RESERVE
     Q = Arm(robot).random_seeds(derived_rng(seed, "collisions of links"), N_SPHERES)
     poses = link_poses(robot, Q[:N_SHAPES])
     found = []

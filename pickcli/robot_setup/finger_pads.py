@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.geometry import Array
 
-CELL = 0.0005  # m, side of the grid cells that form pads
+GRID_STEP = 0.0005  # m, side of the grid cells that form pads
 MOST_CELLS = 200  # along a side; cells are larger on longer fingers
-FLAT = 0.0003  # m, tolerated unevenness of a pad's face
-DEEP = 0.002  # m behind the face within which a pad must be solid
-LEAST = 0.003  # m, least width of a pad
+MAX_UNEVENNESS = 0.0003  # m, tolerated unevenness of a pad's face
+MIN_PAD_DEPTH = 0.002  # m behind the face within which a pad must be solid
+MIN_PAD_WIDTH = 0.003  # m, least width of a pad
 
 _N_SIDES = 64  # of the prism that approximates a cylinder
 
@@ -44,14 +44,14 @@ def find_pads(upper: Sequence[Body], lower: Sequence[Body]) -> FingerPads | None
         lower: Shapes of the finger on the -y side, in the same frame.
 
     Returns:
-        The pads; None if there is no rectangle at least ``LEAST`` wide.
+        The pads; None if there is no rectangle at least ``MIN_PAD_WIDTH`` wide.
     """
     corners = [_box_around(shapes) for shapes in (upper, lower)]
     low = np.max([low for low, _ in corners], axis=0)
     high = np.min([high for _, high in corners], axis=0)
-    if (high - low < LEAST).any():
+    if (high - low < MIN_PAD_WIDTH).any():
         return None
-    n = np.minimum(np.floor((high - low) / CELL), MOST_CELLS).astype(int)
+    n = np.minimum(np.floor((high - low) / GRID_STEP), MOST_CELLS).astype(int)
     sides = (high - low) / n
     x, z = (low[k] + sides[k] * (np.arange(n[k]) + 0.5) for k in range(2))
     columns = np.stack(np.meshgrid(x, z, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -60,7 +60,7 @@ def find_pads(upper: Sequence[Body], lower: Sequence[Body]) -> FingerPads | None
         return None
     first, last = _largest_rectangle((above[1] & below[1]).reshape(*n))
     size = sides * (last - first - 1)  # cells at the rim are included only by their centres
-    if size.min() < LEAST:
+    if size.min() < MIN_PAD_WIDTH:
         return None
     middle = low + sides * (first + last) / 2
     face, opposite = above[0], below[0]
@@ -88,7 +88,9 @@ def _inner_face(
     if not np.isfinite(begins).any():
         return None
     face = float(begins.min())
-    is_solid = np.any([(begin <= face + FLAT) & (end >= face + DEEP) for begin, end in spans], axis=0)
+    is_solid = np.any(
+        [(begin <= face + MAX_UNEVENNESS) & (end >= face + MIN_PAD_DEPTH) for begin, end in spans], axis=0
+    )
     return side * face, is_solid
 
 

@@ -31,9 +31,9 @@ from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.scene.solid_overlap import PosedSolid
 from pickcli.seeds import derived_rng
 
-ENOUGH = 0.85  # rating, mean of the overall share and that of the worst place, at which the search ends
-SAME = 0.05  # least improvement over an earlier pose
-ROOM = 0.02  # m between the carrier and anything else
+GOOD_RATING = 0.85  # rating, mean of the overall share and that of the worst place, at which the search ends
+MIN_IMPROVEMENT = 0.05  # least improvement over an earlier pose
+CARRIER_CLEARANCE = 0.02  # m between the carrier and anything else
 
 _TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])
 _FROM_ABOVE = (0.4, 0.3, 0.5)  # distances of the centre, as shares of the arm's reach
@@ -101,9 +101,9 @@ class PlaceSearch:
             n_tried += 1
             shares = self._shares(T, checker)
             now = float(shares.mean() + shares.min()) / 2
-            if now > worth + (SAME if worth else 0.0):
+            if now > worth + (MIN_IMPROVEMENT if worth else 0.0):
                 best, worth = PlacedCarrier(T, float(shares.mean()), n_poses, n_tried), now
-            if worth >= ENOUGH or n_tried == _MOST_TRIED:
+            if worth >= GOOD_RATING or n_tried == _MOST_TRIED:
                 break
         return replace(best, n_tried=n_tried, n_poses=n_poses)
 
@@ -135,7 +135,10 @@ class PlaceSearch:
     def _checker_at(self, T: Array) -> SceneChecker | None:
         """Checker of the cell with the carrier at a pose (4, 4); None if it is in collision there."""
         moved = replace(self.carrier, T_world_carrier=T)
-        solids = [PosedSolid(body.shape.inflated(ROOM), T @ body.T_parent_shape) for body in moved.bodies]
+        solids = [
+            PosedSolid(body.shape.inflated(CARRIER_CLEARANCE), T @ body.T_parent_shape)
+            for body in moved.bodies
+        ]
         if any(overlaps(solid, other) for solid in solids for other in self._standing):
             return None
         cell = with_carrier(self.cell, moved)

@@ -16,7 +16,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Failures, InputError, NoPlanError
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
-from pickcli.planning.planning_context import RESERVE, PlanningContext
+from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
 from pickcli.planning.stages.transit import CoarsePath, plan_coarse
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.configuration_ranking import ConfigurationRanking
@@ -29,13 +29,13 @@ from pickcli.verification.forward_kinematics import link_poses
 HOME, PARKED = "home", "parked"
 N_CANDIDATES = 2000
 MARGIN = 0.05  # share of each joint's range that configurations keep from the limits
-LEVEL = 1e-6  # m, tolerance of links below the floor of the base
+FLOOR_TOLERANCE = 1e-6  # m, tolerance of links below the floor of the base
 N_TRIED = 8  # parking configurations to which a motion is searched
 # Configurations at places are judged by fewer lines than apc suggest-configurations does, as there are many.
 AT_PLACES = RankingSettings(n_places=40, n_kept=5, n_poses=12)
 FEW, N_KEPT = 3, 12  # with at most this many places, this many configurations of each are rated
-NEARLY = 0.75  # share of the best configuration's reach, from which another one is acceptable
-APART = 0.5  # rad or m of some joint, between home and parking configuration
+GOOD_REACH_SHARE = 0.75  # share of the best configuration's reach, from which another one is acceptable
+PARKING_DISTANCE = 0.5  # rad or m of some joint, between home and parking configuration
 
 
 def states_of_srdf(
@@ -98,7 +98,7 @@ def suggest(
     if not len(Q):
         return []
     origins = link_poses(cell.robot, Q)[:, :, :3, 3]
-    above = origins[..., 2].min(axis=0) >= cell.robot.T_world_base[2, 3] - LEVEL
+    above = origins[..., 2].min(axis=0) >= cell.robot.T_world_base[2, 3] - FLOOR_TOLERANCE
     Q, origins = (Q[above], origins[:, above]) if above.any() else (Q, origins)
     arm, state, found = Arm(cell.robot), cell.robot.tool.default_state, []
     if HOME not in names:
@@ -138,7 +138,7 @@ def rank_at_places(cell: Cell, seed: int) -> tuple[dict[str, list[RankedConfigur
         if not ranked[0].reach:
             told = f"from its configuration a straight line leads to no tool pose in {name}"
             unreached.append(f"{key}: {told}{mend}")
-        found[name] = [each for each in ranked if each.reach >= NEARLY * ranked[0].reach]
+        found[name] = [each for each in ranked if each.reach >= GOOD_REACH_SHARE * ranked[0].reach]
     return found, unreached
 
 
@@ -191,7 +191,7 @@ def samples(cell: Cell, seed: int) -> Array:
 
 def _reached(cell: Cell, home: Array, candidates: Array, seed: int) -> Array | None:
     """First of configurations (N, n) with a motion from home; None without one."""
-    away = candidates[np.abs(candidates - home).max(axis=1) >= APART]
+    away = candidates[np.abs(candidates - home).max(axis=1) >= PARKING_DISTANCE]
     for k, q in enumerate(away[:N_TRIED]):
         if not isinstance(_motion(cell, home, q[None], derived_seed(seed, f"parked {k}")), Failures):
             return np.asarray(q)
@@ -214,7 +214,7 @@ def _most_central(cell: Cell, candidates: Array, places: Sequence[Array], seed: 
 
 def _motion(cell: Cell, home: Array, goals: Array, seed: int) -> CoarsePath | Failures:
     """Coarse motion of the empty tool from home to any of the goals (G, n), or why there is none."""
-    empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY, RESERVE)
+    empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY, COARSE_RESERVE)
     return plan_coarse(PlanningContext(cell), empty, home, goals, [0.0] * len(goals), seed, "from home")
 
 

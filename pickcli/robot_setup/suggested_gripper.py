@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.checks.gripper_consistency import ALONG
+from pickcli.cell.checks.gripper_consistency import MIN_ALONG_COSINE
 from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.robots.urdf import Urdf
 from pickcli.cell.shapes import Body
 from pickcli.errors import InputError
 from pickcli.geometry import Array, cross, pose
-from pickcli.robot_setup.finger_pads import LEAST, find_pads
+from pickcli.robot_setup.finger_pads import MIN_PAD_WIDTH, find_pads
 
 _SNAP = 0.9  # least cosine to an axis of the hand, to which the finger direction is then snapped
 _DECIMALS = 4  # of m, as in the cell file
@@ -67,7 +67,7 @@ def find_gripper(robot: Urdf, ends: Sequence[str]) -> SuggestedGripper:
             "without a shape between them, and a fixed joint"
         )
     axis = _in_hand(one)
-    if abs(float(axis @ _in_hand(other))) < ALONG:
+    if abs(float(axis @ _in_hand(other))) < MIN_ALONG_COSINE:
         raise _no_gripper(
             f"{one.name} and {other.name} do not move along one line; only parallel grippers are known"
         )
@@ -82,7 +82,7 @@ def find_gripper(robot: Urdf, ends: Sequence[str]) -> SuggestedGripper:
     if pads is None:
         raise _no_gripper(
             f"the collision shapes of {one.child} and {other.child} face each other with nothing that is "
-            f"flat over {1e3 * LEAST:g} mm; give them a <collision> with a pad"
+            f"flat over {1e3 * MIN_PAD_WIDTH:g} mm; give them a <collision> with a pad"
         )
     gap = max(0.0, round(pads.gap, _DECIMALS))  # closed fingers may overlap by rounding
     return SuggestedGripper(

@@ -17,7 +17,7 @@ POD, GRID, BOX, TABLE = "pod", "grid", "box", "table"
 KINDS = (POD, GRID, BOX, TABLE)
 OPTION = "--place"
 RESERVED = ("home", "parked", "pod", "tote", "obstacle", "obstacles")  # names with another meaning in cells
-MOST = 20  # places per call: the search takes a second or more for each
+MAX_PLACES = 20  # places per call: the search takes a second or more for each
 DECIMALS = 3  # of a suggested pose
 
 # Lines of each kind except its pose; comments state the source of a figure.
@@ -115,9 +115,9 @@ def requested_places(texts: Sequence[str]) -> tuple[SuggestedPlace, ...]:
         InputError: A name is invalid or given twice, there are two pods, or too many places.
     """
     found = dict[str, SuggestedPlace]()
-    if len(texts) > MOST:
+    if len(texts) > MAX_PLACES:
         raise InputError(
-            f"{OPTION}: {len(texts)} places; at most {MOST} are sought at once, add others by hand"
+            f"{OPTION}: {len(texts)} places; at most {MAX_PLACES} are sought at once, add others by hand"
         )
     for text in texts:
         name, equals, kind = text.rpartition("=")
@@ -127,7 +127,9 @@ def requested_places(texts: Sequence[str]) -> tuple[SuggestedPlace, ...]:
             told = "the pod has no name but its own" if equals else "a cell has one pod"
             raise InputError(f"{OPTION} {text}: {told}; take grid for a shelf with a name")
         if not equals:
-            name = next(n for n in (kind, *(f"{kind}_{k}" for k in range(2, MOST + 2))) if n not in found)
+            name = next(
+                n for n in (kind, *(f"{kind}_{k}" for k in range(2, MAX_PLACES + 2))) if n not in found
+            )
         _check_name(text, name, kind, found)
         found[name] = SuggestedPlace(name, kind)
     return tuple(found.values())

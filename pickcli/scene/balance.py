@@ -30,14 +30,15 @@ from pickcli.scene.solid_contact import (
 )
 
 LEAST_TILT = np.radians(1.0)  # tilt of the world, in addition to the angular error of poses
-CHOCKED = np.radians(10.0)  # tilt for items that can roll, so that a slight step does not count as a chock
-LEVEL = np.radians(1.0)  # largest slope of the ground on which nothing begins to roll
+CHOCK_TILT = np.radians(10.0)  # tilt for items that can roll, so that a slight step does not count as a chock
+LEVEL_SLOPE = np.radians(1.0)  # largest slope of the ground on which nothing begins to roll
 SETTLED = np.radians(1.5)  # rad, misalignment of faces in contact, in addition to the angular error
 EXPLAINED = 2e-3  # weights; a lack of balance up to this is explained by small pose errors
 WORSE = 1e-3  # weights by which the lack must increase to count
 ROUGH = 1.0  # friction that no item exceeds on another
 LEVER = 5e-4  # m, of rounded poses of settled items
-AT_REST = 0.03  # weights left unbalanced; settled piles leave 0.005 at most, as seen with errors of poses
+# weights left unbalanced; settled piles leave 0.005 at most, as seen with errors of poses
+WEIGHT_TOLERANCE = 0.03
 N_TILTS = 8  # number of directions in which the world is tilted
 _UP = np.array([0.0, 0.0, 1.0])
 _NO_PUSH = np.zeros((6, 1))  # for a body without contacts
@@ -103,7 +104,7 @@ class Balance:
         lever = LEVER + 2 * self.graph.scene.noise.bound(
             placed.item
         )  # m that its weight may act beside contacts
-        return balance(cones, own, min(_half_size(placed), lever / AT_REST))[1] <= AT_REST
+        return balance(cones, own, min(_half_size(placed), lever / WEIGHT_TOLERANCE))[1] <= WEIGHT_TOLERANCE
 
     def footing(self, item_id: str, is_sure: bool = True) -> Array:
         """Return the corners of the contacts that carry an item.
@@ -142,7 +143,7 @@ class Balance:
         slopes = [_slope_to_roll(placed, c.normal) for c in left if c.carries]
         if not slopes or any(c.flipped.carries for c in left if c.b in self.graph.items):
             return False
-        return bool(max(slopes) <= np.sin(LEVEL))
+        return bool(max(slopes) <= np.sin(LEVEL_SLOPE))
 
     def is_tipping(self, item_id: str, without: str) -> bool:
         """Whether the items on an item keep it in balance, and no longer do if one of them is removed.
@@ -170,7 +171,7 @@ class Balance:
 
     def _weights(self, placed: PlacedItem) -> Array:
         """Unit vectors (K, 3) opposite to an item's weight: straight up, and tilted."""
-        tilt = self.graph.scene.noise.angle + (CHOCKED if placed.can_roll else LEAST_TILT)
+        tilt = self.graph.scene.noise.angle + (CHOCK_TILT if placed.can_roll else LEAST_TILT)
         turns = 2 * np.pi * np.arange(N_TILTS) / N_TILTS
         aside = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(N_TILTS)])
         return np.vstack([_UP, np.cos(tilt) * _UP + np.sin(tilt) * aside])

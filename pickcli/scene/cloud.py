@@ -12,8 +12,8 @@ import numpy as np
 from pickcli.errors import InputError
 from pickcli.geometry import Array, transform_points
 
-FAR = 100.0  # m from the sensor; farther points are in another unit
-AROUND = 15.0  # m from the sensor; if half of the points are farther, all are in another unit
+MAX_RANGE = 100.0  # m from the sensor; farther points are in another unit
+MAX_MEDIAN_RANGE = 15.0  # m from the sensor; if half of the points are farther, all are in another unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +42,12 @@ class Cloud:
         if not is_finite.all():
             raise InputError(f"{self.file}: {int((~is_finite).sum())} points are not finite; leave them out")
         amounts = np.abs(self.measured).max(axis=1)
-        if (farthest := float(amounts.max())) > FAR:
+        if (farthest := float(amounts.max())) > MAX_RANGE:
             raise InputError(
-                f"{self.file}: reaches {farthest:.4g} m far, expected {FAR:g} at most; lengths are in m, not "
-                "mm"
+                f"{self.file}: reaches {farthest:.4g} m far, expected {MAX_RANGE:g} at most; lengths are in "
+                "m, not mm"
             )
-        if (middle := float(np.median(amounts))) > AROUND:
+        if (middle := float(np.median(amounts))) > MAX_MEDIAN_RANGE:
             raise InputError(
                 f"{self.file}: half of the points are over {middle:.4g} m from the sensor, no robot reaches "
                 "there; lengths are in m, not mm"

@@ -7,7 +7,7 @@ import numpy as np
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, perpendiculars
 
-RIM = 16  # points that approximate the rim of a cylinder's end
+N_RIM_POINTS = 16  # points that approximate the rim of a cylinder's end
 _SAME = 1e-9  # m
 
 
@@ -41,8 +41,8 @@ def _of_cylinder(shape: Shape, local: Array, flat: float) -> Array:
     radius, length = shape.size
     across, end = float(np.hypot(local[0], local[1])), float(np.copysign(length / 2, local[2]))
     if across <= flat:
-        turns = 2 * np.pi * np.arange(RIM) / RIM
-        return np.column_stack([radius * np.cos(turns), radius * np.sin(turns), np.full(RIM, end)])
+        turns = 2 * np.pi * np.arange(N_RIM_POINTS) / N_RIM_POINTS
+        return np.column_stack([radius * np.cos(turns), radius * np.sin(turns), np.full(N_RIM_POINTS, end)])
     x, y = local[:2] * (radius / across)
     ends = (-length / 2, length / 2) if abs(local[2]) <= flat else (end,)
     return np.array([(x, y, z) for z in ends])

@@ -8,7 +8,7 @@ from pickcli.scene.scene import Scene
 NOT_AT_REST = "not_at_rest"
 WARNINGS = ("large_noise", NOT_AT_REST)  # kinds of warnings about scene files
 VAGUE = 0.02  # m, rounded up from the error of cameras above a shelf
-ASKEW = 0.2  # rad
+LARGE_ANGLE_NOISE = 0.2  # rad, pose noise beyond which it is reported
 
 
 def warn_of_noise(warnings: FileWarnings, scene: Scene) -> None:
@@ -21,6 +21,6 @@ def warn_of_noise(warnings: FileWarnings, scene: Scene) -> None:
     if scene.noise.position > VAGUE:
         text = f"every item counts as {1e3 * scene.noise.position:g} mm larger all around; is it in m?"
         warnings.add("large_noise", "position", ("noise", "position"), text)
-    if scene.noise.angle > ASKEW:
+    if scene.noise.angle > LARGE_ANGLE_NOISE:
         text = f"every item may be turned by {scene.noise.angle:g} rad either way; is it in rad, not degrees?"
         warnings.add("large_noise", "angle", ("noise", "angle"), text)

@@ -9,7 +9,8 @@ import numpy as np
 
 from pickcli.geometry import Array, perpendiculars
 
-CARRIES = np.sin(np.radians(20.0))  # least vertical component of the normal of a contact that carries weight
+# least vertical component of the normal of a contact that carries weight
+CARRYING_NORMAL_Z = np.sin(np.radians(20.0))
 STEEP = np.sin(np.arctan(0.5))  # least horizontal component of the normal of a contact without hold
 FRICTION = 0.2  # assumed coefficient; cardboard, plastic and cloth on board have 0.25 to 0.5
 MOST_FORCE = 4.0  # weights; larger forces mean wedging, and wedges slip
@@ -40,7 +41,7 @@ class SolidContact:
     @property
     def carries(self) -> bool:
         """Whether b bears weight of a."""
-        return bool(self.normal[2] <= -CARRIES)
+        return bool(self.normal[2] <= -CARRYING_NORMAL_Z)
 
     @property
     def is_steep(self) -> bool:

@@ -33,7 +33,8 @@ TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into
 MARGIN = 0.25  # m around the link frames of an arm, for the links' extent
 N_SAMPLES = 40  # configurations of a motion for which the view is chosen
 OVER = 0.02  # m above the floor of a place, of the point that should be visible
-AROUND = np.radians([0.0, 40.0, -40.0, 80.0, -80.0, 120.0, -120.0, 180.0])  # turns about the vertical to try
+# turns about the vertical to try
+TRIED_TURNS = np.radians([0.0, 40.0, -40.0, 80.0, -80.0, 120.0, -120.0, 180.0])
 
 
 def view_of(scene: Scene) -> View:
@@ -89,7 +90,7 @@ def view_of_motion(cell: Cell, Q: Array) -> View:
 
 def _least_hidden(target: Array, away: Array, points: Array, cell: Cell) -> Array:
     """Candidate eye (3,) around a target that sees most of points (N, 3); the default one is preferred."""
-    eyes = [target + rotation_axis_angle((0.0, 0.0, 1.0), turn) @ away for turn in AROUND]
+    eyes = [target + rotation_axis_angle((0.0, 0.0, 1.0), turn) @ away for turn in TRIED_TURNS]
     return min(eyes, key=lambda eye: _n_hidden(eye, points, cell))
 
 

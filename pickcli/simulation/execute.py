@@ -24,7 +24,7 @@ from pickcli.simulation.supervision import Supervisor
 from pickcli.simulation.world import World
 
 FALL_TIME = 0.6  # s of simulation at the end if an item was lost and is falling
-BEHIND = 0.02  # s of the plan by which allowed contacts outlast the segment that plans them
+CONTACT_TIME_MARGIN = 0.02  # s of the plan by which allowed contacts outlast the segment that plans them
 MOST_BRAKING = 1.0  # s, upper bound of the time in which the heaviest joint stops from full speed
 RETURN_TIME = 0.3  # s for the return onto the path, from rest to rest
 YIELD_TIME = 0.5  # s after a contact in which the robot may move back along its path until nothing presses
@@ -114,7 +114,7 @@ class _Run(PlanRun[World]):
 
     def before_set_point(self, t_plan: float) -> None:
         """Allow the contacts of all segments between the measured and the commanded time."""
-        behind = min(self.tracker.progress, t_plan) - BEHIND
+        behind = min(self.tracker.progress, t_plan) - CONTACT_TIME_MARGIN
         first, last = bisect_left(self._ends, behind), bisect_right(self._starts, t_plan)
         if (first, last) != self._allowed_in:
             self._allowed_in, now = (first, last), self.plan.segments[first:last]

@@ -16,7 +16,7 @@ from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import Array, transform_points
 
 N_POINTS = 15  # sample points along each side of a pad
-RUBBER = 3e-4  # m, compliance of a pad: a low estimate
+PAD_COMPRESSION = 3e-4  # m, compliance of a pad: a low estimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ def patch_on(shape: Shape, T_item_tip: Array, width: float, gripper: ParallelGri
     for side in (-1.0, 1.0):
         on_pad = np.column_stack([x, np.full(len(x), side * width / 2), z])
         gaps = _distances(shape, transform_points(T_item_tip, on_pad))
-        touches &= gaps <= min(gaps.min(), RUBBER) + RUBBER
+        touches &= gaps <= min(gaps.min(), PAD_COMPRESSION) + PAD_COMPRESSION
     if not touches.any():
         return None
     x, z = x[touches], z[touches]

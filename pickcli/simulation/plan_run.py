@@ -26,9 +26,9 @@ from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violatio
 from pickcli.simulation.trigger import TriggerDistance
 
 END_TIME = 0.1  # s after the last set point, in which the servo arrives and the last events fire
-STANDING = 0.02  # rad/s or m/s; a stopping robot is at rest if all joints are slower
+STOPPED_SPEED = 0.02  # rad/s or m/s; a stopping robot is at rest if all joints are slower
 SEAL_TIME = 1.5  # s beyond the plan's wait on an item; a line that leaked is evacuated to 0.95 in this time
-AT_REST = 1e-6  # rad/s or m/s of every joint
+REST_TOLERANCE = 1e-6  # rad/s or m/s of every joint
 TRACE_STEPS = 10  # steps between samples of the tool's lag
 PROGRESS_STEPS = 100  # steps between reports of progress
 
@@ -252,7 +252,7 @@ class PlanRun(Generic[D]):
         driver.step()
         if self.stop is not None and self.t_standing is None:
             speed = np.abs(driver.q - self._q_before).max() / driver.time_step
-            self.t_standing = driver.t if speed < STANDING else None
+            self.t_standing = driver.t if speed < STOPPED_SPEED else None
         self._q_before = driver.q
         if self.stop is None:
             for event in self.tracker.update(driver.q, driver.time_step):
@@ -315,5 +315,5 @@ class PlanRun(Generic[D]):
 def _end_of_sealing(plan: Plan) -> float | None:
     """End time (s) of a plan's rest on the item to be picked; None if it does not rest there."""
     ends = [s.t_end for s in plan.segments if s.kind is SegmentKind.CONTACT and plan.grasp is not None]
-    is_at_rest = bool(ends) and float(np.abs(plan.trajectory.sample(ends[0], 1)).max()) < AT_REST
+    is_at_rest = bool(ends) and float(np.abs(plan.trajectory.sample(ends[0], 1)).max()) < REST_TOLERANCE
     return ends[0] if is_at_rest else None

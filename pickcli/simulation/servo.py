@@ -26,7 +26,7 @@ LOAD_TIME = 0.25  # s over which the load on a motor is averaged
 UNLIMITED = 1e9  # N or Nm
 AT_WIDTH = 1e-3  # m, tolerance of the width at which fingers have arrived
 STALLED, STALL_TIME = 5e-3, 0.01  # m/s of the width, averaged over s: below it fingers count as stopped
-STANDING = 5e-4  # m of change in width after which stopped fingers count as moving again
+WIDTH_TOLERANCE = 5e-4  # m of change in width after which stopped fingers count as moving again
 PRESSING_SPEED = 0.2  # m/s demanded from motors of stopped fingers: with less, the solver, which has a
 # limited number of iterations over all motors and contacts, does not reach their full force
 
@@ -259,5 +259,5 @@ class FingerDrive:
         """Update the width at which the fingers stopped, or clear it if they move again."""
         if self._stood_at is None:
             self._stood_at = self.width if self._speed < STALLED else None
-        elif abs(self.width - self._stood_at) > STANDING:
+        elif abs(self.width - self._stood_at) > WIDTH_TOLERANCE:
             self._speed, self._stood_at = self._gripper.closing_speed, None

@@ -14,7 +14,7 @@ from pickcli.motion.trajectory import Trajectory
 
 Pace: TypeAlias = Callable[[float], float]  # seconds since the start -> rate in [0, 1] of the plan's time
 
-TOLERANCE = 1e-6  # relative tolerance of a limit: rounding of third differences at 1 kHz
+LIMIT_TOLERANCE = 1e-6  # relative tolerance of a limit: rounding of third differences at 1 kHz
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +118,6 @@ def _worst(what: str, names: tuple[str, ...], times: Array, ratio: Array, allowe
     found = []
     for j, name in enumerate(names if len(ratio) else ()):
         k = int(np.argmax(ratio[:, j]))
-        if ratio[k, j] > allowed + TOLERANCE:
+        if ratio[k, j] > allowed + LIMIT_TOLERANCE:
             found.append(Violation(name, what, float(ratio[k, j]), float(times[k])))
     return found

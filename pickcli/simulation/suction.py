@@ -32,7 +32,7 @@ HOLD_VACUUM = 6e3  # Pa in the cup from which a face at rest hangs on it
 RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item separates
 STANDING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which it seals
 SLIDING_SPEED = 30e-3  # m/s over the face at which the lip leaks fully; in proportion below
-APART = 1e-3  # m from the relaxed lip at which the cup collides again with a released item
+COLLISION_DISTANCE = 1e-3  # m from the relaxed lip at which the cup collides again with a released item
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +154,7 @@ class Suction:
         Returns:
             True if it does.
         """
-        far = self._tool.cup.stroke + SOLID_DEPTH + APART
+        far = self._tool.cup.stroke + SOLID_DEPTH + COLLISION_DISTANCE
         return self._engine.distance(self._robot, self._tool.last_link, item, far) >= far
 
     def before_step(self, T_world_tip: Array) -> None:

@@ -21,8 +21,8 @@ Indices: TypeAlias = NDArray[np.intp]
 
 N_SPOTS = 6  # placements drawn per move in each packing
 BLOCKED = 8.0  # cost of an item that cannot be extracted
-OUTSIDE = 1000.0  # cost of an item that is not in the bin yet
-WAITING = np.array([[10.0, 0.0, 0.0], [10.01, 0.01, 0.01]])  # m, box of such an item, far behind the bin
+OUTSIDE_COST = 1000.0  # cost of an item that is not in the bin yet
+WAITING_BOX = np.array([[10.0, 0.0, 0.0], [10.01, 0.01, 0.01]])  # m, box of such an item, far behind the bin
 WASTE = 20.0  # cost per m of distance from the corner while cramming
 
 
@@ -62,10 +62,10 @@ class BinPackings:
             The packings.
         """
         shape = (n, len(items))
-        low, high = (np.tile(corner, (*shape, 1)) for corner in WAITING)
+        low, high = (np.tile(corner, (*shape, 1)) for corner in WAITING_BOX)
         lying = Placements(
             np.zeros((*shape, 3, 3)), low.copy(), BoxArrays(low, high), np.zeros(shape),
-            np.zeros(shape, bool), np.full(shape, OUTSIDE),
+            np.zeros(shape, bool), np.full(shape, OUTSIDE_COST),
         )  # fmt: skip
         return cls(cell_bin, items, lying, np.full(n, np.inf), np.arange(n) % 2 == 1, may_raise)
 
@@ -78,7 +78,7 @@ class BinPackings:
         Returns:
             (F,).
         """
-        return np.asarray(self.lying.own[:, k] < OUTSIDE)
+        return np.asarray(self.lying.own[:, k] < OUTSIDE_COST)
 
     def is_full(self) -> Bools:
         """Whether each packing contains all items.
@@ -86,7 +86,7 @@ class BinPackings:
         Returns:
             (F,).
         """
-        return np.asarray((self.lying.own < OUTSIDE).all(axis=1))
+        return np.asarray((self.lying.own < OUTSIDE_COST).all(axis=1))
 
     def poses(self, packing: int) -> Array:
         """Return the poses of all items of one packing.
@@ -144,7 +144,7 @@ class BinPackings:
     def _without(self, k: int, of: Indices) -> Placements:
         """Placements in packings ``of`` without item k."""
         lying = self.lying
-        boxes = lying.boxes[of].replaced(k, BoxArrays(*WAITING))
+        boxes = lying.boxes[of].replaced(k, BoxArrays(*WAITING_BOX))
         return Placements(
             lying.R[of], lying.centre[of], boxes, lying.pitch[of], lying.is_level[of], lying.own[of]
         )

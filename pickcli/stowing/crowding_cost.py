@@ -13,7 +13,7 @@ from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Bools, BoxArrays, gap
 
 HIDDEN = 1.0  # cost of an item hidden behind a higher one
-TIGHT = 2.0  # cost of contact with an item high enough to obstruct fingers
+CONTACT_COST = 2.0  # cost of contact with an item high enough to obstruct fingers
 CLOSE = 0.5  # cost of contact with a low item
 FINGER = 0.022  # m of gap beside an item, above which the cost is 0
 SOME = 0.008  # m of gap beside low items, above which the cost is 0
@@ -33,7 +33,7 @@ def crowding(cell_bin: Place, boxes: BoxArrays) -> Array:
     """
     one, other = boxes.column, boxes.row
     between = gap(one, other)
-    pairs = TIGHT * _shortfall(between, FINGER) * ~_is_low(other, one) + HIDDEN * _hidden(one, other)
+    pairs = CONTACT_COST * _shortfall(between, FINGER) * ~_is_low(other, one) + HIDDEN * _hidden(one, other)
     pairs += CLOSE / 2 * _shortfall(between, SOME)
     pairs *= ~np.eye(boxes.low.shape[-2], dtype=bool)
     return np.asarray(pairs.sum(axis=(-1, -2)) + _at_walls(cell_bin, boxes).sum(axis=-1))
@@ -58,7 +58,7 @@ def _at_walls(cell_bin: Place, boxes: BoxArrays) -> Array:
     """Cost (..., N) of boxes close to the edges of the mouth and to the back."""
     half = cell_bin.access.width / 2
     gaps = (boxes.low[..., 1] + half, half - boxes.high[..., 1], cell_bin.room.depth - boxes.high[..., 0])
-    return np.asarray(TIGHT * sum(_shortfall(room, FINGER) for room in gaps))
+    return np.asarray(CONTACT_COST * sum(_shortfall(room, FINGER) for room in gaps))
 
 
 def _shortfall(room: Array, enough: float) -> Array:

@@ -15,7 +15,7 @@ from pickcli.stowing.stable_poses import stable_poses
 
 N_DRAWS = 60  # poses tried for each item
 FROM_WALL = 0.008  # m
-APART = 0.025  # m between items side by side
+ITEM_SPACING = 0.025  # m between items side by side
 ABOVE = 0.002  # m above the supporting surface
 
 
@@ -68,7 +68,7 @@ def _drawn(place: Place, item: Item, low: Array, high: Array, rng: np.random.Gen
     if not (least <= most).all():
         return None
     middle = rng.uniform(least, most)
-    apart = ABOVE if place.is_open_box else APART
+    apart = ABOVE if place.is_open_box else ITEM_SPACING
     is_under = ((low[:, :2] < middle + reach[:2] + apart) & (high[:, :2] > middle - reach[:2] - apart)).all(
         axis=1
     )

@@ -24,8 +24,9 @@ from pickcli.stowing.heap import lay_heap
 
 N_ATTEMPTS = 5  # at a bin: items of a layout may still slip or roll away
 N_RAISING = 10  # further attempts, with items tilted up inside
-FEW = 12  # largest number of items for which all attempts are made: the cost of each grows with its cube
-MOST = 30  # items of one place; this number takes a minute of search
+# largest number of items for which all attempts are made: the cost of each grows with its cube
+MAX_ITEMS_OF_ALL_ATTEMPTS = 12
+MAX_ITEMS = 30  # items of one place; this number takes a minute of search
 N_HEAPS = 30  # attempts at a place open above
 
 
@@ -120,15 +121,15 @@ def _layouts(
             if (laid := lay_heap(scene, place, contents, rng)) is not None:
                 yield laid
         return
-    n_items = max(FEW, len(contents))
-    for attempt in range(ceil(N_ATTEMPTS * (FEW / n_items) ** 3)):
+    n_items = max(MAX_ITEMS_OF_ALL_ATTEMPTS, len(contents))
+    for attempt in range(ceil(N_ATTEMPTS * (MAX_ITEMS_OF_ALL_ATTEMPTS / n_items) ** 3)):
         layouts = lay_out(
             scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt), tell=tell
         )
         if not layouts:
             break
         yield from layouts
-    for attempt in range(ceil(N_RAISING * (FEW / n_items) ** 3)):
+    for attempt in range(ceil(N_RAISING * (MAX_ITEMS_OF_ALL_ATTEMPTS / n_items) ** 3)):
         key = derived_seed("raised layout", seed, bin_name, attempt)
         yield from lay_out(scene, bin_name, contents, key, may_raise=True, tell=tell)
 
@@ -158,9 +159,9 @@ def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
             return f"{bin_name}: {item.name} fits in no way: it has {sizes}; take it out of there"
     room = 1e3 * inside.volume
     volume = 1e3 * sum(item.shape.volume for item in items)
-    if volume <= room and len(items) <= MOST:
+    if volume <= room and len(items) <= MAX_ITEMS:
         return ""
-    count = f"its {len(items)} items are more than are laid out in one place, {MOST}"
+    count = f"its {len(items)} items are more than are laid out in one place, {MAX_ITEMS}"
     if volume > room:
         count = f"its {len(items)} items take {volume:.0f} litres, the place has {room:.0f}"
     return f"{bin_name}: {count}; put fewer items there"

@@ -21,9 +21,9 @@ MOST_TRIES = 60  # moves for inserting an item that does not fit in any packing 
 VOLUME_SPREAD = 0.3  # standard deviation of the insertion order, in the logarithm of the volume
 N_MOVES = 30  # largest number of moves per item after all are inserted
 SELECTION = 25  # moves between selections
-TOLERANCE = 3.0  # initial tolerance of increases in cost
+INITIAL_TOLERANCE = 3.0  # initial tolerance of increases in cost
 STRICT_FROM = 2 / 3  # share of the moves after which the tolerance is 0
-GOOD = 0.3  # cost at which the search ends
+GOOD_COST = 0.3  # cost at which the search ends
 
 
 def fill(
@@ -50,9 +50,9 @@ def fill(
     for k in range(n_moves):
         tell()
         packings.tidy_up()
-        if packings.cost[packings.is_full()].min(initial=np.inf) <= GOOD:
+        if packings.cost[packings.is_full()].min(initial=np.inf) <= GOOD_COST:
             break
-        tolerance = TOLERANCE * max(0.0, 1.0 - k / (STRICT_FROM * n_moves))
+        tolerance = INITIAL_TOLERANCE * max(0.0, 1.0 - k / (STRICT_FROM * n_moves))
         packings.move(int(rng.integers(len(items))), rng, tolerance)
         if k % SELECTION == SELECTION - 1:
             _select(packings)

@@ -23,9 +23,9 @@ CEILING_GAP = 0.010  # m
 MOUTH_GAP = 0.026  # m between an item's height and that of the mouth it was inserted through
 RAISING_GAP = 0.002  # m between the diagonal of a tilted item and the height of the bin
 DROP = 0.001  # m above the supporting surface
-LEVEL = 0.005  # m, difference in height of tops that support together
+TOP_HEIGHT_TOLERANCE = 0.005  # m, difference in height of tops that support together
 LEAST_SUPPORT = 0.6  # least supported share of a base, on all sides of its centre
-LEAN = 0.025  # m, largest distance to the wall that keeps a thin item on its edge
+MAX_LEAN_DISTANCE = 0.025  # m, largest distance to the wall that keeps a thin item on its edge
 SPREAD = np.radians(1.5)  # standard deviation of the angle to the walls
 ANYWHERE = 0.3  # share of placements that are not next to a wall or neighbour
 
@@ -155,7 +155,7 @@ def _rest(cell_bin: Place, middle: Array, half: Array, there: Placements) -> tup
     if len(raised):
         tops = np.where(below, there.boxes.high[..., 2], -np.inf)[raised]
         highest, top = tops.argmax(axis=1), tops.max(axis=1)
-        carries = below[raised] & there.is_level[raised] & (tops >= top[:, None] - LEVEL)
+        carries = below[raised] & there.is_level[raised] & (tops >= top[:, None] - TOP_HEIGHT_TOLERANCE)
         carried = _carried(middle[raised], half[raised], there.boxes[raised], carries)
         own[raised] = RAISED + HEIGHT * (top - cell_bin.room.floor_back) + TOSSED * (carried < LEAST_SUPPORT)
         base[raised], pitch[raised] = top, there.pitch[raised, highest]
@@ -198,7 +198,7 @@ def _is_leaning(cell_bin: Place, boxes: BoxArrays, is_across: Bools) -> Bools:
     """Whether there is a wall next to the thin side, or behind it if the item is across."""
     lower, upper = _room(cell_bin)
     to_side = np.minimum(boxes.low[:, 1] - lower[1], upper[1] - boxes.high[:, 1])
-    return np.asarray(np.where(is_across, upper[0] - boxes.high[:, 0], to_side) <= LEAN)
+    return np.asarray(np.where(is_across, upper[0] - boxes.high[:, 0], to_side) <= MAX_LEAN_DISTANCE)
 
 
 def _about_z(angle: Array) -> Array:

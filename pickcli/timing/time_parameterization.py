@@ -21,11 +21,11 @@ from pickcli.timing.jerk_smoothing import TimeLaw, smooth
 from pickcli.timing.path_limits import PathBounds
 from pickcli.timing.toppra_closed_form import PathGrid, VelocityProfile, parametrize
 
-_WIDE = 1.55  # times the ramp: a window that leaves half of the jerk for the path's own curvature
-_SHORT = 20.0  # ramps: in a motion shorter than this, a wide window may cost more time than it saves
+_WIDE_WINDOW = 1.55  # times the ramp: a window that leaves half of the jerk for the path's own curvature
+_SHORT_MOTION = 20.0  # ramps: in a motion shorter than this, a wide window may cost more time than it saves
 _ROUNDS = 4  # for every window
 _SLOWER = 2.0  # at most, from one round to the next
-_GOOD = 1.003  # stretch below which no further round is made
+_GOOD_EXCESS = 1.003  # stretch below which no further round is made
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +78,14 @@ def _windows(curve: BlendedPath, bounds: PathBounds, ramp: float) -> tuple[float
     # Only lines of the closed form cruise between accelerating and braking.
     is_line, cruises = not curve.half_lengths.any(), bounds.constraint is None
     at_full_speed = (np.abs(np.diff(curve.corners, axis=0)) / bounds.limits.velocity).max(axis=1).sum()
-    if at_full_speed >= _SHORT * ramp:
-        return (ramp if is_line and cruises else _WIDE * ramp,)
+    if at_full_speed >= _SHORT_MOTION * ramp:
+        return (ramp if is_line and cruises else _WIDE_WINDOW * ramp,)
     shortest = parametrize(bounds.grid(curve, 1.0, np.inf, 0.0)).duration
     phase = min(ramp, float(np.cbrt(ramp * shortest**2 / 8.0)))
     if is_line:
         # The window of the time-optimal motion itself, or one for a switch by twice the acceleration.
         return (phase,) if cruises else (2.0 * phase,)
-    return (phase, _WIDE * phase) if shortest < _SHORT * ramp else (_WIDE * ramp,)
+    return (phase, _WIDE_WINDOW * phase) if shortest < _SHORT_MOTION * ramp else (_WIDE_WINDOW * ramp,)
 
 
 def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, share: float) -> TimedPath:
@@ -98,7 +98,7 @@ def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, s
         ratios = needed_stretch(curve, bounds, law)
         timed = TimedPath(law, float(ratios.max()))
         best = timed if best is None or timed.duration < best.duration else best
-        if timed.stretch <= _GOOD:
+        if timed.stretch <= _GOOD_EXCESS:
             break
         grid = _lowered(grid, profile, ratios, step, n_window)
     assert best is not None
@@ -157,7 +157,7 @@ def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: floa
     at = np.minimum(np.maximum(at, 0), len(ratios) - 1)
     ratio = _spread(ratios, n_window)[at]
     speed = np.interp(grid.s, profile.s, profile.v) / ratio
-    speed = np.where(ratio > _GOOD, np.minimum(grid.speed, speed), grid.speed)
+    speed = np.where(ratio > _GOOD_EXCESS, np.minimum(grid.speed, speed), grid.speed)
     speed[[0, -1]] = grid.speed[[0, -1]]
     between = np.maximum(ratio[1:], ratio[:-1])
     for i in np.flatnonzero(grid.is_line) if grid.planes is None else ():

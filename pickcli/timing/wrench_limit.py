@@ -21,7 +21,7 @@ from pickcli.kinematics.held_body import HeldBody
 from pickcli.timing.path_constraint import HalfPlanes
 
 N_EDGES = 16  # of each polygon
-AT_REST = 1e-3  # share of the limits that polygons leave at least, if the weight takes up nearly all
+MIN_SHARE = 1e-3  # share of the limits that polygons leave at least, if the weight takes up nearly all
 HALVINGS = 30  # bisections of the share of the motion's wrench at which a state keeps its limits
 VANISHED = 1e-9  # share of the limits per unit of path that counts as 0
 
@@ -111,7 +111,7 @@ class WrenchLimit:
         e1 = _direction(a, b, np.eye(3)[:1])
         e2 = _across(e1, b)
         off = c - _dot(c, e1) * e1 - _dot(c, e2) * e2
-        radius = np.sqrt(np.maximum(1.0 - _dot(off, off), AT_REST**2))
+        radius = np.sqrt(np.maximum(1.0 - _dot(off, off), MIN_SHARE**2))
         a, b, c = (np.concatenate([_dot(v, e1), _dot(v, e2)], axis=1) for v in (a, b, c))
         return (a, b, c), _constant(radius)
 
@@ -119,10 +119,10 @@ class WrenchLimit:
         """Return the lip, max(0, pull) / max_pull + |bending| / max_moment <= share, for pull and without."""
         a, b, c = (w[:, 3:5] / self.limits.max_moment / self.share for w in plane)
         by_u, by_x, at_rest = (w[:, 2:3] / self.limits.max_pull / self.share for w in plane)
-        room = np.maximum(1.0 + at_rest, AT_REST)  # fz, which is minus the pull
+        room = np.maximum(1.0 + at_rest, MIN_SHARE)  # fz, which is minus the pull
         if self.limits.bears_push:
             return ((a, b, c), (by_u, by_x, room)), ((a, b, c), _constant(np.ones_like(room)))
-        pushed = np.maximum(1.0 - at_rest, AT_REST)
+        pushed = np.maximum(1.0 - at_rest, MIN_SHARE)
         return ((a, b, c), (by_u, by_x, room)), ((a, b, c), (-by_u, -by_x, pushed))
 
 
@@ -138,7 +138,8 @@ def _inscribed(vector: Plane, radius: Plane) -> Plane:
     """
     rest = vector[2] / radius[2]
     rest = (
-        rest * np.minimum(1.0, (1.0 - AT_REST) / np.maximum(np.linalg.norm(rest, axis=1), AT_REST))[:, None]
+        rest
+        * np.minimum(1.0, (1.0 - MIN_SHARE) / np.maximum(np.linalg.norm(rest, axis=1), MIN_SHARE))[:, None]
     )
     along = _direction(vector[0], vector[1], np.eye(2)[:1])
     angle = np.arange(N_EDGES) * 2.0 * np.pi / N_EDGES

@@ -31,7 +31,7 @@ Clearances = Callable[[Array], Array]
 """Configurations (N, n) -> m from the nearest solid, negative inside, (N,)."""
 
 _WIDEST, _NARROWEST = 0.4, 0.02  # standard deviations of a bend: shares of a joint's possible travel
-_STEP = 0.03  # s between the configurations whose depth is measured
+_SAMPLE_TIME = 0.03  # s between the configurations whose depth is measured
 _WHOLE = 0.4  # share of the perturbations that replace the whole motion
 _NEARLY = 1e-3  # m of mean depth below which a proof may succeed
 _PATIENCE = 80  # perturbations in which the depth must fall by a tenth; else the search fails
@@ -101,7 +101,9 @@ def descend_collisions(
 
     rng = np.random.default_rng(seed)
     motion = ParabolicTrajectory((segment,))
-    times = (np.arange(np.ceil(duration / _STEP)) + 0.5) * (duration / np.ceil(duration / _STEP))
+    times = (np.arange(np.ceil(duration / _SAMPLE_TIME)) + 0.5) * (
+        duration / np.ceil(duration / _SAMPLE_TIME)
+    )
     depths = depth.over(motion.segments, times)
     since, then = 0, np.inf
     for i in range(iterations):

@@ -31,7 +31,7 @@ from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 _CALM = 1.002  # times the least duration: limit for the straight line, which is the calmest motion
 _LADDER = (1.01, 1.03, 1.06, 1.1, 1.15, 1.25, 1.5)  # durations of collision descents, times the least
-_ROOM = 0.002  # m of clearance beyond the checker's margin that collision descent aims at
+_CLEARANCE_GAIN = 0.002  # m of clearance beyond the checker's margin that collision descent aims at
 
 
 class HasDuration(Protocol):
@@ -174,10 +174,10 @@ class MinimumTimeSearch:
 
     @property
     def _depth(self) -> CollisionDepth:
-        return CollisionDepth(self._clearances, self.checker.margin + _ROOM, self.proof.space)
+        return CollisionDepth(self._clearances, self.checker.margin + _CLEARANCE_GAIN, self.proof.space)
 
     def _clearances(self, Q: Array) -> Array:
-        return self.checker.clearances(Q, self.checker.margin + _ROOM)
+        return self.checker.clearances(Q, self.checker.margin + _CLEARANCE_GAIN)
 
     def _planned(self, seed: int) -> Iterator[ParabolicTrajectory]:
         """Yield paths of the planner, shortened, with stops at the corners that shortcutting removes."""

@@ -16,10 +16,10 @@ from pickcli.geometry import rotation_angle
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.places import bounds
 
-MOVED = 0.005  # m, displacement of an item's centre; less is settling after the support changed
-TURNED = np.radians(5.0)
-TOPPLED = np.radians(45.0)  # rad, change of an item's upward direction
-CARRIED = 0.10  # m
+MAX_SETTLING = 0.005  # m, displacement of an item's centre; less is settling after the support changed
+MAX_SETTLING_ANGLE = np.radians(5.0)  # rad, rotation up to which it is that too
+MIN_TOPPLING_ANGLE = np.radians(45.0)  # rad, change of an item's upward direction
+MIN_CARRIED_DISTANCE = 0.10  # m, displacement beyond which an item was carried along
 
 
 class DisturbanceKind(StrEnum):
@@ -85,7 +85,7 @@ def _disturbed(a: PlacedItem, b: PlacedItem, drop_limit: float, boxes: Collectio
     moved = float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]))
     R = T_b[:3, :3] @ T_a[:3, :3].T
     turned = rotation_angle(R)
-    if moved <= MOVED and turned <= TURNED and a.location == b.location:
+    if moved <= MAX_SETTLING and turned <= MAX_SETTLING_ANGLE and a.location == b.location:
         return None
     if a.location == b.location and a.location in boxes:
         return None  # released items push others in a box
@@ -93,8 +93,8 @@ def _disturbed(a: PlacedItem, b: PlacedItem, drop_limit: float, boxes: Collectio
     kind = DisturbanceKind.PUSHED
     if fell > drop_limit:
         kind = DisturbanceKind.FELL
-    elif moved > CARRIED or a.location != b.location:
+    elif moved > MIN_CARRIED_DISTANCE or a.location != b.location:
         kind = DisturbanceKind.CARRIED
-    elif R[2, 2] < np.cos(TOPPLED):
+    elif R[2, 2] < np.cos(MIN_TOPPLING_ANGLE):
         kind = DisturbanceKind.TOPPLED
     return Disturbance(a.id, kind, moved, turned, fell, a.location, b.location)

@@ -33,10 +33,10 @@ from pickcli.verification.solid_arrays import Indices, SolidArrays
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 
-FAR = 0.05  # m, larger clearances are not distinguished
+DISTANCE_CAP = 0.05  # m, larger clearances are not distinguished
 RESOLUTION = 2e-4  # m, how far below the smallest measured clearance the proven one may lie
-ROUNDING = 1e-5  # m by which a measured distance may fall short of the clearance
-UNPROVEN = 1e-4  # m by which a bound between two of the finer states may fall short of it
+MEASUREMENT_TOLERANCE = 1e-5  # m by which a measured distance may fall short of the clearance
+BOUND_TOLERANCE = 1e-4  # m by which a bound between two of the finer states may fall short of it
 MAX_REASONS = 20
 FIRST_BELOW = 0.002  # m, bounds lower than it are tightened first; then the limit is doubled, and so on
 
@@ -46,7 +46,7 @@ class Clearance:
     """Result of the clearance check.
 
     Attributes:
-        minimum: m, proven for all times; at most FAR.
+        minimum: m, proven for all times; at most DISTANCE_CAP.
         reasons: Faults.
     """
 
@@ -118,7 +118,7 @@ class _Search:
         self._ticket = count()
         self._pairs: dict[tuple[int, int, int], Pair] = {}
         self._reasons: dict[tuple[int, str], Reason] = {}
-        self._smallest = self._proven = FAR
+        self._smallest = self._proven = DISTANCE_CAP
 
     def run(self) -> Clearance:
         """Return the smallest clearance, or the faults."""
@@ -139,11 +139,11 @@ class _Search:
         """Whether the heap's lowest bound must be split further; waiting stretches are tightened first."""
         while True:
             enough = max(self._needed, min(self._proven, self._smallest - RESOLUTION))
-            lowest = self._heap[0][0] if self._heap else FAR
+            lowest = self._heap[0][0] if self._heap else DISTANCE_CAP
             if lowest < min(enough, self._below):
                 return True
             if self._below >= enough:
-                self._proven = min(self._proven, lowest, self._waiting.bound.min(initial=FAR))
+                self._proven = min(self._proven, lowest, self._waiting.bound.min(initial=DISTANCE_CAP))
                 return False
             self._tighten(min(enough, max(FIRST_BELOW, self._needed, 2.0 * self._below)))
 
@@ -170,7 +170,9 @@ class _Search:
         if is_last and low < needed <= near:
             near, low = self._finer(pair, i)
         self._smallest = min(self._smallest, near)
-        if near <= max(0.0, needed - ROUNDING) or (is_last and low <= max(0.0, needed - UNPROVEN)):
+        if near <= max(0.0, needed - MEASUREMENT_TOLERANCE) or (
+            is_last and low <= max(0.0, needed - BOUND_TOLERANCE)
+        ):
             self._reasons[pair.segment, pair.names] = _reason(self._plan, pair, i, j, needed)
             return False
         if is_last:
@@ -213,7 +215,7 @@ def _near(
     exempt: Exemptions,
     opening: frozenset[tuple[str, str]],
 ) -> Stretches:
-    """Return every stretch of a segment in which a tested pair may come nearer than FAR.
+    """Return every stretch of a segment in which a tested pair may come nearer than DISTANCE_CAP.
 
     Args:
         states: The motion's states.
@@ -232,9 +234,9 @@ def _near(
     cut = state_intervals(states, at.first, at.last, solids.reach[at.moving].max(axis=0))
     bounds = world_bounds(states, solids, at.moving, at.standing, cut).reshape(len(cut.middle), -1)
     a, b = (index.ravel() for index in np.meshgrid(at.moving, at.standing, indexing="ij"))
-    world = near_stretches(bounds, at.index, a, b, cut, FAR)
+    world = near_stretches(bounds, at.index, a, b, cut, DISTANCE_CAP)
     a, b = (at.moving[index] for index in np.triu_indices(len(at.moving), 1))
-    own = near_stretches(own_bounds(states, solids, at.moving, cut), at.index, a, b, cut, FAR)
+    own = near_stretches(own_bounds(states, solids, at.moving, cut), at.index, a, b, cut, DISTANCE_CAP)
     return Stretches.joined(
         [_tested(world, solids, is_world_pair_tested), _tested(own, solids, is_own_pair_tested)]
     )

@@ -23,7 +23,7 @@ from pickcli.verification.moving_parts import Fixture, Part, farthest
 from pickcli.verification.solid_arrays import Indices
 from pickcli.verification.state_sampling import States
 
-NEAR = 0.02  # m, larger distances are not distinguished
+DISTANCE_CAP = 0.02  # m, larger distances are not distinguished
 STRIDE = 0.01  # m that any point moves between two checked states
 MOST_AT_ONCE = 200_000  # pairs of a state and a point
 
@@ -42,7 +42,7 @@ class CloudPoints:
 
 
 def near_points(plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]]) -> CloudPoints:
-    """Find the points of the scene's cloud that a moving part may come nearer to than ``NEAR``.
+    """Find the points of the scene's cloud that a moving part may come nearer to than ``DISTANCE_CAP``.
 
     Args:
         plan: The plan.
@@ -62,10 +62,10 @@ def near_points(plan: Plan, scene: Scene, states: States, moving: Sequence[tuple
         for part in moving[k]:
             if part.reach.any():
                 poses = states.links[part.link, chosen] @ part.T_link_shape
-                within = NEAR + slack + part.slack + cloud.radius + cloud.error
+                within = DISTANCE_CAP + slack + part.slack + cloud.radius + cloud.error
                 found.append(_within(cloud, part, poses, within))
     indices = np.unique(np.concatenate(found))
-    return CloudPoints(tuple(_ball(cloud, i) for i in indices.tolist()), NEAR)
+    return CloudPoints(tuple(_ball(cloud, i) for i in indices.tolist()), DISTANCE_CAP)
 
 
 def _strided(states: States, first: int, last: int, parts: tuple[Part, ...]) -> tuple[Indices, float]:

@@ -33,8 +33,8 @@ from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 from pickcli.verification.straightness_check import FIRST_LIFT
 
-ROUNDING = 0.0015  # m: lines are followed only approximately, and depths are upper bounds
-PUSHED = 0.001  # m that the item may come nearer to an item that rolls if pushed: deviation of lines
+DEPTH_TOLERANCE = 0.0015  # m: lines are followed only approximately, and depths are upper bounds
+PUSH_TOLERANCE = 0.001  # m that the item may come nearer to an item that rolls if pushed: deviation of lines
 GRAZE = 1e-4  # m that solids which just touch may measure
 
 
@@ -94,15 +94,15 @@ class _Pair:
         stands = self._depth(self.part, at_rest)
         off = self._uncertain(self.fixture.name)
         if self.segment.kind is not SegmentKind.CONTACT:  # that moves along the axis of the cup
-            yield from self._deeper(self.part, at, max(stands, off) + ROUNDING)
+            yield from self._deeper(self.part, at, max(stands, off) + DEPTH_TOLERANCE)
         pressed = self._pressed_in()
         stands = self._depth(pressed, at_rest) if self.k == 0 else 0.0  # the cup may start in contact
-        yield from self._deeper(pressed, at, max(stands, off) + ROUNDING)
+        yield from self._deeper(pressed, at, max(stands, off) + DEPTH_TOLERANCE)
 
     def pushed(self, at: range) -> Iterator[Reason]:
         """Yield a fault if the item comes nearer to the fixture than in the first state."""
         gaps = [self._gap(i) for i in at]
-        if min(gaps) < gaps[0] - PUSHED:
+        if min(gaps) < gaps[0] - PUSH_TOLERANCE:
             t = self.states.times[at[gaps.index(min(gaps))]]
             by = f"{(gaps[0] - min(gaps)) * 1e3:.1f} mm nearer at {t:.3f} s, it rolls away"
             where = f"segment {self.k} ({self.segment.kind})"
@@ -122,7 +122,7 @@ class _Pair:
     def _explained(self, gap: float) -> float:
         """Return the allowed depth (m) of the held item in a fixture. gap: m at rest, below 0 in overlap."""
         explained = TOUCH + self._uncertain(self.part.name) + self._uncertain(self.fixture.name)
-        return max(GRAZE, min(explained, self.scene.noise.angle * FIRST_LIFT - gap) + ROUNDING)
+        return max(GRAZE, min(explained, self.scene.noise.angle * FIRST_LIFT - gap) + DEPTH_TOLERANCE)
 
     def _gap(self, i: int) -> float:
         """Return the gap (m) at state i, negative if they overlap."""

@@ -23,7 +23,8 @@ from pickcli.geometry import Array, perpendiculars
 from pickcli.verification.separation import overlap, support
 
 FRICTION = 0.3
-ASKEW = np.radians(1.5)  # angle that faces lying on each other may enclose, besides errors of their poses
+# angle that faces lying on each other may enclose, besides errors of their poses
+FACE_ANGLE_TOLERANCE = np.radians(1.5)
 BREADTH = 0.5e-3  # m to each side of an edge or a corner that still bears
 N_POINTS = 8  # of each body around a contact
 
@@ -91,7 +92,7 @@ class PileContact:
         Returns:
             The contact.
         """
-        tolerance = ASKEW + askew
+        tolerance = FACE_ANGLE_TOLERANCE + askew
         return cls(a, b, normal, gap, _outermost(a, -normal, tolerance), _outermost(b, normal, tolerance))
 
     @classmethod

@@ -15,7 +15,8 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.quintic import positions_at
 
 TIME_TOLERANCE = 1e-6  # s
-RESTING = 1e-6  # rad or m by which a resting joint may move: rounding of a motion written as text
+# rad or m by which a resting joint may move: rounding of a motion written as text
+JOINT_REST_TOLERANCE = 1e-6
 
 
 def check_finger_events(plan: Plan, scene: Scene) -> Iterator[Reason]:
@@ -75,7 +76,7 @@ def _moved_at_rest(
     times = np.linspace(t_start, t_end, max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1))
     q = positions_at(plan.trajectory, times)
     moved = float(np.abs(q - q[-1]).max())
-    if moved > RESTING:
+    if moved > JOINT_REST_TOLERANCE:
         told = (
             f"the arm has to rest from {t_start:.3f} to {t_end:.3f} s; a joint moves by {moved:.6f} rad or m"
         )

@@ -19,8 +19,8 @@ from pickcli.verification.load_check import check_load
 from pickcli.verification.quintic import positions_at
 
 ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
-ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
-TURNED = np.radians(1.0)
+MAX_GRASP_OFFSET = 0.002  # m between grasp and tip at contact, across the tool axis
+MAX_GRASP_TURN = np.radians(1.0)  # rad between grasp and tip at contact
 SAME_AXIS = 1e-6  # of a unit vector: between two axes of the place, either kind is accepted
 ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, besides what the cup tolerates
 
@@ -165,6 +165,6 @@ def _as_grasped(scene: Scene, grasp: Grasp, T_item_tip: Array, where: str) -> It
         yield Reason(
             "misses the item", where, f"pressed on by {pressed * 1e3:.1f} mm, expected 0..{most * 1e3:.1f}"
         )
-    if aside > ASIDE or rotation_angle(off[:3, :3]) > TURNED:
+    if aside > MAX_GRASP_OFFSET or rotation_angle(off[:3, :3]) > MAX_GRASP_TURN:
         turned = np.degrees(rotation_angle(off[:3, :3]))
         yield Reason("misses the item", where, f"{aside * 1e3:.1f} mm aside, turned {turned:.1f} deg")

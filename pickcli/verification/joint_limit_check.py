@@ -16,8 +16,8 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.quintic import control_points, largest, motion
 from pickcli.verification.state_sampling import merged
 
-TOLERANCE = 1e-6  # of a ratio, and rad or m of a position: allowance for rounding only
-AT_REST = 1e-9  # rad/s or m/s, and rad/s^2 or m/s^2
+LIMIT_TOLERANCE = 1e-6  # of a ratio, and rad or m of a position: allowance for rounding only
+REST_TOLERANCE = 1e-9  # rad/s or m/s, and rad/s^2 or m/s^2
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def _ratios(trajectory: Trajectory, derivative: int, limit: Array) -> Array:
 
 def _over(plan: Plan, name: str, ratios: Array, where: str = "", limit: float = 1.0) -> Iterator[Reason]:
     for joint, ratio in zip(plan.trajectory.joint_names, ratios, strict=True):
-        if not ratio <= limit * (1.0 + TOLERANCE):
+        if not ratio <= limit * (1.0 + LIMIT_TOLERANCE):
             yield Reason(f"{name} limit", where, f"{joint}: {ratio / limit:.4f} times the limit")
 
 
@@ -82,7 +82,7 @@ def _position(plan: Plan, cell: Cell) -> Iterator[Reason]:
     limits = cell.robot.limits
     for j, joint in enumerate(plan.trajectory.joint_names):
         beyond = max(high[j] - limits.upper[j], limits.lower[j] - low[j])
-        if not beyond <= TOLERANCE:
+        if not beyond <= LIMIT_TOLERANCE:
             yield Reason(
                 "joint limit", "", f"{joint}: {beyond:.6f} beyond {limits.lower[j]}..{limits.upper[j]}"
             )
@@ -92,7 +92,7 @@ def _rest(plan: Plan) -> Iterator[Reason]:
     trajectory = plan.trajectory
     for end, name in ((0, "start"), (-1, "end")):
         for values in (trajectory.velocities[end], trajectory.accelerations[end]):
-            if not np.abs(values).max() <= AT_REST:
+            if not np.abs(values).max() <= REST_TOLERANCE:
                 yield Reason("not at rest", name, f"up to {np.abs(values).max():.3g} rad/s or rad/s^2")
                 break
 

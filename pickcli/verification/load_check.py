@@ -25,12 +25,12 @@ from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.quintic import motion
 
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: the acceleration that resists gravity
-STEP = 1e-3  # s
+SAMPLE_TIME = 1e-3  # s
 SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N, Nm or ratio at least: the planner samples differently
 # Share of what the cup bears. If the weight's torque takes more, it must be taken up slowly: an overshoot by
 # a third would add more than a tenth of the limits.
-TURNED = 0.3
-LEVEL = 0.7  # sine of a slope: a cup whose axis slopes less than that holds the item by its side
+SLOW_TAKE_UP_TORQUE = 0.3
+SIDE_HOLD_SLOPE = 0.7  # sine of a slope: a cup whose axis slopes less than that holds the item by its side
 
 
 def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) -> Iterator[Reason]:
@@ -69,14 +69,14 @@ def _taken_up(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) 
     assert plan.grasp is not None
     lift, item, robot = plan.segments[k], scene.item(plan.grasp.item), scene.cell.robot
     tool, limits = robot.tool, robot.tool.cup.limits
-    times = np.arange(lift.t_start, lift.t_end, STEP)
+    times = np.arange(lift.t_start, lift.t_end, SAMPLE_TIME)
     tips = tip_poses(robot, link_poses(robot, motion(plan.trajectory, times)[0]), lift.tool_state)
-    torque = wrenches(tips[[0, 0, 0]], T_tip_item, item, STEP)[0, 3:]
+    torque = wrenches(tips[[0, 0, 0]], T_tip_item, item, SAMPLE_TIME)[0, 3:]
     share = max(np.hypot(*torque[:2]) / limits.max_moment, abs(torque[2]) / limits.max_twist) / vacuum_share
-    if abs(tips[0, 2, 2]) > LEVEL or share < TURNED:
+    if abs(tips[0, 2, 2]) > SIDE_HOLD_SLOPE or share < SLOW_TAKE_UP_TORQUE:
         return
     p = tips[:, :3, 3]
-    speeds = np.linalg.norm(np.diff(p, axis=0), axis=1) / STEP
+    speeds = np.linalg.norm(np.diff(p, axis=0), axis=1) / SAMPLE_TIME
     is_taking_up = np.linalg.norm(p[1:] - p[0], axis=1) <= tool.cup.take_up
     fastest = float(speeds[is_taking_up].max(initial=0.0))
     if fastest > tool.cup.take_up_speed:
@@ -116,11 +116,11 @@ def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, A
         return np.empty(0), np.empty((0, 6))
     assert plan.grasp is not None
     # Before the start and after the end of the trajectory the arm is at rest.
-    n = int(np.ceil((held[-1].t_end - held[0].t_start) / STEP)) + 1
-    times = np.asarray(held[0].t_start + STEP * np.arange(-1, n + 1), dtype=np.float64)
+    n = int(np.ceil((held[-1].t_end - held[0].t_start) / SAMPLE_TIME)) + 1
+    times = np.asarray(held[0].t_start + SAMPLE_TIME * np.arange(-1, n + 1), dtype=np.float64)
     robot = scene.cell.robot
     tips = tip_poses(robot, link_poses(robot, motion(plan.trajectory, times)[0]), held[0].tool_state)
-    return times[1:-1], wrenches(tips, T_tip_item, scene.item(plan.grasp.item), STEP)
+    return times[1:-1], wrenches(tips, T_tip_item, scene.item(plan.grasp.item), SAMPLE_TIME)
 
 
 def wrenches(tips: Array, T_tip_item: Array, item: Item, step: float) -> Array:

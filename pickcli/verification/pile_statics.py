@@ -18,11 +18,12 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.equilibrium import PileContact, RigidBody, missing_to_balance
 
-LYING = np.sin(np.radians(30.0))  # vertical part of a normal from which on an item above is lifted along
-CARRIES = np.sin(np.radians(20.0))  # vertical part of a normal from which on a contact carries
-LEVEL = np.sin(np.radians(1.5))  # horizontal part of a normal up to which nothing begins to roll
-CHOCKED = np.radians(8.0)  # angle that the world may tilt by without round items rolling off
-MISSING = 1e-3  # missing weights for balance that count as rounding
+# vertical part of a normal from which on an item above is lifted along
+LYING_NORMAL_Z = np.sin(np.radians(30.0))
+CARRYING_NORMAL_Z = np.sin(np.radians(20.0))  # vertical part of a normal from which on a contact carries
+LEVEL_NORMAL_XY = np.sin(np.radians(1.5))  # horizontal part of a normal up to which nothing begins to roll
+CHOCK_TILT = np.radians(8.0)  # angle that the world may tilt by without round items rolling off
+WEIGHT_TOLERANCE = 1e-3  # missing weights for balance that count as rounding
 N_TILTS = 3
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -72,7 +73,7 @@ def keeps_standing(scene: Scene, item_id: str) -> bool:
         True if it may.
     """
     pile = _pile(scene, scene.find(item_id).location)
-    return bool(pile.missing_alone(item_id).max() <= MISSING) or pile.lies_level(item_id)
+    return bool(pile.missing_alone(item_id).max() <= WEIGHT_TOLERANCE) or pile.lies_level(item_id)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +98,8 @@ class _Pile:
         boxes = _Boxes.around((*bodies.values(), *_firm_bodies(scene)))
         askew = 2.0 * scene.noise.angle
         contacts = list(_contacts(len(bodies), boxes, askew))
-        carried = {c.a.name for c in contacts if c.normal[2] >= CARRIES}
-        carried |= {c.b.name for c in contacts if c.normal[2] <= -CARRIES}
+        carried = {c.a.name for c in contacts if c.normal[2] >= CARRYING_NORMAL_Z}
+        carried |= {c.b.name for c in contacts if c.normal[2] <= -CARRYING_NORMAL_Z}
         contacts += _falls(len(bodies), boxes, carried, askew)
         rollers = frozenset(name for name, each in placed.items() if each.can_roll)
         touching = {name: _seen_from(name, contacts) for name in bodies}
@@ -119,7 +120,11 @@ class _Pile:
         found: set[str] = set()
         todo = [item_id]
         while todo:
-            above = {c.b.name for c in self.touching[todo.pop()] if not c.b.is_firm and -c.normal[2] >= LYING}
+            above = {
+                c.b.name
+                for c in self.touching[todo.pop()]
+                if not c.b.is_firm and -c.normal[2] >= LYING_NORMAL_Z
+            }
             todo += above - found - {item_id}
             found |= above - {item_id}
         return frozenset(found)
@@ -132,12 +137,14 @@ class _Pile:
         if item_id not in self.rollers:
             return False
         body, contacts = self.bodies[item_id], self.touching[item_id]
-        carrying = [contact for contact in contacts if contact.normal[2] >= CARRIES]
-        is_free = not any(contact.normal[2] <= -CARRIES and not contact.b.is_firm for contact in contacts)
+        carrying = [contact for contact in contacts if contact.normal[2] >= CARRYING_NORMAL_Z]
+        is_free = not any(
+            contact.normal[2] <= -CARRYING_NORMAL_Z and not contact.b.is_firm for contact in contacts
+        )
         return (
             bool(carrying)
             and is_free
-            and all(_fall_line(body, contact.normal) <= LEVEL for contact in carrying)
+            and all(_fall_line(body, contact.normal) <= LEVEL_NORMAL_XY for contact in carrying)
             and all(contact.b.name not in loose for contact in carrying)
         )
 
@@ -151,7 +158,7 @@ class _Pile:
         alone, gone = self.rollers, frozenset({item_id})
         while True:
             lost = self._lacking_more(gone, self.bodies.keys() - self.hanging - alone)
-            unexplained = {name for name in lost if self.missing_alone(name).max() > MISSING}
+            unexplained = {name for name in lost if self.missing_alone(name).max() > WEIGHT_TOLERANCE}
             if unexplained:
                 alone |= unexplained
                 continue
@@ -163,10 +170,12 @@ class _Pile:
     def _lacking_more(self, gone: Set[str], standing: Set[str]) -> frozenset[str]:
         """Return those of some bodies that are less balanced without others, all else being fixed."""
         after = self.without(*gone).missing(standing - gone)
-        if all(less.max() <= MISSING for less in after.values()):
+        if all(less.max() <= WEIGHT_TOLERANCE for less in after.values()):
             return frozenset()
         before = self.missing(standing)
-        return frozenset(name for name, less in after.items() if (less > before[name] + MISSING).any())
+        return frozenset(
+            name for name, less in after.items() if (less > before[name] + WEIGHT_TOLERANCE).any()
+        )
 
     def _leaning(self, gone: Set[str], alone: Set[str]) -> frozenset[str]:
         """Return those of the separately judged items that leaned on a removed one."""
@@ -175,7 +184,7 @@ class _Pile:
         return frozenset(
             name
             for name in met & alone & left.bodies.keys()
-            if (left.missing_alone(name) > self.missing_alone(name) + MISSING).any()
+            if (left.missing_alone(name) > self.missing_alone(name) + WEIGHT_TOLERANCE).any()
         )
 
     def without(self, *gone: str) -> _Pile:
@@ -194,9 +203,9 @@ class _Pile:
     def missing_alone(self, item_id: str) -> Array:
         """Return (N_TILTS,) weights that an item lacks for balance if everything that it touches is fixed.
 
-        For items that can roll, the world is tilted by ``CHOCKED``.
+        For items that can roll, the world is tilted by ``CHOCK_TILT``.
         """
-        angle = max(self.angle, CHOCKED) if item_id in self.rollers else self.angle
+        angle = max(self.angle, CHOCK_TILT) if item_id in self.rollers else self.angle
         return self._missing_if_tilted({item_id}, angle)[item_id]
 
     def _missing_if_tilted(self, of: Set[str], angle: float) -> dict[str, Array]:
@@ -281,12 +290,12 @@ def _kept(contacts: Sequence[PileContact]) -> list[PileContact]:
     """
     firm = [contact for contact in contacts if contact.b.is_firm]
     nearest = min((contact.gap for contact in firm), default=0.0)
-    ground = min((contact.gap for contact in firm if contact.normal[2] >= CARRIES), default=0.0)
+    ground = min((contact.gap for contact in firm if contact.normal[2] >= CARRYING_NORMAL_Z), default=0.0)
     return [
         contact
         for contact in contacts
         if not contact.b.is_firm
-        or contact.gap <= (ground if contact.normal[2] >= CARRIES else nearest) + TOUCH
+        or contact.gap <= (ground if contact.normal[2] >= CARRYING_NORMAL_Z else nearest) + TOUCH
     ]
 
 

@@ -29,7 +29,7 @@ from pickcli.verification.quintic import positions_at
 from pickcli.verification.ray_casting import cast_rays
 
 N_POINTS = 15  # along each side of a pad
-RUBBER = 0.0005  # m that the rubber of a pad gives way
+PAD_COMPRESSION = 0.0005  # m that the rubber of a pad gives way
 LEAST_PATCH = 0.1  # of a pad that has to touch the item; round items touch little of it
 OFF_WIDTH = 0.001  # m between the stated width and that of the item
 ASIDE, TURNED = 0.002, np.radians(1.0)  # between grasp and tip when the fingers close
@@ -124,7 +124,7 @@ def pads_on(shape: Shape, T_item_tip: Array, gripper: ParallelGripper) -> Pads |
     if np.isnan(near).all():
         return None
     out, back = np.nanmax(far), np.nanmin(near)
-    touches = (far >= out - RUBBER) & (near <= back + RUBBER)
+    touches = (far >= out - PAD_COMPRESSION) & (near <= back + PAD_COMPRESSION)
     if not touches.any():
         return None
     normals = [_normals(shape, starts[touches] + np.outer(s[touches], along)) for s in (far, near)]

@@ -29,10 +29,10 @@ from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 from pickcli.verification.straightness_check import every_millisecond
 
-CLOSING = 0.001  # m that a pair may come nearer: resolution between two states
-SLOW = 0.1  # of the velocity limits
+CLOSING_TOLERANCE = 0.001  # m that a pair may come nearer: resolution between two states
+SLOW_SHARE = 0.1  # of the velocity limits
 JOG_WAY = 0.03  # m that any link and the tool may move in a jog
-INWARDS = 0.015  # m deeper into the pod than before: needed to come free of a lip
+MAX_INWARD_DEPTH = 0.015  # m deeper into the pod than before: needed to come free of a lip
 OFF_PATH = 0.005  # rad or m, of any joint, between a backward motion and the motion that stopped
 LEFT_OUT = 4 * OFF_PATH  # rad or m of that motion that may be skipped at once, at a reversal
 PATH_WAY = OFF_PATH / 10  # rad or m between samples of that motion; samples are at least a millisecond apart
@@ -103,9 +103,10 @@ def _leads(
     if plan.recovery in IGNORES_ERROR and depths[0] <= 0.0 and not opening.pairs:
         yield Reason("not a way out", where, "it begins outside of the pod, and near to nothing")
     deeper = depths - np.minimum.accumulate(depths)
-    if (worst := float(deeper.max())) > INWARDS:
+    if (worst := float(deeper.max())) > MAX_INWARD_DEPTH:
         at = f"{worst * 1e3:.0f} mm at {states.times[int(np.argmax(deeper))]:.3f} s"
-        told = f"the tool goes deeper into the pod again, {at}; at most {INWARDS * 1e3:.0f} mm are allowed"
+        most = f"at most {MAX_INWARD_DEPTH * 1e3:.0f} mm are allowed"
+        told = f"the tool goes deeper into the pod again, {at}; {most}"
         if plan.recovery is RecoveryLevel.BACKWARDS:
             told += ", unless the motion that stopped is known (apc verify --stopped)"
         yield Reason("leads into the pod", where, told)
@@ -145,8 +146,10 @@ def _claims(plan: Plan, scene: Scene, states: States, velocity: float) -> Iterat
         yield Reason("not a way out", where, "it switches devices or takes an item")
     if plan.recovery in IGNORES_ERROR and any(segment.held is not None for segment in plan.segments):
         yield Reason("not a way out", where, "it carries an item")
-    if plan.recovery in IGNORES_ERROR and velocity > SLOW * (1.0 + 1e-6):
-        yield Reason("not slow", where, f"{velocity:.3f} of the velocity limit, at most {SLOW} is allowed")
+    if plan.recovery in IGNORES_ERROR and velocity > SLOW_SHARE * (1.0 + 1e-6):
+        yield Reason(
+            "not slow", where, f"{velocity:.3f} of the velocity limit, at most {SLOW_SHARE} is allowed"
+        )
     if plan.recovery is RecoveryLevel.JOG and (way := _longest_way(plan, scene, states)) > JOG_WAY:
         yield Reason(
             "not a jog", where, f"{way * 1e3:.1f} mm of way, at most {JOG_WAY * 1e3:.0f} are allowed"
@@ -212,7 +215,7 @@ def _followed(
     i = at.start
     while i < at.stop:
         separation = min(_separation(states, part, fixture, i) for part in parts)
-        if separation < nearest[pair] - CLOSING:
+        if separation < nearest[pair] - CLOSING_TOLERANCE:
             apart, before = 1e3 * separation, 1e3 * nearest[pair]
             what = (
                 f"{pair[0]} and {pair[1]} at {states.times[i]:.3f} s, {apart:.1f} mm apart after {before:.1f}"

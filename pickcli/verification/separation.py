@@ -19,7 +19,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, perpendiculars
 
 MAX_STEPS = 200
-TIGHT = 1e-5  # m between bound and distance at which the search may end
+GAP_TOLERANCE = 1e-5  # m between bound and distance at which the search may end
 _NO_WAY = 1e-9  # length below which a vector has no direction
 _SPREADS = (0.3, 0.2, 0.1, 0.1, 0.05, 0.03, 0.02, 0.01)  # rad, around the best direction so far
 _AROUND = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
@@ -233,7 +233,7 @@ def separation(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
     corners, weights = x[None], np.ones(1)
     for _ in range(MAX_STEPS):
         length = math.sqrt(x @ x)
-        if length <= best + TIGHT:
+        if length <= best + GAP_TOLERANCE:
             break
         corner = support(b, T_b, -x) - support(a, T_a, x)
         best = max(best, float(corner @ x) / length)

@@ -36,13 +36,13 @@ from pickcli.verification.ray_casting import cast_rays
 from pickcli.verification.straightness_check import fastest_tip
 
 N_LINES = 41  # along each side of the item's footprint
-EDGE = 1e-3  # m, width of the edge of a support
+EDGE_WIDTH = 1e-3  # m, width of the edge of a support
 HALVINGS = 6  # of the gap between two lines, to find the edge in it
 N_ANGLES = 400  # angles up to the one at which an item falls over
 REBOUND = 2.0  # times the cup's speed: speed of an item that undamped bellows throw
 MOST_FRICTION = 1.0  # of an item on its support: if tipping takes more, it slides
-TURNS = np.radians(np.arange(360.0))
-AROUND = np.column_stack([np.cos(TURNS), np.sin(TURNS)])
+DIRECTION_ANGLES = np.radians(np.arange(360.0))
+DIRECTIONS = np.column_stack([np.cos(DIRECTION_ANGLES), np.sin(DIRECTION_ANGLES)])
 Mask = NDArray[np.bool_]
 
 
@@ -186,16 +186,16 @@ def _sides(points: Array) -> Array:
     try:
         return np.asarray(ConvexHull(points).equations)
     except QhullError:  # all points on one line
-        return np.column_stack([AROUND, -(points @ AROUND.T).max(axis=0)])
+        return np.column_stack([DIRECTIONS, -(points @ DIRECTIONS.T).max(axis=0)])
 
 
 def _beside(support: Array, way: Array, centre: Array) -> Array:
     """Return (3,) m, the point nearest to a centre on the edge of a support in a level direction."""
     out, along = support[:, :2] @ way, np.array([-way[1], way[0]])
-    last = support[out > out.max() - EDGE]
+    last = support[out > out.max() - EDGE_WIDTH]
     t = last[:, :2] @ along
     at = float(np.clip(centre[:2] @ along, t.min(), t.max()))
-    height = np.polyfit(t - at, last[:, 2], 1)[1] if np.ptp(t) > EDGE else last[:, 2].mean()
+    height = np.polyfit(t - at, last[:, 2], 1)[1] if np.ptp(t) > EDGE_WIDTH else last[:, 2].mean()
     return np.array([*(out.max() * way + at * along), height])
 
 

@@ -21,7 +21,8 @@ CLOSES_WITHIN = 0.010  # m before the place of release
 # m/s of the tool from the release command on: an item that leaves the cup at this speed, from the highest
 # that is allowed, lands 25 mm aside. From when the valve is closed on the tool stands.
 RELEASE_SPEED, STANDING = 0.1, 0.002
-RESTING = 1e-6  # rad or m by which a resting joint may move: rounding of a motion written as text
+# rad or m by which a resting joint may move: rounding of a motion written as text
+JOINT_REST_TOLERANCE = 1e-6
 LAST_MOMENT = 1e-3  # s before the release in which the tool's speed counts, even if the valve closes later
 
 
@@ -84,7 +85,7 @@ def _rests(plan: Plan, t_start: float, t_end: float) -> Iterator[Reason]:
     """Check that no joint moves while the vacuum builds up under the cup."""
     q = positions_at(plan.trajectory, every_millisecond(max(0.0, t_start), t_end))
     moved = float(np.ptp(q, axis=0).max())
-    if t_start < 0.0 or moved > RESTING:
+    if t_start < 0.0 or moved > JOINT_REST_TOLERANCE:
         needed = f"the tool is to rest on the item from {t_start:.3f} to {t_end:.3f} s"
         yield Reason("no time to seal", "contact", f"{needed}; a joint moves by {moved:.6f} rad or m")
 

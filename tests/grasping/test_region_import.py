@@ -19,7 +19,7 @@ from pickcli.cell.schemas.items_text import items_text
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
 from pickcli.grasping.box_tsr import BoxTsr, orientation, read_box_tsrs
-from pickcli.grasping.region_import import RIM, axes_by_size, import_regions
+from pickcli.grasping.region_import import KTH_CUP_RADIUS, axes_by_size, import_regions
 from pickcli.grasping.surfaces import faces
 from support.command_line import apc, misused, refused
 
@@ -57,7 +57,7 @@ def box_item(size: tuple[float, ...]) -> Item:
 
 def with_their_cup(item: Item) -> Item:
     """The item for a cup as wide as theirs, 2.5 mm more than that of the cell, less a hair for rounding."""
-    return replace(item, seal_inset=RIM - TOOL.cup.radius - 1e-6)
+    return replace(item, seal_inset=KTH_CUP_RADIUS - TOOL.cup.radius - 1e-6)
 
 
 # The files

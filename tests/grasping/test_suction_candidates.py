@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array, is_pose, pose, rotation_axis_angle
 from pickcli.grasping.grasp_target import GraspTarget
-from pickcli.grasping.search import USUAL, WIDE, Search
+from pickcli.grasping.search import USUAL, WIDE_SEARCH, Search
 from pickcli.grasping.suction_candidates import (
     LANCE_CLEAR,
     MAX_LEAN_FROM_ABOVE,
@@ -41,7 +41,7 @@ def sampled(name: str, T: Array, search: Search, seed: int = 0) -> tuple[Grasp, 
     return sample_suctions(GraspTarget(name, item, T, BIN), TOOL, rng, search).grasps
 
 
-@pytest.mark.parametrize("search", [USUAL, WIDE])
+@pytest.mark.parametrize("search", [USUAL, WIDE_SEARCH])
 @pytest.mark.parametrize(("name", "T"), ITEMS)
 def test_every_cup_is_whole_on_its_face_and_nearly_square(name: str, T: Array, search: Search) -> None:
     item = CELL.item(name)
@@ -62,7 +62,7 @@ def test_every_cup_is_whole_on_its_face_and_nearly_square(name: str, T: Array, s
 
 def test_a_grid_reaches_the_edges_of_a_face() -> None:
     region = next(f.region for f in faces(CELL.item("crayola_24_ct"), TOOL) if f.name == "+z")
-    grasps = sampled("crayola_24_ct", FLAT, WIDE)
+    grasps = sampled("crayola_24_ct", FLAT, WIDE_SEARCH)
     places = np.array([region.displacement(g.T_item_tip)[:2] for g in grasps if g.face == "+z"])
     assert np.allclose([places.min(axis=0), places.max(axis=0)], region.bounds[:2].T)
 
@@ -75,7 +75,7 @@ def test_beside_an_item_the_lance_rises_towards_the_mouth_as_the_search_says() -
     assert np.allclose(pitches, sorted(USUAL.pitches), atol=0.01)
 
 
-@pytest.mark.parametrize(("search", "most"), [(USUAL, 119), (WIDE, 3588)])
+@pytest.mark.parametrize(("search", "most"), [(USUAL, 119), (WIDE_SEARCH, 3588)])
 def test_the_counts_of_the_search_bound_the_grasps(search: Search, most: int) -> None:
     """As docs/how-a-pick-works.md tells for a box that shows its front, top and both sides."""
     middle = pose([0.2, 0.0, 0.0])
@@ -91,7 +91,7 @@ def test_the_same_seed_gives_the_same_candidates(name: str, T: Array) -> None:
     assert all((g.T_item_tip == h.T_item_tip).all() for g, h in zip(a, b, strict=True))
 
 
-@pytest.mark.parametrize("search", [USUAL, WIDE])
+@pytest.mark.parametrize("search", [USUAL, WIDE_SEARCH])
 @pytest.mark.parametrize("name", ["woods_extension_cord", "clorox_utility_brush", "up_glucose_bottle"])
 def test_the_whole_rim_is_on_the_part_of_the_face_that_seals(name: str, search: Search) -> None:
     """In an upright and a lying pose; the rim is checked point by point."""
@@ -113,7 +113,9 @@ def test_the_whole_rim_is_on_the_part_of_the_face_that_seals(name: str, search: 
 def test_no_candidate_is_on_a_face_that_does_not_seal() -> None:
     upright = pose([0.25, 0.0, 0.03])
     item = CELL.item("platinum_pets_dog_bowl", 2016)
-    found = sample_suctions(GraspTarget(item.name, item, upright, BIN), TOOL, np.random.default_rng(0), WIDE)
+    found = sample_suctions(
+        GraspTarget(item.name, item, upright, BIN), TOOL, np.random.default_rng(0), WIDE_SEARCH
+    )
     assert found.grasps == ()
     assert [reason.what for reason in found.rejected] == ["no face within reach"]
     lid_down = pose([0.25, 0.0, 0.03], rpy=[np.pi, 0.0, 0.0])
@@ -121,7 +123,7 @@ def test_no_candidate_is_on_a_face_that_does_not_seal() -> None:
 
 
 def test_the_best_grasp_of_a_box_is_next_to_its_centre_of_mass() -> None:
-    best = next(g for g in sampled("staples_index_cards", FLAT, WIDE) if g.face == "+z")
+    best = next(g for g in sampled("staples_index_cards", FLAT, WIDE_SEARCH) if g.face == "+z")
     assert np.linalg.norm(best.T_item_tip[:2, 3]) < 0.005
 
 
@@ -188,13 +190,13 @@ def test_a_cup_from_above_is_tilted_to_every_side_where_few_grasps_do_not_do() -
     lean = 0.9 * CRATES.robot.tool.cup.tilt
     for turn in np.arange(4) * np.pi / 2:
         R = rotation_axis_angle((0.0, 0.0, 1.0), turn) @ rotation_axis_angle((0.0, 1.0, 0.0), lean)
-        axes = [R @ g.T_item_tip[:3, 2] for g in from_above("staples_index_cards", lean, turn, WIDE)]
+        axes = [R @ g.T_item_tip[:3, 2] for g in from_above("staples_index_cards", lean, turn, WIDE_SEARCH)]
         assert min(np.arccos(min(1.0, -axis[2])) for axis in axes) < 0.5 * lean
 
 
 def test_into_a_bin_a_lance_leans_no_farther_than_before() -> None:
     flat = pose([0.25, 0.0, -0.01], rpy=[0.0, np.radians(35.0), 0.0])
-    for search in (USUAL, WIDE):
+    for search in (USUAL, WIDE_SEARCH):
         for grasp in sampled("crayola_24_ct", flat, search):
             along = (flat @ grasp.T_item_tip)[0, 2]
             assert grasp.kind != "frontal" or along >= np.cos(np.radians(30.0) + TOOL.cup.tilt + 1e-6)

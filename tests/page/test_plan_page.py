@@ -14,7 +14,7 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import SegmentKind
 from pickcli.page.failure_marks import failure_marks, named_parts
 from pickcli.page.html_page import page_bytes
-from pickcli.page.motion_parts import POSITION, TIME
+from pickcli.page.motion_parts import POSITION_RESOLUTION, TIME_RESOLUTION
 from pickcli.page.page_document import PageDocument, document_values
 from pickcli.page.plan_page import plan_page
 from pickcli.verification.verify import verify
@@ -35,11 +35,11 @@ def test_positions_are_those_of_the_plan_also_between_samples(shown: PageDocumen
     assert shown.motion is not None and shown.robot is not None
     times, positions = unpacked(shown.motion.times), unpacked(shown.motion.positions)
     assert shown.robot.moved == (*plan.trajectory.joint_names, *scene.cell.robot.tool.joints)
-    assert shown.motion.duration == pytest.approx(plan.trajectory.duration, abs=TIME)
+    assert shown.motion.duration == pytest.approx(plan.trajectory.duration, abs=TIME_RESOLUTION)
     t = np.linspace(0.0, plan.trajectory.duration, 5000)
     played = np.column_stack([np.interp(t, times, column) for column in positions.T])
     off = np.abs(played[:, : plan.trajectory.positions.shape[1]] - plan.trajectory.sample(t))
-    assert off.max() < 5e-4 + POSITION
+    assert off.max() < 5e-4 + POSITION_RESOLUTION
 
 
 def test_the_item_is_carried_from_where_it_lay(shown: PageDocument) -> None:
@@ -61,7 +61,7 @@ def test_lanes_and_curves_are_the_plans(shown: PageDocument) -> None:
     valve = [e for e in plan.events if e.device == "valve"]
     assert [span.label for span in lanes["valve"]] == [event.action for event in valve]
     for span, event in zip(lanes["valve"], valve, strict=True):
-        assert event.t_trigger is not None and abs(span.t_start - event.t_trigger) <= TIME
+        assert event.t_trigger is not None and abs(span.t_start - event.t_trigger) <= TIME_RESOLUTION
     verdict = verify(plan, scene)
     assert verdict.certificate is not None
     for signal in shown.signals:

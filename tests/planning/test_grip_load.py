@@ -19,7 +19,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.assembly.certified_timing import divided_lift
 from pickcli.planning.assembly.grip_load import carried_load
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
-from pickcli.verification.load_check import STEP, wrenches
+from pickcli.verification.load_check import SAMPLE_TIME, wrenches
 from support.tool_states import DOWN, STRAIGHT
 
 
@@ -56,16 +56,16 @@ def test_planner_and_verifier_agree_on_a_random_held_motion(cell: Cell, arm: Arm
     trajectory = random_motion(cell, rng)
     face = item.shape.face_names[0]
     hold = SuctionGrasping(cell.robot.tool).hold(item, face, T_tip_item)
-    times = np.arange(1.0, int(trajectory.duration / STEP) - 1) * STEP
-    states = trajectory.sample(np.concatenate([[times[0] - STEP], times, [times[-1] + STEP]]))
+    times = np.arange(1.0, int(trajectory.duration / SAMPLE_TIME) - 1) * SAMPLE_TIME
+    states = trajectory.sample(np.concatenate([[times[0] - SAMPLE_TIME], times, [times[-1] + SAMPLE_TIME]]))
     by_verifier = wrenches(
-        tip_poses(cell.robot, link_poses(cell.robot, states), tool_state), T_tip_item, item, STEP
+        tip_poses(cell.robot, link_poses(cell.robot, states), tool_state), T_tip_item, item, SAMPLE_TIME
     )
     q, dq, ddq = (trajectory.sample(times, d) for d in range(3))
     motion = arm.tip_motion(q, dq, ddq, tool_state)
     by_planner = hold.body.wrench(motion)
     # Differences that reach over a point of the trajectory, where the jerk jumps, see a little of both sides.
-    smooth = np.abs(times[:, None] - trajectory.times).min(axis=1) > 1.5 * STEP
+    smooth = np.abs(times[:, None] - trajectory.times).min(axis=1) > 1.5 * SAMPLE_TIME
     most = np.abs(by_planner).max(axis=0)
     assert most[:3].min() > 0.0
     np.testing.assert_allclose(by_verifier[smooth, :3], by_planner[smooth, :3], atol=AGREE * most[:3].max())

@@ -18,7 +18,7 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.drop_placements import drop_placements
 from pickcli.planning.start_state import Start
-from pickcli.precompute.empty_cell_checkers import RESERVE, checker
+from pickcli.precompute.empty_cell_checkers import STORED_RESERVE, checker
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.verification.verify import verify
@@ -96,5 +96,5 @@ def test_over_the_tote_there_is_room_for_a_large_item(name: str, arm: str) -> No
     cell = load_workcell(name).arms[arm]
     over, model = cell.configurations["tote"], CollisionModel(cell)
     for pod_poses in PodPoses:
-        free = checker(model, over.tool_state, PayloadClass.CUBE, RESERVE, pod_poses)
+        free = checker(model, over.tool_state, PayloadClass.CUBE, STORED_RESERVE, pod_poses)
         assert free.is_valid(over.q), str(free.explain(over.q))

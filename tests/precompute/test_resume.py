@@ -135,12 +135,12 @@ def test_only_code_that_makes_results_decides_about_kept_tasks(
 def test_what_makes_results_imports_nothing_that_is_left_out() -> None:
     root = Path(pickcli.__file__).parent
     upwards = re.compile(
-        rf"^\s*(from|import) pickcli\.({'|'.join(job.ROOMS_WITHOUT_RESULTS)})\b", re.MULTILINE
+        rf"^\s*(from|import) pickcli\.({'|'.join(job.PACKAGES_WITHOUT_RESULTS)})\b", re.MULTILINE
     )
-    kept = [p for p in root.rglob("*.py") if p.relative_to(root).parts[0] not in job.ROOMS_WITHOUT_RESULTS]
+    kept = [p for p in root.rglob("*.py") if p.relative_to(root).parts[0] not in job.PACKAGES_WITHOUT_RESULTS]
     assert len(kept) > 100
     assert [path for path in kept if upwards.search(path.read_text())] == []
-    assert all((root / room).exists() for room in job.ROOMS_WITHOUT_RESULTS)
+    assert all((root / room).exists() for room in job.PACKAGES_WITHOUT_RESULTS)
 
 
 def test_a_file_size_limit_leaves_the_old_file_and_the_build_goes_on(

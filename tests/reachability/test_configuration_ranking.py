@@ -17,7 +17,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import NoPlanError, UnknownNameError
 from pickcli.geometry import inverse
 from pickcli.kinematics.arm import Arm
-from pickcli.planning.planning_context import RESERVE
+from pickcli.planning.planning_context import COARSE_RESERVE
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.configuration_ranking import ConfigurationRanking
 from pickcli.reachability.place_pose_sampling import PlacePoseSampler
@@ -123,6 +123,6 @@ def test_names_and_places_that_are_none_are_refused() -> None:
 def test_where_nothing_keeps_so_far_away_what_motions_keep_will_do() -> None:
     cell = small_cell()
     found = ConfigurationRanking(cell, "bin_C", STRAIGHT, replace(FEW, clearance=2.0)).suggest(1)
-    assert cell.clearance + RESERVE <= found[0].clearance < 2.0
+    assert cell.clearance + COARSE_RESERVE <= found[0].clearance < 2.0
     with pytest.raises(NoPlanError, match=r"of \d+ tried, that keep 2000 and then 6 mm from everything"):
         ConfigurationRanking(cell, "bin_C", STRAIGHT, replace(FEW, clearance=2.0, margin=0.5)).suggest(1)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.shapes import Body, Shape, ShapeKind, box
 from pickcli.geometry import pose
-from pickcli.robot_setup.finger_pads import CELL, find_pads
+from pickcli.robot_setup.finger_pads import GRID_STEP, find_pads
 
 SIDES = st.floats(0.006, 0.06)
 
@@ -34,10 +34,10 @@ def test_the_face_of_two_boxes_is_found(
     fingers = [hull_of(each) if as_hulls else each for each in (upper, lower)]
     pads = find_pads(fingers[:1], fingers[1:])
     assert pads is not None
-    np.testing.assert_allclose(pads.middle, (x_middle, 0.0, z_middle), atol=CELL)
+    np.testing.assert_allclose(pads.middle, (x_middle, 0.0, z_middle), atol=GRID_STEP)
     assert pads.gap == pytest.approx(gap, abs=1e-9)
     for found, side in zip(pads.size, (x, z), strict=True):
-        assert side - 3 * CELL <= found <= side
+        assert side - 3 * GRID_STEP <= found <= side
 
 
 def test_a_pad_ends_where_a_finger_steps_back() -> None:
@@ -46,8 +46,8 @@ def test_a_pad_ends_where_a_finger_steps_back() -> None:
     below = box("below", (-0.01, -0.01, 0.0), (0.01, 0.0, 0.05))
     pads = find_pads([tip, stem], [below])
     assert pads is not None
-    np.testing.assert_allclose(pads.middle, (0.0, 0.0, 0.04), atol=CELL)
-    assert pads.size[1] == pytest.approx(0.02, abs=3 * CELL)
+    np.testing.assert_allclose(pads.middle, (0.0, 0.0, 0.04), atol=GRID_STEP)
+    assert pads.size[1] == pytest.approx(0.02, abs=3 * GRID_STEP)
 
 
 def test_a_tilted_face_and_balls_are_no_pads() -> None:

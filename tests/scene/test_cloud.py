@@ -24,7 +24,7 @@ from pickcli.scene.cloud import Cloud
 from pickcli.scene.cloud_file import read_points
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
-from pickcli.verification.cloud_points import NEAR, near_points
+from pickcli.verification.cloud_points import DISTANCE_CAP, near_points
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.moving_parts import parts_of_segments
 from pickcli.verification.verify import sampled, verify
@@ -189,7 +189,7 @@ def test_a_plan_leads_around_a_cloud_and_is_proven(branching: Cell) -> None:
     plan = move(scene)
     verdict = verify(plan, scene)
     assert verdict.certificate is not None, verdict.reasons
-    assert branching.clearance - 1e-4 <= verdict.certificate.min_clearance <= NEAR
+    assert branching.clearance - 1e-4 <= verdict.certificate.min_clearance <= DISTANCE_CAP
 
 
 def test_the_verifier_refuses_what_was_planned_without_the_cloud(branching: Cell) -> None:
@@ -227,4 +227,4 @@ def test_every_point_that_comes_near_is_found(branching: Cell) -> None:
             for point in others:
                 if np.linalg.norm(point - middle) < 0.3:
                     ball.place(pose(point))
-                    assert part.solid.distance(ball) > NEAR + cloud.error
+                    assert part.solid.distance(ball) > DISTANCE_CAP + cloud.error

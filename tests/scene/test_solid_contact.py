@@ -8,7 +8,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, perpendiculars, pose
 from pickcli.scene.solid_contact import (
-    CARRIES,
+    CARRYING_NORMAL_Z,
     FRICTION,
     MOST_FORCE,
     SolidContact,
@@ -66,13 +66,13 @@ def test_friction_bears_up_to_its_very_share() -> None:
 
 
 def test_a_contact_carries_from_its_slope_on() -> None:
-    level = float(np.sqrt(1.0 - CARRIES**2))
+    level = float(np.sqrt(1.0 - CARRYING_NORMAL_Z**2))
     for z, carries in (
         (-1.0, True),
-        (-CARRIES, True),
-        (-CARRIES + 1e-9, False),
+        (-CARRYING_NORMAL_Z, True),
+        (-CARRYING_NORMAL_Z + 1e-9, False),
         (0.0, False),
-        (CARRIES, False),
+        (CARRYING_NORMAL_Z, False),
     ):
         contact = SolidContact("a", "b", 0.001, np.array([level, 0.0, z]))
         assert contact.carries is carries

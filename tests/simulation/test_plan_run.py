@@ -14,7 +14,7 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.progress import Progress
 from pickcli.simulation.following import JointFollowing
-from pickcli.simulation.plan_run import AT_REST, END_TIME, SEAL_TIME, drive
+from pickcli.simulation.plan_run import END_TIME, REST_TOLERANCE, SEAL_TIME, drive
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.recorder import Recorder
 from pickcli.simulation.start_check import StartError
@@ -85,7 +85,7 @@ def test_it_does_not_wait_for_ever_and_stops_where_the_plan_reads_the_sensor(cel
     end = plan.trajectory.sample(record.path_time)[0]
     np.testing.assert_allclose(driver.set_points[-1][1], end, atol=1e-6)
     last = np.array([q for _, q in driver.set_points[-3:]])
-    assert np.abs(np.diff(last, axis=0)).max() / driver.time_step < max(AT_REST, 1e-4)
+    assert np.abs(np.diff(last, axis=0)).max() / driver.time_step < max(REST_TOLERANCE, 1e-4)
 
 
 class Stuck(Recorder):

@@ -16,7 +16,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.braking import Return
 from pickcli.simulation.execute import execute
-from pickcli.simulation.plan_run import STANDING
+from pickcli.simulation.plan_run import STOPPED_SPEED
 from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT
@@ -125,7 +125,9 @@ def test_after_a_contact_no_joint_drives_on_while_another_still_brakes(cell: Cel
     assert record.stop is not None and record.stop_cause is StopCause.CONTACT
     first = round(record.stop.t / world.time_step)
     rail, arm = plan.trajectory.joint_names.index("rail"), plan.trajectory.joint_names.index("joint_s")
-    stood = {j: next(k for k in range(first, len(speeds)) if speeds[k][j] < STANDING) for j in (rail, arm)}
+    stood = {
+        j: next(k for k in range(first, len(speeds)) if speeds[k][j] < STOPPED_SPEED) for j in (rail, arm)
+    }
     assert stood[arm] < stood[rail]
     braking = np.array(speeds[first : stood[rail]])
     assert (np.diff(braking[:, rail]) < 1e-3).all()

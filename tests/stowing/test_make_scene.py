@@ -25,7 +25,7 @@ from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.scene_bodies import add_items, add_statics, true_masses
 from pickcli.simulation.settle import settle
 from pickcli.simulation.world import TIME_STEP
-from pickcli.stowing.make_scene import MOST, make_scene, refuse_too_much
+from pickcli.stowing.make_scene import MAX_ITEMS, make_scene, refuse_too_much
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 from pickcli.trial.order_file import read_order
@@ -126,8 +126,10 @@ def test_more_than_a_bin_has_room_for_is_refused_at_once() -> None:
 
 def test_more_items_than_are_laid_out_are_refused_at_once() -> None:
     small = min(CELL.items.values(), key=lambda item: item.shape.volume).name
-    with pytest.raises(InputError, match=f"bin_A: its {MOST + 1} items are more than are laid out in one"):
-        made({"bin_A": [small] * (MOST + 1)})
+    with pytest.raises(
+        InputError, match=f"bin_A: its {MAX_ITEMS + 1} items are more than are laid out in one"
+    ):
+        made({"bin_A": [small] * (MAX_ITEMS + 1)})
 
 
 @pytest.mark.parametrize("size", [(0.3, 0.3, 0.3), (0.01, 0.01, 0.6)])

@@ -18,7 +18,7 @@ from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.damage import FRAGILE_LIMITS, ITEM_LIMITS, SHELF, SHELF_LIMITS, damages
-from pickcli.trial.disturbance import MOVED, DisturbanceKind, disturbances
+from pickcli.trial.disturbance import MAX_SETTLING, DisturbanceKind, disturbances
 from pickcli.trial.loop import run_trial
 from pickcli.trial.score import Damage
 from pickcli.trial.trial_interfaces import ExecutionResult
@@ -66,7 +66,7 @@ def test_each_kind_has_its_name_and_how_far(T: Array, location: str, kind: Distu
         assert found.fell == pytest.approx(1.2)
 
 
-@given(st.floats(0.0, 0.9 * MOVED), st.floats(-3.1, 3.1))
+@given(st.floats(0.0, 0.9 * MAX_SETTLING), st.floats(-3.1, 3.1))
 def test_what_only_settles_anew_is_not_named(distance: float, way: float) -> None:
     T = pose((distance * np.cos(way), distance * np.sin(way), 0.0))
     assert disturbances(SCENE, after(T), (), 0.3) == ()

@@ -16,9 +16,9 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.verification.broad_phase import Stretches
 from pickcli.verification.clearance_check import (
-    FAR,
+    DISTANCE_CAP,
+    MEASUREMENT_TOLERANCE,
     RESOLUTION,
-    ROUNDING,
     Clearance,
     _Search,
     check_clearance,
@@ -55,7 +55,7 @@ def brute_force(plan: Plan, scene: Scene, only: range, dt: float = 0.06) -> floa
 
     No sieve, no bounds.
     """
-    smallest = FAR
+    smallest = DISTANCE_CAP
     for k in only:
         segment = plan.segments[k]
         coarse = np.linspace(segment.t_start, segment.t_end, int((segment.t_end - segment.t_start) / dt) + 2)
@@ -107,7 +107,7 @@ def test_random_moves(seed: int) -> None:
     measured = brute_force(plan, scene, range(1))
     assert found.minimum <= measured + 1e-6
     assert (found.minimum <= 0.0) == bool(found.reasons)
-    if not found.reasons and found.minimum < FAR - MAX_STEP:
+    if not found.reasons and found.minimum < DISTANCE_CAP - MAX_STEP:
         assert_tight(found.minimum, measured)
 
 
@@ -257,7 +257,7 @@ def test_no_distance_between_two_states_is_below_their_bound() -> None:
         for n in (1, 4, 16, 64):
             i = int(rng.integers(len(times) - n))
             bound, way = pair.bound(i, i + n), pair.travel[i + n] - pair.travel[i]
-            assert bound <= smallest_between(pair, times[i], times[i + n]) + ROUNDING
+            assert bound <= smallest_between(pair, times[i], times[i + n]) + MEASUREMENT_TOLERANCE
             assert bound >= min(pair.distance(i), pair.distance(i + n)) - way / 2 - 1e-9
 
 
@@ -274,7 +274,7 @@ def test_what_was_measured_around_a_stretch_bounds_what_lies_in_it() -> None:
             for i in rng.integers(n - 1, size=10).tolist():
                 j = int(min(n - 1, i + rng.integers(1, 20)))
                 smallest = min(pair.distance(m) for m in range(i, j + 1))
-                assert fresh.known(i, j) <= smallest + ROUNDING
+                assert fresh.known(i, j) <= smallest + MEASUREMENT_TOLERANCE
             way = pair.travel[k + 1] - pair.travel[k]
             assert fresh.known(k, k + 1) >= fresh.distance(k) - way - 1e-12
 
@@ -289,7 +289,7 @@ def test_a_bound_is_reached_by_what_moves_straight_there_and_back() -> None:
         for p in pairs
         if not isinstance(p.b, Part)
     ]
-    assert abs(min(spare)) < ROUNDING
+    assert abs(min(spare)) < MEASUREMENT_TOLERANCE
 
 
 def test_what_is_looked_at_more_finely_proves_more() -> None:
@@ -301,10 +301,10 @@ def test_what_is_looked_at_more_finely_proves_more() -> None:
             measured, bound = pair.finer(i)
             smallest = smallest_between(pair, pair.states.times[i], pair.states.times[i + 1])
             way = pair.travel[i + 1] - pair.travel[i]
-            assert bound <= smallest + ROUNDING
-            assert bound >= smallest - way / FINER - ROUNDING
-            assert smallest <= measured + ROUNDING
-            assert measured <= min(pair.distance(i), pair.distance(i + 1)) + ROUNDING
+            assert bound <= smallest + MEASUREMENT_TOLERANCE
+            assert bound >= smallest - way / FINER - MEASUREMENT_TOLERANCE
+            assert smallest <= measured + MEASUREMENT_TOLERANCE
+            assert measured <= min(pair.distance(i), pair.distance(i + 1)) + MEASUREMENT_TOLERANCE
 
 
 def test_a_finer_look_by_gaps_is_below_every_distance_too() -> None:
@@ -312,16 +312,16 @@ def test_a_finer_look_by_gaps_is_below_every_distance_too() -> None:
     pairs, plan = near_pairs()
     rng, nothing = np.random.default_rng(2), np.empty(0, dtype=np.int64)
     none = Stretches(np.empty(0), *(nothing for _ in range(5)))
-    for needed in (0.0, FAR):
+    for needed in (0.0, DISTANCE_CAP):
         for pair in pairs:
             search = _Search(plan, pair.states, SolidArrays.of((pair.a, pair.b)), none, needed)
             i = int(rng.integers(len(pair.states.times) - 1))
             near, low = search._finer(pair, i)
             smallest = smallest_between(pair, pair.states.times[i], pair.states.times[i + 1])
-            assert low <= near + ROUNDING and low <= smallest + ROUNDING
-            assert near <= min(pair.distance(i), pair.distance(i + 1)) + ROUNDING
+            assert low <= near + MEASUREMENT_TOLERANCE and low <= smallest + MEASUREMENT_TOLERANCE
+            assert near <= min(pair.distance(i), pair.distance(i + 1)) + MEASUREMENT_TOLERANCE
             if low < needed:
-                assert (near, low) == pytest.approx(pair.finer(i), abs=ROUNDING)
+                assert (near, low) == pytest.approx(pair.finer(i), abs=MEASUREMENT_TOLERANCE)
 
 
 def test_a_pair_that_stays_as_near_is_measured_rarely(monkeypatch: pytest.MonkeyPatch) -> None:

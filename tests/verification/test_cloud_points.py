@@ -13,7 +13,7 @@ from pickcli.geometry import Array, pose
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.scene import Scene
 from pickcli.verification import cloud_points
-from pickcli.verification.cloud_points import NEAR, STRIDE, _outside, _strided, near_points
+from pickcli.verification.cloud_points import DISTANCE_CAP, STRIDE, _outside, _strided, near_points
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.forward_kinematics import link_poses
 from pickcli.verification.moving_parts import Part, parts
@@ -95,7 +95,7 @@ def found(cloud: Cloud, way: float, slack: float = 0.0, moves: bool = True) -> l
     part = replace(cup()[0], slack=slack)
     part = part if moves else replace(part, reach=np.zeros_like(part.reach))
     near = near_points(plan, scene, states_of(plan), [(part,)])
-    assert near.proven == NEAR
+    assert near.proven == DISTANCE_CAP
     places = [fixture.T_world_shape[:3, 3] for fixture in near.fixtures]
     for fixture in near.fixtures:
         assert fixture.shape == Shape(ShapeKind.SPHERE, (RADIUS,)) and fixture.slack == ERROR
@@ -121,7 +121,7 @@ def ahead(far: float) -> Array:
 @pytest.mark.parametrize("slack", [0.0, 0.01])
 def test_what_the_cup_never_comes_near_to_is_left_out(slack: float) -> None:
     """Near is 20 mm, the point's own radius, and what it and the part may be off: at rest, nothing more."""
-    most = NEAR + RADIUS + ERROR + slack
+    most = DISTANCE_CAP + RADIUS + ERROR + slack
     cloud = cloud_of(ahead(most - 1e-4), ahead(most + 1e-4), ahead(0.001), ahead(0.9))
     assert found(cloud, 0.0, slack) == [0, 2]
     assert found(cloud, 0.0, slack, moves=False) == []
@@ -130,7 +130,7 @@ def test_what_the_cup_never_comes_near_to_is_left_out(slack: float) -> None:
 @pytest.mark.parametrize("way", [0.02, 0.1])
 def test_what_the_cup_comes_near_to_on_its_way_is_found(way: float) -> None:
     """On its way in, where it ends, and a little beyond that, by half of a stride at most."""
-    most = way + NEAR + RADIUS + ERROR
+    most = way + DISTANCE_CAP + RADIUS + ERROR
     at = [0.001, way / 2, way, most - 1e-4, most + (STRIDE + 0.002) / 2 + 1e-4, most + 0.5]
     assert found(cloud_of(*map(ahead, at)), way) == [0, 1, 2, 3]
 

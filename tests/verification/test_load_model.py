@@ -15,10 +15,10 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.verification.load_check import (
-    LEVEL,
     SAME_LEAST,
     SAME_SHARE,
-    STEP,
+    SAMPLE_TIME,
+    SIDE_HOLD_SLOPE,
     _stated,
     _taken_up,
     check_load,
@@ -159,7 +159,7 @@ def test_only_what_a_contact_took_and_what_its_weight_turns_is_taken_up_slowly()
     down = np.asarray(cell().configurations["drop_01"].q)
     hanging = pose(inverse(tip(down))[:3, :3] @ [0.1, 0.0, 0.0])
     from_above = lifted((1.5, 0.3, 0.0), (2.0, 0.3, 0.0), q=down)
-    assert abs(tip(down)[2, 2]) > LEVEL > abs(tip(HOME)[2, 2])
+    assert abs(tip(down)[2, 2]) > SIDE_HOLD_SLOPE > abs(tip(HOME)[2, 2])
     assert list(_taken_up(from_above, heavy, hanging, 1.0)) == []
 
 
@@ -181,8 +181,8 @@ def test_a_torque_counts_from_three_tenths_of_what_the_cup_bears_at_its_vacuum()
 def test_an_item_is_weighed_at_every_millisecond_that_it_is_held() -> None:
     plan = lifted((1.5, 0.02, 0.0), (2.0, 0.02, 0.0))
     times, found = held_wrenches(plan, holding(1.0), pose((0.0, 0.0, 0.05)))
-    np.testing.assert_allclose(np.diff(times), STEP, atol=1e-12)
-    assert times[0] == pytest.approx(1.0) and 2.0 <= times[-1] <= 2.0 + 1.5 * STEP
+    np.testing.assert_allclose(np.diff(times), SAMPLE_TIME, atol=1e-12)
+    assert times[0] == pytest.approx(1.0) and 2.0 <= times[-1] <= 2.0 + 1.5 * SAMPLE_TIME
     assert found.shape == (len(times), 6)
     resting = np.abs(times - 1.75) < 0.2
     np.testing.assert_allclose(np.linalg.norm(found[resting, :3], axis=1), UP, rtol=1e-6)

@@ -18,7 +18,7 @@ from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.forward_kinematics import link_poses
 from pickcli.verification.moving_parts import Fixture, fixtures, parts
 from pickcli.verification.recovery_check import (
-    SLOW,
+    SLOW_SHARE,
     Opening,
     _followed,
     _near_at_start,
@@ -81,7 +81,11 @@ def test_a_way_out_takes_nothing_and_a_slow_one_holds_nothing_and_is_slow(level:
         ends[k] = replace(twice.segments[k], held=CRAYOLA)
         assert told(replace(twice, segments=tuple(ends)), outside) == ["not a way out"] * is_slow
     assert told(carried, outside) == ["not a way out"] * is_slow
-    for velocity, is_refused in ((SLOW, False), (SLOW * (1 + 0.9e-6), False), (SLOW * (1 + 1.1e-6), is_slow)):
+    for velocity, is_refused in (
+        (SLOW_SHARE, False),
+        (SLOW_SHARE * (1 + 0.9e-6), False),
+        (SLOW_SHARE * (1 + 1.1e-6), is_slow),
+    ):
         assert told(way, outside, velocity) == ["not slow"] * is_refused
 
 

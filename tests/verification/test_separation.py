@@ -11,7 +11,7 @@ from pickcli.cell.shapes import Shape, ShapeKind, hull
 from pickcli.geometry import Array, pose
 from pickcli.scene.solid_overlap import PosedSolid
 from pickcli.verification.separation import (
-    TIGHT,
+    GAP_TOLERANCE,
     corners,
     face_normals,
     gap,
@@ -129,7 +129,7 @@ def test_solids_that_were_moved_apart_are_that_far_apart(
     touching = reach or half_width(a, np.eye(4), n) + half_width(b, np.eye(4), -n)
     T_b = T @ pose((touching + far) * n)
     for found in (separation(a, T, b, T_b), separation(b, T_b, a, T)):
-        assert far - 2 * TIGHT <= found <= far + 1e-12
+        assert far - 2 * GAP_TOLERANCE <= found <= far + 1e-12
     assert separation(a, T, b, T @ pose((touching - 1e-4) * n)) == 0.0
 
 
@@ -138,7 +138,7 @@ def test_corners_and_edges_are_as_far_apart_as_their_nearest_points() -> None:
     size = np.array(BOX.size)
     for beyond, far in (((0.03, 0.04, 0.12), 0.13), ((0.03, 0.04, -0.2), 0.05), ((0.03, -0.1, -0.2), 0.03)):
         T_b = T @ pose(size + beyond)
-        assert far - 2 * TIGHT <= separation(BOX, T, BOX, T_b) <= far + 1e-12
+        assert far - 2 * GAP_TOLERANCE <= separation(BOX, T, BOX, T_b) <= far + 1e-12
         # The axes of both, their products and the centres' line: two boxes that meet have no gap at all.
         terms = half_width_terms(BOX)[None]
         assert far / 3 < widest_gaps(terms, T[None], terms, T_b[None])[0] <= far + 1e-12

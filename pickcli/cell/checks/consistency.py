@@ -27,7 +27,7 @@ from pickcli.cell.schemas.cell_schema import CellModel, JointLimitModel
 from pickcli.cell.schemas.tool_schema import ToolModel
 from pickcli.files.yaml_reader import Key, Source
 
-FAR = 10.0  # m; a joint position beyond this was probably written in another unit
+MAX_PLAUSIBLE_POSITION = 10.0  # m; a joint position beyond this was probably written in another unit
 
 
 def check_parts(
@@ -162,7 +162,7 @@ def _check_configurations(source: Source, model: CellModel, robot: Urdf) -> None
 
 def _position_advice(unit: str, value: float) -> str:
     """Advice on a position beyond its limits; a position far beyond was probably meant in another unit."""
-    if abs(value) > (tau if unit == "rad" else FAR):
+    if abs(value) > (tau if unit == "rad" else MAX_PLAUSIBLE_POSITION):
         return "angles are in rad, not degrees" if unit == "rad" else "lengths are in m, not mm"
     return "correct it; numbers stand in the order of robot.joints"
 

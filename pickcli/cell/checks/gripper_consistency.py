@@ -17,9 +17,9 @@ from pickcli.cell.tool import MOVING
 from pickcli.files.yaml_reader import Source
 from pickcli.geometry import Array, inverse
 
-ALONG = 0.999  # least cosine between a direction and an axis that it is along: 2.5 degrees
-INSIDE = 0.001  # m behind a pad's face, at which the finger must be solid
-BESIDE = 0.0005  # m by which a pad may be larger than the finger's shapes, for rounded figures
+MIN_ALONG_COSINE = 0.999  # least cosine between a direction and an axis that it is along: 2.5 degrees
+PAD_DEPTH = 0.001  # m behind a pad's face, at which the finger must be solid
+PAD_OVERHANG = 0.0005  # m by which a pad may be larger than the finger's shapes, for rounded figures
 IN_FRONT = 0.002  # m in front of a pad's face, at which there must be no part of the finger
 _ROUNDING = 1e-9
 
@@ -76,10 +76,10 @@ def check_gripper(source: Source, tool: GripperModel, robot: Urdf) -> None:
         source.add(("tool", "states", MOVING.name), text)
     axes = [_axis(tool, robot, link) for link in tool.fingers]
     for k, axis in enumerate(axes):
-        if abs(axis[1]) < ALONG:
+        if abs(axis[1]) < MIN_ALONG_COSINE:
             text = "moves across the y axis of T_hand_tip; turn that so that y points along which it closes"
             source.add(("tool", "fingers", k), f"{tool.fingers[k]!r} {text}")
-    if any(abs(axis[1]) < ALONG for axis in axes):
+    if any(abs(axis[1]) < MIN_ALONG_COSINE for axis in axes):
         return
     if finger_sign(tool, robot, tool.fingers[0]) == finger_sign(tool, robot, tool.fingers[1]):
         text = "both stand on one side of T_hand_tip; put its origin in the middle between the pads"
@@ -230,7 +230,7 @@ def _check_widths(source: Source, tool: GripperModel, robot: Urdf) -> None:
 def _check_pad(source: Source, tool: GripperModel, robot: Urdf, k: int, link: str) -> None:
     """Check that a finger is solid behind its pad and does not reach over the pad's face."""
     T_finger_tip = inverse(_T_tip_finger(tool, robot, link, 0.0))
-    side, half = finger_sign(tool, robot, link), np.array(tool.pad_size) / 2 - BESIDE
+    side, half = finger_sign(tool, robot, link), np.array(tool.pad_size) / 2 - PAD_OVERHANG
     face, shapes = side * tool.pad_gap / 2, robot.links[link].shapes
 
     def is_solid(x: float, y: float, z: float) -> bool:
@@ -238,7 +238,7 @@ def _check_pad(source: Source, tool: GripperModel, robot: Urdf, k: int, link: st
         return any(_holds(body, p) for body in shapes)
 
     corners = [(i * half[0], j * half[1]) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    if not all(is_solid(x, face + side * INSIDE, z) for x, z in corners):
+    if not all(is_solid(x, face + side * PAD_DEPTH, z) for x, z in corners):
         size = " x ".join(f"{side:g}" for side in tool.pad_size)
         text = f"a pad of {size} m is not all on {link!r}, whose shapes do not fill what is behind it; "
         source.add(("tool", "pad_size"), text + "correct pad_size, pad_gap or T_hand_tip")

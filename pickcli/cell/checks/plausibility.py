@@ -16,7 +16,7 @@ from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.yaml_reader import Key
 from pickcli.geometry import transform_points
 
-SLOW = 5.0  # s, lead of a device; an ejector builds up its vacuum faster
+LARGE_LEAD = 5.0  # s, lead of a device; an ejector builds up its vacuum faster
 ATMOSPHERE = 101_325.0  # Pa, upper bound of a cup's vacuum
 WEAK = 10_000.0  # Pa, of a cup: a tenth of an ejector's vacuum
 LARGE_CUP = {"cup_radius": 0.1, "cup_stroke": 0.05, "cup_length": 0.3}  # m
@@ -25,8 +25,8 @@ FAST = {"m": (5.0, 100.0), "rad": (15.0, 200.0)}  # velocity and acceleration of
 STRONG = 10_000.0  # N or Nm, more than the shoulder of the largest arms
 FIRM, STICKY = 500.0, 1.2  # N, force of a pad, and its friction
 UNDRAWN = 0.001  # m by which a cup may be larger than its shapes, for rounded figures
-LEAN = 0.1  # rad
-INTRUSION = 0.005  # m
+LARGE_LEAN = 0.1  # rad, lean of the pod beyond which it is reported
+LARGE_INTRUSION = 0.005  # m, overlap of a solid and a place beyond which it is reported
 
 # Kinds of devices that a pick commands, with the actions that each needs.
 NEEDED = {DeviceKind.PUMP: ("on", "off"), DeviceKind.VALVE: ("on", "off"), DeviceKind.SENSOR: ("read",)}
@@ -54,7 +54,7 @@ def warn_of_figures(warnings: FileWarnings, cell: Cell, model: CellModel) -> Non
 
 def _devices(warnings: FileWarnings, cell: Cell) -> None:
     for name, device in cell.devices.items():
-        if device.lead > SLOW:
+        if device.lead > LARGE_LEAD:
             text = f"{device.lead:g} s pass before every pick until it takes effect; is it in s?"
             warnings.add("slow_device", name, ("devices", name, "lead"), text)
         missing = [action for action in NEEDED.get(device.kind, ()) if action not in device.actions]
@@ -180,7 +180,7 @@ def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
 
 def _pod(warnings: FileWarnings, cell: Cell) -> None:
     lean = math.acos(min(1.0, max(-1.0, float(cell.T_world_pod[2, 2]))))
-    if cell.pod.bins and lean > LEAN:
+    if cell.pod.bins and lean > LARGE_LEAN:
         text = f"the shelf leans by {math.degrees(lean):.0f} degrees, and nothing lies in it any more; "
         warnings.add("tilted_pod", "pod", ("pod", "T_world_pod"), f"{text}is rpy in rad, roll first?")
 
@@ -195,10 +195,10 @@ def _blocked(warnings: FileWarnings, cell: Cell) -> None:
 
 
 def _reaches_into(cell: Cell, place: Place, body: Body) -> bool:
-    """Whether the world-aligned boxes around a place's room and a body overlap by more than ``INTRUSION``."""
+    """Whether the world-aligned boxes around room and body overlap by more than ``LARGE_INTRUSION``."""
     T_world_place = cell.T_world_place(place)
     middle = transform_points(T_world_place, (place.room.low + place.room.high)[None] / 2)[0]
     half = Shape(ShapeKind.BOX, tuple(place.room.size)).reach(T_world_place[:3, :3])
     reach = body.shape.reach(body.T_parent_shape[:3, :3])
     apart = np.abs(middle - body.T_parent_shape[:3, 3])
-    return bool((half + reach - apart > INTRUSION).all())
+    return bool((half + reach - apart > LARGE_INTRUSION).all())

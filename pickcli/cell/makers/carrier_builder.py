@@ -23,7 +23,8 @@ from pickcli.cell.station import Carrier
 from pickcli.geometry import Array, pose
 from pickcli.meshes.mesh_pieces import mesh_pieces
 
-BESIDE = 0.5  # m on each side by which the access to a table is wider than its top, as there are no walls
+# m on each side by which the access to a table is wider than its top, as there are no walls
+TABLE_OVERHANG = 0.5
 
 
 def build_carrier(name: str, figures: PlaceModel, folder: Path) -> Carrier:
@@ -73,7 +74,7 @@ def _table(name: str, figures: TableModel) -> tuple[list[Body], Place]:
     """Build a table top with its origin in the middle of the upper face."""
     x, y, thickness = figures.size
     top = box(f"{name}_top", (-x / 2, -y / 2, -thickness), (x / 2, y / 2, 0.0))
-    access = Access.from_above(x + 2 * BESIDE, y + 2 * BESIDE, 0.0)
+    access = Access.from_above(x + 2 * TABLE_OVERHANG, y + 2 * TABLE_OVERHANG, 0.0)
     return [top], Place(name, name, np.eye(4), access, Room.box(x, y, figures.height), (top.name,))
 
 
@@ -91,7 +92,7 @@ def _of_bodies(name: str, figures: BodiesModel, folder: Path) -> tuple[list[Body
         access = Access.from_front(y, height - figures.lip)
         T = pose((low[0], middle[1], low[2] + figures.lip))
         return bodies, Place(name, name, T, access, room, support)
-    beside, rim = (0.0, height) if figures.walls else (2 * BESIDE, 0.0)
+    beside, rim = (0.0, height) if figures.walls else (2 * TABLE_OVERHANG, 0.0)
     access = Access.from_above(x + beside, y + beside, rim)
     T = pose((middle[0], middle[1], low[2]))
     return bodies, Place(name, name, T, access, Room.box(x, y, height), support)

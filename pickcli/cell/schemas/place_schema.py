@@ -13,7 +13,7 @@ from pickcli.files.schema import Angles, Coordinate, FileModel, Size, Text, Thic
 MAX_PLACES = 100
 MAX_LINES = 32  # rows or columns of a grid
 MAX_BODIES = 200
-LEVEL = 1e-9  # rad
+LEVEL_TOLERANCE = 1e-9  # rad of roll and pitch, rounding only
 ORIGIN = (0.0, 0.0, 0.0)
 Sizes = Annotated[tuple[Size, ...], Len(3, 3)]
 Scale = Annotated[tuple[Annotated[float, Field(ge=1e-4, le=1e4)], ...], Len(3, 3)]
@@ -38,7 +38,7 @@ class CarrierModel(FileModel):
     @field_validator("T_world_place")
     @classmethod
     def _upright(cls, T: PoseModel) -> PoseModel:
-        if max(abs(T.rpy[0]), abs(T.rpy[1])) > LEVEL:
+        if max(abs(T.rpy[0]), abs(T.rpy[1])) > LEVEL_TOLERANCE:
             raise ValueError(
                 f"expected roll and pitch of 0, got {T.rpy[0]:g} and {T.rpy[1]:g} rad; it stands "
                 "upright, only its yaw is free (a sloped floor: floor_slope of a grid)"

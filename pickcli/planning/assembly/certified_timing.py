@@ -27,8 +27,9 @@ from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.wrench_limit import WrenchLimit
 
 BETWEEN = 1e-3  # share of the load by which it may exceed the limit between the states that timing checks
-LEVEL = np.sin(np.radians(45.0))  # sine of a cup's slope under which it holds an item by its side
-TURNS = 0.25  # share of what the cup bears from which on the torque of the weight must be taken up slowly
+SIDE_HOLD_SLOPE = np.sin(np.radians(45.0))  # sine of a cup's slope under which it holds an item by its side
+# share of what the cup bears from which on the torque of the weight must be taken up slowly
+SLOW_TAKE_UP_TORQUE = 0.25
 MENDS = 5  # times that a run is timed again, with narrower blends or slower, to keep its promises
 
 
@@ -170,8 +171,8 @@ def divided_lift(
     R_world_tip, p = tips[0, :3, :3], tips[:, :3, 3]
     ways = np.linalg.norm(p - p[0], axis=1)
     if (
-        abs(R_world_tip[2, 2]) > LEVEL
-        or hold.torque_at_rest(R_world_tip) < TURNS
+        abs(R_world_tip[2, 2]) > SIDE_HOLD_SLOPE
+        or hold.torque_at_rest(R_world_tip) < SLOW_TAKE_UP_TORQUE
         or ways[-1] <= method.take_up
     ):
         return None

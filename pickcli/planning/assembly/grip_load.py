@@ -11,9 +11,8 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.trajectory_sampling import states_at
 
-STEP = (
-    0.004  # s between two evaluated states; a jerk of 200 rad/s^3 changes the acceleration by under a tenth
-)
+# s between two evaluated states; a jerk of 200 rad/s^3 changes the acceleration by under a tenth
+SAMPLE_TIME = 0.004
 
 
 def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: Hold) -> GripLoad:
@@ -28,7 +27,7 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
     Returns:
         The worst value of each component.
     """
-    n = max(3, int(np.ceil(trajectory.duration / STEP)) + 1)
+    n = max(3, int(np.ceil(trajectory.duration / SAMPLE_TIME)) + 1)
     t = np.union1d(np.linspace(0.0, trajectory.duration, n), trajectory.times)
     q, velocity, acceleration = states_at(trajectory, t)
     return hold.in_motion(arm.tip_motion(q, velocity, acceleration, tool_state))

@@ -26,7 +26,7 @@ from pickcli.timing.timed_run import TimedRun
 from pickcli.timing.trajectory_sampling import states_at
 
 CURVED = (SegmentKind.TRANSIT, SegmentKind.TRANSFER)  # all other segments are straight lines
-STEP = 0.006  # s between two measured poses
+SAMPLE_TIME = 0.006  # s between two measured poses
 OFF_LINE = 0.0018  # m; the verifier allows 0.002
 OFF_ANGLE = np.radians(0.9)  # the verifier allows 1 degree
 NARROWER = 0.4  # factor of a blend if the tool left its line
@@ -126,7 +126,7 @@ def not_straight(arm: Arm, run: TimedRun, segments: Sequence[MotionSegment]) -> 
     lines = [k for k, (start, end) in enumerate(spans) if segments[k].kind not in CURVED and end > start]
     if not lines:
         return
-    times = [np.linspace(*spans[k], int(np.diff(spans[k])[0] / STEP) + 2) for k in lines]
+    times = [np.linspace(*spans[k], int(np.diff(spans[k])[0] / SAMPLE_TIME) + 2) for k in lines]
     # The tool changes its state on coarse motions only: all lines of a run have the same state.
     tips = _tips(arm, run.trajectory, np.concatenate(times), segments[lines[0]].mode.tool_state)
     for k, mine in zip(lines, np.split(tips, np.cumsum([len(t) for t in times])[:-1]), strict=True):

@@ -40,7 +40,7 @@ SAFE = "home"
 # support; a cup that came from the side would scrape along.
 FIRST_UP = (0.02,)
 FIRST_BACK = (0.02, 0.04)
-ASIDE = 0.02  # m to either side, or down, on the levels that separate near pairs
+SEPARATION_STEP = 0.02  # m to either side, or down, on the levels that separate near pairs
 
 RISES = (0.0, 0.02, 0.04, 0.07, 0.10)  # m up after the first step, tried in this order
 MOST_WAYS_HOME = 3  # ways out of the pod from which a way home is searched: each failure costs a whole search
@@ -154,7 +154,10 @@ def _first_steps(rules: RecoveryRules, tip: Array) -> list[Array]:
     out, left, up, back = -T_world_pod[:3, 0], T_world_pod[:3, 1], T_world_pod[:3, 2], -tip[:3, 2]
     steps = [length * up for length in FIRST_UP] + [length * back for length in FIRST_BACK]
     if rules.level is not RecoveryLevel.AS_PLANNED:
-        steps += [ASIDE * way for way in (out, left, -left, -up, out + up, out - up, out + left, out - left)]
+        steps += [
+            SEPARATION_STEP * way
+            for way in (out, left, -left, -up, out + up, out - up, out + left, out - left)
+        ]
         steps.append(np.zeros(3))
     return steps
 

@@ -18,8 +18,8 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 
 SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
-SLOW = 0.095  # of all limits; the verifier allows a tenth of the velocity
-CLOSING = 5e-4  # m that the nearest pair may come nearer on a recovery motion, sampled as below
+SLOW_SHARE = 0.095  # of all limits; the verifier allows a tenth of the velocity
+CLOSING_TOLERANCE = 5e-4  # m that the nearest pair may come nearer on a recovery motion, sampled as below
 SAMPLES = 6  # between two waypoints
 TOUCH_MARGIN = 2e-4  # m that slow motions keep from solids that they are not near at the start
 MOST_NEAR = 24  # pairs
@@ -99,7 +99,7 @@ class RecoveryRules:
         Q = np.ascontiguousarray(np.vstack([*dense, waypoints[-1:]]))
         distances = np.minimum(all_pairs.kernel.clearances(Q, all_pairs.margin), all_pairs.margin)
         before = np.maximum.accumulate(distances)
-        if (worst := float((before - distances).max())) <= CLOSING:
+        if (worst := float((before - distances).max())) <= CLOSING_TOLERANCE:
             return None
         i = int(np.argmax(before - distances))
         contact = all_pairs.clearance(Q[i])
@@ -129,7 +129,7 @@ def rules_at(
         if depth <= 0.0 and rules.checker().is_valid(start.q):
             outside = "outside of the pod, near to nothing"
             return Reason("nothing to come free of", "where the robot stopped", outside)
-        rules = replace(rules, reserve=TOUCH_MARGIN - context.cell.clearance, scale=SLOW)
+        rules = replace(rules, reserve=TOUCH_MARGIN - context.cell.clearance, scale=SLOW_SHARE)
     opening = _near(rules)
     return opening if isinstance(opening, Reason) else replace(rules, opening=opening)
 

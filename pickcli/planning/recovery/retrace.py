@@ -26,7 +26,7 @@ from pickcli.scene.scene import HeldItem, PlacedItem, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.stopping_trajectory import resume
 
-FINE = 1e-3  # s between samples by which times of two trajectories along one path are matched
+SAMPLE_TIME = 1e-3  # s between samples by which times of two trajectories along one path are matched
 LEAST_WAY = 1e-3  # joint units; a shorter way counts as no motion
 
 # Kind of each segment when it is traversed backwards with the empty tool.
@@ -74,7 +74,7 @@ class StoppedMotion:
     @property
     def has_moved(self) -> bool:
         """Whether the robot came to rest away from the start of the motion."""
-        if self.path_time < FINE:
+        if self.path_time < SAMPLE_TIME:
             return False
         return bool(_way(_cut(self.plan.trajectory, 0.0, self.path_time), 0.0)[-1] >= LEAST_WAY)
 
@@ -246,14 +246,14 @@ def _times(new: Trajectory, whole: Trajectory, begin: float, marks: Sequence[flo
 
 def _way(trajectory: Trajectory, begin: float) -> Array:
     """Return (N,) path length in joint units since ``begin``, at even times to the end."""
-    n = max(2, int(np.ceil((trajectory.duration - begin) / FINE)) + 1)
+    n = max(2, int(np.ceil((trajectory.duration - begin) / SAMPLE_TIME)) + 1)
     q = trajectory.sample(np.linspace(begin, trajectory.duration, n))
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
 
 
 def _cut(trajectory: Trajectory, t0: float, t1: float) -> Trajectory:
     """Return the part between two times, starting at time 0; an end within a rest is at rest."""
-    inner = (trajectory.times > t0 + FINE / 2) & (trajectory.times < t1 - FINE / 2)
+    inner = (trajectory.times > t0 + SAMPLE_TIME / 2) & (trajectory.times < t1 - SAMPLE_TIME / 2)
     times = np.concatenate([[t0], trajectory.times[inner], [t1]])
     q, v, a = (trajectory.sample(times, d) for d in range(3))
     return Trajectory(trajectory.joint_names, times - t0, q, v, a)

@@ -37,7 +37,7 @@ REACH_COST = 0.2  # m of drop per metre of distance from the shoulder, if severa
 MOST_SHARED = 90  # placements that are tried then
 MAX_DROP = 0.28  # m from the item's lowest point to the floor (the rules: 0.3)
 YAWS = np.radians(np.arange(-180, 180, 15))
-WANTED = 4  # motions from which the best is chosen
+N_MOTIONS = 4  # motions from which the best is chosen
 DROP_COST = 2.0  # s per metre of a drop's cost
 LEVEL_LANCE = np.radians(105.0)  # largest angle of a level lance from pointing across the place
 
@@ -148,7 +148,7 @@ def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
             failures += motion
             continue
         found.append(motion)
-        if len(found) >= WANTED:
+        if len(found) >= N_MOTIONS:
             break
     none = Reason(f"no free place in the {destination.name}", "place", f"{len(placements)} spots tried")
     return tuple(found) or failures + none

@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
-from pickcli.grasping.search import USUAL, WIDE, Search
+from pickcli.grasping.search import USUAL, WIDE_SEARCH, Search
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem
@@ -39,7 +39,7 @@ def feasible_grasps(
     """
     rng = derived_rng(problem.seed, "grasps", problem.target.id)
     failures = Failures()
-    for search, corridors in ((USUAL, CorridorSet.FEW), (WIDE, CorridorSet.MANY)):
+    for search, corridors in ((USUAL, CorridorSet.FEW), (WIDE_SEARCH, CorridorSet.MANY)):
         candidates = _candidates(problem, search, exclude, rng)
         failures += Failures(tuple(candidates.rejected))
         if candidates.grasps:

@@ -14,7 +14,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.planning_context import RESERVE
+from pickcli.planning.planning_context import COARSE_RESERVE
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import QueryExperience
@@ -68,7 +68,7 @@ def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -
     """Plan the fastest way to one of several grasps with one tool state."""
     context, state = problem.context, group[0].grasp.tool_state
     # While the tool changes its state on the way, its whole swept volume must be free.
-    mode = Mode(state if state == start.tool_state else MOVING, reserve=RESERVE)
+    mode = Mode(state if state == start.tool_state else MOVING, reserve=COARSE_RESERVE)
     goals = np.stack([f.start for f in group])
     extra = [_cost(problem, f) for f in group]
     seed = derived_seed(problem.seed, "transit", problem.target.id, state)

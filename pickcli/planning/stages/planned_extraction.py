@@ -32,9 +32,9 @@ N_FINE = 3  # of the sampled first stretches, from which a narrow way is searche
 MOST_PUSHES = 5  # a line of the tool with more turns is rejected
 
 
-COARSE = PlannerOptions(max_iterations=1500, step=0.1)
+COARSE_SEARCH = PlannerOptions(max_iterations=1500, step=0.1)
 # An item that hardly fits through the mouth needs short edges; in 14 new scenes no pick took more than 2000.
-FINE = PlannerOptions(max_iterations=4000, step=0.01)
+FINE_SEARCH = PlannerOptions(max_iterations=4000, step=0.01)
 
 
 def planned_corridors(
@@ -63,10 +63,10 @@ def planned_corridors(
         return ()
     rng = np.random.default_rng(seed)
     starts = drawn(leaving, carrying, first, rng)
-    found = _through(carrying, starts, goals, COARSE, seed)
+    found = _through(carrying, starts, goals, COARSE_SEARCH, seed)
     if not found:
         starts = [*starts[:N_FINE], *climbed(leaving, carrying, first, rng)]
-        found = _through(carrying, starts, goals, FINE, seed)
+        found = _through(carrying, starts, goals, FINE_SEARCH, seed)
     return found
 
 

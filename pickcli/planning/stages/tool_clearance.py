@@ -24,8 +24,8 @@ from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
 
 # m along y and z of the entry, offsets of the pre-approach's start from the straight way; the least first.
-SIDEWAYS, UPWARDS = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)
-ASIDE = sorted(product(SIDEWAYS, UPWARDS), key=lambda yz: float(np.hypot(*yz)))
+LIFT_OFFSETS_Y, LIFT_OFFSETS_Z = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)
+LIFT_OFFSETS_YZ = sorted(product(LIFT_OFFSETS_Y, LIFT_OFFSETS_Z), key=lambda yz: float(np.hypot(*yz)))
 STRAIGHT_IN = (0.0, 0.0)
 N_WAYS = 2  # that the arm tries to follow
 N_EXPLAINED = 32  # about, of the grasps without clearance, from the best to the last
@@ -127,7 +127,7 @@ def _ways_in(problem: PickProblem, grasp: Grasp, modes: GraspModes) -> tuple[Pic
         poses = poses_of(offset)
         if not _is_valid_path(empty, poses.touch, poses.approach):
             continue
-        for aside in ASIDE:
+        for aside in LIFT_OFFSETS_YZ:
             poses = poses_of(offset, aside)
             if _is_valid_path(empty, poses.approach, poses.preapproach):
                 found.append(poses)

@@ -11,7 +11,7 @@ from pickcli.errors import Failures
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick_motion import GraspTransit, PickMotion
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.planning_context import RESERVE
+from pickcli.planning.planning_context import COARSE_RESERVE
 from pickcli.planning.stages.placement import plan_placement
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.seeds import derived_seed
@@ -34,7 +34,7 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
     limits = context.arm.limits
     placements = tuple(motion.turned_towards(limits, taking.end) for motion in placements)
     contacts = problem.contacts.while_transferring()
-    mode = Mode(taking.holding_state, taking.attached, contacts, RESERVE)
+    mode = Mode(taking.holding_state, taking.attached, contacts, COARSE_RESERVE)
     goals = np.stack([placement.start for placement in placements])
     extra = [placement.cost for placement in placements]
     seed = derived_seed(problem.seed, "transfer", problem.target.id)

@@ -25,7 +25,7 @@ from pickcli.roadmap.query import query
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.trajectory_database import PayloadClass
 
-COARSE = SegmentLimits(blend_tolerance=0.05)
+COARSE_LIMITS = SegmentLimits(blend_tolerance=0.05)
 PROMISING = 3  # goals that are searched first: those with the least estimated time without obstacles
 
 
@@ -57,7 +57,7 @@ class CoarsePath:
         Returns:
             The segment.
         """
-        return MotionSegment(kind, self.waypoints, COARSE, mode=mode)
+        return MotionSegment(kind, self.waypoints, COARSE_LIMITS, mode=mode)
 
 
 def plan_coarse(
