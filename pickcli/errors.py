@@ -63,15 +63,15 @@ class UnknownNameError(InputError):
         known: Names that exist.
         where: Place of the name, e.g. a file with its line.
         hint: Text instead of the suggested name.
-        told: Text instead of the whole message, if the name is known, but not here.
+        text: Text instead of the whole message, if the name is known, but not here.
     """
 
     def __init__(
-        self, kind: str, name: str, known: Sequence[str], where: str = "", hint: str = "", told: str = ""
+        self, kind: str, name: str, known: Sequence[str], where: str = "", hint: str = "", text: str = ""
     ) -> None:
         hint = hint or suggestion(name, known)
         unknown = f"unknown {kind} {shortened(name, MAX_PATH)!r}; {hint}"
-        super().__init__(f"{where + ': ' if where else ''}{told or unknown}")
+        super().__init__(f"{where + ': ' if where else ''}{text or unknown}")
         self.kind, self.name, self.known = kind, name, tuple(known)
 
 
@@ -99,8 +99,8 @@ class RejectedError(ArtifactError):
     """
 
     def __init__(self, what: str, reasons: Sequence[Reason] = (), advice: str = "plan it again") -> None:
-        told = "".join(f"\n  {reason}" for reason in reasons)
-        super().__init__(f"{what}: rejected, {advice}{':' if told else ''}{told}")
+        listed = "".join(f"\n  {reason}" for reason in reasons)
+        super().__init__(f"{what}: rejected, {advice}{':' if listed else ''}{listed}")
         self.what, self.reasons = what, tuple(reasons)
 
 
@@ -224,17 +224,17 @@ class NoPlanError(ApcError):
     Args:
         query: The query, e.g. "pick crayola_24_ct from bin_B".
         reasons: Every reason, in the order in which the candidates were tried.
-        told: Text instead of the most frequent reasons.
+        text: Text instead of the most frequent reasons.
         blockers: Ids of items without which there is a plan; () if no such items are known.
     """
 
     exit_code = 5
 
     def __init__(
-        self, query: str, reasons: Iterable[Reason], told: str = "", blockers: Sequence[str] = ()
+        self, query: str, reasons: Iterable[Reason], text: str = "", blockers: Sequence[str] = ()
     ) -> None:
         self.query, self.failures, self.blockers = query, Failures(tuple(reasons)), tuple(blockers)
-        super().__init__(f"no plan for {query}: {told or self.summary()}")
+        super().__init__(f"no plan for {query}: {text or self.summary()}")
 
     @classmethod
     def of_arms(cls, query: str, arms: Sequence[tuple[str, NoPlanError | None]]) -> NoPlanError:
@@ -276,10 +276,10 @@ class NoPlanError(ApcError):
         ranked = sorted(groups.items(), key=lambda kv: (-len(kv[1]), kv[0]))[:n_most]
         if not ranked:
             return "no candidate was even tried"
-        return "; ".join(_told(reasons) for _, reasons in ranked)
+        return "; ".join(_reasons_text(reasons) for _, reasons in ranked)
 
 
-def _told(reasons: Sequence[Reason]) -> str:
+def _reasons_text(reasons: Sequence[Reason]) -> str:
     """Format the first of several reasons of one kind, and their number."""
     return (
         str(reasons[0]) if len(reasons) == 1 else f"{len(reasons)} times {reasons[0].what}, e.g. {reasons[0]}"

@@ -110,13 +110,13 @@ def state_named(cell: Cell, name: str) -> ToolState:
     return names[name]
 
 
-def refuse_beyond_limits(robot: Robot, q: Array, told: str) -> None:
+def refuse_beyond_limits(robot: Robot, q: Array, what: str) -> None:
     """Refuse positions beyond the joint limits; the message suggests the unit that was probably meant.
 
     Args:
         robot: The robot.
         q: (n,) m and rad.
-        told: Name of the positions in the message.
+        what: Name of the positions in the message.
 
     Raises:
         InputError: A joint is beyond its limits.
@@ -127,7 +127,7 @@ def refuse_beyond_limits(robot: Robot, q: Array, told: str) -> None:
         if not low <= q[i] <= high:  # nan is in no range
             faults.append(f"{name} is {q[i]:g} {unit}, its limits are {low:g} to {high:g} {unit}")
     if faults:
-        raise InputError(f"{told}: {'; '.join(faults)}; {_unit_advice(robot, q)}")
+        raise InputError(f"{what}: {'; '.join(faults)}; {_unit_advice(robot, q)}")
 
 
 def _unit_advice(robot: Robot, q: Array) -> str:

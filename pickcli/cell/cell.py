@@ -227,9 +227,9 @@ class Cell:
         """Raise InputError if keys, or a tool that can hold items, are missing in the cell file."""
         lacking = keys + ["tool"] * self.robot.tool.is_bare
         if lacking:
-            told = f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; {what} needs {needed} "
+            fault = f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; {what} needs {needed} "
             others = ", apc plan-move, verify and execute do not" if what == COMMAND else ""
-            raise InputError(f"{told}(docs/formats/cell.md){others}")
+            raise InputError(f"{fault}(docs/formats/cell.md){others}")
 
     def T_world_place(self, place: Place) -> Array:
         """Return the pose of a place's frame in the world, for the nominal pose of its carrier.

@@ -16,7 +16,7 @@ from pickcli.geometry import Array
 
 _LENGTH = 16  # hexadecimal digits of a digest: enough against accidental collisions
 
-_TOLD = {
+_DESCRIPTIONS = {
     "robot": "the robot, its joint limits or its tool",
     "displacement": "how far the pod may be displaced",
     "displacement of places": "how far places may be displaced",
@@ -97,7 +97,9 @@ def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
     own = tuple(_stood(cell, name, _pose(T)) for name, T in stood.items())
     old = replace(cell, T_world_pod=_pose(then["T_world_pod"]), own_carriers=own)
     return CellChange(
-        tuple(text for name, text in _TOLD.items() if then["rules"].get(name) != now["rules"].get(name)),
+        tuple(
+            text for name, text in _DESCRIPTIONS.items() if then["rules"].get(name) != now["rules"].get(name)
+        ),
         came,
         went,
         _with_solids(cell, [(kind, body) for kind, body in _bodies(cell) if f"{kind} {body.name}" in came]),

@@ -203,7 +203,7 @@ class KernelValidator:
         """
         return self._decoded(self._clear, q, max_distance)
 
-    def told(self, contact: Contact, place: str = "") -> str:
+    def description(self, contact: Contact, place: str = "") -> str:
         """Describe a pair, its distance, and the distance that is required.
 
         Args:
@@ -282,4 +282,4 @@ class KernelValidator:
         if is_valid:
             return Reason("no collision", "", f"{contact}, {1e3 * contact.distance:.0f} mm apart{place}")
         what = "too close" if contact.distance > 0 else "collision"
-        return Reason(what, "", self.told(contact, place), contact.item)
+        return Reason(what, "", self.description(contact, place), contact.item)

@@ -50,13 +50,13 @@ def _encode(request: ExportRequest) -> bytes:
     plan, cell = request.plan, request.scene.cell
     samples = sampled(plan.trajectory, request.rate)
     states = np.stack([samples.positions, samples.velocities, samples.accelerations], axis=2)
-    told = _by_row(device_events(plan, cell), samples.nanoseconds.tolist())
+    event_texts = _by_row(device_events(plan, cell), samples.nanoseconds.tolist())
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(columns(plan.trajectory.joint_names, cell.robot.units))
     for row, t in enumerate(samples.nanoseconds.tolist()):
         numbers = map(repr, states[row].ravel().tolist())
-        table.writerow([seconds(t), *numbers, *_segment(plan, t / SECOND), told[row]])
+        table.writerow([seconds(t), *numbers, *_segment(plan, t / SECOND), event_texts[row]])
     return text.getvalue().encode()
 
 
@@ -65,8 +65,8 @@ def _by_row(events: tuple[DeviceEvent, ...], nanoseconds: list[int]) -> defaultd
     rows = np.searchsorted(nanoseconds, [event.nanoseconds for event in events], side="right") - 1
     found: defaultdict[int, str] = defaultdict(str)
     for row, event in zip(rows.tolist(), events, strict=True):
-        told = f"{event.device}={event.action}@{seconds(event.nanoseconds)}"
-        found[row] = f"{found[row]}; {told}" if found[row] else told
+        text = f"{event.device}={event.action}@{seconds(event.nanoseconds)}"
+        found[row] = f"{found[row]}; {text}" if found[row] else text
     return found
 
 

@@ -39,8 +39,8 @@ def parse_json(text: str, where: str) -> Any:
 
     def integer(digits: str) -> int:
         if len(digits) > MAX_DIGITS:
-            told = f"{shortened(digits)} is a whole number of {len(digits)} digits"
-            raise InputError(f"{where}: {told}, at most {MAX_DIGITS} are read; correct it")
+            fault = f"{shortened(digits)} is a whole number of {len(digits)} digits"
+            raise InputError(f"{where}: {fault}, at most {MAX_DIGITS} are read; correct it")
         return int(digits)
 
     return _loads(text, where, object_pairs_hook=unique, parse_int=integer)

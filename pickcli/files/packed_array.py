@@ -39,11 +39,11 @@ def packed(values: Array, resolution: float) -> dict[str, Any]:
     }
 
 
-def unpacked(told: Mapping[str, Any]) -> Array:
+def unpacked(values: Mapping[str, Any]) -> Array:
     """Unpack an array from its JSON values.
 
     Args:
-        told: As returned by ``packed``.
+        values: As returned by ``packed``.
 
     Returns:
         The array, of the stated shape.
@@ -52,7 +52,7 @@ def unpacked(told: Mapping[str, Any]) -> Array:
         KeyError: One of the values is missing.
         ValueError: The number or type of elements differs from what is stated.
     """
-    kind = dict(_TYPES)[told["type"]]
-    steps = np.frombuffer(base64.b64decode(told["data"]), dtype=np.dtype(kind).newbyteorder("<"))
-    rows = steps.reshape(told["shape"]).cumsum(axis=0, dtype=np.int64)
-    return np.asarray(rows * float(told["unit"]))
+    kind = dict(_TYPES)[values["type"]]
+    steps = np.frombuffer(base64.b64decode(values["data"]), dtype=np.dtype(kind).newbyteorder("<"))
+    rows = steps.reshape(values["shape"]).cumsum(axis=0, dtype=np.int64)
+    return np.asarray(rows * float(values["unit"]))

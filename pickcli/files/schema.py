@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, Field, Tag, ValidationError
 
-from pickcli.files.yaml_reader import MOST_TOLD, Key, Source
+from pickcli.files.yaml_reader import MAX_REPORTED, Key, Source
 from pickcli.name_suggestion import suggestion
 
 Model = TypeVar("Model", bound="FileModel")
@@ -56,9 +56,9 @@ def validate(source: Source, model: type[Model]) -> Model:
         return model.model_validate_json(json.dumps(source.data))
     except ValidationError as error:
         details = causes(error)
-        for detail in details[:MOST_TOLD]:
+        for detail in details[:MAX_REPORTED]:
             note(source, model, detail)
-        source.n_untold += len(details[MOST_TOLD:])
+        source.n_unreported += len(details[MAX_REPORTED:])
         source.check()
         raise
 
@@ -78,17 +78,17 @@ def causes(error: ValidationError) -> list[Any]:
     """
     details = error.errors(include_url=False)
     inner = {detail["loc"][:i] for detail in details for i in range(len(detail["loc"]))}
-    told: list[Any] = [d for d in details if d["type"] != "too_short" or d["loc"] not in inner]
+    reported: list[Any] = [d for d in details if d["type"] != "too_short" or d["loc"] not in inner]
     missing: dict[Key, list[Any]] = {}
-    for detail in told:
+    for detail in reported:
         if detail["type"] == "missing":
             missing.setdefault(detail["loc"][:-1], []).append(detail)
     for parent, group in missing.items():
         if len(group) > FEW_MISSING:
             names = [str(detail["loc"][-1]) for detail in group]
-            told[told.index(group[0])] = {"type": MANY_MISSING, "loc": parent, "input": names}
-            told = [detail for detail in told if detail not in group]
-    return told
+            reported[reported.index(group[0])] = {"type": MANY_MISSING, "loc": parent, "input": names}
+            reported = [detail for detail in reported if detail not in group]
+    return reported
 
 
 def note(source: Source, model: type[BaseModel], detail: Any) -> None:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from pickcli.errors import InputError
 
-MOST_TOLD = 20  # number of mistakes in one message
+MAX_REPORTED = 20  # number of mistakes in one message
 
 T = TypeVar("T")
 
@@ -58,9 +58,9 @@ class XmlMistakes:
         """
         if self.found:
             lines = sorted(dict.fromkeys(self.found), key=self._line)
-            more = len(lines) - MOST_TOLD
-            told = lines[:MOST_TOLD] + [f"{self.path}: and {more} more"] * (more > 0)
-            raise InputError("\n".join(told))
+            more = len(lines) - MAX_REPORTED
+            reported = lines[:MAX_REPORTED] + [f"{self.path}: and {more} more"] * (more > 0)
+            raise InputError("\n".join(reported))
 
     def _line(self, text: str) -> int:
         return int(text.removeprefix(f"{self.path}:").partition(":")[0])

@@ -25,7 +25,7 @@ from pickcli.name_suggestion import shortened
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 32
 BYTE_ORDER_MARK = "\ufeff"
-MOST_TOLD = 20  # number of mistakes in one message
+MAX_REPORTED = 20  # number of mistakes in one message
 
 Key: TypeAlias = tuple[str | int, ...]  # path of a value: names in mappings, indices in lists
 
@@ -73,7 +73,7 @@ class Source:
         value_marks: Line and column, from 1, of each value.
         origins: File, line and column of each value that was taken from another file.
         problems: Mistakes so far.
-        n_untold: Number of further mistakes that are not reported one by one.
+        n_unreported: Number of further mistakes that are not reported one by one.
     """
 
     path: Path
@@ -82,12 +82,12 @@ class Source:
     value_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
     origins: dict[Key, tuple[Path, int, int]] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
-    n_untold: int = 0  # further mistakes, not reported one by one
+    n_unreported: int = 0  # further mistakes, not reported one by one
 
     @property
     def is_full(self) -> bool:
         """Whether no more mistakes will be reported, so that suggestions need not be computed."""
-        return len(self.problems) > MOST_TOLD
+        return len(self.problems) > MAX_REPORTED
 
     def add(self, key: Key, text: str) -> None:
         """Report a mistake.
@@ -132,8 +132,8 @@ class Source:
         """
         if self.problems:
             ordered = sorted(set(self.problems), key=lambda p: (str(p.path or ""), p.line, p.column, p.text))
-            lines = [f"{p.path or self.path}:{p.line}:{p.column}: {p.text}" for p in ordered[:MOST_TOLD]]
-            more = len(ordered) + self.n_untold - len(lines)
+            lines = [f"{p.path or self.path}:{p.line}:{p.column}: {p.text}" for p in ordered[:MAX_REPORTED]]
+            more = len(ordered) + self.n_unreported - len(lines)
             raise InputError("\n".join(lines + [f"{self.path}: and {more} more"] * (more > 0)))
 
 

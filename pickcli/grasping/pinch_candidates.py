@@ -68,8 +68,8 @@ def sample_pinches(
                 Grasp(target.id, _kind(target), pinch.face, state, pinch.T_item_tip, score, *figures)
             )
     if not found and not rejected:
-        told = "no two opposite places across the way in take the pads"
-        rejected[""] = Reason("nothing to pinch", target.id, told)
+        detail = "no two opposite places across the way in take the pads"
+        rejected[""] = Reason("nothing to pinch", target.id, detail)
     return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected.values()))
 
 

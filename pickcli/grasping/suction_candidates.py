@@ -84,8 +84,8 @@ def _nothing_to_hold(target: GraspTarget, tool: Tool) -> Reason:
     if target.place.access.is_from_above:
         lean = f"{sealing} lean by over {np.degrees(MAX_LEAN_FROM_ABOVE):.0f} degrees, or point down"
         return Reason("no face within reach", target.id, lean)
-    told = f"{sealing}: too far from facing the mouth, up or a side, or facing down"
-    return Reason("no face within reach", target.id, told)
+    detail = f"{sealing}: too far from facing the mouth, up or a side, or facing down"
+    return Reason("no face within reach", target.id, detail)
 
 
 def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Generator, n: int) -> Array:

@@ -79,7 +79,7 @@ class _Fetching:
         for error in raised:
             raise error
         for future in failed:
-            raise self._told(", ".join(future.key[1:]), future.exception())
+            raise self._task_error(", ".join(future.key[1:]), future.exception())
 
     def _batch(self) -> list[Any]:
         """Return futures that have finished, at least one; their worker may have died since."""
@@ -120,7 +120,7 @@ class _Fetching:
     def _lost(self) -> InputError:
         return InputError(f"{self.address}: the scheduler was lost; start it again; {_KEPT}")
 
-    def _told(self, task: str, error: Exception) -> Exception:
+    def _task_error(self, task: str, error: Exception) -> Exception:
         """Convert Dask's exception of a task to one of this package."""
         from distributed import KilledWorker
 

@@ -47,18 +47,18 @@ def outcome(job: Job, key: Key) -> bytes | Exception:
     try:
         return job.make(key).to_bytes()
     except Exception as error:
-        told = f"in the task {', '.join(key)}:\n{''.join(traceback.format_exception(error))}"
-        return _portable(error, told)
+        note = f"in the task {', '.join(key)}:\n{''.join(traceback.format_exception(error))}"
+        return _portable(error, note)
 
 
-def _portable(error: Exception, told: str) -> Exception:
+def _portable(error: Exception, note: str) -> Exception:
     """Return the exception, or one with the same message if it cannot be pickled."""
     try:
         copy = pickle.loads(pickle.dumps(error))
     except Exception:
         copy = RuntimeError(str(error))
-    copy.add_note(told)
-    return copy if isinstance(copy, Exception) else RuntimeError(told)
+    copy.add_note(note)
+    return copy if isinstance(copy, Exception) else RuntimeError(note)
 
 
 def end_with(parent: int) -> None:

@@ -221,8 +221,8 @@ def parse_plan(text: str, where: str) -> tuple[Plan, str]:
 def _problem(error: Any) -> str:
     """Format one pydantic error as ``field: expected, got; what to do``."""
     key = tuple(part if isinstance(part, int) else shortened(part) for part in error["loc"])
-    told = explain(_Plan, error["loc"], error)
-    return f"{name_of(key)}: {told}" if key else told
+    fault = explain(_Plan, error["loc"], error)
+    return f"{name_of(key)}: {fault}" if key else fault
 
 
 def _refusal(where: str, count: int, problems: Iterable[str]) -> InputError:

@@ -62,14 +62,14 @@ def named_parts(scene: Scene) -> frozenset[str]:
 
 
 def _mark(reason: Reason, known: Collection[str], item: str, t: float | None) -> Mark:
-    told = str(reason)
-    grasp, deep, when = (pattern.search(told) for pattern in (_GRASP, _DEEP, _WHEN))
+    text = str(reason)
+    grasp, deep, when = (pattern.search(text) for pattern in (_GRASP, _DEEP, _WHEN))
     words = [word.strip(".-") for word in _WORD.findall(reason.detail)]
     names = [word for word in (*words, reason.in_the_way) if word in known]
     depth = None if deep is None else round(float(deep[1]) / 1e3, 6)
     return Mark(
         title=reason.what,
-        detail=told,
+        detail=text,
         t=float(when[1]) if when is not None else t,
         tone=Tone.BAD,
         names=tuple(dict.fromkeys(names)),

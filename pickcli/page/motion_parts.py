@@ -131,7 +131,8 @@ def segment_lane(segments: Sequence[Segment], name: str = "segments") -> Lane:
     return Lane(
         name,
         tuple(
-            Span(round(s.t_start, 4), round(s.t_end, 4), str(s.kind), str(s.kind), _told(s)) for s in segments
+            Span(round(s.t_start, 4), round(s.t_end, 4), str(s.kind), str(s.kind), _described(s))
+            for s in segments
         ),
     )
 
@@ -175,11 +176,11 @@ def switched_lanes(
         if not own:
             continue
         if device.kind is DeviceKind.SENSOR:
-            spans = [Span(round(t, 4), round(t, 4), action, "mark", told) for t, _, action, told in own]
+            spans = [Span(round(t, 4), round(t, 4), action, "mark", detail) for t, _, action, detail in own]
         else:
             spans = [
-                Span(round(t, 4), round(end, 4), action, "off" if action == "off" else "on", told)
-                for (t, _, action, told), end in zip(own, ends, strict=True)
+                Span(round(t, 4), round(end, 4), action, "off" if action == "off" else "on", detail)
+                for (t, _, action, detail), end in zip(own, ends, strict=True)
             ]
         lanes.append(Lane(name.replace("_", " "), tuple(spans)))
     return tuple(lanes)
@@ -264,7 +265,7 @@ def _switched_in(plan: Plan, segment: Segment) -> tuple[float, float]:
     return segment.t_start, span
 
 
-def _told(segment: Segment) -> str:
+def _described(segment: Segment) -> str:
     parts = [f"{segment.t_end - segment.t_start:.2f} s, tool {segment.tool_state}"]
     parts += [f"holds {segment.held}"] if segment.held else []
     parts += [f"may touch {', '.join(segment.touching)}"] if segment.touching else []

@@ -133,8 +133,8 @@ def document_values(document: PageDocument) -> dict[str, Any]:
 def _plain(value: Any) -> Any:
     """Convert dataclasses to mappings, without empty values."""
     if is_dataclass(value) and not isinstance(value, type):
-        told = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-        return {name: each for name, each in told.items() if each is not None and each not in ("", [])}
+        values = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        return {name: each for name, each in values.items() if each is not None and each not in ("", [])}
     if isinstance(value, tuple):
         return [_plain(each) for each in value]
     return value

@@ -33,7 +33,7 @@ _TONES = {
 class _Played:
     """A recorded attempt with its executions."""
 
-    told: Mapping[str, Any]
+    record: Mapping[str, Any]
     executions: tuple[tuple[Mapping[str, Any], RecordedExecution], ...]
     t_start: float
     t_end: float
@@ -80,14 +80,14 @@ def trial_page(record: Mapping[str, Any], scene: Scene, motion: RecordedMotion) 
 def _played(attempts: Sequence[Mapping[str, Any]], motion: RecordedMotion) -> list[_Played]:
     """Assign executions, which were recorded in the same order, to attempts."""
     left, played, now = list(motion.executions), [], 0.0
-    for told in attempts:
+    for record in attempts:
         own = []
-        for each in _executed(told):
+        for each in _executed(record):
             if left:
                 own.append((each, left.pop(0)))
         began = own[0][1].t_start if own else now
         now = own[-1][1].t_end if own else now
-        played.append(_Played(told, tuple(own), began, now))
+        played.append(_Played(record, tuple(own), began, now))
     return played
 
 
@@ -121,18 +121,18 @@ def _score(record: Mapping[str, Any]) -> PageTable:
 
 
 def _chapter(attempt: _Played, scene: Scene) -> Chapter:
-    told = attempt.told
-    item, aside = told["item"], "aside: " if told["is_aside"] else ""
-    retry = f" (try {told['number']})" if told["number"] > 1 else ""
+    record = attempt.record
+    item, aside = record["item"], "aside: " if record["is_aside"] else ""
+    retry = f" (try {record['number']})" if record["number"] > 1 else ""
     return Chapter(
-        f"{aside}{item.replace('_', ' ')}, {told['out_of'] or told['bin']} to {told['into']}{retry}",
-        told["outcome"],
-        _TONES.get(told["outcome"], Tone.BAD),
+        f"{aside}{item.replace('_', ' ')}, {record['out_of'] or record['bin']} to {record['into']}{retry}",
+        record["outcome"],
+        _TONES.get(record["outcome"], Tone.BAD),
         round(attempt.t_start, 3),
         round(attempt.t_end, 3),
         item,
-        told["out_of"] or told["bin"],
-        told["reason"],
+        record["out_of"] or record["bin"],
+        record["reason"],
         tuple(_marks(attempt, scene)),
     )
 
@@ -142,30 +142,30 @@ def _marks(attempt: _Played, scene: Scene) -> Iterator[Mark]:
     known = named_parts(scene)
     reasons = [
         Reason(each["what"], each["where"], each["detail"], each["in_the_way"])
-        for each in attempt.told.get("reasons", ())
+        for each in attempt.record.get("reasons", ())
         for _ in range(each["count"])
     ]
-    for mark in failure_marks(reasons, known, attempt.told["item"]):
+    for mark in failure_marks(reasons, known, attempt.record["item"]):
         yield replace(mark, t=None)  # failed in planning, before any motion
-    for told, execution in attempt.executions:
-        yield from _happened(told, execution, known)
+    for record, execution in attempt.executions:
+        yield from _happened(record, execution, known)
 
 
 def _happened(
-    told: Mapping[str, Any], execution: RecordedExecution, known: frozenset[str]
+    record: Mapping[str, Any], execution: RecordedExecution, known: frozenset[str]
 ) -> Iterator[Mark]:  # fmt: skip
     """Yield marks for faults during an execution."""
-    if told["stopped"]:
-        yield Mark("stopped", told["stopped"], execution.t_end, Tone.FAIR)
-    for hit in told["collisions"]:
+    if record["stopped"]:
+        yield Mark("stopped", record["stopped"], execution.t_end, Tone.FAIR)
+    for hit in record["collisions"]:
         names = tuple(name for name in (hit["a"], hit["b"]) if name in known)
         detail = f"{hit['a']} and {hit['b']}, {hit['force']:.0f} N"
         yield Mark("contact", detail, hit["t_start"], Tone.BAD, names, depth=hit["depth"])
-    for drop in told["drops"]:
+    for drop in record["drops"]:
         if not drop["is_release"]:
             detail = f"{drop['item']} fell {drop['height']:.2f} m"
             yield Mark("lost", detail, execution.t_end, Tone.BAD, (drop["item"],))
-    for moved in told["disturbed"]:
+    for moved in record["disturbed"]:
         detail = f"{moved['item']} {moved['kind']}, by {1e3 * moved['moved']:.0f} mm"
         yield Mark("moved", detail, execution.t_end, Tone.FAIR, (moved["item"],))
 
@@ -174,8 +174,8 @@ def _switched(attempts: Sequence[_Played]) -> list[tuple[float, str, str, str]]:
     """(s, device, action, details) of every fired event."""
     found = []
     for attempt in attempts:
-        for told, _ in attempt.executions:
-            for event in told["events"]:
+        for record, _ in attempt.executions:
+            for event in record["events"]:
                 off = f"{1e3 * event['distance']:.1f} mm of path from where it was due"
                 read = (
                     "" if event["reading"] is None else f"reads {'held' if event['reading'] else 'nothing'}, "

@@ -26,33 +26,34 @@ def trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument:
     Returns:
         The page.
     """
-    told = TrialStatistics(records)
-    rate, items = told.delivered, told.targets
+    statistics = TrialStatistics(records)
+    rate, items = statistics.delivered, statistics.targets
     return PageDocument(
         kind="trials",
         title=f"{len(records)} trials",
         subtitle=f"{len(items)} targets",
         facts=(
-            Fact("score", _mean(told)),
+            Fact("score", _mean(statistics)),
             Fact("delivered", f"{rate.successes} of {rate.tries} targets, {_share(rate)}"),
-            *(_total(told, key, label) for key, label in (
+            *(_total(statistics, key, label) for key, label in (
                 ("collisions", "collisions"), ("limit_violations", "limit violations"),
                 ("drops", "items lost"), ("disturbed", "items moved"),
             )),
-            Fact("aborted", str(told.total("aborted"))),
+            Fact("aborted", str(statistics.total("aborted"))),
         ),
-        charts=(_distribution(told.shares), _by_place(items), _by_item(items)),
+        charts=(_distribution(statistics.shares), _by_place(items), _by_item(items)),
         tables=(
             _scores(records),
-            _rates("Success by place", told.by("bin")), _rates("Success by item", told.by("item")),
-            _causes(told.causes),
+            _rates("Success by place", statistics.by("bin")),
+            _rates("Success by item", statistics.by("item")),
+            _causes(statistics.causes),
         ),
     )  # fmt: skip
 
 
-def _mean(told: TrialStatistics) -> str:
+def _mean(statistics: TrialStatistics) -> str:
     """Mean score with its interval, and the worst score."""
-    test, worst = told.mean_share, min(told.shares)
+    test, worst = statistics.mean_share, min(statistics.shares)
     between = f" (95 %: {test.low:.0%} to {test.high:.0%})" if test.n >= FEWEST else ""
     return f"{test.mean:.0%} of the most in the mean{between}, {worst:.0%} in the worst"
 
@@ -62,8 +63,8 @@ def _share(rate: SuccessRate) -> str:
     return f"{rate.share:.0%} (95 %: {low:.0%} to {high:.0%})"
 
 
-def _total(told: TrialStatistics, key: str, label: str) -> Fact:
-    total = told.total(key)
+def _total(statistics: TrialStatistics, key: str, label: str) -> Fact:
+    total = statistics.total(key)
     return Fact(label, str(total), Tone.BAD if total else Tone.PLAIN)
 
 

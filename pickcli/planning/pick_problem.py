@@ -104,8 +104,8 @@ class PickProblem:
     @property
     def label(self) -> str:
         """Name of the pick in plans and messages: "pick ITEM from PLACE", "into PLACE" if not the tote."""
-        told = f"pick {self.target.id} from {self.place.name}"
-        return told if self.destination.name == TOTE else f"{told} into {self.destination.name}"
+        name = f"pick {self.target.id} from {self.place.name}"
+        return name if self.destination.name == TOTE else f"{name} into {self.destination.name}"
 
     @cached_property
     def T_world_entry(self) -> Array:

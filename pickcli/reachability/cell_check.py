@@ -88,14 +88,14 @@ def check_cell(
 
 def _mistakes(source: Source, cell: Cell, not_free: dict[str, str]) -> Iterator[str]:
     """Yield the configurations that are not free; of many only the first, because they have one cause."""
-    told = list(not_free.items())[: None if len(not_free) <= FEW else 1]
+    reported = list(not_free.items())[: None if len(not_free) <= FEW else 1]
     names = list(cell.configurations)
-    for name, why in told:
+    for name, why in reported:
         key: Key = source.stated(("configurations", names.index(name), "q"))
         of_arm = f" of arm {cell.arm}" if cell.arm else ""
         _, line, column = source.place(key)
         text = f"{source.path}:{line}:{column}: {name_of(key)}: {name}{of_arm} is not free, {why}"
-        if len(not_free) > len(told):
+        if len(not_free) > len(reported):
             text += (
                 f", and {len(not_free) - 1} more configurations are not; look at T_world_base, T_world_pod "
                 "and the obstacles"

@@ -97,8 +97,8 @@ class ConfigurationRanking:
         if not usable:
             kept = " and then ".join(dict.fromkeys(f"{1e3 * at.margin:g}" for at in tried))
             what = f"a configuration in front of {self.bin_name}"
-            told = f"of {len(Q)} tried, that keep {kept} mm from everything"
-            raise NoPlanError(f"{what} ({told})" if len(Q) else what, self._why_none(Q))
+            detail = f"of {len(Q)} tried, that keep {kept} mm from everything"
+            raise NoPlanError(f"{what} ({detail})" if len(Q) else what, self._why_none(Q))
         usable.sort(key=lambda q: -self._arm.manipulability(q, self.tool_state))
         return np.stack(usable[: settings.n_kept])
 

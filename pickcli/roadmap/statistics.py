@@ -49,7 +49,7 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
         "share_near_bound": round(float(np.mean(ratios <= NEAR_BOUND)), 4) if len(ratios) else None,
         "least_clearance_mm": round(1e3 * float(database.clearances.min()), 1) if len(database) else None,
         "times_its_bound": histogram(ratios, _RATIOS),
-        "worst": [_told(motions[k], float(ratios[k])) for k in worst],
+        "worst": [_described(motions[k], float(ratios[k])) for k in worst],
         "for_the_nominal_pod_only": [
             f"{key.start} to {key.goal}, {key.payload}: {mark.why_nominal}"
             for key, mark in zip(database.keys, database.marks, strict=True)
@@ -113,7 +113,7 @@ def _counts(names: Iterable[str]) -> dict[str, int]:
     return dict(sorted(Counter(names).items()))
 
 
-def _told(motion: CoarseMotion, ratio: float) -> str:
+def _described(motion: CoarseMotion, ratio: float) -> str:
     key = motion.key
     return (
         f"{key.start} to {key.goal}, {key.payload}: {motion.duration:.2f} s, {ratio:.2f} times its bound, "

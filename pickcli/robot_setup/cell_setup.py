@@ -129,9 +129,9 @@ def _staging(folder: Path, request: SetupOptions) -> Iterator[Path]:
     try:
         yield staging
     except InputError as error:
-        told = str(error).replace(str(staging / URDF), str(request.urdf))
-        told = told.replace(str(staging / LIMITS), str(request.joint_limits))
-        raise InputError(told.replace(str(staging), str(folder))) from None
+        message = str(error).replace(str(staging / URDF), str(request.urdf))
+        message = message.replace(str(staging / LIMITS), str(request.joint_limits))
+        raise InputError(message.replace(str(staging), str(folder))) from None
     finally:
         shutil.rmtree(staging, ignore_errors=True)
 
@@ -192,8 +192,8 @@ def _with_place(
             f"from any of {found.n_tried} poses around it (it reaches {radius:.2f} m at most); leave it out, "
             "and write a place of another size, or elsewhere, into cell.yaml"
         )
-    told = f"found: {found.share:.0%} of {found.n_poses} tool poses in it and before it are reached"
-    return replace(draft, places=(*draft.places, place.at(found.T_world_carrier, told)))
+    comment = f"found: {found.share:.0%} of {found.n_poses} tool poses in it and before it are reached"
+    return replace(draft, places=(*draft.places, place.at(found.T_world_carrier, comment)))
 
 
 def _with_configurations(

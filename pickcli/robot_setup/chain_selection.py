@@ -61,14 +61,14 @@ def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | N
     ends = rigid_with(robot, joints[-1])
     if tip is not None and not set(joints) <= robot.driven(robot.way(tip)).keys():
         listed = ", ".join(ends)
-        raise InputError(f"--tip {tip}: is not at the end of {_told(joints)}; name one of {listed}")
+        raise InputError(f"--tip {tip}: is not at the end of {_joint_names(joints)}; name one of {listed}")
     behind = _without(
         (name for end in ends for j in robot.children(end) for name in _below(robot, j)), fingers
     )
     if tip is not None and behind:
         listed = ", ".join(rigid_with(robot, behind[-1]))
         raise InputError(
-            f"--tip {tip}: is in the middle of the arm, before {_told(behind)}; name a link at its "
+            f"--tip {tip}: is in the middle of the arm, before {_joint_names(behind)}; name a link at its "
             f"end: {listed}"
         )
     chosen = tip or _likeliest_tip(robot, srdf, group, ends)
@@ -179,10 +179,10 @@ def _group_chain(robot: Urdf, srdf: Srdf | None, name: str, fingers: frozenset[s
         raise InputError(f"--group {name}: none of its joints moves this robot; is the SRDF of another one?")
     arms, listed = _without(joints, fingers), _candidates(_group_chains(robot, srdf, fingers))
     if not arms:
-        raise InputError(f"--group {name}: is a gripper's, {_told(joints)}; name an arm's, {listed}")
+        raise InputError(f"--group {name}: is a gripper's, {_joint_names(joints)}; name an arm's, {listed}")
     chain = _as_chain(robot, arms)
     if chain is None:
-        raise InputError(f"--group {name}: its joints are no single chain ({_told(joints)}); {listed}")
+        raise InputError(f"--group {name}: its joints are no single chain ({_joint_names(joints)}); {listed}")
     return chain
 
 
@@ -240,11 +240,11 @@ def _likeliest_tip(robot: Urdf, srdf: Srdf | None, group: str, ends: tuple[str, 
 
 
 def _candidates(chains: Mapping[str, tuple[str, ...]]) -> str:
-    listed = ", ".join(f"{name} ({_told(chain)})" for name, chain in chains.items())
+    listed = ", ".join(f"{name} ({_joint_names(chain)})" for name, chain in chains.items())
     return f"there are: {listed}" if listed else "no group of it is"
 
 
-def _told(joints: tuple[str, ...]) -> str:
+def _joint_names(joints: tuple[str, ...]) -> str:
     if len(joints) < 3:
         return " and ".join(joints)
     return f"{joints[0]} to {joints[-1]}, {len(joints)} joints"

@@ -107,8 +107,8 @@ def _refuse_long_names(robot: Urdf, urdf: Path) -> None:
     """Refuse names that are too long for a cell file. Raises InputError."""
     for name in (*robot.links, *(joint.name for joint in robot.joints.values())):
         if len(name) > MAX_TEXT:
-            told = f"has {len(name)} characters, a cell takes {MAX_TEXT}; rename it"
-            raise InputError(f"{urdf}: the name {shortened(name)!r} {told}")
+            fault = f"has {len(name)} characters, a cell takes {MAX_TEXT}; rename it"
+            raise InputError(f"{urdf}: the name {shortened(name)!r} {fault}")
 
 
 def _limits(path: Path | None, whole: Urdf, staging: Path) -> Source | None:

@@ -138,8 +138,8 @@ def with_figure(
     for name in [name for name in limits if joint in (None, name) and kind != EFFORT]:
         most, unit = limits[name].most(kind)
         if value > most:
-            told = f"expected at most {most:g} for {name}, got {value:g}; limits are in {unit}"
-            raise InputError(f"{option_of(kind)}: {told}")
+            fault = f"expected at most {most:g} for {name}, got {value:g}; limits are in {unit}"
+            raise InputError(f"{option_of(kind)}: {fault}")
     found = dict(limits)
     for name, each in limits.items():
         if kind == EFFORT:

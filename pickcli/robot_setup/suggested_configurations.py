@@ -136,8 +136,8 @@ def rank_at_places(cell: Cell, seed: int) -> tuple[dict[str, list[RankedConfigur
             unreached.append(f"{key}: {error}{mend}")
             continue
         if not ranked[0].reach:
-            told = f"from its configuration a straight line leads to no tool pose in {name}"
-            unreached.append(f"{key}: {told}{mend}")
+            reason = f"from its configuration a straight line leads to no tool pose in {name}"
+            unreached.append(f"{key}: {reason}{mend}")
         found[name] = [each for each in ranked if each.reach >= GOOD_REACH_SHARE * ranked[0].reach]
     return found, unreached
 
@@ -165,8 +165,10 @@ def choose_at_places(
             unreached.append(f"configurations: {why}; add one that is midway, or move the place")
         elif way is not None:
             best = candidates[way.goal]
-        told = f"found: straight lines lead to {best.reach:.0%} of {AT_PLACES.n_poses} tool poses in {name}"
-        chosen.append(SuggestedConfiguration(name, "bin", tuple(best.configuration.q), told))
+        comment = (
+            f"found: straight lines lead to {best.reach:.0%} of {AT_PLACES.n_poses} tool poses in {name}"
+        )
+        chosen.append(SuggestedConfiguration(name, "bin", tuple(best.configuration.q), comment))
     return chosen, unreached
 
 

@@ -115,9 +115,9 @@ def _fingers(robot: Urdf, ends: Sequence[str]) -> tuple[Joint, Joint]:
             f"no finger slides in what is beyond the arm ({', '.join(ends)}){met}; name a URDF that has the "
             "gripper, two fingers each on a prismatic joint of one hand, or take --tool suction"
         )
-    told = "; ".join(f"{', '.join(j.name for j in joints)} in {link}" for link, joints in sliding.items())
+    listed = "; ".join(f"{', '.join(j.name for j in joints)} in {link}" for link, joints in sliding.items())
     raise _no_gripper(
-        f"expected two fingers in one hand, got {told}; leave out what is none with --without LINK"
+        f"expected two fingers in one hand, got {listed}; leave out what is none with --without LINK"
     )
 
 

@@ -124,8 +124,8 @@ def requested_places(texts: Sequence[str]) -> tuple[SuggestedPlace, ...]:
         if kind not in KINDS:
             raise UnknownNameError("kind of place", kind, list(KINDS), f"{OPTION} {shortened(text)}")
         if kind == POD and (equals or POD in found):
-            told = "the pod has no name but its own" if equals else "a cell has one pod"
-            raise InputError(f"{OPTION} {text}: {told}; take grid for a shelf with a name")
+            reason = "the pod has no name but its own" if equals else "a cell has one pod"
+            raise InputError(f"{OPTION} {text}: {reason}; take grid for a shelf with a name")
         if not equals:
             name = next(
                 n for n in (kind, *(f"{kind}_{k}" for k in range(2, MAX_PLACES + 2))) if n not in found

@@ -61,7 +61,7 @@ def expanded(path: Path, packages: PackageSearch, arguments: Mapping[str, str]) 
     return text
 
 
-def _expand(told: Connection, path: Path, packages: PackageSearch, arguments: dict[str, str]) -> None:
+def _expand(pipe: Connection, path: Path, packages: PackageSearch, arguments: dict[str, str]) -> None:
     """Send the URDF as text, or the reason for failure. Runs in a process with resource limits."""
     import xacro
 
@@ -69,11 +69,11 @@ def _expand(told: Connection, path: Path, packages: PackageSearch, arguments: di
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     try:
         with _package_index(packages):
-            told.send((str(xacro.process_file(str(path), mappings=arguments).toprettyxml(indent="  ")), ""))
+            pipe.send((str(xacro.process_file(str(path), mappings=arguments).toprettyxml(indent="  ")), ""))
     except MemoryError:
         pass  # the pipe is closed without an answer
     except Exception as error:  # anything that evaluation of the file may raise
-        told.send(("", str(error) or type(error).__name__))
+        pipe.send(("", str(error) or type(error).__name__))
 
 
 @contextmanager

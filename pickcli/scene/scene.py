@@ -232,8 +232,8 @@ class Scene:
                 return placed
         elsewhere = sorted({i.location for i in self.items if id_or_name in (i.id, i.item.name)})
         if elsewhere:
-            told = f"{id_or_name} is not in {location} but in {' and '.join(elsewhere)}"
-            raise UnknownNameError("item", id_or_name, [i.id for i in here], told=f"{told}; name that place")
+            text = f"{id_or_name} is not in {location} but in {' and '.join(elsewhere)}"
+            raise UnknownNameError("item", id_or_name, [i.id for i in here], text=f"{text}; name that place")
         raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene")
 
     def item(self, item_id: str) -> Item:

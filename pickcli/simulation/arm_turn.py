@@ -26,13 +26,13 @@ def let_move(world: World, cell: Cell) -> None:
     """
     before = world.scene.cell
     stood = next(state for state in before.others if state.arm == cell.arm)
-    told = next(state for state in cell.others if state.arm == before.arm)
+    stated = next(state for state in cell.others if state.arm == before.arm)
     if world.held is not None:
         raise InputError(f"arm {before.arm} holds {world.held}; no other arm moves before it has let go")
-    off = np.abs(turned_towards(world.robot.limits, world.q, told.q) - told.q)
-    if off.max() > START_TOLERANCE or world.tool_state != told.tool_state:
+    off = np.abs(turned_towards(world.robot.limits, world.q, stated.q) - stated.q)
+    if off.max() > START_TOLERANCE or world.tool_state != stated.tool_state:
         raise InputError(
             f"arm {before.arm} stands {off.max():.4f} rad or m from where it is to stand while arm "
-            f"{cell.arm} moves, its tool {world.tool_state}; bring it to {told} first"
+            f"{cell.arm} moves, its tool {world.tool_state}; bring it to {stated} first"
         )
     world.let_move(cell, stood.q, stood.tool_state)

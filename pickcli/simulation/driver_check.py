@@ -207,7 +207,7 @@ def _standing(session: _Session) -> str:
     driver.command(begun.copy())
     for _ in _steps(driver):
         if (moved := float(np.abs(driver.q - copy).max())) > START_TOLERANCE:
-            return f"a joint moved by {moved:.4f} while it was told to stand"
+            return f"a joint moved by {moved:.4f} while commanded to stand"
     return "" if np.array_equal(before, copy) else "an array that q returned was changed afterwards"
 
 
@@ -283,7 +283,7 @@ _CHECKS: tuple[tuple[str, Callable[[_Session], str]], ...] = (
     ("it stands where the plan begins", _start),
     ("it refuses devices and actions that the cell does not have", _unknown_names),
     ("its sensors answer yes or no", _sensors),
-    ("it stands when it is told to", _standing),
+    ("it stands when commanded to", _standing),
     ("its clock runs with its steps", _clock),
     ("it carries out the plan and arrives", _carries_out),
     ("its clock runs with its steps while it moves", _pace),

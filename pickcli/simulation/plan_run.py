@@ -71,7 +71,7 @@ class _Trace:
     fired: list[FiredEvent] = field(default_factory=list)
     sent: list[Array] = field(default_factory=list)  # set points
     plan_times: list[float] = field(default_factory=list)  # one per set point
-    told: list[Array] = field(default_factory=list)  # commanded configuration, every TRACE_STEPS
+    commanded: list[Array] = field(default_factory=list)  # commanded configuration, every TRACE_STEPS
     measured: list[Array] = field(default_factory=list)
 
 
@@ -260,7 +260,7 @@ class PlanRun(Generic[D]):
         self.after_step()
         self.n_steps += 1
         if self.n_steps % TRACE_STEPS == 0:
-            trace.told.append(trace.sent[-1])
+            trace.commanded.append(trace.sent[-1])
             trace.measured.append(driver.q)
         if self.n_steps % PROGRESS_STEPS == 0 and self.on_progress is not None:
             t_plan = trace.plan_times[-1]
@@ -304,12 +304,12 @@ class PlanRun(Generic[D]):
         return (self.driver.t if self.t_standing is None else self.t_standing) - self.stop.t
 
     def _max_lag(self) -> float:
-        if not self.trace.told:
+        if not self.trace.commanded:
             return 0.0
         state = self.driver.cell.robot.tool.default_state
-        told = self.arm.tips(np.array(self.trace.told), state)
+        commanded = self.arm.tips(np.array(self.trace.commanded), state)
         measured = self.arm.tips(np.array(self.trace.measured), state)
-        return float(np.linalg.norm((told - measured)[:, :3, 3], axis=1).max())
+        return float(np.linalg.norm((commanded - measured)[:, :3, 3], axis=1).max())
 
 
 def _end_of_sealing(plan: Plan) -> float | None:

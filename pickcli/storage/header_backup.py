@@ -143,8 +143,8 @@ def full_length(content: bytes) -> int | None:
         Least number of bytes that it had; None if it is not truncated, or its beginning does not state it.
     """
     length = _length(content)
-    is_told = content.startswith(HDF5_MAGIC) and len(content) < length <= MAX_FILE
-    return length if is_told else None
+    is_stated = content.startswith(HDF5_MAGIC) and len(content) < length <= MAX_FILE
+    return length if is_stated else None
 
 
 def _length(content: bytes) -> int:

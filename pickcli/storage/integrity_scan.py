@@ -162,12 +162,12 @@ def _rows(
     """Yield every row of a table, or its damage."""
     for k, (row, digest) in enumerate(zip(table, row_digests(table), strict=True)):
         if row[SEAL] != digest:
-            yield DamagedBlock(f"row {k} of {name}", _told(kind, name, row) + " (if its name is right)")
+            yield DamagedBlock(f"row {k} of {name}", _row_text(kind, name, row) + " (if its name is right)")
             continue
         pieces = {piece: _piece(row, piece, datasets[piece]) for piece in kind.tables[name].pieces}
         broken = [piece for piece, rows in pieces.items() if rows is None]
         if broken:
-            yield DamagedBlock(f"{' and '.join(broken)} of row {k} of {name}", _told(kind, name, row))
+            yield DamagedBlock(f"{' and '.join(broken)} of row {k} of {name}", _row_text(kind, name, row))
         else:
             yield IntactRow(row, {piece: rows for piece, rows in pieces.items() if rows is not None})
 
@@ -180,7 +180,7 @@ def _piece(row: Any, name: str, dataset: Dataset) -> Array | None:
     return rows if piece_digest(rows) == bytes(row[f"{name}_sha256"]).decode() else None
 
 
-def _told(kind: FileFormat, name: str, row: Any) -> str:
+def _row_text(kind: FileFormat, name: str, row: Any) -> str:
     """Describe a row by its texts and indices, as far as they can be read."""
     fields = [field for field, type_ in kind.tables[name].fields.items() if type_ != "<f8"]
     values = (row[field] for field in fields)

@@ -143,11 +143,11 @@ def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year:
         year: Year of the figures of items that occur in two years.
         where: The order's file, for messages.
     """
-    told = (
+    faults = (
         _too_much(cell, bin_name, [cell.item(name, year) for name in names])
         for bin_name, names in bin_contents.items()
     )
-    if too_much := [f"{where}: {text}" for text in told if text]:
+    if too_much := [f"{where}: {text}" for text in faults if text]:
         raise InputError("\n".join(too_much))
 
 

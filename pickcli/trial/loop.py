@@ -301,8 +301,8 @@ class _Trial:
         n_done = len(self.targets) - len(self.open)
         what = f"{attempt.item} aside" if attempt.is_aside else attempt.target.item
         left = f"{self.runner.clock.left:.0f} s left on the trial's clock"
-        told = f"{attempt.target.bin} {what}: {doing}, {left}"
-        self.on_progress(Progress(n_done, len(self.targets), told))
+        text = f"{attempt.target.bin} {what}: {doing}, {left}"
+        self.on_progress(Progress(n_done, len(self.targets), text))
 
     def result(self) -> TrialResult:
         """Return all results, with the score of the true final state."""
@@ -332,6 +332,6 @@ class _Trial:
         points = score.lines[state.index].points  # the lines of the targets come first, in their order
         if not picks:
             return TargetResult(state.target, Outcome.NO_TIME, "the time was over", points, own)
-        told = (a for a in reversed(picks) if a.outcome is not Outcome.NO_TIME or a.executions)
-        last = next(told, picks[-1])
+        attempted = (a for a in reversed(picks) if a.outcome is not Outcome.NO_TIME or a.executions)
+        last = next(attempted, picks[-1])
         return TargetResult(state.target, last.outcome, last.reason, points, own)

@@ -157,8 +157,8 @@ def read_motion(path: Path) -> RecordedMotion:
     """
     content = read_bytes(path, MAX_BYTES, "apc run-trial writes one")
     try:
-        told = MotionModel.model_validate_json(_unzipped(content))
-        motion = _read(told)
+        model = MotionModel.model_validate_json(_unzipped(content))
+        motion = _read(model)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         cause = f"{name_of(first['loc']) or 'the text'}: {first['msg']}"
@@ -231,9 +231,9 @@ def _item(name: str, rows: Array) -> dict[str, Any]:
 def _execution(run: RecordedRun, cell: Cell) -> dict[str, Any]:
     times = np.arange(run.t_start, run.t_end + LOOK_TIME, LOOK_TIME)
     plan = run.plan
-    told = {"t_start": round(run.t_start, 3), "t_end": round(run.t_end, 3), "times": packed(times, _TIME)}
+    values = {"t_start": round(run.t_start, 3), "t_end": round(run.t_end, 3), "times": packed(times, _TIME)}
     if plan is None:
-        return {"query": "let go", "arm": cell.arm, **told, "segments": [], "shares": []}
+        return {"query": "let go", "arm": cell.arm, **values, "segments": [], "shares": []}
     at = run.plan_time(times)
     shares = [
         packed(np.where(_is_moving(at)[:, None], limit_shares(plan.trajectory, cell, at, k), 0.0), _SHARE)
@@ -245,7 +245,7 @@ def _execution(run: RecordedRun, cell: Cell) -> dict[str, Any]:
         for ends in [[round(run.simulated_time(t), 3) for t in (s.t_start, s.t_end)]]
         if ends[1] > ends[0]
     ]
-    return {"query": plan.query, "arm": plan.arm, **told, "segments": segments, "shares": shares}
+    return {"query": plan.query, "arm": plan.arm, **values, "segments": segments, "shares": shares}
 
 
 def _unzipped(content: bytes) -> bytes:
@@ -257,13 +257,13 @@ def _unzipped(content: bytes) -> bytes:
     return text
 
 
-def _read(told: MotionModel) -> RecordedMotion:
+def _read(model: MotionModel) -> RecordedMotion:
     """Build a motion from its file. Raises ValueError if arrays are inconsistent."""
     motion = RecordedMotion(
-        told.joints, told.times.times(), told.positions.rows(len(told.joints), MAX_JOINT),
-        told.vacuum.times.times(), _column(told.vacuum.values),
-        {item.id: (item.times.times(), item.poses.rows(7, MAX_JOINT)) for item in told.items},
-        tuple(_read_execution(each) for each in told.executions),
+        model.joints, model.times.times(), model.positions.rows(len(model.joints), MAX_JOINT),
+        model.vacuum.times.times(), _column(model.vacuum.values),
+        {item.id: (item.times.times(), item.poses.rows(7, MAX_JOINT)) for item in model.items},
+        tuple(_read_execution(each) for each in model.executions),
     )  # fmt: skip
     columns = [(motion.times, motion.joints), *motion.items.values()]
     if any(len(times) == 0 or len(times) != len(rows) for times, rows in columns):
@@ -278,24 +278,24 @@ def _read(told: MotionModel) -> RecordedMotion:
     return motion
 
 
-def _column(told: PackedModel) -> Array:
+def _column(model: PackedModel) -> Array:
     """Vacuum (N,), which is stored without columns."""
-    return told.model_copy(update={"shape": (*told.shape, 1)}).rows(1, MAX_PRESSURE)[:, 0]
+    return model.model_copy(update={"shape": (*model.shape, 1)}).rows(1, MAX_PRESSURE)[:, 0]
 
 
-def _read_execution(told: ExecutionModel) -> RecordedExecution:
+def _read_execution(model: ExecutionModel) -> RecordedExecution:
     segments = tuple(
         Segment(kind, t_start, t_end, ToolState(state), held, touching)
-        for kind, t_start, t_end, state, held, touching in told.segments
+        for kind, t_start, t_end, state, held, touching in model.segments
     )
-    times, n = told.times.times(), told.shares[0].shape[-1] if told.shares else 0
-    shares = tuple(each.rows(n, MAX_SHARE) for each in told.shares)
+    times, n = model.times.times(), model.shares[0].shape[-1] if model.shares else 0
+    shares = tuple(each.rows(n, MAX_SHARE) for each in model.shares)
     if len(shares) not in (0, 3) or any(len(rows) != len(times) or not len(times) for rows in shares):
         raise ValueError("times that do not go with the limits")
     ends = [t for s in segments for t in (s.t_start, s.t_end)]
-    if ends != sorted(ends) or not all(told.t_start - SLACK <= t <= told.t_end + SLACK for t in ends):
+    if ends != sorted(ends) or not all(model.t_start - SLACK <= t <= model.t_end + SLACK for t in ends):
         raise ValueError("segments that do not follow each other")
-    return RecordedExecution(told.query, told.arm, told.t_start, told.t_end, segments, times, shares)
+    return RecordedExecution(model.query, model.arm, model.t_start, model.t_end, segments, times, shares)
 
 
 def _is_moving(at: Array) -> NDArray[np.bool_]:

@@ -116,10 +116,10 @@ def _refuse_official(source: Source, cell: Cell) -> None:
     lacking = " and no ".join(
         key for key, has in (("pod", cell.pod.bins), ("tote", cell.tote is not None)) if not has
     )
-    told = f"e.g. {', '.join(own)}" if own else "with the keys contents and moves (docs/formats/order.md)"
+    expected = f"e.g. {', '.join(own)}" if own else "with the keys contents and moves (docs/formats/order.md)"
     raise InputError(
         f"{source.path}: is an official order, of bins and a tote, and cell {cell.name} has no {lacking}; "
-        f"name an order of moves, {told}, or place items with apc make-scene --in PLACE=ITEM"
+        f"name an order of moves, {expected}, or place items with apc make-scene --in PLACE=ITEM"
     )
 
 
@@ -230,12 +230,12 @@ def _check_bins(source: Source, model: _OrderModel, bins: tuple[str, ...]) -> No
             source.add(("bin_contents", name), f"unknown bin{hint}")
             meant += hint
     # Bins suggested for a misspelt key are not reported again.
-    untold = [name for name in missing if repr(name) not in meant]
-    if len(untold) > FEW_MISSING:
-        told = f'the bins {", ".join(untold)} are missing; add them ("{untold[0]}": [] if empty)'
-        source.add(("bin_contents",), told)
+    unexplained = [name for name in missing if repr(name) not in meant]
+    if len(unexplained) > FEW_MISSING:
+        fault = f'the bins {", ".join(unexplained)} are missing; add them ("{unexplained[0]}": [] if empty)'
+        source.add(("bin_contents",), fault)
         return
-    for name in untold:
+    for name in unexplained:
         source.add(("bin_contents",), f'the bin {name!r} is missing; add it ("{name}": [] if empty)')
 
 

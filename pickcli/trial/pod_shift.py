@@ -63,8 +63,8 @@ def shifted_pod(cell: Cell, shift: Displacement) -> Array:
     T_world_pod = displaced(cell.T_world_pod, shift.x, shift.y, shift.yaw)
     if not bounds.allows(displaced(np.eye(4), shift.x, shift.y, shift.yaw)):
         raise InputError(
-            f"--pod-shift: {_told(shift)} is beyond what the cell {cell.name} allows for, which is "
-            f"{_told(bounds)} either way"
+            f"--pod-shift: {_described(shift)} is beyond what the cell {cell.name} allows for, which is "
+            f"{_described(bounds)} either way"
         )
     return T_world_pod
 
@@ -109,5 +109,5 @@ def standing(
     return pod_pose(shift, cell, seed), replace(reality, pod_shift=shift == RANDOM)
 
 
-def _told(d: Displacement) -> str:
+def _described(d: Displacement) -> str:
     return f"{1e3 * d.x:g} mm, {1e3 * d.y:g} mm and {degrees(d.yaw):g} degrees"

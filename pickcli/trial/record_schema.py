@@ -15,7 +15,7 @@ from pickcli.files.schema import causes, explain
 from pickcli.files.yaml_reader import name_of
 from pickcli.name_suggestion import shortened
 
-MOST_TOLD = 8  # number of faults reported in one message
+MAX_REPORTED = 8  # number of faults reported in one message
 MOST_SAME = 100_000  # number of reasons that differ only in figures
 
 Text = Annotated[str, Field(max_length=20_000)]
@@ -152,9 +152,9 @@ def refuse_bad_record(record: Mapping[str, Any], where: str) -> None:
         _Record.model_validate(record)
     except ValidationError as error:
         found = causes(error)
-        told = [f"{_place(detail['loc'])}: {explain(_Record, detail['loc'], detail)}" for detail in found]
-        more = [f"and {len(found) - MOST_TOLD} more"] if len(found) > MOST_TOLD else []
-        lines = [f"{where}: no sound record of a trial; play it again:", *told[:MOST_TOLD], *more]
+        faults = [f"{_place(detail['loc'])}: {explain(_Record, detail['loc'], detail)}" for detail in found]
+        more = [f"and {len(found) - MAX_REPORTED} more"] if len(found) > MAX_REPORTED else []
+        lines = [f"{where}: no sound record of a trial; play it again:", *faults[:MAX_REPORTED], *more]
         raise InputError("\n  ".join(lines)) from None
 
 

@@ -118,12 +118,12 @@ def _why(order: Order, item: Item, bins: tuple[str, ...], taking: Mapping[str, f
     what = f"{first} started with {len(order.bin_contents[first])}"
     if rule is StowRule.SIZE:
         what = f"{1e3 * _box(item):.1f} litres go to a bin of its size; {what}"
-    told = f"{what}, {100 * taking[first]:.0f} % full with it"
+    text = f"{what}, {100 * taking[first]:.0f} % full with it"
     fuller = [
         name
         for name in bins
         if target_points(order, name, item.name, {}) > target_points(order, first, item.name, {})
     ]
     if rule is StowRule.POINTS and fuller:
-        told += f"; {', '.join(fuller)} would be over {100 * FULL:.0f} %"
-    return told
+        text += f"; {', '.join(fuller)} would be over {100 * FULL:.0f} %"
+    return text

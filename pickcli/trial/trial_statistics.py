@@ -67,12 +67,12 @@ class TrialStatistics:
     @property
     def causes(self) -> list[tuple[int, str]]:
         """Number of missed targets by cause without figures; the most frequent first."""
-        told = Counter(
-            f"{t['outcome']}: {_FIGURE.sub('…', t['reason']) or 'no reason told'}"[:MAX_CAUSE]
+        counts = Counter(
+            f"{t['outcome']}: {_FIGURE.sub('…', t['reason']) or 'no reason given'}"[:MAX_CAUSE]
             for t in self.targets
             if t["points"] <= 0
         )
-        return [(n, cause) for cause, n in told.most_common()]
+        return [(n, cause) for cause, n in counts.most_common()]
 
     @property
     def motion_times(self) -> list[float]:
@@ -169,8 +169,8 @@ def spread(values: Iterable[float]) -> dict[str, Any]:
         return {"n": 0}
     names = ("min", "p10", "median", "p90", "p99", "max")
     marks = np.percentile(found, [0, 10, 50, 90, 99, 100])
-    told = {name: _rounded(mark) for name, mark in zip(names, marks, strict=True)}
-    return {"n": len(found), "mean": _rounded(float(found.mean())), **told}
+    quantiles = {name: _rounded(mark) for name, mark in zip(names, marks, strict=True)}
+    return {"n": len(found), "mean": _rounded(float(found.mean())), **quantiles}
 
 
 def rate_values(rate: SuccessRate) -> dict[str, Any]:

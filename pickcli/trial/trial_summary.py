@@ -53,10 +53,10 @@ def _row(target: TargetResult) -> Row:
     planning = [a.statistics["planning_ms"] for a in target.attempts if "planning_ms" in a.statistics]
     motion = math.fsum(e.duration for attempt in target.attempts for e in attempt.executions)
     # A success after a retry still reports the earlier failure.
-    told = next((f"after: {a.reason}" for a in target.attempts if a.reason), "")
+    reason = next((f"after: {a.reason}" for a in target.attempts if a.reason), "")
     return Row(
         target.target.bin, target.target.item, target.into, str(target.outcome), target.points,
-        sum(planning) if planning else None, motion, target.reason or told,
+        sum(planning) if planning else None, motion, target.reason or reason,
     )  # fmt: skip
 
 
@@ -85,7 +85,7 @@ def summary(result: TrialResult) -> tuple[str, ...]:
     lines += [
         f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
     ]
-    lines += [_told(d) for d in result.disturbed if d.kind is not DisturbanceKind.PUSHED]
+    lines += [_described(d) for d in result.disturbed if d.kind is not DisturbanceKind.PUSHED]
     lines += [line for line in (result.aborted, result.cut_short) if line]
     return tuple(lines)
 
@@ -109,7 +109,7 @@ def _outliers(reality: Reality) -> str:
     return f", {share:g} % of them of up to {scale:g} times as much"
 
 
-def _told(d: Disturbance) -> str:
+def _described(d: Disturbance) -> str:
     """Describe a disturbed neighbour."""
     where = d.out_of if d.into == d.out_of else f"{d.out_of}, now {d.into}"
     fell = f", {d.fell:.2f} m down" if d.fell > 0.01 else ""

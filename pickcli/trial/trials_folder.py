@@ -163,13 +163,13 @@ def read_trials(folder: Path) -> dict[str, dict[str, Any]]:
 def _summary(
     records: Mapping[str, Record], not_stowed: Mapping[str, str], made_from: Mapping[str, Any]
 ) -> dict[str, Any]:
-    told = TrialStatistics(records)
+    statistics = TrialStatistics(records)
     return {
-        **told.values(),
+        **statistics.values(),
         "trials": [_line(name, record) for name, record in records.items()],
         "not_stowed": dict(not_stowed),
         "made_from": {"format": FORMAT, "version": VERSION, **made_from},
-        "statistics": told.computing(),
+        "statistics": statistics.computing(),
     }
 
 

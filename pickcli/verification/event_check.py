@@ -128,8 +128,8 @@ def _still(segment: Segment, moves: Iterable[TimedEvent], where: str) -> Iterato
     """Check that no command moves the cup during a segment that states a fixed tool state."""
     for move in moves:
         if move.trigger < segment.t_end - TIME_TOLERANCE and move.complete > segment.t_start + TIME_TOLERANCE:
-            told = f"moves to {move.action} from {move.trigger:.3f} to {move.complete:.3f} s"
-            yield Reason("wrong tool state", where, told)
+            detail = f"moves to {move.action} from {move.trigger:.3f} to {move.complete:.3f} s"
+            yield Reason("wrong tool state", where, detail)
 
 
 def _changes(segments: Sequence[Segment], tool: Tool, moves: Iterable[TimedEvent]) -> Iterator[Reason]:

@@ -77,10 +77,10 @@ def _moved_at_rest(
     q = positions_at(plan.trajectory, times)
     moved = float(np.abs(q - q[-1]).max())
     if moved > JOINT_REST_TOLERANCE:
-        told = (
+        detail = (
             f"the arm has to rest from {t_start:.3f} to {t_end:.3f} s; a joint moves by {moved:.6f} rad or m"
         )
-        yield Reason(f"fingers {what} while the arm moves", f"{segment.kind}", told)
+        yield Reason(f"fingers {what} while the arm moves", f"{segment.kind}", detail)
     inside = [event for event in _commands(plan, scene) if _is_within(event, t_start, t_end)]
     positions = scene.cell.robot.tool.positions
     meant = [event for event in inside if is_meant(positions[ToolState(event.action)])]
@@ -94,5 +94,5 @@ def _is_within(event: Event, t_start: float, t_end: float) -> bool:
 
 def _one(events: Sequence[Event], what: str, when: str) -> Iterator[Reason]:
     if len(events) != 1:
-        told = f"{len(events)} commands {when}, needs one that begins and ends there"
-        yield Reason("event missing" if not events else "event twice", what, told)
+        detail = f"{len(events)} commands {when}, needs one that begins and ends there"
+        yield Reason("event missing" if not events else "event twice", what, detail)

@@ -55,7 +55,7 @@ def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float)
     ):
         i = int(np.argmax(ratios))
         if ratios[i] > 1.0:
-            at = f"{ratios[i]:.2f} of what the cup bears at {times[i]:.3f} s: {_told(wrenches[i])}"
+            at = f"{ratios[i]:.2f} of what the cup bears at {times[i]:.3f} s: {_wrench_text(wrenches[i])}"
             yield Reason("does not hold", f"{item.name}, {what}", at)
     yield from _stated(plan.grasp, wrenches, float(limits.ratio(wrenches, vacuum_share).max()))
     yield from _taken_up(plan, scene, T_tip_item, vacuum_share)
@@ -154,7 +154,7 @@ def _turned_back(R: Array, v: Array) -> Array:
     return np.asarray(np.einsum("nji,nj->ni", R, v))
 
 
-def _told(wrench: Array) -> str:
+def _wrench_text(wrench: Array) -> str:
     fx, fy, fz, tx, ty, tz = wrench
     return (
         f"pull {max(0.0, -fz):.1f} N, shear {np.hypot(fx, fy):.1f} N, "

@@ -166,11 +166,11 @@ def _widths(plan: Plan, scene: Scene, pads: Pads) -> Iterator[Reason]:
         if segment.held is not None and segment.tool_state != MOVING:
             width = stated_position(robot, segment.tool_state)
             if abs(width - pads.width) > OFF_WIDTH:
-                told = f"{1e3 * width:.1f} mm stated, between the pads are {1e3 * pads.width:.1f} mm"
-                yield Reason("wrong width", where, told)
+                detail = f"{1e3 * width:.1f} mm stated, between the pads are {1e3 * pads.width:.1f} mm"
+                yield Reason("wrong width", where, detail)
         if segment.kind is SegmentKind.APPROACH and stated_position(robot, segment.tool_state) <= pads.width:
-            told = f"{segment.tool_state} is no wider than {1e3 * pads.width:.1f} mm"
-            yield Reason("fingers not open", where, told)
+            detail = f"{segment.tool_state} is no wider than {1e3 * pads.width:.1f} mm"
+            yield Reason("fingers not open", where, detail)
 
 
 def _meets(plan: Plan, scene: Scene, grasp: Grasp, contact: Segment, where: str) -> Iterator[Reason]:
@@ -187,8 +187,8 @@ def _as_grasped(grasp: Grasp, T_item_tip: Array, where: str) -> Iterator[Reason]
     off = inverse(grasp.T_item_tip) @ T_item_tip
     aside, turned = float(np.linalg.norm(off[:3, 3])), rotation_angle(off[:3, :3])
     if aside > ASIDE or turned > TURNED:
-        told = f"{aside * 1e3:.1f} mm off, turned {np.degrees(turned):.1f} deg"
-        yield Reason("misses the item", where, told)
+        detail = f"{aside * 1e3:.1f} mm off, turned {np.degrees(turned):.1f} deg"
+        yield Reason("misses the item", where, detail)
 
 
 def _loads(
@@ -203,9 +203,9 @@ def _loads(
     i = int(np.argmax(ratios))
     if ratios[i] > 1.0:
         fx, fy, fz, tx, ty, tz = wrenches[i]
-        told = f"{ratios[i]:.2f} of what the pads bear at {times[i]:.3f} s: "
-        told += f"force ({fx:.1f}, {fy:.1f}, {fz:.1f}) N, "
-        yield Reason("does not hold", item.name, told + f"torque ({tx:.3f}, {ty:.3f}, {tz:.3f}) Nm")
+        detail = f"{ratios[i]:.2f} of what the pads bear at {times[i]:.3f} s: "
+        detail += f"force ({fx:.1f}, {fy:.1f}, {fz:.1f}) N, "
+        yield Reason("does not hold", item.name, detail + f"torque ({tx:.3f}, {ty:.3f}, {tz:.3f}) Nm")
     found = {
         "pull": np.abs(wrenches[:, 1]),
         "shear": np.hypot(wrenches[:, 0], wrenches[:, 2]),

@@ -106,10 +106,10 @@ def _leads(
     if (worst := float(deeper.max())) > MAX_INWARD_DEPTH:
         at = f"{worst * 1e3:.0f} mm at {states.times[int(np.argmax(deeper))]:.3f} s"
         most = f"at most {MAX_INWARD_DEPTH * 1e3:.0f} mm are allowed"
-        told = f"the tool goes deeper into the pod again, {at}; {most}"
+        detail = f"the tool goes deeper into the pod again, {at}; {most}"
         if plan.recovery is RecoveryLevel.BACKWARDS:
-            told += ", unless the motion that stopped is known (apc verify --stopped)"
-        yield Reason("leads into the pod", where, told)
+            detail += ", unless the motion that stopped is known (apc verify --stopped)"
+        yield Reason("leads into the pod", where, detail)
 
 
 def _strayed(Q: Array, stopped: Trajectory) -> tuple[int, str] | None:

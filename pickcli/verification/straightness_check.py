@@ -153,5 +153,5 @@ def _touched_too_long(touched: Mapping[SegmentKind, float]) -> Iterator[Reason]:
     """Check that contact is planned over no more than the allowed path length, per kind of segment."""
     for kind, way in touched.items():
         if way > (most := TOUCHED_WAY[kind]):
-            told = f"{way * 1e3:.1f} mm of way name what may be touched; at most {most * 1e3:.0f} mm may"
-            yield Reason("touching too long", str(kind), told)
+            detail = f"{way * 1e3:.1f} mm of way name what may be touched; at most {most * 1e3:.0f} mm may"
+            yield Reason("touching too long", str(kind), detail)

@@ -102,8 +102,8 @@ def _pressed_over(scene: Scene, placed: PlacedItem, press: Press, is_from_above:
     if is_from_above:
         beside = beside_support(scene, placed, press.force, press.tip[:3, 3])
         force = float(np.linalg.norm(press.force))
-        told = f"{force:.1f} N and its weight lead {beside * 1e3:.0f} mm beside what carries it"
-        return told if beside > 0.0 else ""
+        detail = f"{force:.1f} N and its weight lead {beside * 1e3:.0f} mm beside what carries it"
+        return detail if beside > 0.0 else ""
     if not falls_over(scene, placed, press):
         return ""
     return f"pressed {press.depth * 1e3:.1f} mm from aside, it falls over the edge of what carries it"

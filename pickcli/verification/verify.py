@@ -187,8 +187,8 @@ def _same_world(plan: Plan, scene: Scene) -> str:
     pairs = (("cell", plan.cell_fingerprint, scene.cell.fingerprint), ("scene", plan.scene_hash, digest))
     for name, made_for, here in pairs:
         if made_for != here:
-            told = f"the plan was made for the {name} {made_for}, this is {here}"
-            raise StaleError(f"{told}; name the {name} that it was made for, or plan it again")
+            mismatch = f"the plan was made for the {name} {made_for}, this is {here}"
+            raise StaleError(f"{mismatch}; name the {name} that it was made for, or plan it again")
     return digest
 
 

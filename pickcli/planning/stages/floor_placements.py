@@ -268,8 +268,8 @@ def _occupied(place: Place, spots: Array, flying: FreeItemChecker) -> Failures:
     met = [flying.clearance(d) for d in spots[:: 1 + len(spots) // N_EXPLAINED]]
     if not met:
         return Failures.of(Reason(what, place.name, tried))
-    told = [(f"{flying.told(contact)}, {tried}", contact.item) for contact in met]
-    return Failures(tuple(Reason(what, place.name, detail, item) for detail, item in told))
+    details = [(f"{flying.description(contact)}, {tried}", contact.item) for contact in met]
+    return Failures(tuple(Reason(what, place.name, detail, item) for detail, item in details))
 
 
 def _stays(scene: Scene, spot: PlacedItem) -> bool:

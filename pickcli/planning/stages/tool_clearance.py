@@ -200,7 +200,7 @@ def _blocked(problem: PickProblem, tool: FreeToolChecker, T: Array, where: str) 
         yield Reason(
             "no room for the tool",
             where,
-            tool.told(contact),
+            tool.description(contact),
             in_the_way,
         )
 
