@@ -34,15 +34,15 @@ class RestoredFile:
     Attributes:
         image: The HDF5 file with its original structure; data are as found.
         has_directory: Whether the structure in the file is undamaged.
-        has_spare: Whether the backup is undamaged.
+        has_backup: Whether the backup is undamaged.
     """
 
     image: bytes
     has_directory: bool
-    has_spare: bool
+    has_backup: bool
 
 
-def with_spare(image: bytes, data: Sequence[Place]) -> bytes:
+def with_backup(image: bytes, data: Sequence[Place]) -> bytes:
     """Append a header backup to a file.
 
     Args:
@@ -55,8 +55,8 @@ def with_spare(image: bytes, data: Sequence[Place]) -> bytes:
     places = _between(sorted(data), len(image))
     copied = b"".join(image[first : first + count] for first, count in places)
     header = struct.pack("<Q", len(places)) + b"".join(_PLACE.pack(*place) for place in places)
-    spare = zlib.compress(header + copied, 9)
-    return image + spare + _TAIL.pack(hashlib.sha256(spare).digest(), len(spare), _MAGIC)
+    backup = zlib.compress(header + copied, 9)
+    return image + backup + _TAIL.pack(hashlib.sha256(backup).digest(), len(backup), _MAGIC)
 
 
 def restored(content: bytes) -> RestoredFile:
@@ -70,15 +70,15 @@ def restored(content: bytes) -> RestoredFile:
     Returns:
         The restored file.
     """
-    spare = _spare(content)
-    if spare is None:
+    backup = _backup(content)
+    if backup is None:
         return RestoredFile(_filled_up(content), len(content) >= _length(content), False)
-    image = bytearray(content[: len(content) - _TAIL.size - spare.size])
-    return RestoredFile(bytes(spare.put_into(image)), spare.is_in(image), True)
+    image = bytearray(content[: len(content) - _TAIL.size - backup.size])
+    return RestoredFile(bytes(backup.put_into(image)), backup.is_in(image), True)
 
 
 @dataclass(frozen=True)
-class _Spare:
+class _Backup:
     places: tuple[Place, ...]
     copied: bytes
     size: int  # size in the file
@@ -107,7 +107,7 @@ def _between(data: Sequence[Place], length: int) -> list[Place]:
     return [(end, start - end) for end, start in zip(ends, starts, strict=True) if start > end]
 
 
-def _spare(content: bytes) -> _Spare | None:
+def _backup(content: bytes) -> _Backup | None:
     """The backup at the end of a file if it is intact, else None."""
     if len(content) < _TAIL.size:
         return None
@@ -119,7 +119,7 @@ def _spare(content: bytes) -> _Spare | None:
     return _parsed(packed, end - size)
 
 
-def _parsed(packed: bytes, length: int) -> _Spare | None:
+def _parsed(packed: bytes, length: int) -> _Backup | None:
     """Unpack a backup if it is consistent with a file of that length, as checksums can be forged."""
     try:
         text = zlib.decompressobj().decompress(packed, _MAX_COPY)
@@ -130,7 +130,7 @@ def _parsed(packed: bytes, length: int) -> _Spare | None:
     copied = text[8 + 16 * len(places) :]
     if sum(count for _, count in places) != len(copied) or any(sum(place) > length for place in places):
         return None
-    return _Spare(places, copied, len(packed))
+    return _Backup(places, copied, len(packed))
 
 
 def full_length(content: bytes) -> int | None:

@@ -117,7 +117,7 @@ def scan_integrity(path: Path, kinds: Sequence[FileFormat]) -> IntegrityReport:
     except SYMPTOMS as error:
         raise DamagedError(
             f"{path}: damaged beyond repair ({cut_off or cause_of(error)}): neither its directory nor "
-            "the spare copy can be used; build it again"
+            "the backup can be used; build it again"
         ) from None
 
 
@@ -142,7 +142,7 @@ def _survey(
     datasets: Mapping[str, Dataset],
 ) -> IntegrityReport:
     damage = [] if found.has_directory else [DamagedBlock("directory")]
-    damage += [] if found.has_spare else [DamagedBlock("spare copy of the directory")]
+    damage += [] if found.has_backup else [DamagedBlock("backup of the directory")]
     digests = json.loads(attributes["tables_sha256"])
     intact: dict[str, list[IntactRow]] = {}
     for name in kind.tables:

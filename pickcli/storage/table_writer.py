@@ -18,7 +18,7 @@ import numpy as np
 from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes
 from pickcli.geometry import Array
-from pickcli.storage.header_backup import with_spare
+from pickcli.storage.header_backup import with_backup
 from pickcli.storage.table_format import (
     MAX_ATTRIBUTE,
     SEAL,
@@ -131,7 +131,7 @@ def _image(attributes: dict[str, str], datasets: dict[str, AnyArray]) -> bytes:
             file.create_dataset(name, data=array, track_times=False)
         file.flush()
         places = [_place(file[name]) for name in datasets]
-        return with_spare(bytes(file.id.get_file_image()), places)
+        return with_backup(bytes(file.id.get_file_image()), places)
 
 
 def _place(dataset: Any) -> tuple[int, int]:

@@ -29,7 +29,7 @@ from pickcli.roadmap.store import (
     write_roadmap,
 )
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass, TrajectoryDatabase
-from pickcli.storage.header_backup import RestoredFile, full_length, restored, with_spare
+from pickcli.storage.header_backup import RestoredFile, full_length, restored, with_backup
 from pickcli.storage.integrity_scan import IntegrityReport, scan_integrity
 from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
@@ -214,15 +214,15 @@ def test_other_kinds_and_versions_are_told_apart(stored: dict[str, Path], tmp_pa
     ("place", "copied", "is_believed"),
     [((4, 3), b"abc", True), ((4, 3), b"abcd", False), ((98, 3), b"abc", False), ((97, 3), b"abc", True)],
 )
-def test_a_spare_copy_that_does_not_fit_its_file_is_not_believed(
+def test_a_backup_copy_that_does_not_fit_its_file_is_not_believed(
     place: tuple[int, int], copied: bytes, is_believed: bool
 ) -> None:
     """As written by someone who knows how to hash: it would be put beyond the file, or cut short."""
     image = bytes(28) + struct.pack("<Q", 100) + bytes(64)
-    spare = zlib.compress(struct.pack("<QQQ", 1, *place) + copied)
-    tail = struct.pack("<32sQ8s", hashlib.sha256(spare).digest(), len(spare), b"APCSPARE")
-    found = restored(image + spare + tail)
-    assert found.has_spare is is_believed
+    backup = zlib.compress(struct.pack("<QQQ", 1, *place) + copied)
+    tail = struct.pack("<32sQ8s", hashlib.sha256(backup).digest(), len(backup), b"APCSPARE")
+    found = restored(image + backup + tail)
+    assert found.has_backup is is_believed
     assert not is_believed or found.image[slice(place[0], sum(place))] == copied
 
 
@@ -239,19 +239,19 @@ def test_a_file_of_its_full_length_has_its_directory() -> None:
     assert not cut.has_directory and len(cut.image) == 100
 
 
-def _spare(*places: tuple[int, int], copied: bytes, n: int | None = None) -> bytes:
+def _backup(*places: tuple[int, int], copied: bytes, n: int | None = None) -> bytes:
     packed = b"".join(struct.pack("<QQ", *place) for place in places)
-    spare = zlib.compress(struct.pack("<Q", len(places) if n is None else n) + packed + copied)
-    return spare + struct.pack("<32sQ8s", hashlib.sha256(spare).digest(), len(spare), b"APCSPARE")
+    backup = zlib.compress(struct.pack("<Q", len(places) if n is None else n) + packed + copied)
+    return backup + struct.pack("<32sQ8s", hashlib.sha256(backup).digest(), len(backup), b"APCSPARE")
 
 
 IMAGE = bytes(28) + struct.pack("<Q", 100) + bytes(64)
 
 
-def test_a_spare_copy_is_put_back_where_it_came_from() -> None:
+def test_a_backup_copy_is_put_back_where_it_came_from() -> None:
     image = bytearray(range(100))
     image[28:36] = struct.pack("<Q", 100)
-    whole = with_spare(bytes(image), [(60, 20), (40, 10), (90, 0)])
+    whole = with_backup(bytes(image), [(60, 20), (40, 10), (90, 0)])
     assert whole.startswith(bytes(image))
     assert restored(whole) == RestoredFile(bytes(image), True, True)
     for place in (0, 39, 50, 59, 80, 99):  # what is not data
@@ -262,55 +262,55 @@ def test_a_spare_copy_is_put_back_where_it_came_from() -> None:
         broken = bytearray(whole)
         broken[place] ^= 1
         assert restored(bytes(broken)) == RestoredFile(bytes(broken[:100]), True, True)
-    for place in range(100, len(whole)):  # the spare itself
+    for place in range(100, len(whole)):  # the backup itself
         broken = bytearray(whole)
         broken[place] ^= 1
         found = restored(bytes(broken))
-        assert (found.image[:100], found.has_directory, found.has_spare) == (bytes(image), True, False)
+        assert (found.image[:100], found.has_directory, found.has_backup) == (bytes(image), True, False)
 
 
-def test_a_spare_copy_may_be_all_that_there_is() -> None:
-    assert restored(with_spare(b"", [])) == RestoredFile(b"", True, True)
+def test_a_backup_copy_may_be_all_that_there_is() -> None:
+    assert restored(with_backup(b"", [])) == RestoredFile(b"", True, True)
 
 
-def test_a_spare_copy_is_no_larger_than_what_it_copies() -> None:
+def test_a_backup_copy_is_no_larger_than_what_it_copies() -> None:
     image = bytes(100_000)
-    assert len(with_spare(image, [(100, 99_900)])) < len(image) + 200
+    assert len(with_backup(image, [(100, 99_900)])) < len(image) + 200
 
 
-def test_the_same_file_gives_the_same_spare_whatever_the_order_of_its_data() -> None:
-    assert with_spare(IMAGE, [(40, 10), (60, 20)]) == with_spare(IMAGE, [(60, 20), (40, 10)])
+def test_the_same_file_gives_the_same_backup_whatever_the_order_of_its_data() -> None:
+    assert with_backup(IMAGE, [(40, 10), (60, 20)]) == with_backup(IMAGE, [(60, 20), (40, 10)])
 
 
 def test_between_data_that_lie_side_by_side_there_is_nothing_to_copy() -> None:
-    assert with_spare(IMAGE, [(40, 10), (50, 10)]) == with_spare(IMAGE, [(40, 20)])
-    assert with_spare(IMAGE, [(0, 40), (90, 10)]) == with_spare(IMAGE, [(0, 30), (30, 10), (90, 10)])
+    assert with_backup(IMAGE, [(40, 10), (50, 10)]) == with_backup(IMAGE, [(40, 20)])
+    assert with_backup(IMAGE, [(0, 40), (90, 10)]) == with_backup(IMAGE, [(0, 30), (30, 10), (90, 10)])
 
 
 @pytest.mark.parametrize(
     "tail",
     [
-        b"", b"APCSPARE", _spare((4, 3), copied=b"abc", n=2), _spare((4, 3), copied=b"abc", n=2**63),
-        _spare((4, 3), copied=b"ab"), _spare((101, 0), copied=b""), _spare((0, 101), copied=b"x" * 101),
-        _spare((4, 3), (98, 3), copied=b"abcdef"), _spare((4, 3), copied=b"abc")[:-1],
-        _spare((4, 3), copied=b"abc") + b"x",
+        b"", b"APCSPARE", _backup((4, 3), copied=b"abc", n=2), _backup((4, 3), copied=b"abc", n=2**63),
+        _backup((4, 3), copied=b"ab"), _backup((101, 0), copied=b""), _backup((0, 101), copied=b"x" * 101),
+        _backup((4, 3), (98, 3), copied=b"abcdef"), _backup((4, 3), copied=b"abc")[:-1],
+        _backup((4, 3), copied=b"abc") + b"x",
     ],
 )  # fmt: skip
-def test_a_tail_that_is_no_spare_copy_is_not_believed(tail: bytes) -> None:
+def test_a_tail_that_is_no_backup_copy_is_not_believed(tail: bytes) -> None:
     found = restored(IMAGE + tail)
-    assert (found.image, found.has_directory, found.has_spare) == (IMAGE + tail, True, False)
+    assert (found.image, found.has_directory, found.has_backup) == (IMAGE + tail, True, False)
 
 
 def test_several_pieces_are_put_back_each_at_its_own_place() -> None:
-    found = restored(IMAGE + _spare((4, 3), (50, 2), (98, 2), copied=b"abcdefg"))
+    found = restored(IMAGE + _backup((4, 3), (50, 2), (98, 2), copied=b"abcdefg"))
     assert (found.image[4:7], found.image[50:52], found.image[98:]) == (b"abc", b"de", b"fg")
     assert found.image[:4] == IMAGE[:4] and found.image[7:50] == IMAGE[7:50]
-    assert not found.has_directory and found.has_spare
+    assert not found.has_directory and found.has_backup
 
 
-def test_a_spare_copy_that_unpacks_to_over_64_megabytes_is_not_unpacked() -> None:
+def test_a_backup_copy_that_unpacks_to_over_64_megabytes_is_not_unpacked() -> None:
     size = 2**26
-    assert not restored(bytes(size) + _spare((0, size), copied=bytes(size))).has_spare
+    assert not restored(bytes(size) + _backup((0, size), copied=bytes(size))).has_backup
 
 
 def test_only_an_end_of_up_to_64_megabytes_is_filled_up() -> None:
@@ -318,7 +318,7 @@ def test_only_an_end_of_up_to_64_megabytes_is_filled_up() -> None:
         cut = bytes(28) + struct.pack("<Q", 100 + missing) + bytes(64)
         found = restored(cut)
         assert len(found.image) == (100 + missing if is_filled else 100)
-        assert not found.has_directory and not found.has_spare
+        assert not found.has_directory and not found.has_backup
     longer = IMAGE + b"more"
     assert restored(longer) == RestoredFile(longer, True, False)
 
@@ -333,7 +333,7 @@ def test_a_broken_row_is_told_by_its_names(stored: dict[str, Path]) -> None:
 
 
 def test_a_description_that_was_edited_in_both_copies_is_beyond_repair(stored: dict[str, Path]) -> None:
-    """By someone who packs the spare again, but does not seal the attributes."""
+    """By someone who packs the backup again, but does not seal the attributes."""
     path = stored["roadmap"]
     found = restored(path.read_bytes())
     path.write_bytes(found.image.replace(b"RRTstar", b"RRTSTAR"))
