@@ -33,27 +33,27 @@ class CellChange:
 
     Attributes:
         rules: Texts for the changed rules, on which every motion depends.
-        came: Names of solids ("pod wall_left") that are new, changed or moved.
-        went: Names of solids that were removed, changed or moved.
-        cell_of_came: The cell with only the solids in ``came`` around the robot.
-        cell_of_went: The earlier cell with only the solids in ``went`` around the robot.
+        added: Names of solids ("pod wall_left") that are new, changed or moved.
+        removed: Names of solids that were removed, changed or moved.
+        cell_of_added: The cell with only the solids in ``added`` around the robot.
+        cell_of_removed: The earlier cell with only the solids in ``removed`` around the robot.
     """
 
     rules: tuple[str, ...]
-    came: tuple[str, ...]
-    went: tuple[str, ...]
-    cell_of_came: Cell
-    cell_of_went: Cell
+    added: tuple[str, ...]
+    removed: tuple[str, ...]
+    cell_of_added: Cell
+    cell_of_removed: Cell
 
     @property
-    def leaves_room(self) -> bool:
+    def frees_space(self) -> bool:
         """True if a solid was removed, or a solid outside the pod was changed or moved."""
-        return any(name not in self.came or not name.startswith("pod ") for name in self.went)
+        return any(name not in self.added or not name.startswith("pod ") for name in self.removed)
 
     @property
     def solids(self) -> tuple[str, ...]:
         """Names of all solids that changed."""
-        return tuple(dict.fromkeys((*self.came, *self.went)))
+        return tuple(dict.fromkeys((*self.added, *self.removed)))
 
 
 def parts_of(cell: Cell) -> dict[str, Any]:
@@ -92,18 +92,18 @@ def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
     stood = then.get("T_world_carriers", {})
     moved = {name for name, T in _stand(cell).items() if stood.get(name) != T}
     moved |= {POD} if now["T_world_pod"] != then["T_world_pod"] else set()
-    came = _others(now["solids"], then["solids"], moved)
-    went = _others(then["solids"], now["solids"], moved)
+    added = _others(now["solids"], then["solids"], moved)
+    removed = _others(then["solids"], now["solids"], moved)
     own = tuple(_stood(cell, name, _pose(T)) for name, T in stood.items())
     old = replace(cell, T_world_pod=_pose(then["T_world_pod"]), own_carriers=own)
     return CellChange(
         tuple(
             text for name, text in _DESCRIPTIONS.items() if then["rules"].get(name) != now["rules"].get(name)
         ),
-        came,
-        went,
-        _with_solids(cell, [(kind, body) for kind, body in _bodies(cell) if f"{kind} {body.name}" in came]),
-        _with_solids(old, [_body(name, then["solids"][name]) for name in went]),
+        added,
+        removed,
+        _with_solids(cell, [(kind, body) for kind, body in _bodies(cell) if f"{kind} {body.name}" in added]),
+        _with_solids(old, [_body(name, then["solids"][name]) for name in removed]),
     )
 
 

@@ -59,8 +59,8 @@ def _values(motion: CoarseMotion) -> dict[str, Any]:
         "duration_s": motion.duration,
         "lower_bound_s": motion.lower_bound,
         "clearance_mm": 1e3 * motion.clearance,
-        "pod_poses": str(motion.mark.pod_poses),
-        "why_nominal": motion.mark.why_nominal,
+        "pod_poses": str(motion.validity.pod_poses),
+        "why_nominal": motion.validity.why_nominal,
         "waypoints": motion.path.waypoints.tolist(),
         "joint_names": list(timed.joint_names),
         "points": [

@@ -35,8 +35,10 @@ def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
     """
     arm = Arm(cell.robot)
     lines = [
-        DrawnLine(tool_path(roadmap.edge_path(m), arm), _ink(mark.pod_poses), " to ".join(_names(roadmap, m)))
-        for m, mark in enumerate(roadmap.marks)
+        DrawnLine(
+            tool_path(roadmap.edge_path(m), arm), _ink(validity.pod_poses), " to ".join(_names(roadmap, m))
+        )
+        for m, validity in enumerate(roadmap.validities)
     ]
     outcomes = {pair: _n_routes(roadmap, pair) for pair in critical_pairs(cell)}
     kinds = (("second route", Colour.GOOD), ("one route", Colour.FAIR), ("none", Colour.BAD))
@@ -70,12 +72,12 @@ def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence
     """
     arm = Arm(cell.robot)
     lines = [
-        DrawnLine(tool_path(motion.path.waypoints, arm), _ink(motion.mark.pod_poses),
+        DrawnLine(tool_path(motion.path.waypoints, arm), _ink(motion.validity.pod_poses),
              f"{motion.key.start} to {motion.key.goal}, {motion.key.payload}: {motion.duration:.2f} s")
         for motion in database
     ]  # fmt: skip
     stored = [
-        ((m.key.start, m.key.goal), 0 if m.mark.pod_poses is PodPoses.DISPLACED else 1) for m in database
+        ((m.key.start, m.key.goal), 0 if m.validity.pod_poses is PodPoses.DISPLACED else 1) for m in database
     ]
     lost = [((key.start, key.goal), 2) for key, _ in missing]
     kinds = (_ANY_POD, _NOMINAL, ("missing", Colour.BAD))

@@ -116,7 +116,7 @@ def record_of(made: CoarseMotion | Reason) -> JobResult:
         "duration": made.duration,
         "lower_bound": made.lower_bound,
         "clearance": made.clearance,
-        **asdict(made.mark),
+        **asdict(made.validity),
     }
     arrays = {
         "waypoints": made.path.waypoints,

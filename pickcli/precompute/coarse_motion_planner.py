@@ -75,13 +75,13 @@ class CoarseMotionPlanner:
         """
         wide = self._for_pod_poses(key, PodPoses.DISPLACED)
         if isinstance(wide, Reason):
-            return _marked(self._for_pod_poses(key, PodPoses.NOMINAL), f"for a displaced pod: {wide}")
+            return _nominal_only(self._for_pod_poses(key, PodPoses.NOMINAL), f"for a displaced pod: {wide}")
         if wide.duration <= _GOOD_RATIO * wide.lower_bound:
             return wide
         at_most = wide.duration / _AS_QUICK
         nominal = self._for_pod_poses(key, PodPoses.NOMINAL, at_most)
         if isinstance(nominal, CoarseMotion) and nominal.duration < at_most:
-            return _marked(nominal, f"for a displaced pod it takes {wide.duration:.3f} s")
+            return _nominal_only(nominal, f"for a displaced pod it takes {wide.duration:.3f} s")
         return wide
 
     def depth(self, key: MotionKey) -> float:
@@ -195,8 +195,8 @@ class CoarseMotionPlanner:
         return CollisionModel(self.cell)
 
 
-def _marked(nominal: CoarseMotion | Reason, why: str) -> CoarseMotion | Reason:
+def _nominal_only(nominal: CoarseMotion | Reason, why: str) -> CoarseMotion | Reason:
     """Mark the motion for the nominal pod pose with the reason for having none for all poses."""
     if isinstance(nominal, Reason):
         return nominal
-    return replace(nominal, mark=PodValidity(PodPoses.NOMINAL, why))
+    return replace(nominal, validity=PodValidity(PodPoses.NOMINAL, why))

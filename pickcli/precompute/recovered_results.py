@@ -19,7 +19,7 @@ from pickcli.precompute.database_builder import TrajectoryReport
 from pickcli.precompute.experience import LEARNED
 from pickcli.precompute.roadmap_builder import RoadmapReport
 from pickcli.precompute.roadmap_settings import RoadmapSettings
-from pickcli.roadmap.common_columns import reason_row, row_mark
+from pickcli.roadmap.common_columns import reason_row, row_validity
 from pickcli.roadmap.database_tables import DATABASE
 from pickcli.roadmap.recovered_content import intact_missing, intact_motions
 from pickcli.storage.integrity_scan import IntegrityReport
@@ -95,6 +95,6 @@ def _edges(found: IntegrityReport, cell: Cell) -> dict[Key, JobResult]:
         waypoints = edge.pieces["waypoints"]
         ends = [name_of.get(q.tobytes()) for q in waypoints[[0, -1]]]
         if ends[0] is not None and ends[1] is not None:
-            kept[ends[0], ends[1]] = JobResult(asdict(row_mark(edge.row)), {"waypoints": waypoints})
+            kept[ends[0], ends[1]] = JobResult(asdict(row_validity(edge.row)), {"waypoints": waypoints})
     reasons = (reason_row(("start", "goal"), entry.row) for entry in found.intact["missing"])
     return kept | {(min(pair), max(pair)): JobResult(reason=reason) for pair, reason in reasons}

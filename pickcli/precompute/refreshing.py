@@ -28,7 +28,7 @@ from pickcli.precompute.coarse_motion_job import made_of, motion_key, record_of
 from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.recovered_results import make_again, stored_records
 from pickcli.precompute.revalidation import Revalidation
-from pickcli.precompute.roadmap_edge_job import mark_of
+from pickcli.precompute.roadmap_edge_job import validity_of
 from pickcli.roadmap.database_tables import DATABASE
 from pickcli.roadmap.trajectory_database import CoarseMotion, PayloadClass
 from pickcli.storage.integrity_scan import IntegrityReport
@@ -139,14 +139,14 @@ class _Sieve:
 
     def _still_missing(self, reason: Reason) -> Reason | None:
         """Return a reason, unless a solid was removed that may have caused it."""
-        return reason if self.are_ends_same and not self.change.went else None
+        return reason if self.are_ends_same and not self.change.removed else None
 
     def _motion(self, key: Key, motion: CoarseMotion) -> CoarseMotion | None:
         """Return a motion, with its new clearance if it is affected; None if it must be planned again."""
         tool_state = self._tool_state(key)
         if tool_state is None or not self._has_ends(motion, tool_state):
             return None
-        if motion.mark.pod_poses is PodPoses.NOMINAL and self.proof.is_worth_replanning(
+        if motion.validity.pod_poses is PodPoses.NOMINAL and self.proof.is_worth_replanning(
             motion.path.waypoints, tool_state, motion.key.payload
         ):
             return None
@@ -157,7 +157,7 @@ class _Sieve:
 
     def _edge_holds(self, key: Key, record: JobResult) -> bool:
         """Whether an edge holds. Its key was derived from its end configurations, so these are unchanged."""
-        pod_poses, waypoints = mark_of(record).pod_poses, record.arrays["waypoints"]
+        pod_poses, waypoints = validity_of(record).pod_poses, record.arrays["waypoints"]
         if pod_poses is PodPoses.NOMINAL and self.proof.is_worth_replanning(
             waypoints, MOVING, PayloadClass.EMPTY
         ):

@@ -55,7 +55,7 @@ class Revalidation:
         Returns:
             True if it need not be proven again.
         """
-        return not self.change.came or self._is_free(motion, self._new[_case(motion)], motion.clearance)
+        return not self.change.added or self._is_free(motion, self._new[_case(motion)], motion.clearance)
 
     def proven_motion(self, motion: CoarseMotion) -> CoarseMotion | None:
         """Prove a motion in the changed cell.
@@ -83,7 +83,7 @@ class Revalidation:
         Returns:
             True if it need not be proven again.
         """
-        return not self.change.came or self._new[_edge(pod_poses)].is_valid_path(waypoints)
+        return not self.change.added or self._new[_edge(pod_poses)].is_valid_path(waypoints)
 
     def is_edge_proven(self, waypoints: Array, pod_poses: PodPoses) -> bool:
         """Prove an edge of the roadmap in the changed cell.
@@ -108,16 +108,16 @@ class Revalidation:
         Returns:
             Whether it should be planned again.
         """
-        if not (self.change.leaves_room or self._is_way_cleared(waypoints, payload)):
+        if not (self.change.frees_space or self._is_way_cleared(waypoints, payload)):
             return False
         return bool(self._all[PodPoses.DISPLACED, tool_state, payload].are_valid(waypoints[[0, -1]]).all())
 
     def _is_way_cleared(self, waypoints: Array, payload: PayloadClass) -> bool:
         """Whether removed solids blocked a polyline in the pod's sweep, and no added ones block it."""
         case = PodPoses.DISPLACED, MOVING, payload
-        if not self.change.went or self._old[case].is_valid_path(waypoints):
+        if not self.change.removed or self._old[case].is_valid_path(waypoints):
             return False
-        return not self.change.came or self._new[case].is_valid_path(waypoints)
+        return not self.change.added or self._new[case].is_valid_path(waypoints)
 
     def _is_free(self, motion: CoarseMotion, validator: SceneChecker, clearance: float) -> bool:
         """Whether the motion keeps that clearance, and its polyline the planning margin."""
@@ -141,16 +141,16 @@ class Revalidation:
     @cached_property
     def _new(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers of only the added solids."""
-        return checkers(self._model, STORED_RESERVE, self.change.cell_of_came)
+        return checkers(self._model, STORED_RESERVE, self.change.cell_of_added)
 
     @cached_property
     def _old(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers of only the removed solids."""
-        return checkers(self._model, STORED_RESERVE, self.change.cell_of_went)
+        return checkers(self._model, STORED_RESERVE, self.change.cell_of_removed)
 
 
 def _case(motion: CoarseMotion) -> CheckerKey:
-    return motion.mark.pod_poses, motion.tool_state, motion.key.payload
+    return motion.validity.pod_poses, motion.tool_state, motion.key.payload
 
 
 def _edge(pod_poses: PodPoses) -> CheckerKey:

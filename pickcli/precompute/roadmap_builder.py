@@ -19,7 +19,7 @@ from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.jobs.job_run import Build, BuildProgress
 from pickcli.precompute.critical_pairs import critical_pairs
-from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, validity_of
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.precompute.route_redundancy import (
     NodePair,
@@ -207,7 +207,7 @@ class _Builder:
         found = []
         for pair, ends, record in zip(pairs, ordered, records, strict=True):
             if record.reason is None:
-                self.roadmap = self.roadmap.with_edge(*ends, record.arrays["waypoints"], mark_of(record))
+                self.roadmap = self.roadmap.with_edge(*ends, record.arrays["waypoints"], validity_of(record))
                 found.append(pair)
             else:
                 self.failed[pair] = record.reason

@@ -72,8 +72,8 @@ class RoadmapEdgeJob:
             key: The task.
 
         Returns:
-            A record with the edge's ``waypoints`` (N, n), ends included, and its mark, or with the reason for
-            its absence.
+            A record with the edge's ``waypoints`` (N, n), ends included, and its validity, or with the reason
+            for its absence.
         """
         wide = self._path(key, PodPoses.DISPLACED)
         if isinstance(wide, Reason):
@@ -138,11 +138,11 @@ class RoadmapEdgeJob:
 def _record(path: JointPath | Reason, why_nominal: str = "") -> JobResult:
     if isinstance(path, Reason):
         return JobResult(reason=path)
-    mark = PodValidity(PodPoses.NOMINAL, why_nominal) if why_nominal else ANY_POD
-    return JobResult(asdict(mark), {"waypoints": path.waypoints})
+    validity = PodValidity(PodPoses.NOMINAL, why_nominal) if why_nominal else ANY_POD
+    return JobResult(asdict(validity), {"waypoints": path.waypoints})
 
 
-def mark_of(record: JobResult) -> PodValidity:
+def validity_of(record: JobResult) -> PodValidity:
     """Return the pod validity of an edge's record.
 
     Args:

@@ -106,14 +106,14 @@ def for_any_pod(roadmap: Roadmap) -> Roadmap:
     Returns:
         The same nodes with the remaining edges.
     """
-    kept = [m for m, mark in enumerate(roadmap.marks) if mark.pod_poses is PodPoses.DISPLACED]
+    kept = [m for m, validity in enumerate(roadmap.validities) if validity.pod_poses is PodPoses.DISPLACED]
     part = replace(
         roadmap, edges=roadmap.edges[:0], lengths=roadmap.lengths[:0], waypoints=roadmap.waypoints[:0],
-        offsets=roadmap.offsets[:1], marks=(),
+        offsets=roadmap.offsets[:1], validities=(),
     )  # fmt: skip
     edges = [(*roadmap.edges[m].tolist(), roadmap.edge_path(m)) for m in kept]
-    marks = tuple(roadmap.marks[m] for m in kept)
-    return replace(part.with_edges(edges), marks=marks) if edges else part
+    validities = tuple(roadmap.validities[m] for m in kept)
+    return replace(part.with_edges(edges), validities=validities) if edges else part
 
 
 def detour(found: EdgeDisjoint) -> float:

@@ -108,13 +108,13 @@ def _search(
         return None
     targets = set(goals)
     cost = {start: 0.0}
-    came: dict[int, tuple[int, int]] = {}  # node -> (node before it, edge between)
+    reached_from: dict[int, tuple[int, int]] = {}  # node -> (node before it, edge between)
     closed: set[int] = set()
     queue = [(heuristic[start], start)]
     while queue:
         _, node = heapq.heappop(queue)
         if node in targets:
-            return _route(start, node, came, cost[node])
+            return _route(start, node, reached_from, cost[node])
         if node in closed:
             continue
         closed.add(node)
@@ -123,15 +123,15 @@ def _search(
                 continue
             candidate = cost[node] + lengths[edge]
             if candidate < cost.get(other, np.inf):
-                cost[other], came[other] = candidate, (node, edge)
+                cost[other], reached_from[other] = candidate, (node, edge)
                 heapq.heappush(queue, (candidate + heuristic[other], other))
     return None
 
 
-def _route(start: int, end: int, came: dict[int, tuple[int, int]], cost: float) -> Route:
+def _route(start: int, end: int, reached_from: dict[int, tuple[int, int]], cost: float) -> Route:
     nodes, edges = [end], []
     while nodes[-1] != start:
-        before, edge = came[nodes[-1]]
+        before, edge = reached_from[nodes[-1]]
         nodes.append(before)
         edges.append(edge)
     return Route(tuple(reversed(nodes)), tuple(reversed(edges)), cost)

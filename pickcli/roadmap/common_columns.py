@@ -10,22 +10,22 @@ from pickcli.errors import Reason
 from pickcli.storage.table_format import TEXT, AnyArray, Columns, Table
 from pickcli.storage.table_reader import StoredFile
 
-MARK = ("pod_poses", "why_nominal")  # fields of a table, both TEXT
+VALIDITY = ("pod_poses", "why_nominal")  # fields of a table, both TEXT
 
 
-def mark_columns(marks: Sequence[PodValidity]) -> Columns:
+def validity_columns(validities: Sequence[PodValidity]) -> Columns:
     """Lay out the pod validity of each row as columns of a table.
 
     Args:
-        marks: Pod validity of each row.
+        validities: Pod validity of each row.
 
     Returns:
         The columns by name.
     """
-    return {name: [getattr(mark, name) for mark in marks] for name in MARK}
+    return {name: [getattr(validity, name) for validity in validities] for name in VALIDITY}
 
 
-def marks_of(file: StoredFile, table: str) -> tuple[PodValidity, ...]:
+def validities_of(file: StoredFile, table: str) -> tuple[PodValidity, ...]:
     """Read the pod validity of each row of a table.
 
     Args:
@@ -38,11 +38,11 @@ def marks_of(file: StoredFile, table: str) -> tuple[PodValidity, ...]:
     Raises:
         ValueError: A row has an unknown value for the poses of the pod.
     """
-    found, reasons = (file.texts(table, name) for name in MARK)
+    found, reasons = (file.texts(table, name) for name in VALIDITY)
     return tuple(PodValidity(PodPoses(pod_poses), why) for pod_poses, why in zip(found, reasons, strict=True))
 
 
-def row_mark(row: Any) -> PodValidity:
+def row_validity(row: Any) -> PodValidity:
     """Read the pod validity of one row of a table.
 
     Args:
@@ -54,7 +54,7 @@ def row_mark(row: Any) -> PodValidity:
     Raises:
         ValueError: The row has an unknown value for the poses of the pod.
     """
-    pod_poses, why_nominal = (bytes(row[name]).decode() for name in MARK)
+    pod_poses, why_nominal = (bytes(row[name]).decode() for name in VALIDITY)
     return PodValidity(PodPoses(pod_poses), why_nominal)
 
 

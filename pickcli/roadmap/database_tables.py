@@ -13,14 +13,14 @@ from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
 from pickcli.roadmap.common_columns import (
-    MARK,
-    mark_columns,
-    marks_of,
+    VALIDITY,
     reason_columns,
     reason_row,
     reason_rows,
     reason_table,
-    row_mark,
+    row_validity,
+    validities_of,
+    validity_columns,
 )
 from pickcli.roadmap.trajectory_database import (
     CoarseMotion,
@@ -42,7 +42,7 @@ DATABASE = FileFormat(
     {
         "motions": Table(
             {
-                **dict.fromkeys((*NAMES, "tool_state", *MARK), TEXT),
+                **dict.fromkeys((*NAMES, "tool_state", *VALIDITY), TEXT),
                 **dict.fromkeys(("duration", "lower_bound", "clearance"), NUMBER),
             },
             pieces=("waypoints", "points"),
@@ -76,7 +76,7 @@ def database_content(
         "motions": {
             **{name: [getattr(key, name) for key in database.keys] for name in NAMES},
             "tool_state": database.tool_states,
-            **mark_columns(database.marks),
+            **validity_columns(database.validities),
             "duration": database.durations,
             "lower_bound": database.lower_bounds,
             "clearance": database.clearances,
@@ -117,7 +117,7 @@ def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:
         offsets,
         table["lower_bound"],
         table["clearance"],
-        marks_of(file, "motions"),
+        validities_of(file, "motions"),
         _timed_points(file) if points else None,
     )
 
@@ -162,7 +162,7 @@ def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: 
         Trajectory(joint_names, *_parts(points)),
         float(row["lower_bound"]),
         float(row["clearance"]),
-        row_mark(row),
+        row_validity(row),
     )
 
 

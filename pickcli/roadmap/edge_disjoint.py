@@ -50,10 +50,10 @@ def edge_disjoint(roadmap: Roadmap, start: int, goal: int) -> EdgeDisjoint:
     """
     flow: Flow = {}
     for found in range(2):
-        came = _shortest_ways(roadmap, start, flow)
-        if goal not in came:
-            return EdgeDisjoint(_routes(roadmap, start, goal, flow, found), frozenset(came))
-        _send(start, goal, came, flow)
+        reached_from = _shortest_ways(roadmap, start, flow)
+        if goal not in reached_from:
+            return EdgeDisjoint(_routes(roadmap, start, goal, flow, found), frozenset(reached_from))
+        _send(start, goal, reached_from, flow)
     return EdgeDisjoint(_routes(roadmap, start, goal, flow, 2))
 
 
@@ -76,7 +76,7 @@ def _shortest_ways(roadmap: Roadmap, start: int, flow: Mapping[int, int]) -> dic
     Edges may be traversed against the flow, which refunds their cost (Bellman and Ford, for negative costs).
     """
     lengths = roadmap.lengths.tolist()
-    cost, came, queue = {start: 0.0}, {start: (start, -1)}, deque([start])
+    cost, reached_from, queue = {start: 0.0}, {start: (start, -1)}, deque([start])
     while queue:
         node = queue.popleft()
         for edge, other in roadmap.neighbours[node]:
@@ -84,17 +84,17 @@ def _shortest_ways(roadmap: Roadmap, start: int, flow: Mapping[int, int]) -> dic
                 continue
             there = cost[node] + (-lengths[edge] if edge in flow else lengths[edge])
             if there < cost.get(other, np.inf) - _ROUNDING:
-                cost[other], came[other] = there, (node, edge)
+                cost[other], reached_from[other] = there, (node, edge)
                 if other not in queue:
                     queue.append(other)
-    return came
+    return reached_from
 
 
-def _send(start: int, goal: int, came: Mapping[int, tuple[int, int]], flow: Flow) -> None:
+def _send(start: int, goal: int, reached_from: Mapping[int, tuple[int, int]], flow: Flow) -> None:
     """Add one unit of flow along the way to the goal; an edge traversed against the flow loses it."""
     node = goal
     while node != start:
-        node, edge = came[node]
+        node, edge = reached_from[node]
         if edge in flow:
             del flow[edge]
         else:

@@ -34,7 +34,7 @@ class Roadmap:
         waypoints: (W, n) of all polylines.
         offsets: (M + 1,) rows at which the polylines begin, and W.
         proven_for: The tool state in which every edge was proven.
-        marks: (M,) pod validity of each edge.
+        validities: (M,) pod validity of each edge.
     """
 
     joint_names: tuple[str, ...]
@@ -46,7 +46,7 @@ class Roadmap:
     waypoints: Array
     offsets: IntArray
     proven_for: ToolState = MOVING
-    marks: tuple[PodValidity, ...] = ()
+    validities: tuple[PodValidity, ...] = ()
 
     @classmethod
     def empty(cls, joint_names: tuple[str, ...], proven_for: ToolState = MOVING) -> Roadmap:
@@ -156,14 +156,14 @@ class Roadmap:
         )
         return enlarged, self.n_nodes
 
-    def with_edge(self, a: int, b: int, waypoints: Array, mark: PodValidity = NOMINAL_POD) -> Roadmap:
+    def with_edge(self, a: int, b: int, waypoints: Array, validity: PodValidity = NOMINAL_POD) -> Roadmap:
         """Add one edge.
 
         Args:
             a: Index of the node at which the polyline starts.
             b: Index of the node at which it ends.
             waypoints: (K, n) proven polyline.
-            mark: Pod validity of the edge.
+            validity: Pod validity of the edge.
 
         Returns:
             The larger roadmap; the new edge has the last index.
@@ -172,7 +172,7 @@ class Roadmap:
             ValueError: The polyline does not join the two nodes.
         """
         enlarged = self.with_edges([(a, b, waypoints)])
-        return replace(enlarged, marks=(*self.marks, mark))
+        return replace(enlarged, validities=(*self.validities, validity))
 
     def with_edges(self, new: Sequence[tuple[int, int, Array]]) -> Roadmap:
         """Add at least one edge, proven for the nominal pod pose.
@@ -198,7 +198,7 @@ class Roadmap:
             lengths=np.append(self.lengths, lengths),
             waypoints=np.vstack([self.waypoints, *paths]),
             offsets=np.concatenate([self.offsets, ends]),
-            marks=(*self.marks, *[NOMINAL_POD] * len(new)),
+            validities=(*self.validities, *[NOMINAL_POD] * len(new)),
         )
 
     def components(self) -> IntArray:

@@ -13,7 +13,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
 from pickcli.roadmap import validate
-from pickcli.roadmap.common_columns import reason_row, row_mark
+from pickcli.roadmap.common_columns import reason_row, row_validity
 from pickcli.roadmap.database_tables import DATABASE, Missing, missing_row, motion_of
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_tables import one_state
@@ -104,7 +104,7 @@ def intact_roadmap(found: IntegrityReport) -> Roadmap:
         np.concatenate([none, *ways]),
         np.cumsum([0, *map(len, ways)]),
         one_state(bytes(edge.row["proven_for"]).decode() for edge in edges),
-        tuple(row_mark(edge.row) for edge in edges),
+        tuple(row_validity(edge.row) for edge in edges),
     )
     return roadmap if found.is_whole else _on_own_nodes(roadmap)
 

@@ -11,12 +11,12 @@ import numpy as np
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import Reason
 from pickcli.roadmap.common_columns import (
-    MARK,
-    mark_columns,
-    marks_of,
+    VALIDITY,
     reason_columns,
     reason_rows,
     reason_table,
+    validities_of,
+    validity_columns,
 )
 from pickcli.roadmap.graph import Roadmap
 from pickcli.storage.table_format import INDEX, NUMBER, TEXT, Columns, FileContent, FileFormat, Table
@@ -30,7 +30,7 @@ ROADMAP = FileFormat(
     {
         "nodes": Table({"name": TEXT, "tool_state": TEXT}, pieces=("configurations",)),
         "edges": Table(
-            {"a": INDEX, "b": INDEX, "length": NUMBER, **dict.fromkeys(("proven_for", *MARK), TEXT)},
+            {"a": INDEX, "b": INDEX, "length": NUMBER, **dict.fromkeys(("proven_for", *VALIDITY), TEXT)},
             pieces=("waypoints",),
         ),
         "refused": reason_table("name"),
@@ -76,7 +76,7 @@ def roadmap_content(
             "b": roadmap.edges[:, 1],
             "length": roadmap.lengths,
             "proven_for": [roadmap.proven_for] * roadmap.n_edges,
-            **mark_columns(roadmap.marks),
+            **validity_columns(roadmap.validities),
         },
         "refused": reason_columns(("name",), gaps.refused),
         "missing": reason_columns(("start", "goal"), gaps.missing),
@@ -110,7 +110,7 @@ def roadmap_of(file: StoredFile) -> Roadmap:
         file.joint_names, configurations, file.texts("nodes", "name"),
         tuple(ToolState(text) for text in file.texts("nodes", "tool_state")),
         np.column_stack([edges["a"], edges["b"]]), edges["length"], waypoints, offsets,
-        one_state(file.texts("edges", "proven_for")), marks_of(file, "edges"),
+        one_state(file.texts("edges", "proven_for")), validities_of(file, "edges"),
     )  # fmt: skip
 
 

@@ -42,7 +42,7 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
         "motions": len(database),
         "by_payload": _counts(str(key.payload) for key in database.keys),
         "by_tool_state": _counts(str(tool_state) for tool_state in database.tool_states),
-        "by_pod": _counts(str(mark.pod_poses) for mark in database.marks),
+        "by_pod": _counts(str(validity.pod_poses) for validity in database.validities),
         "coverage": round(len(database) / max(len(database) + len(missing), 1), 4),
         "duration_s": round(float(database.durations.sum()), 3),
         "lower_bound_s": round(float(database.lower_bounds.sum()), 3),
@@ -51,9 +51,9 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
         "times_its_bound": histogram(ratios, _RATIOS),
         "worst": [_described(motions[k], float(ratios[k])) for k in worst],
         "for_the_nominal_pod_only": [
-            f"{key.start} to {key.goal}, {key.payload}: {mark.why_nominal}"
-            for key, mark in zip(database.keys, database.marks, strict=True)
-            if mark.pod_poses is PodPoses.NOMINAL
+            f"{key.start} to {key.goal}, {key.payload}: {validity.why_nominal}"
+            for key, validity in zip(database.keys, database.validities, strict=True)
+            if validity.pod_poses is PodPoses.NOMINAL
         ],
         "missing": [f"{key.start} to {key.goal}, {key.payload}: {reason}" for key, reason in missing],
     }
@@ -76,14 +76,14 @@ def roadmap_statistics(roadmap: Roadmap, gaps: RoadmapGaps) -> dict[str, Any]:
         "nodes": roadmap.n_nodes,
         "edges": roadmap.n_edges,
         "parts": len(set(roadmap.components().tolist())),
-        "by_pod": _counts(str(mark.pod_poses) for mark in roadmap.marks),
+        "by_pod": _counts(str(validity.pod_poses) for validity in roadmap.validities),
         "length": round(float(roadmap.lengths.sum()), 3),
         "nodes_by_edges": {f"{n} edges": k for n, k in sorted(Counter(degrees).items())},
         "worst": [f"{' to '.join(ends[m])}: length {roadmap.lengths[m]:.2f}" for m in worst.tolist()],
         "for_the_nominal_pod_only": [
-            f"{' to '.join(names)}: {mark.why_nominal}"
-            for names, mark in zip(ends, roadmap.marks, strict=True)
-            if mark.pod_poses is PodPoses.NOMINAL
+            f"{' to '.join(names)}: {validity.why_nominal}"
+            for names, validity in zip(ends, roadmap.validities, strict=True)
+            if validity.pod_poses is PodPoses.NOMINAL
         ],
         "refused": [_named(names, reason) for names, reason in gaps.refused],
         "missing": [_named(names, reason) for names, reason in gaps.missing],

@@ -60,7 +60,7 @@ class CoarseMotion:
         trajectory: None if the timed points were not loaded.
         lower_bound: s that no motion between the two ends can undercut.
         clearance: m that the motion is proven to keep from everything.
-        mark: Pod validity of the proof.
+        validity: Pod validity of the proof.
     """
 
     key: MotionKey
@@ -70,7 +70,7 @@ class CoarseMotion:
     trajectory: Trajectory | None = None
     lower_bound: float = 0.0
     clearance: float = 0.0
-    mark: PodValidity = NOMINAL_POD
+    validity: PodValidity = NOMINAL_POD
 
     def reversed(self) -> CoarseMotion:
         """Reverse the motion; it is equally free, and within limits, which are symmetric.
@@ -127,7 +127,7 @@ class TrajectoryDatabase:
         offsets: (K + 1,) rows of ``waypoints`` at which the paths begin, and W.
         lower_bounds: (K,) s that no motion between the same ends can undercut.
         clearances: (K,) m that each motion is proven to keep from everything.
-        marks: (K,) pod validity of each.
+        validities: (K,) pod validity of each.
         points: The timed points, None if they were not loaded.
     """
 
@@ -139,7 +139,7 @@ class TrajectoryDatabase:
     offsets: IntArray
     lower_bounds: Array
     clearances: Array
-    marks: tuple[PodValidity, ...]
+    validities: tuple[PodValidity, ...]
     points: TimedPoints | None = None
 
     @classmethod
@@ -176,7 +176,7 @@ class TrajectoryDatabase:
             _offsets([len(motion.path.waypoints) for motion in motions]),
             np.array([motion.lower_bound for motion in motions], dtype=float),
             np.array([motion.clearance for motion in motions], dtype=float),
-            tuple(motion.mark for motion in motions),
+            tuple(motion.validity for motion in motions),
             points,
         )
 
@@ -235,7 +235,7 @@ class TrajectoryDatabase:
         path = JointPath(self.joint_names, self.waypoints[self.offsets[k] : self.offsets[k + 1]])
         return CoarseMotion(
             self.keys[k], self.tool_states[k], path, float(self.durations[k]), self._trajectory(k),
-            float(self.lower_bounds[k]), float(self.clearances[k]), self.marks[k],
+            float(self.lower_bounds[k]), float(self.clearances[k]), self.validities[k],
         )  # fmt: skip
 
     def _trajectory(self, k: int) -> Trajectory | None:

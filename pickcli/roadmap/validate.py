@@ -31,7 +31,9 @@ def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:
     _joints(roadmap.joint_names, cell, roadmap.configurations, roadmap.waypoints)
     _same_count("nodes", n_nodes, len(roadmap.names), len(roadmap.tool_states))
     tool_states({*roadmap.tool_states, roadmap.proven_for}, cell)
-    _same_count("edges", roadmap.n_edges, len(roadmap.lengths), len(roadmap.offsets) - 1, len(roadmap.marks))
+    _same_count(
+        "edges", roadmap.n_edges, len(roadmap.lengths), len(roadmap.offsets) - 1, len(roadmap.validities)
+    )
     _offsets("offsets", roadmap.offsets, len(roadmap.waypoints), least=2)
     if roadmap.n_edges and not (roadmap.edges.min() >= 0 and roadmap.edges.max() < n_nodes):
         raise ValueError("an edge leads to a node that is not there")

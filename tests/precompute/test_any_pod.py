@@ -24,7 +24,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
 from pickcli.precompute.empty_cell_checkers import empty_scene, representative_item
-from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, validity_of
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.scene.scene import Scene
@@ -71,7 +71,7 @@ def _clearance(motion: CoarseMotion, scene: Scene) -> float:
 
 
 def test_all_of_them_hold_for_any_pod(motions: dict[MotionKey, CoarseMotion]) -> None:
-    assert [motions[key].mark for key in KEYS] == [ANY_POD] * len(KEYS)
+    assert [motions[key].validity for key in KEYS] == [ANY_POD] * len(KEYS)
 
 
 @given(shares)
@@ -115,8 +115,10 @@ def test_an_end_too_near_to_a_swept_pod_leaves_a_motion_for_the_pod_in_its_place
     key = MotionKey("home", "cam_E", CENTRED)
     motion = CoarseMotionPlanner(cell, TrajectorySettings()).make(key)
     assert isinstance(motion, CoarseMotion)
-    assert motion.mark.pod_poses is PodPoses.NOMINAL
-    assert motion.mark.why_nominal.startswith("for a displaced pod: cam_E: collision: held cube against pod")
+    assert motion.validity.pod_poses is PodPoses.NOMINAL
+    assert motion.validity.why_nominal.startswith(
+        "for a displaced pod: cam_E: collision: held cube against pod"
+    )
     assert _clearance(motion, empty_scene(cell)) >= motion.clearance
 
 
@@ -135,9 +137,9 @@ def edges() -> dict[tuple[str, str], JobResult]:
 
 
 def test_edges_carry_their_marks(edges: dict[tuple[str, str], JobResult]) -> None:
-    marks = {pair: mark_of(record) for pair, record in edges.items()}
-    assert {pair: mark.pod_poses for pair, mark in marks.items()} == EDGES
-    assert marks["cam_A", "cam_L"].why_nominal.startswith("for a displaced pod its length is ")
+    validities = {pair: validity_of(record) for pair, record in edges.items()}
+    assert {pair: validity.pod_poses for pair, validity in validities.items()} == EDGES
+    assert validities["cam_A", "cam_L"].why_nominal.startswith("for a displaced pod its length is ")
 
 
 @given(shares)
@@ -164,7 +166,7 @@ class _Given(CoarseMotionPlanner):
         if duration is None or duration >= quicker_than:
             return Reason(f"none, {pod_poses}")
         path = JointPath(("a",), np.array([[0.0], [1.0]]))
-        return CoarseMotion(key, MOVING, path, duration, lower_bound=0.9, mark=PodValidity(pod_poses))
+        return CoarseMotion(key, MOVING, path, duration, lower_bound=0.9, validity=PodValidity(pod_poses))
 
 
 def _kept(wide: float | None, nominal: float | None) -> CoarseMotion | Reason:
@@ -175,17 +177,17 @@ def _kept(wide: float | None, nominal: float | None) -> CoarseMotion | Reason:
 @pytest.mark.parametrize(("wide", "nominal"), [(1.004, 1.0), (0.905, 0.9), (2.0, None)])
 def test_a_motion_for_any_pod_that_costs_no_time_is_kept(wide: float, nominal: float | None) -> None:
     kept = _kept(wide, nominal)
-    assert isinstance(kept, CoarseMotion) and (kept.duration, kept.mark) == (wide, ANY_POD)
+    assert isinstance(kept, CoarseMotion) and (kept.duration, kept.validity) == (wide, ANY_POD)
 
 
 def test_one_that_costs_time_gives_way_to_one_for_the_pod_in_its_place() -> None:
     kept = _kept(1.006, 1.0)
     assert isinstance(kept, CoarseMotion) and kept.duration == 1.0
-    assert kept.mark == PodValidity(PodPoses.NOMINAL, "for a displaced pod it takes 1.006 s")
+    assert kept.validity == PodValidity(PodPoses.NOMINAL, "for a displaced pod it takes 1.006 s")
 
 
 def test_where_there_is_none_for_any_pod_the_reason_is_kept() -> None:
     kept = _kept(None, 1.0)
     assert isinstance(kept, CoarseMotion)
-    assert kept.mark == PodValidity(PodPoses.NOMINAL, "for a displaced pod: none, displaced")
+    assert kept.validity == PodValidity(PodPoses.NOMINAL, "for a displaced pod: none, displaced")
     assert _kept(None, None) == Reason("none, nominal")

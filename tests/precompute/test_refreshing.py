@@ -64,7 +64,9 @@ def fresh(changed: Cell, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def _verdicts(path: Path, cell: Cell) -> tuple[set[MotionKey], set[MotionKey], set[MotionKey]]:
     """Which pairs have a motion, which have one for any pod, and which have none."""
     database = read_database(path, cell)
-    wide = {key for key, mark in zip(database.keys, database.marks, strict=True) if mark == ANY_POD}
+    wide = {
+        key for key, validity in zip(database.keys, database.validities, strict=True) if validity == ANY_POD
+    }
     return set(database.keys), wide, {key for key, _ in read_missing(path)}
 
 
@@ -88,7 +90,7 @@ def test_every_motion_of_it_keeps_the_clearance_that_it_tells(
     database = read_database(tmp_path / "motions", changed, points=True)
     assert len(database) > 0
     for motion in database:
-        tests = checker(model, motion.tool_state, motion.key.payload, pod_poses=motion.mark.pod_poses)
+        tests = checker(model, motion.tool_state, motion.key.payload, pod_poses=motion.validity.pod_poses)
         assert motion.trajectory is not None
         Q = motion.trajectory.sample(np.arange(0.0, motion.duration, 0.005))
         assert tests.kernel.clearances(Q).min() >= motion.clearance >= changed.clearance
@@ -101,12 +103,12 @@ def test_a_refreshed_roadmap_says_what_a_new_one_says(
     ours, theirs = (read_roadmap(folder / "edges", changed) for folder in (tmp_path, fresh))
     assert ours.names == theirs.names and ours.edges.tolist() == theirs.edges.tolist()
     assert ours.n_edges > 0
-    assert all(a == ANY_POD or b != ANY_POD for a, b in zip(ours.marks, theirs.marks, strict=True))
+    assert all(a == ANY_POD or b != ANY_POD for a, b in zip(ours.validities, theirs.validities, strict=True))
     gaps = (read_gaps(folder / "edges") for folder in (tmp_path, fresh))
     assert len({tuple(name for name, _ in gap.refused) for gap in gaps}) == 1
     model = CollisionModel(changed)
-    for edge, mark in enumerate(ours.marks):
-        tests = checker(model, ours.proven_for, PayloadClass.EMPTY, pod_poses=mark.pod_poses)
+    for edge, validity in enumerate(ours.validities):
+        tests = checker(model, ours.proven_for, PayloadClass.EMPTY, pod_poses=validity.pod_poses)
         assert tests.is_valid_path(ours.edge_path(edge))
 
 
@@ -253,17 +255,19 @@ def test_the_command_tells_what_changed(
 def test_parts_name_what_changed_and_nothing_else(cell: Cell) -> None:
     before = parts_of(cell)
     assert change_since(before, cell).solids == () and change_since(before, cell).rules == ()
-    assert change_since(before, new_obstacle(cell)).came == ("obstacle post",)
+    assert change_since(before, new_obstacle(cell)).added == ("obstacle post",)
     gone = change_since(before, no_tote(cell))
-    assert gone.came == () and gone.went and all(name.startswith("tote ") for name in gone.went)
+    assert gone.added == () and gone.removed and all(name.startswith("tote ") for name in gone.removed)
     T = cell.T_world_pod + 0.01 * (np.arange(16) == 3).reshape(4, 4)
     shifted = change_since(before, with_parts(cell, T_world_pod=T))
-    assert len(shifted.came) == len(shifted.went) == len(cell.pod.bodies)
+    assert len(shifted.added) == len(shifted.removed) == len(cell.pod.bodies)
     assert change_since(before, _other_limits(cell)).rules == ("the robot, its joint limits or its tool",)
 
 
 def test_marks_travel_through_the_file(cell: Cell, old: dict[str, bytes], tmp_path: Path) -> None:
     (tmp_path / "motions").write_bytes(old["motions"])
-    marks = read_database(tmp_path / "motions", cell).marks
-    assert ANY_POD in marks
-    assert all(bool(mark.why_nominal) == (mark.pod_poses is PodPoses.NOMINAL) for mark in marks)
+    validities = read_database(tmp_path / "motions", cell).validities
+    assert ANY_POD in validities
+    assert all(
+        bool(validity.why_nominal) == (validity.pod_poses is PodPoses.NOMINAL) for validity in validities
+    )

@@ -47,8 +47,8 @@ def _pod_poses(folder: Path, cell: Cell) -> dict[str, dict[object, PodPoses]]:
     motions, roadmap = read_database(folder / "motions", cell), read_roadmap(folder / "edges", cell)
     pairs = [tuple(roadmap.names[node] for node in edge) for edge in roadmap.edges]
     return {
-        "edges": {pair: mark.pod_poses for pair, mark in zip(pairs, roadmap.marks, strict=True)},
-        "motions": {motion.key: motion.mark.pod_poses for motion in motions},
+        "edges": {pair: validity.pod_poses for pair, validity in zip(pairs, roadmap.validities, strict=True)},
+        "motions": {motion.key: motion.validity.pod_poses for motion in motions},
     }
 
 
@@ -88,10 +88,10 @@ def test_a_part_of_the_pod_that_moved_makes_room_if_it_leaves_the_way(
         for z in (0.0, by)
     )
     make_roadmap(then, path, FEW_EDGES)
-    assert [mark.pod_poses for mark in read_roadmap(path, then).marks] == [PodPoses.NOMINAL]
+    assert [validity.pod_poses for validity in read_roadmap(path, then).validities] == [PodPoses.NOMINAL]
     done = refresh(path, surveyed(path), now)
     assert (done.changed, done.n_planned) == (("pod flap",), int(pod_poses is PodPoses.DISPLACED))
-    assert [mark.pod_poses for mark in read_roadmap(path, now).marks] == [pod_poses]
+    assert [validity.pod_poses for validity in read_roadmap(path, now).validities] == [pod_poses]
 
 
 def test_room_for_any_pod_is_looked_for_where_it_may_be() -> None:

@@ -42,11 +42,11 @@ def test_every_important_pair_has_two_routes_by_networkx_or_a_reason() -> None:
 def test_routes_for_any_pod_use_its_edges_alone() -> None:
     roadmap, report = build_roadmap(RoadmapEdgeJob(small_cell("home", "bin_A", "tote"), THIN))
     assert report.summary()["second_routes"]["n_for_any_displaced_pod"] == 3
-    part = for_any_pod(replace(roadmap, marks=(ANY_POD, NOMINAL_POD, ANY_POD)))
+    part = for_any_pod(replace(roadmap, validities=(ANY_POD, NOMINAL_POD, ANY_POD)))
     assert part.names == roadmap.names and part.n_edges == 2
     np.testing.assert_array_equal(part.edge_path(1), roadmap.edge_path(2))
     validate.roadmap(part, None)
-    assert for_any_pod(replace(roadmap, marks=(NOMINAL_POD,) * 3)).n_edges == 0
+    assert for_any_pod(replace(roadmap, validities=(NOMINAL_POD,) * 3)).n_edges == 0
 
 
 def test_edges_are_added_for_them_and_told() -> None:
