@@ -59,7 +59,7 @@ _BY_FORMAT = {
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)
-_BY_MARK = (  # if no format is stated
+_BY_PATTERN = (  # if no format is stated
     (re.compile(_KEY % rb"max_score", re.MULTILINE), TRIAL),
     (re.compile(_KEY % rb"(?:bin_contents|tote_contents|work_order|moves)", re.MULTILINE), ORDER),
     (re.compile(rb"<(?:disable_collisions|group|group_state|end_effector)\b"), SRDF),
@@ -86,7 +86,7 @@ def kind_of(content: bytes) -> FileKind | None:
         return PICTURE
     if (named := _FORMAT.search(content)) is not None:
         return _BY_FORMAT.get(named[1])
-    return next((kind for mark, kind in _BY_MARK if mark.search(content)), None)
+    return next((kind for pattern, kind in _BY_PATTERN if pattern.search(content)), None)
 
 
 def refuse_other_kind(path: Path, content: bytes, wanted: FileKind, is_whole: bool = True) -> None:

@@ -102,7 +102,7 @@ def note(source: Source, model: type[BaseModel], detail: Any) -> None:
     key: Key = detail["loc"]
     if key[-1:] == (KEY_MARK,) and detail["type"] != "extra_forbidden":
         key = key[:-1]
-    key = _without_marks(model, key)
+    key = _without_tags(model, key)
     # In a discriminated union, pydantic's location contains the kind, which is not a key of the file.
     place = tuple(part for i, part in enumerate(key) if not _is_tagged(_annotation(model, key[:i])))
     is_of_kind = detail["type"] in (UNKNOWN_TAG, NO_TAG)
@@ -315,20 +315,20 @@ def _is_tagged(annotation: Any) -> bool:
     return any(getattr(a, "discriminator", None) == TAG for a in get_args(annotation))
 
 
-def _without_marks(model: type[BaseModel], key: Key) -> Key:
+def _without_tags(model: type[BaseModel], key: Key) -> Key:
     """The key without the tags that pydantic inserts for unions with a callable discriminator."""
     found: Key = ()
     is_chosen = False
     for part in key:
-        is_chosen = not is_chosen and part in _marks(_annotation(model, found))
+        is_chosen = not is_chosen and part in _tags(_annotation(model, found))
         found = found if is_chosen else (*found, part)
     return found
 
 
-def _marks(annotation: Any) -> set[str]:
+def _tags(annotation: Any) -> set[str]:
     """Tags of a union with a callable discriminator."""
     members = get_args(get_args(annotation)[0]) if get_origin(annotation) is Annotated else ()
-    return {mark.tag for member in members for mark in get_args(member)[1:] if isinstance(mark, Tag)}
+    return {each.tag for member in members for each in get_args(member)[1:] if isinstance(each, Tag)}
 
 
 def _of_tag(annotation: Any, tag: int | str) -> Any:

@@ -69,8 +69,8 @@ class Source:
     Attributes:
         path: The file.
         data: Its values: mappings, lists, texts, numbers, switches and None.
-        key_marks: Line and column, from 1, of the key of each entry of a mapping.
-        value_marks: Line and column, from 1, of each value.
+        key_positions: Line and column, from 1, of the key of each entry of a mapping.
+        value_positions: Line and column, from 1, of each value.
         origins: File, line and column of each value that was taken from another file.
         problems: Mistakes so far.
         n_unreported: Number of further mistakes that are not reported one by one.
@@ -78,8 +78,8 @@ class Source:
 
     path: Path
     data: Any = None
-    key_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
-    value_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
+    key_positions: dict[Key, tuple[int, int]] = field(default_factory=dict)
+    value_positions: dict[Key, tuple[int, int]] = field(default_factory=dict)
     origins: dict[Key, tuple[Path, int, int]] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     n_unreported: int = 0  # further mistakes, not reported one by one
@@ -119,9 +119,14 @@ class Source:
         Returns:
             The file, None for this one, and line and column from 1.
         """
-        while key and key not in self.key_marks and key not in self.value_marks and key not in self.origins:
+        while (
+            key
+            and key not in self.key_positions
+            and key not in self.value_positions
+            and key not in self.origins
+        ):
             key = key[:-1]
-        here = self.key_marks.get(key) or self.value_marks.get(key) or (1, 1)
+        here = self.key_positions.get(key) or self.value_positions.get(key) or (1, 1)
         return self.origins.get(key) or (None, *here)
 
     def check(self) -> None:
@@ -283,7 +288,7 @@ class _Events:
             self.refuse(event, f"tag {event.tag} is not allowed; leave it out")
         if len(key) > MAX_DEPTH:
             self.refuse(event, f"nested deeper than {MAX_DEPTH} levels")
-        self.source.value_marks[key] = _place(event)
+        self.source.value_positions[key] = _place(event)
         if isinstance(event, yaml.ScalarEvent):
             return self.scalar(event, key)
         if isinstance(event, yaml.SequenceStartEvent):
@@ -306,7 +311,7 @@ class _Events:
             name, inner = event.value, (*key, event.value)
             if name in values:
                 self.note(event, f"{name_of(inner)}: stands twice; keep one")
-            self.source.key_marks[inner] = _place(event)
+            self.source.key_positions[inner] = _place(event)
             values[name] = self.node(next(self.stream), inner)
         return values
 

@@ -10,7 +10,7 @@ Read in this order:
 - Pairs without collision physics: `collision_filter`.
 - Joint motion: `servo`, and `braking`, the hardest stop.
 - Tool: `simulated_tool`, created by `tool_choice` as a `simulated_cup` or a `simulated_gripper`. Its `grip`
-  holds items: `suction` with `bellows`, `vacuum` and `lip_friction`, or `fingers` with `pads`; in both,
+  holds items: `suction` with `bellows`, `vacuum` and `cup_friction`, or `fingers` with `pads`; in both,
   items hang by a `bushing`.
 - Execution of a plan by a `driver`: `plan_run`, after a `start_check`, sends the set points of `stream`;
   `trigger` measures how far from its trigger an event fired, `following` compares joints with set points,

@@ -98,7 +98,7 @@ class Bellows:
         across = T_world_tip[:3, 3] + self._points @ R[:, :2].T
         return np.asarray(across + np.outer(probe.distances, R[:, 2]))
 
-    def push(self, T_world_tip: Array, probe: Probe, items: frozenset[str]) -> list[ContactPoint]:
+    def act(self, T_world_tip: Array, probe: Probe, items: frozenset[str]) -> list[ContactPoint]:
         """Apply the spring forces to the bodies that compress the bellows, and the reaction to the robot.
 
         Args:
@@ -113,9 +113,9 @@ class Bellows:
         if not pressed.any():
             return []
         met = {name for name, depth in zip(probe.names, pressed, strict=True) if depth > 0.0}
-        return [self._push_on(name, T_world_tip, probe, pressed, name in items) for name in sorted(met)]
+        return [self._act_on(name, T_world_tip, probe, pressed, name in items) for name in sorted(met)]
 
-    def _push_on(
+    def _act_on(
         self, name: str, T_world_tip: Array, probe: Probe, pressed: Array, is_free: bool
     ) -> ContactPoint:
         mine = np.array([other == name for other in probe.names]) & (pressed > 0.0)
@@ -140,8 +140,8 @@ class Bellows:
         on_body = force * R[:, 2] - min(drag, 0.5 * mass / h) * across
         if is_free:
             self._engine.wake(name)
-            self._engine.push(name, on_body, point)
-        self._engine.push(self._robot, -on_body, point, tool.last_link)
+            self._engine.apply_force(name, on_body, point)
+        self._engine.apply_force(self._robot, -on_body, point, tool.last_link)
         return ContactPoint(
             self._robot, tool.last_link, name, "", float(depths.max()), tuple(point.tolist()), force
         )  # fmt: skip

@@ -283,7 +283,7 @@ class Engine(EngineBodies):
         other_linear, other_turn = self.velocity(other, link, point)
         return linear - other_linear, turn - other_turn
 
-    def push(self, name: str, force: Array, point: Array, link: str = "") -> None:
+    def apply_force(self, name: str, force: Array, point: Array, link: str = "") -> None:
         """Apply a force to a body or its link, for the next step only.
 
         Args:

@@ -92,7 +92,7 @@ class EngineBodies:
         self._dynamics(body.name, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING)
         self.sleep(body.name)
 
-    def add_marks(self, points: Array, width: float, colour: Colour) -> None:
+    def add_cubes(self, points: Array, width: float, colour: Colour) -> None:
         """Draw cubes without collision shapes.
 
         Args:

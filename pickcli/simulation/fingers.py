@@ -226,9 +226,9 @@ class Fingers:
             self.load = self.load / self.ratio
             self._slide(T_world_tip, T_world_a)
         force, torque = R @ self.load[:3], R @ self.load[3:]
-        self._engine.push(self.held, force, T_world_a[:3, 3])
+        self._engine.apply_force(self.held, force, T_world_a[:3, 3])
         self._engine.twist(self.held, torque)
-        self._engine.push(self._robot, -force, tip, self._tool.last_link)
+        self._engine.apply_force(self._robot, -force, tip, self._tool.last_link)
         self._engine.twist(self._robot, -torque, self._tool.last_link)
 
     def _slide(self, T_world_tip: Array, T_world_a: Array) -> None:

@@ -51,7 +51,7 @@ def connected(name: str, connect: DriverFactory, request: DriverRequest) -> Driv
     Raises:
         InputError: The driver could not be created.
     """
-    return _asked(name, lambda: connect(request))
+    return _guarded(name, lambda: connect(request))
 
 
 class GuardedDriver:
@@ -67,8 +67,8 @@ class GuardedDriver:
 
     def __init__(self, name: str, driver: Driver) -> None:
         self._name, self._driver, self._has_failed = name, driver, False
-        self._n_joints = self._ask(lambda: driver.cell.robot.n_joints)
-        self._time_step = self._ask(lambda: driver.time_step)
+        self._n_joints = self._guarded_call(lambda: driver.cell.robot.n_joints)
+        self._time_step = self._guarded_call(lambda: driver.time_step)
         if fault := period_fault(self._time_step):
             raise self._failure(fault)
 
@@ -85,7 +85,7 @@ class GuardedDriver:
     @property
     def t(self) -> float:
         """Time since an arbitrary moment before the first step, s, finite."""
-        t = self._ask(lambda: float(self._driver.t))
+        t = self._guarded_call(lambda: float(self._driver.t))
         if not math.isfinite(t):
             raise self._failure(f"t is {t}")
         return t
@@ -93,7 +93,7 @@ class GuardedDriver:
     @property
     def q(self) -> Array:
         """Measured configuration (n,), finite."""
-        q = self._ask(lambda: self._driver.q)
+        q = self._guarded_call(lambda: self._driver.q)
         if not isinstance(q, np.ndarray) or q.shape != (self._n_joints,) or q.dtype != np.float64:
             raise self._failure(f"q is no array of {self._n_joints} floats")
         if not np.isfinite(q).all():
@@ -103,7 +103,7 @@ class GuardedDriver:
     @property
     def tool_state(self) -> ToolState:
         """Current state of the tool."""
-        return self._ask(lambda: self._driver.tool_state)
+        return self._guarded_call(lambda: self._driver.tool_state)
 
     def command(self, q: Array) -> None:
         """Set the target configuration at the end of the next step.
@@ -111,7 +111,7 @@ class GuardedDriver:
         Args:
             q: (n,) configuration.
         """
-        self._ask(lambda: self._driver.command(q))
+        self._guarded_call(lambda: self._driver.command(q))
 
     def act(self, device: str, action: str) -> bool | None:
         """Switch a device, or read a sensor.
@@ -123,28 +123,28 @@ class GuardedDriver:
         Returns:
             A sensor's reading; None for other devices.
         """
-        return self._ask(lambda: self._driver.act(device, action))
+        return self._guarded_call(lambda: self._driver.act(device, action))
 
     def step(self) -> None:
         """Wait for one period, in which the driver's time must increase."""
         before = self.t
-        self._ask(self._driver.step)
+        self._guarded_call(self._driver.step)
         if not self.t > before:
             raise self._failure(f"t was {before} and is {self.t} after a step")
 
     def close(self) -> None:
         """Close the driver. After a fault further exceptions are ignored: the first one counts."""
         if not self._has_failed:
-            self._ask(self._driver.close)
+            self._guarded_call(self._driver.close)
             return
         try:
             self._driver.close()
         except (Exception, SystemExit):
             return
 
-    def _ask(self, call: Callable[[], Answer]) -> Answer:
+    def _guarded_call(self, call: Callable[[], Answer]) -> Answer:
         try:
-            return _asked(self._name, call)
+            return _guarded(self._name, call)
         except ApcError:
             self._has_failed = True
             raise
@@ -154,7 +154,7 @@ class GuardedDriver:
         return _failure(self._name, fault)
 
 
-def _asked(name: str, call: Callable[[], Answer]) -> Answer:
+def _guarded(name: str, call: Callable[[], Answer]) -> Answer:
     """Call a driver. Raises InputError for exceptions that are not an ApcError."""
     try:
         return call()

@@ -16,8 +16,8 @@ from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds
 from pickcli.simulation.reality import Reality
 
-MOST_MARKS = 500  # number of cubes that represent a cloud
-LEAST_MARK = 0.01  # m
+MAX_CUBES = 500  # number of cubes that represent a cloud
+MIN_CUBE = 0.01  # m
 
 
 def ground_of(scene: Scene) -> tuple[Array, Array]:
@@ -62,13 +62,13 @@ def add_statics(engine: Engine, scene: Scene) -> None:
         for body in carrier.bodies:
             engine.add_static(body, carrier.T_world_carrier, static_colour(carrier.name))
     if scene.cloud is not None:
-        engine.add_marks(*_thinned(scene.cloud.points), STATIC_COLOURS["cloud"])
+        engine.add_cubes(*_thinned(scene.cloud.points), STATIC_COLOURS["cloud"])
 
 
 def _thinned(points: Array) -> tuple[Array, float]:
-    """Centres (K, 3) of at most MOST_MARKS grid cells occupied by points (N, 3), and their width in m."""
-    width = LEAST_MARK
-    while len(cells := np.unique(np.floor(points / width), axis=0)) > MOST_MARKS:
+    """Centres (K, 3) of at most MAX_CUBES grid cells occupied by points (N, 3), and their width in m."""
+    width = MIN_CUBE
+    while len(cells := np.unique(np.floor(points / width), axis=0)) > MAX_CUBES:
         width *= 1.25
     return (cells + 0.5) * width, width
 

@@ -17,9 +17,9 @@ from pickcli.cell.tool import Tool
 from pickcli.geometry import GRAVITY, Array, inverse, length, transform_points
 from pickcli.simulation.bellows import NOTHING, SOLID_DEPTH, Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness
+from pickcli.simulation.cup_friction import CupFriction
 from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
-from pickcli.simulation.lip_friction import LipFriction
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 GAP = 1.5e-3  # m, largest distance from the tip at which a cup draws a face on
@@ -122,7 +122,7 @@ class Suction:
     ) -> None:
         self._engine, self._robot, self._tool = engine, robot, tool
         self._bellows, self._stiffness = cup.bellows, cup.stiffness
-        self._friction = LipFriction(engine, robot, tool)
+        self._friction = CupFriction(engine, robot, tool)
         self._area = np.pi * tool.cup.radius**2  # m^2 on which the vacuum acts
         self._items, self._has_honest_seals = items, honest_seals
         self.vacuum = cup.vacuum
@@ -177,7 +177,7 @@ class Suction:
         share = self._seal(probe, T_world_tip)
         speed = self._sliding_speed(probe.nearest, T_world_tip) if share > 0.0 else np.inf
         self.vacuum.advance(time_step, share * max(0.0, 1.0 - speed / SLIDING_SPEED) if share > 0.0 else 0.0)
-        self.contact_points = self._bellows.push(T_world_tip, probe, frozenset(self._items))
+        self.contact_points = self._bellows.act(T_world_tip, probe, frozenset(self._items))
         if speed < STANDING_SPEED and self.vacuum.cup >= HOLD_VACUUM:
             self._attach(probe.nearest, T_world_tip, share)
         elif self.vacuum.cup > 0.0:
@@ -236,7 +236,7 @@ class Suction:
         axis = T_world_tip[:3, 2]
         force = DRAG_SHARE * self.vacuum.line * self._area * (1.0 - distance / DRAG_REACH)
         self._engine.wake(item)
-        self._engine.push(item, -force * axis, T_world_tip[:3, 3] + distance * axis)
+        self._engine.apply_force(item, -force * axis, T_world_tip[:3, 3] + distance * axis)
 
     def _attach(self, name: str, T_world_tip: Array, share: float) -> None:
         T_tip_item = inverse(T_world_tip) @ self._engine.pose(name)
@@ -266,9 +266,9 @@ class Suction:
         wrench = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
         self.load = CupWrench(wrench)
         force, torque = R @ wrench[:3], R @ wrench[3:]
-        self._engine.push(self.held, force, T_world_a[:3, 3])
+        self._engine.apply_force(self.held, force, T_world_a[:3, 3])
         self._engine.twist(self.held, torque)
-        self._engine.push(self._robot, -force, tip, self._tool.last_link)
+        self._engine.apply_force(self._robot, -force, tip, self._tool.last_link)
         self._engine.twist(self._robot, -torque, self._tool.last_link)
 
 

@@ -128,8 +128,8 @@ def test_a_file_named_json_is_json_and_one_named_yaml_may_be_either(tmp_path: Pa
 
 def test_places_in_json_are_those_of_an_editor(tmp_path: Path) -> None:
     source = parse_yaml('\n{"a": [1,\n\n\t {"b": 2}]}', tmp_path / "f.json")
-    assert source.key_marks[("a",)] == (2, 2) and source.value_marks[("a", 0)] == (2, 8)
-    assert source.key_marks[("a", 1, "b")] == (4, 4)
+    assert source.key_positions[("a",)] == (2, 2) and source.value_positions[("a", 0)] == (2, 8)
+    assert source.key_positions[("a", 1, "b")] == (4, 4)
 
 
 @pytest.mark.parametrize("text", ['{"a": %s}', "[%s]", "a: %s"])

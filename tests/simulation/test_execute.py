@@ -122,7 +122,7 @@ def test_what_is_met_while_the_lift_waits_stops_the_motion(cell: Cell, build_rea
     def push(world: World) -> None:
         if world.t > t_lift + 0.1:
             tip = world.tip[:3, 3]
-            world.engine.push(ROBOT, np.array([0.0, 300.0, 0.0]), tip, world.robot.tool.last_link)
+            world.engine.apply_force(ROBOT, np.array([0.0, 300.0, 0.0]), tip, world.robot.tool.last_link)
 
     record = execute(with_grasp(rail_pick(cell, valve_shift=0.4)), world, on_step=push)
     assert record.stop_cause is StopCause.CONTACT and record.stopped_in is SegmentKind.CONTACT

@@ -82,7 +82,7 @@ def falls(pressed: Pressed) -> bool:
         force = STIFFNESS * (cup - met[0]) + damping * closing
         if cup > met[0] and force > 0.0:
             engine.wake(box.id)
-            engine.push(box.id, np.array([force, 0.0, 0.0]), met)
+            engine.apply_force(box.id, np.array([force, 0.0, 0.0]), met)
         engine.step()
     up = float(engine.pose(box.id)[2, 2])
     engine.close()

@@ -26,7 +26,7 @@ def push(world: World, force: Array, offset: Array, duration: float) -> None:
     for _ in range(round(duration / world.time_step)):
         if world.held is None:
             return
-        world.engine.push("cube", force, world.tip[:3, 3] + offset)
+        world.engine.apply_force("cube", force, world.tip[:3, 3] + offset)
         world.step()
 
 
@@ -38,7 +38,7 @@ def twist(world: World, moment: float, duration: float) -> None:
         tip = world.tip[:3, 3]
         for side in (-0.05, 0.05):
             force = np.array([0.0, 0.0, np.sign(side) * moment / 0.1])
-            world.engine.push("cube", force, tip + np.array([side, 0.0, 0.0]))
+            world.engine.apply_force("cube", force, tip + np.array([side, 0.0, 0.0]))
         world.step()
 
 

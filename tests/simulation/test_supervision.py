@@ -225,7 +225,7 @@ def test_unexplained_torque_is_what_pushes_and_else_less_than_the_noise(cell: Ce
     push = np.array([0.0, 30.0, 0.0])
     expected = Arm(world.robot).jacobian(world.q, world.tool_state)[:3].T @ push
     for _ in range(100):
-        world.engine.push(ROBOT, push, world.tip[:3, 3], world.robot.tool.last_link)
+        world.engine.apply_force(ROBOT, push, world.tip[:3, 3], world.robot.tool.last_link)
         world.step()
         external.update(world.joints, world.torques)
     assert np.abs(external.value + expected).max() < TORQUE_NOISE * forces.max()

@@ -62,7 +62,7 @@ def test_what_stands_firm_sleeps_and_bears_what_falls_on_it(build_world: BuildWo
     stood = world.engine.pose("cube")
     world.engine.wake("cube")
     for _ in range(20):
-        world.engine.push("cube", np.array([0.0, 0.0, 40.0]), world.engine.pose("cube")[:3, 3])
+        world.engine.apply_force("cube", np.array([0.0, 0.0, 40.0]), world.engine.pose("cube")[:3, 3])
         world.step()
     assert world.engine.pose("cube")[2, 3] > stood[2, 3] + 1e-3
     world.wait(0.5)
@@ -192,7 +192,7 @@ def test_what_rolls_off_the_floor_of_the_hall_stays_there_and_falls_no_farther(c
     edge, radius = float(high[1]), 0.04
     world = world_with(cell, Shape(ShapeKind.SPHERE, (radius,)), pose((-2.0, edge - 0.3, radius)))
     for _ in range(100):
-        world.engine.push("it", np.array([0.0, 4.0, 0.0]), world.engine.pose("it")[:3, 3])
+        world.engine.apply_force("it", np.array([0.0, 4.0, 0.0]), world.engine.pose("it")[:3, 3])
         world.step()
     world.wait(1.5)
     there = world.engine.pose("it")

@@ -19,7 +19,7 @@ DAMPING = 0.2  # damping in Ns/m over item mass by time step: stable, and stops 
 ELASTICITY = 0.05  # most stiffness in N/m over item mass by time step squared: stable on a round item
 
 
-class LipFriction:
+class CupFriction:
     """Friction between the lip of one robot's cup and the face in front of it.
 
     Args:
@@ -38,7 +38,7 @@ class LipFriction:
         self._item = ""
 
     def apply(self, item: str, T_world_tip: Array, normal_force: float) -> None:
-        """Push item and robot by the friction of the next step.
+        """Apply the friction of the next step to item and robot.
 
         Args:
             item: Name of the item whose face is under the lip.
@@ -49,17 +49,17 @@ class LipFriction:
         mass, h = self._engine.mass(item), self._engine.time_step
         stiffness = min(STIFFNESS, ELASTICITY * mass / h**2)
         limit = FRICTION * normal_force
-        stretch = stiffness * self._displacement(item, tip, axis)
-        excess = length(stretch) - limit
+        pull = stiffness * self._displacement(item, tip, axis)
+        excess = length(pull) - limit
         if excess > 0.0:
-            self._p_item_anchor -= self._in_item(item, excess / stiffness * stretch / length(stretch))
-            stretch *= limit / length(stretch)
+            self._p_item_anchor -= self._in_item(item, excess / stiffness * pull / length(pull))
+            pull *= limit / length(pull)
         velocity, _ = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
-        force = -stretch - DAMPING * mass / h * velocity
+        force = -pull - DAMPING * mass / h * velocity
         force *= min(1.0, limit / max(length(force), 1e-9))
         self._engine.wake(item)
-        self._engine.push(item, force, tip)
-        self._engine.push(self._robot, -force, tip, self._tool.last_link)
+        self._engine.apply_force(item, force, tip)
+        self._engine.apply_force(self._robot, -force, tip, self._tool.last_link)
 
     def _displacement(self, item: str, tip: Array, axis: Array) -> Array:
         """Return how far the item's point has moved along the face since the lip stuck to it, (3,) m."""

@@ -7,7 +7,7 @@ import pytest
 
 from pickcli.geometry import Array
 from pickcli.simulation.bellows import FRICTION
-from pickcli.simulation.lip_friction import LipFriction
+from pickcli.simulation.cup_friction import CupFriction
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld
 
@@ -22,20 +22,20 @@ def on_ice(build_world: BuildWorld) -> World:
     return world
 
 
-def drag(world: World, friction: LipFriction, force: float, duration: float) -> list[float]:
+def drag(world: World, friction: CupFriction, force: float, duration: float) -> list[float]:
     """Displacement of the cube along the force in each step, m."""
     start = world.engine.pose("cube")[:3, 3]
     moved = []
     for _ in range(round(duration / world.time_step)):
-        world.engine.push("cube", force * ASIDE, world.engine.pose("cube")[:3, 3])
+        world.engine.apply_force("cube", force * ASIDE, world.engine.pose("cube")[:3, 3])
         friction.apply("cube", world.tip, NORMAL)
         world.step()
         moved.append(float((world.engine.pose("cube")[:3, 3] - start) @ ASIDE))
     return moved
 
 
-def lip(world: World) -> LipFriction:
-    return LipFriction(world.engine, "robot", world.robot.tool)
+def lip(world: World) -> CupFriction:
+    return CupFriction(world.engine, "robot", world.robot.tool)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.9])
