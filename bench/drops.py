@@ -212,7 +212,7 @@ def _dropped(
     for n, tip in enumerate(release.tips):
         at = (engine.pose(target.id) @ T_item_tip)[:3, 3]
         if (spring := release.pressed - float((at - tip[:3, 3]) @ tip[:3, 2])) > 0.0:  # the bellows push
-            engine.push(target.id, cell.robot.tool.cup.stiffness * spring * tip[:3, 2], at)
+            engine.apply_force(target.id, cell.robot.tool.cup.stiffness * spring * tip[:3, 2], at)
         engine.step()
         if n % LOOK == 0:
             to_others = min(to_others, tool.distance(tip, _as_they_lie(engine, below)))

@@ -179,7 +179,7 @@ def _watch(meeting: Meeting, names: set[str], tips: list[Array], world: World) -
     if meeting.kind is Kind.ARM:
         middle = world.engine.pose(INTRUDER)[:3, 3]
         world.engine.keep_awake(INTRUDER, on=True)
-        world.engine.push(INTRUDER, np.array([0.0, 0.0, 9.81 * world.engine.mass(INTRUDER)]), middle)
+        world.engine.apply_force(INTRUDER, np.array([0.0, 0.0, 9.81 * world.engine.mass(INTRUDER)]), middle)
     points = world.engine.contact_points(ROBOT)
     points += world.engine.contact_points(world.held) if world.held is not None else []
     force = sum(t.force for t in points if {t.a, t.b} & names - world.planned.touching)

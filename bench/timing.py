@@ -5,7 +5,7 @@
 Paths: coarse (5 random configurations), insert (60 dense ones along a curve, as inverse kinematics gives
 them) and pick (coarse, then dense: 62 waypoints). Printed per kind, over several seeds: median milliseconds
 of a run, seconds of motion, the ratio to the time-optimal motion along the same curve without jerk limits,
-and the last stretch of time. Then the tracker's microseconds per update and a protective stop's milliseconds.
+and the last scaling of time. Then the tracker's microseconds per update and a protective stop's milliseconds.
 """
 
 from __future__ import annotations
@@ -70,16 +70,16 @@ def measure(make: Callable[[np.random.Generator], list[PathSegment]]) -> tuple[A
         whole = np.array([0.0, run.curve.length])
         bounds = path_bounds(run.curve, LIMITS, whole, np.ones(1), np.array([np.inf]), None)
         fastest = parametrize(bounds.grid(run.curve, 1.0, np.inf, 0.0)).duration
-        rows.append((took * 1e3, run.trajectory.duration, run.trajectory.duration / fastest, run.stretch))
+        rows.append((took * 1e3, run.trajectory.duration, run.trajectory.duration / fastest, run.time_scale))
         runs.append(run)
     return np.median(rows, axis=0), runs
 
 
 def main() -> None:
-    print(f"{'kind':8} {'ms':>7} {'motion s':>9} {'/ no jerk':>9} {'stretch':>8}")
+    print(f"{'kind':8} {'ms':>7} {'motion s':>9} {'/ no jerk':>9} {'scale':>8}")
     for make in (coarse, insert, pick):
-        (took, lasts, ratio, stretch), runs = measure(make)
-        print(f"{make.__name__:8} {took:7.1f} {lasts:9.2f} {ratio:9.3f} {stretch:8.4f}")
+        (took, lasts, ratio, scale), runs = measure(make)
+        print(f"{make.__name__:8} {took:7.1f} {lasts:9.2f} {ratio:9.3f} {scale:8.4f}")
     trajectory = runs[0].trajectory
     tracker = EventTracker(trajectory, (), ())
     states = trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3))

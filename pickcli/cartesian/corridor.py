@@ -1,4 +1,4 @@
-"""Corridors: straight pushes that take an item out of its bin, independent of the grasp.
+"""Corridors: straight lines that take an item out of its bin, independent of the grasp.
 
 They are found once per pick, before any grasp is tried: a buried item fails here, with the neighbour that
 blocks it, and otherwise all grasps follow the same few corridors.
@@ -32,14 +32,14 @@ ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis, tried to 
 
 @dataclass(frozen=True, eq=False)
 class Corridor:
-    """Displacements (6,) of the item at the ends of first stretch, lift, and each push of the retreat.
+    """Displacements (6,) of the item at the ends of first stretch, lift, and each line of the retreat.
 
     Each has m along the entry's axes, and rad about the entry's z, then its y, then its x axis.
 
     Attributes:
         first_stretch: (6,) at the end of the first stretch, in which item and support may touch.
         lift: (6,) at the end of the lift.
-        retreat: At least one (6,), at the end of each push of the retreat.
+        retreat: At least one (6,), at the end of each line of the retreat.
     """
 
     first_stretch: Array
@@ -54,7 +54,7 @@ class LiftPoses:
     Attributes:
         first_stretch: (4, 4) at the end of the first stretch, in which item and support may touch.
         lift: (4, 4) at the end of the lift.
-        retreat: At least one (4, 4), at the end of each push of the retreat.
+        retreat: At least one (4, 4), at the end of each line of the retreat.
     """
 
     first_stretch: Array
@@ -66,7 +66,7 @@ class LiftPoses:
         """Name the tool poses along a corridor.
 
         Args:
-            poses: (K, 4, 4) poses in the world, in the order of ``pushes``.
+            poses: (K, 4, 4) poses in the world, in the order of ``corridor_transforms``.
 
         Returns:
             The poses by name.
@@ -75,7 +75,7 @@ class LiftPoses:
         return cls(first_stretch, lift, tuple(retreat))
 
 
-def pushes(corridor: Corridor, T_world_entry: Array, about: Array) -> Array:
+def corridor_transforms(corridor: Corridor, T_world_entry: Array, about: Array) -> Array:
     """Return the displacements of a corridor as transforms of everything that moves with the item.
 
     Args:
@@ -85,7 +85,7 @@ def pushes(corridor: Corridor, T_world_entry: Array, about: Array) -> Array:
 
     Returns:
         (K, 4, 4) transforms, to be multiplied from the left with a pose in the world: to the end of the first
-        stretch, of the lift, and of each push of the retreat.
+        stretch, of the lift, and of each line of the retreat.
     """
     R = T_world_entry[:3, :3]
     displacements = np.stack([corridor.first_stretch, corridor.lift, *corridor.retreat])
@@ -205,10 +205,10 @@ def _rolls(place: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[
         shape: Shape of the item, enlarged by its uncertainty.
         flattest: rad, the pitch with which the item is lowest, which is tried as well.
     """
-    room = np.array([place.access.width, place.access.height]) - 2 * LEAST_LIP_DISTANCE
+    mouth = np.array([place.access.width, place.access.height]) - 2 * LEAST_LIP_DISTANCE
 
     def fits(pitch: float, roll: float) -> bool:
-        return bool((2 * shape.reach(_turned(0.0, pitch, roll) @ R)[1:] <= room).all())
+        return bool((2 * shape.reach(_turned(0.0, pitch, roll) @ R)[1:] <= mouth).all())
 
     if fits(0.0, 0.0):
         return []
@@ -219,11 +219,11 @@ def _rolls(place: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[
     return [(0.0, pitch, side * float(roll)) for pitch, roll, side in least if roll is not None]
 
 
-def _is_tighter(halves: list[float], room: float) -> bool:
+def _is_tighter(halves: list[float], mouth: float) -> bool:
     """Whether the best turn is a relevant gain: half extents over turns, the one in the middle without."""
     return (
         halves[len(halves) // 2] - min(halves) > 0.003
-        and room - 2 * halves[len(halves) // 2] < TIGHT_MOUTH_PLAY
+        and mouth - 2 * halves[len(halves) // 2] < TIGHT_MOUTH_PLAY
     )
 
 
@@ -245,10 +245,10 @@ def _options(
         first: m, length of the first stretch.
         half_width: m, of the item without turns.
     """
-    spare = np.array([place.access.width, place.access.height]) - (high - low)[1:]
-    if spare.min() < 2 * LEAST_LIP_DISTANCE:
+    play = np.array([place.access.width, place.access.height]) - (high - low)[1:]
+    if play.min() < 2 * LEAST_LIP_DISTANCE:
         return _too_large(place.access, low, high)
-    side, above = np.minimum(LIP_DISTANCE, spare / 2)
+    side, above = np.minimum(LIP_DISTANCE, play / 2)
     half = place.access.width / 2 - side
     least = float(np.clip(0.0, -half - low[1], half - high[1]))
     heights = _heights(max(above - low[2], LEAST_LIFT), place.access.height - above - high[2])
@@ -274,10 +274,10 @@ def _straight_up(access: Access, low: Array, high: Array, first: float) -> list[
         first: m, length of the first stretch.
     """
     size = np.array([access.width, access.height])
-    spare = size - (high - low)[1:]
-    if spare.min() < 2 * LEAST_LIP_DISTANCE:
+    play = size - (high - low)[1:]
+    if play.min() < 2 * LEAST_LIP_DISTANCE:
         return _too_large(access, low, high)
-    side = np.minimum(LIP_DISTANCE, spare / 2)
+    side = np.minimum(LIP_DISTANCE, play / 2)
     lowest = np.array([-access.width / 2, 0.0]) + side - low[1:]
     highest = np.array([access.width / 2, access.height]) - side - high[1:]
     least = np.clip(0.0, lowest, highest)

@@ -34,7 +34,7 @@ def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
     return min(off + PRESS, MOST_OF_STROKE * tool.cup.stroke, most)
 
 
-def farthest_push(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
+def max_press_depth(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
     """Return how far the cup goes beyond the surface if the item is as near as its pose error allows.
 
     Args:

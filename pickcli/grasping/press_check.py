@@ -28,7 +28,7 @@ import numpy as np
 from pickcli.cell.tool import Tool
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import GRAVITY, Array
-from pickcli.grasping.cup_press import farthest_push, overtravel
+from pickcli.grasping.cup_press import max_press_depth, overtravel
 from pickcli.motion.plan import Grasp
 
 EDGE_TOLERANCE = 1e-3  # m that a press from above stays within the edge of the support
@@ -81,7 +81,7 @@ class _Press:
         balance: rad that the item may turn at least until its centre is over the edge.
         inertia: kg m2 of the item about the edge, per kg of the item.
         weight: N, smallest weight of the item.
-        push: m that the cup goes beyond the face at most.
+        press_depth: m that the cup goes beyond the face at most.
         stiffness: N/m of the bellows.
     """
 
@@ -91,13 +91,13 @@ class _Press:
     balance: float
     inertia: float
     weight: float
-    push: float
+    press_depth: float
     stiffness: float
 
     @property
     def tilt(self) -> float:
         """Angle in rad at which the item rests on the bellows; infinite if there is none."""
-        turning = self.push - self.weight * self.inside / (self.arm * self.stiffness)
+        turning = self.press_depth - self.weight * self.inside / (self.arm * self.stiffness)
         if turning <= 0.0:
             return 0.0
         per_turn = self.arm - self.weight * self.below / (self.stiffness * self.arm)
@@ -110,7 +110,7 @@ class _Press:
             return 0.0
         upright = np.arctan2(self.inside, self.below)
         heights = np.hypot(self.inside, self.below) * np.cos(upright - np.array([self.tilt, self.balance]))
-        helped = self.stiffness * max(0.0, self.push - self.arm * self.tilt) ** 2 / (2.0 * self.weight)
+        helped = self.stiffness * max(0.0, self.press_depth - self.arm * self.tilt) ** 2 / (2.0 * self.weight)
         lift = max(0.0, float(heights[1] - heights[0]) - helped)
         return self.arm / REBOUND * float(np.sqrt(2.0 * GRAVITY * lift / self.inertia))
 
@@ -167,8 +167,8 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     axis = T[:3, :3].T @ (-y, x, 0.0)
     inertia = float(axis @ target.item.shape.inertia_per_mass @ axis) + b**2 + z**2
     balance = max(0.0, float(np.arctan2(b, z)) - noise.angle)
-    weight, push = target.item.lightest * GRAVITY, farthest_push(grasp, tool, noise)
-    return _Press(b, z, float(arms[first]), balance, inertia, weight, push, tool.cup.stiffness)
+    weight, press_depth = target.item.lightest * GRAVITY, max_press_depth(grasp, tool, noise)
+    return _Press(b, z, float(arms[first]), balance, inertia, weight, press_depth, tool.cup.stiffness)
 
 
 @lru_cache(maxsize=8)  # by identity: asked for every grasp of a pick

@@ -90,11 +90,11 @@ def into(outward: Array) -> Array:
 def _flat(name: str, outward: Array, low: Array, high: Array, inset: float) -> Face | None:
     """Return the part of a rectangle (corners (3,), normal ``outward``) ``inset`` inside its edges."""
     centre, R = (low + high) / 2, into(outward)
-    room = np.abs(R[:, :2].T) @ (high - low) / 2 - inset  # along the tool's x and y axes
-    if float(room.min()) < 0.0:
+    half_range = np.abs(R[:, :2].T) @ (high - low) / 2 - inset  # along the tool's x and y axes
+    if float(half_range.min()) < 0.0:
         return None
     bounds = np.zeros((6, 2))
-    bounds[:2] = np.stack([-room, room], axis=1)
+    bounds[:2] = np.stack([-half_range, half_range], axis=1)
     return Face(name, TaskSpaceRegion(pose(centre, R=R), np.eye(4), bounds))
 
 

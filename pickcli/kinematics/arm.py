@@ -297,8 +297,8 @@ class Arm:
         if end is FollowEnd.OFF_LINE:
             detail = f"{off.position * 1e3:.1f} mm and {np.rad2deg(off.angle):.1f} degrees off {detail}"
         elif end is FollowEnd.LIMIT:
-            room = np.minimum(q - self.limits.lower, self.limits.upper - q)
-            j = int(np.argmin(room / self.max_step))
+            to_limit = np.minimum(q - self.limits.lower, self.limits.upper - q)
+            j = int(np.argmin(to_limit / self.max_step))
             detail = f"{self.names[j]} at {q[j]:.3f} {detail}"
         elif end is FollowEnd.JOINT_STEP:
             detail = f"a joint would step over {MAX_STEP_REVOLUTE} rad or {MAX_STEP_PRISMATIC} m {detail}"

@@ -48,19 +48,19 @@ def plan_move(
     began = time.perf_counter()
     mode = Mode(start.tool_state)
     checker = context.checker_for(scene, mode)
-    asked = f"{label} with the tool {start.tool_state}"
+    query = f"{label} with the tool {start.tool_state}"
     if not checker.is_valid(q_goal):
-        raise NoPlanError(asked, [checker.explain(q_goal).at("goal")])
+        raise NoPlanError(query, [checker.explain(q_goal).at("goal")])
     goals = ways_round(context.arm.limits, q_goal, start.q)
     coarse = plan_coarse(
         context, checker, start.q, goals, [0.0] * len(goals), derived_seed(seed, label), "move"
     )
     if isinstance(coarse, Failures):
-        raise NoPlanError(asked, coarse)
+        raise NoPlanError(query, coarse)
     if recorder is not None:
         recorder.record(coarse.experience)
     plan = stitch_run(context, scene, [coarse.segment(SegmentKind.TRANSIT, mode)], label, seed)
     if isinstance(plan, Failures):
-        raise NoPlanError(asked, plan)
+        raise NoPlanError(query, plan)
     plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))
     return plan

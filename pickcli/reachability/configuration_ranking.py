@@ -91,9 +91,9 @@ class ConfigurationRanking:
             for T in self._poses.in_front(rng, settings.n_places)
         ]
         Q: Array = np.concatenate(solved).round(DECIMALS)
-        roomy = [q for q in Q if self._has_room(q)]
+        clear = [q for q in Q if self._is_clear(q)]
         tried = (self._waiting, self._close)
-        usable = next(filter(None, ([q for q in roomy if at.is_valid(q)] for at in tried)), [])
+        usable = next(filter(None, ([q for q in clear if at.is_valid(q)] for at in tried)), [])
         if not usable:
             kept = " and then ".join(dict.fromkeys(f"{1e3 * at.margin:g}" for at in tried))
             what = f"a configuration in front of {self.bin_name}"
@@ -146,9 +146,9 @@ class ConfigurationRanking:
         if not len(Q):
             return [Reason("no IK solution", self.bin_name, "no place in front of it is within reach")]
         tight = Reason("joint limit", self.bin_name, f"nearer than {self.settings.margin:.0%} of a range")
-        return [self._close.explain(q) if self._has_room(q) else tight for q in Q]
+        return [self._close.explain(q) if self._is_clear(q) else tight for q in Q]
 
-    def _has_room(self, q: Array) -> bool:
+    def _is_clear(self, q: Array) -> bool:
         return self._margin(q) >= self.settings.margin
 
     def _rng(self, what: str) -> np.random.Generator:

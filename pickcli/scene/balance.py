@@ -41,7 +41,7 @@ LEVER = 5e-4  # m, of rounded poses of settled items
 WEIGHT_TOLERANCE = 0.03
 N_TILTS = 8  # number of directions in which the world is tilted
 _UP = np.array([0.0, 0.0, 1.0])
-_NO_PUSH = np.zeros((6, 1))  # for a body without contacts
+_NO_FORCE = np.zeros((6, 1))  # for a body without contacts
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,7 +227,7 @@ class Balance:
         left = [c for c in self.graph.touching[name] if c.b not in gone and not c.flipped.carries]
         centre = self.graph.items[name].T_world_item[:3, 3]
         return np.concatenate(
-            [_NO_PUSH, *(friction_cones(self._patch(c) - centre, -c.normal) for c in left)], axis=1
+            [_NO_FORCE, *(friction_cones(self._patch(c) - centre, -c.normal) for c in left)], axis=1
         )
 
     def _touched(self, name: str, gone: frozenset[str], friction: float = FRICTION) -> Array:
@@ -236,7 +236,7 @@ class Balance:
         centre = self.graph.items[name].T_world_item[:3, 3]
         return np.concatenate(
             [
-                _NO_PUSH,
+                _NO_FORCE,
                 *(friction_cones(self._found_patch(c, 0.0) - centre, -c.normal, friction) for c in left),
             ],
             axis=1,
@@ -262,7 +262,7 @@ class Balance:
         """
         mine = self.graph.items[name]
         centre, borne = mine.T_world_item[:3, 3], np.concatenate([_UP, np.zeros(3)])
-        presses, limits = [_NO_PUSH[:, :0]], list[tuple[int, float]]()
+        presses, limits = [_NO_FORCE[:, :0]], list[tuple[int, float]]()
         for contact in self.graph.touching[name]:
             if contact.b not in self.graph.items or contact.b in lifted or not contact.flipped.carries:
                 continue

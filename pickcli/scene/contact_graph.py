@@ -112,11 +112,11 @@ class ContactGraph:
         is_here = [name not in self.items or self.items[name].location == where for name in solids.names]
         apart = np.linalg.norm(solids.T[:, :3, 3] - solids.T[k, :3, 3], axis=1)
         balls = np.linalg.norm(solids.half, axis=1) + solids.bound
-        asked = np.array([name in also for name in solids.names])
-        b = np.flatnonzero(asked | (np.array(is_here) & (apart <= balls + balls[k] + reach)))
+        is_requested = np.array([name in also for name in solids.names])
+        b = np.flatnonzero(is_requested | (np.array(is_here) & (apart <= balls + balls[k] + reach)))
         b = b[b != k]
         found = gaps(solids, np.full(len(b), k), b)
-        close = np.flatnonzero(asked[b] | (found.width < reach + solids.bound[k] + solids.bound[b]))
+        close = np.flatnonzero(is_requested[b] | (found.width < reach + solids.bound[k] + solids.bound[b]))
         return tuple(
             SolidContact(item_id, solids.names[b[i]], float(found.width[i]), found.normal[i]) for i in close
         )

@@ -58,9 +58,9 @@ def _at_walls(cell_bin: Place, boxes: BoxArrays) -> Array:
     """Cost (..., N) of boxes close to the edges of the mouth and to the back."""
     half = cell_bin.access.width / 2
     gaps = (boxes.low[..., 1] + half, half - boxes.high[..., 1], cell_bin.room.depth - boxes.high[..., 0])
-    return np.asarray(CONTACT_COST * sum(_shortfall(room, FINGER) for room in gaps))
+    return np.asarray(CONTACT_COST * sum(_shortfall(width, FINGER) for width in gaps))
 
 
-def _shortfall(room: Array, enough: float) -> Array:
-    """Relative lack of room, 0 to 1."""
-    return np.clip(1.0 - room / enough, 0.0, 1.0)
+def _shortfall(width: Array, enough: float) -> Array:
+    """Relative lack of width, 0 to 1."""
+    return np.clip(1.0 - width / enough, 0.0, 1.0)

@@ -157,13 +157,13 @@ def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
     for item in items:
         if sizes := inside.too_small_for(item.shape.extents):
             return f"{bin_name}: {item.name} fits in no way: it has {sizes}; take it out of there"
-    room = 1e3 * inside.volume
+    volume_inside = 1e3 * inside.volume
     volume = 1e3 * sum(item.shape.volume for item in items)
-    if volume <= room and len(items) <= MAX_ITEMS:
+    if volume <= volume_inside and len(items) <= MAX_ITEMS:
         return ""
     count = f"its {len(items)} items are more than are laid out in one place, {MAX_ITEMS}"
-    if volume > room:
-        count = f"its {len(items)} items take {volume:.0f} litres, the place has {room:.0f}"
+    if volume > volume_inside:
+        count = f"its {len(items)} items take {volume:.0f} litres, the place has {volume_inside:.0f}"
     return f"{bin_name}: {count}; put fewer items there"
 
 

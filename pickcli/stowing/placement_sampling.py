@@ -114,12 +114,12 @@ def from_corner(cell_bin: Place, boxes: BoxArrays) -> Array:
     Returns:
         (...) m.
     """
-    lower, upper = _room(cell_bin)
+    lower, upper = _room_of_centres(cell_bin)
     to_side = np.minimum(boxes.low[..., 1] - lower[1], upper[1] - boxes.high[..., 1])
     return np.asarray(upper[0] - boxes.high[..., 0] + to_side)
 
 
-def _room(cell_bin: Place) -> tuple[Array, Array]:
+def _room_of_centres(cell_bin: Place) -> tuple[Array, Array]:
     """Lower and upper (x, y) of the usable part of a bin, bin frame, m."""
     low, high = cell_bin.room.y_range
     return np.array([FRONT, low]), np.array([cell_bin.room.depth, high])
@@ -130,7 +130,7 @@ def _middles(
 ) -> Array:
     """Centres (N, 2) of bases: anywhere, or at a gap from a wall or another item."""
     n, m = there.low.shape[:2]
-    lower, upper = _room(cell_bin)
+    lower, upper = _room_of_centres(cell_bin)
     anywhere = lower + half + rng.random((n, 2)) * (upper - lower - 2 * half)
     # Edges of walls and neighbours: near side plus the gap, far side minus it.
     edges = np.concatenate(
@@ -174,7 +174,7 @@ def _carried(middle: Array, half: Array, there: BoxArrays, carries: Bools) -> Ar
 
 
 def _is_inside(cell_bin: Place, boxes: BoxArrays) -> Bools:
-    lower, upper = _room(cell_bin)
+    lower, upper = _room_of_centres(cell_bin)
     is_below = boxes.high[:, 2] <= cell_bin.room.ceiling_back - CEILING_GAP
     is_short = (boxes.low[:, 0] >= lower[0]) & (boxes.high[:, 0] <= upper[0] - GAPS[0])
     is_narrow = (boxes.low[:, 1] >= lower[1] + GAPS[0]) & (boxes.high[:, 1] <= upper[1] - GAPS[0])
@@ -196,7 +196,7 @@ def _can_be_raised(cell_bin: Place, item: Item, height: Array) -> Bools:
 
 def _is_leaning(cell_bin: Place, boxes: BoxArrays, is_across: Bools) -> Bools:
     """Whether there is a wall next to the thin side, or behind it if the item is across."""
-    lower, upper = _room(cell_bin)
+    lower, upper = _room_of_centres(cell_bin)
     to_side = np.minimum(boxes.low[:, 1] - lower[1], upper[1] - boxes.high[:, 1])
     return np.asarray(np.where(is_across, upper[0] - boxes.high[:, 0], to_side) <= MAX_LEAN_DISTANCE)
 

@@ -143,7 +143,7 @@ class BlendedPath:
         """
         return self._kernel.evaluate(np.atleast_1d(np.asarray(s, dtype=np.float64)), highest)
 
-    def needed_stretch(self, law: TimeLaw, limits: Limits, scale: Array) -> Array:
+    def needed_time_scale(self, law: TimeLaw, limits: Limits, scale: Array) -> Array:
         """Return the factor of time at which a motion along the path keeps its limits, between points.
 
         Args:
@@ -247,8 +247,8 @@ def smoothed(curve: BlendedPath, allowed: Array, wanted: Array) -> BlendedPath:
     fixed = np.concatenate([[True], wanted[1:-1] <= 0.0, [True]])  # no blend extends over ends and stops
     walls, free = curve.corner_s[fixed], curve.corner_s[~fixed]
     i = np.searchsorted(walls, free)
-    room = np.minimum(free - walls[i - 1], walls[i] - free)
-    half[~fixed] = np.minimum(wanted[~fixed] / (DEPTH * turn[~fixed]), room)
+    available = np.minimum(free - walls[i - 1], walls[i] - free)
+    half[~fixed] = np.minimum(wanted[~fixed] / (DEPTH * turn[~fixed]), available)
     return _shrunk(replace(curve, half_lengths=half), allowed)
 
 
@@ -273,8 +273,8 @@ def _shrunk(curve: BlendedPath, allowed: Array, n_rounds: int = 8) -> BlendedPat
 def _intervals(curve: BlendedPath, allowed: Array) -> tuple[Array, Array, Array]:
     """Return intervals on which the curve may leave the polyline: start, end and tolerance."""
     middles = (curve.waypoint_s[1:] + curve.waypoint_s[:-1]) / 2
-    marks = distinct(np.concatenate([curve.knots, curve.corner_s, middles]))
-    start, end = marks[:-1], marks[1:]
+    cuts = distinct(np.concatenate([curve.knots, curve.corner_s, middles]))
+    start, end = cuts[:-1], cuts[1:]
     bent = ~curve.is_line(start, end)
     start, end = start[bent], end[bent]
     nearest = np.searchsorted(middles, (start + end) / 2)

@@ -39,7 +39,7 @@ class TimeLaw:
         """Duration from rest to rest, s."""
         return float(self.t[-1])
 
-    def stretched(self, factor: float) -> TimeLaw:
+    def time_scaled(self, factor: float) -> TimeLaw:
         """Return the time law with its time stretched.
 
         Args:

@@ -52,7 +52,7 @@ class LimitReport:
     jerk: PeakRatio
 
     @property
-    def stretch(self) -> float:
+    def time_scale(self) -> float:
         """Factor of time that brings every ratio to 1 or below; below 1 the motion could be faster."""
         return float(max(self.velocity.ratio, self.acceleration.ratio**0.5, self.jerk.ratio ** (1 / 3)))
 

@@ -49,7 +49,7 @@ class PathConstraint(Protocol):
         """
         ...
 
-    def stretch(self, q: Array, velocity: Array, acceleration: Array) -> Array:
+    def time_scale(self, q: Array, velocity: Array, acceleration: Array) -> Array:
         """Return the factor of time at which states of a motion keep the exact constraint.
 
         Args:

@@ -101,8 +101,8 @@ class PathBounds:
             The grid.
         """
         even = np.arange(0.0, curve.length, PLANE_STEP) if self.constraint else np.empty(0)
-        marks = np.concatenate([self.edges, self.table_s, even])
-        s = distinct(np.concatenate([curve.knots, marks[(marks > 0.0) & (marks < curve.length)]]))
+        nodes = np.concatenate([self.edges, self.table_s, even])
+        s = distinct(np.concatenate([curve.knots, nodes[(nodes > 0.0) & (nodes < curve.length)]]))
         q, dq, ddq, dddq = curve.evaluate_all(s)
         here, between = self.lowest(self.scales, s, s), self.lowest(self.scales, s[:-1], s[1:])
         speed = self._speed(s, dq, here)

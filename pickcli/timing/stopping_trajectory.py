@@ -24,7 +24,7 @@ from pickcli.timing.limit_check import TOLERANCE, measure_limits
 
 _STEP = 0.008  # s between points, at most
 _TOO_CLOSE = 5e-4  # s: points nearer than this are one
-_HOPELESS = 1.5  # stretch beyond which no exact value is computed
+_HOPELESS = 1.5  # time scale beyond which no exact value is computed
 _SLOWEST = 0.02  # s: ratio of velocity to acceleration limit below which a joint counts as at rest
 _RATES = 0.65 ** np.arange(9)  # of the fastest change of tau' that the limits could ever allow
 _WAITS = np.concatenate([np.arange(0.0, 0.2, 0.01), np.arange(0.2, 0.8, 0.03)])  # s until braking begins
@@ -75,7 +75,9 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory
             law = _law(begin, 1.0, 0.0, rate, limits, trajectory)
             if begin + law.t[-1] >= best.trajectory.duration:
                 break  # lower rates take longer still
-            if _stretch(trajectory, law, limits) <= 1.0 + TOLERANCE / 3:  # jerk scales with the cube
+            if (
+                _needed_time_scale(trajectory, law, limits) <= 1.0 + TOLERANCE / 3
+            ):  # jerk scales with the cube
                 best = StoppedTrajectory(_driven(trajectory, law, with_start=True), float(law.tau[-1]))
                 break
     return best
@@ -102,25 +104,27 @@ def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajecto
     best_duration, best = np.inf, None
     for rate in _fastest_rate(trajectory, path_time, limits) * _RATES:
         law = _law(path_time, 0.0, 1.0, rate, limits, trajectory)
-        duration = (law.t[-1] + left - (law.tau[-1] - path_time)) * _stretch(trajectory, law, limits)
+        duration = (law.t[-1] + left - (law.tau[-1] - path_time)) * _needed_time_scale(
+            trajectory, law, limits
+        )
         if duration < best_duration:
             best_duration, best = duration, law
     if best is None:
         raise LimitError(f"no resume at {path_time:.3f} s: the trajectory is not finite there")
     candidate = _driven(trajectory, best, with_start=False)
-    return _stretched(candidate, max(measure_limits(candidate, limits).stretch, 1.0))
+    return _time_scaled(candidate, max(measure_limits(candidate, limits).time_scale, 1.0))
 
 
-def _stretch(trajectory: Trajectory, law: _TimeLaw, limits: Limits) -> float:
+def _needed_time_scale(trajectory: Trajectory, law: _TimeLaw, limits: Limits) -> float:
     """Return the factor of time, at least 1, at which the part driven by the law keeps the limits."""
     t, q, v, a = _law_rows(trajectory, law)
     at_points = float(np.sqrt((np.abs(a) / limits.acceleration).max()))
     if not at_points <= _HOPELESS:
         return at_points
-    return max(measure_limits(Trajectory(trajectory.joint_names, t, q, v, a), limits).stretch, 1.0)
+    return max(measure_limits(Trajectory(trajectory.joint_names, t, q, v, a), limits).time_scale, 1.0)
 
 
-def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
+def _time_scaled(trajectory: Trajectory, factor: float) -> Trajectory:
     return Trajectory(
         trajectory.joint_names,
         trajectory.times * factor,
@@ -170,12 +174,12 @@ def _along(start: Array, ends: Array, t: Array) -> tuple[Array, Array, Array]:
 def _points(t: Array, tau: Array, ends: Array, knots: Array) -> Array:
     """Return times for trajectory points: the knots of law and trajectory, and evenly in between."""
     crossed = np.interp(knots[(knots > tau[0]) & (knots < tau[-1])], tau, t)
-    marks = np.sort(np.concatenate([[0.0, t[-1]], ends[ends < t[-1]], crossed]))
-    marks = marks[np.concatenate([[True], np.diff(marks) > _TOO_CLOSE])]
-    marks[-1] = t[-1]
-    counts = np.ceil(np.diff(marks) / _STEP - 1e-9).astype(int)
+    times = np.sort(np.concatenate([[0.0, t[-1]], ends[ends < t[-1]], crossed]))
+    times = times[np.concatenate([[True], np.diff(times) > _TOO_CLOSE])]
+    times[-1] = t[-1]
+    counts = np.ceil(np.diff(times) / _STEP - 1e-9).astype(int)
     pieces = [
-        np.linspace(a, b, n, endpoint=False) for a, b, n in zip(marks[:-1], marks[1:], counts, strict=True)
+        np.linspace(a, b, n, endpoint=False) for a, b, n in zip(times[:-1], times[1:], counts, strict=True)
     ]
     return np.concatenate([*pieces, t[-1:]])
 

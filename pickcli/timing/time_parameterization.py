@@ -3,7 +3,7 @@
 1. TOPP-RA under velocity and acceleration limits, with the path's own jerk capped;
 2. s(t) smoothed over a window (``smooth``), which bounds the jerk of the switches;
 3. where the result breaks a limit, by a factor r of time, the limits are lowered and steps 1 and 2 repeated;
-4. the excess after a few rounds, a percent or so, is removed by stretching time.
+4. the excess after a few rounds, a percent or so, is removed by scaling time.
 
 The result is a pure function of path and limits.
 """
@@ -25,7 +25,7 @@ _WIDE_WINDOW = 1.55  # times the ramp: a window that leaves half of the jerk for
 _SHORT_MOTION = 20.0  # ramps: in a motion shorter than this, a wide window may cost more time than it saves
 _ROUNDS = 4  # for every window
 _SLOWER = 2.0  # at most, from one round to the next
-_GOOD_EXCESS = 1.003  # stretch below which no further round is made
+_GOOD_EXCESS = 1.003  # time scale below which no further round is made
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,16 +34,16 @@ class TimedPath:
 
     Attributes:
         law: The time law.
-        stretch: Factor of time, at least 1.
+        time_scale: Factor of time, at least 1.
     """
 
     law: TimeLaw
-    stretch: float
+    time_scale: float
 
     @property
     def duration(self) -> float:
-        """Duration after stretching, s."""
-        return self.law.duration * self.stretch
+        """Duration after scaling time, s."""
+        return self.law.duration * self.time_scale
 
 
 def retime(curve: BlendedPath, bounds: PathBounds, step: float) -> TimedPath:
@@ -52,10 +52,10 @@ def retime(curve: BlendedPath, bounds: PathBounds, step: float) -> TimedPath:
     Args:
         curve: The blended path, longer than 0.
         bounds: Limits along the path.
-        step: s of the time grid before stretching, at most; the ramp of an acceleration is a multiple of it.
+        step: s of the time grid before scaling, at most; the ramp of an acceleration is a multiple of it.
 
     Returns:
-        The time law and its stretch.
+        The time law and its time scale.
     """
     ramp = float((bounds.limits.acceleration / bounds.limits.jerk).max())
     step = ramp / np.ceil(ramp / step - 1e-9)
@@ -63,7 +63,7 @@ def retime(curve: BlendedPath, bounds: PathBounds, step: float) -> TimedPath:
     for window in _windows(curve, bounds, ramp):
         found = _timed(curve, bounds, step, max(round(window / step), 1), window / ramp)
         best = found if best is None or found.duration < best.duration else best
-        if best.stretch == 1.0:
+        if best.time_scale == 1.0:
             break  # no limit is broken: a wider window would only last longer
     assert best is not None
     return best
@@ -95,17 +95,17 @@ def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, s
     for _ in range(_ROUNDS):
         profile = parametrize(grid)
         law = smooth(profile, step, n_window)
-        ratios = needed_stretch(curve, bounds, law)
+        ratios = needed_time_scale(curve, bounds, law)
         timed = TimedPath(law, float(ratios.max()))
         best = timed if best is None or timed.duration < best.duration else best
-        if timed.stretch <= _GOOD_EXCESS:
+        if timed.time_scale <= _GOOD_EXCESS:
             break
         grid = _lowered(grid, profile, ratios, step, n_window)
     assert best is not None
     return best
 
 
-def needed_stretch(curve: BlendedPath, bounds: PathBounds, law: TimeLaw) -> Array:
+def needed_time_scale(curve: BlendedPath, bounds: PathBounds, law: TimeLaw) -> Array:
     """Return the factor of time at which the quintics of each cell of a time law keep all limits.
 
     Args:
@@ -117,7 +117,7 @@ def needed_stretch(curve: BlendedPath, bounds: PathBounds, law: TimeLaw) -> Arra
         (K - 1,) at least 1.
     """
     start, end = law.s[:-1], law.s[1:]
-    ratio = curve.needed_stretch(law, bounds.limits, bounds.lowest(bounds.scales, start, end))
+    ratio = curve.needed_time_scale(law, bounds.limits, bounds.lowest(bounds.scales, start, end))
     if len(bounds.table_s):
         tool = bounds.tool_speed(law.s) * law.ds
         ratio = np.maximum(
@@ -126,7 +126,7 @@ def needed_stretch(curve: BlendedPath, bounds: PathBounds, law: TimeLaw) -> Arra
     if bounds.constraint is not None:
         trajectory = to_trajectory(curve, law)
         states = trajectory.positions, trajectory.velocities, trajectory.accelerations
-        needed = bounds.constraint.stretch(*states)
+        needed = bounds.constraint.time_scale(*states)
         ratio = np.maximum(ratio, np.minimum(np.maximum(needed[:-1], needed[1:]), _SLOWER))
     return np.asarray(ratio)
 
@@ -149,7 +149,7 @@ def to_trajectory(curve: BlendedPath, law: TimeLaw, names: tuple[str, ...] = ())
 
 
 def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: float, n_window: int) -> PathGrid:
-    """Lower the limits of the grid where the smoothed motion needs a stretch.
+    """Lower the limits of the grid where the smoothed motion needs more time.
 
     Smoothing mixes all points within a window, so a ratio applies to the window around it.
     """

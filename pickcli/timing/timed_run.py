@@ -23,8 +23,8 @@ from pickcli.timing.polyline_simplification import NOWHERE
 from pickcli.timing.time_parameterization import retime, to_trajectory
 from pickcli.timing.trajectory_chords import trajectory_chords
 
-STEP = 0.008  # s between trajectory points, before stretching
-MOST_STRETCH = 2.0  # of the whole motion, for a path constraint that is broken in one place
+STEP = 0.008  # s between trajectory points, before scaling time
+MAX_TIME_SCALE = 2.0  # of the whole motion, for a path constraint that is broken in one place
 CHECK_STEP = 1e-3  # s between the states at which a path constraint is checked
 
 
@@ -39,7 +39,7 @@ class TimedRun:
         piece_scales: (N - 1,) speed scale of each piece of the trajectory, for ``check_limits``.
         curve: The path that the trajectory follows.
         law: Time law along the path.
-        stretch: Factor by which time was stretched at the end to keep the limits strictly.
+        time_scale: Factor by which time was stretched at the end to keep the limits strictly.
         report: Ratios to the limits.
     """
 
@@ -48,7 +48,7 @@ class TimedRun:
     piece_scales: Array
     curve: BlendedPath
     law: TimeLaw
-    stretch: float
+    time_scale: float
     report: LimitReport
 
     @cached_property
@@ -93,18 +93,18 @@ def time_run(
     bounds = path_bounds(curve, limits, curve.waypoint_s[edges], scales, caps, jacobian_speed, constraint)
     if constraint is not None:
         _check_rest(curve, constraint)
-    law, stretch = _time_law(curve, bounds, step)
+    law, time_scale = _time_law(curve, bounds, step)
     if jacobian_speed is not None:
         excess = _tool_excess(curve, bounds, law, jacobian_speed)
-        law, stretch = law.stretched(excess), stretch * excess
+        law, time_scale = law.time_scaled(excess), time_scale * excess
     if constraint is not None:
         excess = _constraint_excess(to_trajectory(curve, law), constraint)
-        law, stretch = law.stretched(excess), stretch * excess
+        law, time_scale = law.time_scaled(excess), time_scale * excess
     trajectory = _exact_ends(to_trajectory(curve, law, joint_names), waypoints)
     piece_scales = bounds.lowest(scales, law.s[:-1], law.s[1:])
     report = check_limits(trajectory, limits, piece_scales)
     times = law.times_at(bounds.edges)
-    return TimedRun(trajectory, times, piece_scales, curve, law, stretch, report)
+    return TimedRun(trajectory, times, piece_scales, curve, law, time_scale, report)
 
 
 def _cap(limits: SegmentLimits) -> float:
@@ -132,17 +132,17 @@ def _stitched(segments: Sequence[PathSegment]) -> tuple[Array, Array, Array]:
 
 
 def _time_law(curve: BlendedPath, bounds: PathBounds, step: float) -> tuple[TimeLaw, float]:
-    """Compute the whole curve's law, with rests at its stops, and the largest stretch of its parts."""
+    """Compute the whole curve's law, with rests at its stops, and the largest time scale of its parts."""
     if curve.length <= NOWHERE:
         return standing(curve.length, step), 1.0
-    laws, start, stretch = [], 0.0, 1.0
+    laws, start, time_scale = [], 0.0, 1.0
     for part in curve.split():
         local = bounds.shifted(start)
         timed = retime(part, local, step)
-        laws.append(timed.law.stretched(timed.stretch).shifted(start))
-        stretch = max(stretch, timed.stretch)
+        laws.append(timed.law.time_scaled(timed.time_scale).shifted(start))
+        time_scale = max(time_scale, timed.time_scale)
         start += part.length
-    return join(laws), stretch
+    return join(laws), time_scale
 
 
 def _tool_excess(curve: BlendedPath, bounds: PathBounds, law: TimeLaw, tool_speed: ToolSpeed) -> float:
@@ -158,7 +158,7 @@ def _tool_excess(curve: BlendedPath, bounds: PathBounds, law: TimeLaw, tool_spee
 def _check_rest(curve: BlendedPath, constraint: PathConstraint) -> None:
     """Raise NoPlanError if not even rest keeps the constraint."""
     q = curve.evaluate(np.linspace(0.0, curve.length, int(np.ceil(curve.length / PLANE_STEP)) + 1))
-    needed = constraint.stretch(q, np.zeros_like(q), np.zeros_like(q))
+    needed = constraint.time_scale(q, np.zeros_like(q), np.zeros_like(q))
     if not np.isfinite(needed).all():
         share = f"{np.argmax(needed) / max(len(q) - 1, 1):.0%} of the way"
         raise NoPlanError("a timed path", [Reason("limit broken even at rest", share, str(constraint))])
@@ -167,9 +167,9 @@ def _check_rest(curve: BlendedPath, constraint: PathConstraint) -> None:
 def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> float:
     """Return the factor, at least 1, that slows the motion so that it keeps the constraint at every ms."""
     t = np.linspace(0.0, trajectory.duration, int(np.ceil(trajectory.duration / CHECK_STEP)) + 1)
-    needed = constraint.stretch(*trajectory.states(t))
+    needed = constraint.time_scale(*trajectory.states(t))
     worst = int(np.argmax(needed))
-    if needed[worst] > MOST_STRETCH:
+    if needed[worst] > MAX_TIME_SCALE:
         at = f"at {t[worst]:.3f} s of {trajectory.duration:.3f} s"
         how = f"{constraint}: the whole motion would have to be {needed[worst]:.3g} times slower"
         raise NoPlanError("a timed path", [Reason("limit broken nearly at rest", at, how)])

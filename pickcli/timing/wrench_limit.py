@@ -62,10 +62,10 @@ class WrenchLimit:
             The half-planes that keep the wrench within the limits.
         """
         plane = self._along_axis(self.body.path_wrench(self.arm.tip_motion(q, dq, ddq, self.tool_state)))
-        inside = (_inscribed(*self._slip(plane)), *(_inscribed(*of) for of in self._lip(plane)))
+        inside = (_inscribed(*self._slip(plane)), *(_inscribed(*of) for of in self._peel(plane)))
         return HalfPlanes(*(np.concatenate(columns, axis=1) for columns in zip(*inside, strict=True)))
 
-    def stretch(self, q: Array, velocity: Array, acceleration: Array) -> Array:
+    def time_scale(self, q: Array, velocity: Array, acceleration: Array) -> Array:
         """Return the factor of time at which the wrench keeps the exact limits (see ``PathConstraint``).
 
         The wrench in excess of that at rest falls with the square of time. The shares of it that keep the
@@ -115,15 +115,15 @@ class WrenchLimit:
         a, b, c = (np.concatenate([_dot(v, e1), _dot(v, e2)], axis=1) for v in (a, b, c))
         return (a, b, c), _constant(radius)
 
-    def _lip(self, plane: Plane) -> tuple[tuple[Plane, Plane], ...]:
-        """Return the lip, max(0, pull) / max_pull + |bending| / max_moment <= share, for pull and without."""
+    def _peel(self, plane: Plane) -> tuple[tuple[Plane, Plane], ...]:
+        """Return peeling, max(0, pull) / max_pull + |bending| / max_moment <= share, for pull and without."""
         a, b, c = (w[:, 3:5] / self.limits.max_moment / self.share for w in plane)
         by_u, by_x, at_rest = (w[:, 2:3] / self.limits.max_pull / self.share for w in plane)
-        room = np.maximum(1.0 + at_rest, MIN_SHARE)  # fz, which is minus the pull
-        if self.limits.bears_push:
-            return ((a, b, c), (by_u, by_x, room)), ((a, b, c), _constant(np.ones_like(room)))
-        pushed = np.maximum(1.0 - at_rest, MIN_SHARE)
-        return ((a, b, c), (by_u, by_x, room)), ((a, b, c), (-by_u, -by_x, pushed))
+        pull_left = np.maximum(1.0 + at_rest, MIN_SHARE)  # fz, which is minus the pull
+        if self.limits.bears_compression:
+            return ((a, b, c), (by_u, by_x, pull_left)), ((a, b, c), _constant(np.ones_like(pull_left)))
+        push_left = np.maximum(1.0 - at_rest, MIN_SHARE)
+        return ((a, b, c), (by_u, by_x, pull_left)), ((a, b, c), (-by_u, -by_x, push_left))
 
 
 def _inscribed(vector: Plane, radius: Plane) -> Plane:

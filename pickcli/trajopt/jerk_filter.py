@@ -55,7 +55,7 @@ def filter_jerk(
     rows[0][[0, -1]] = motion.segments[0].q0, goal
     rows[1][[0, -1]] = rows[2][[0, -1]] = 0.0
     made = Trajectory(names, TICK * kept.astype(float), *rows)
-    rounding = max(measure_limits(made, limits).stretch, 1.0)
+    rounding = max(measure_limits(made, limits).time_scale, 1.0)
     made = Trajectory(
         names,
         made.times * rounding,

@@ -41,7 +41,7 @@ class Clearing:
         self._runner, self._wanted, self._scene = runner, wanted, scene
         self._tools, self._exclude = tools, exclude
         self._queue: list[str] = []
-        self._asked: set[str] = set()
+        self._returned: set[str] = set()
         self.is_reachable = False
 
     def blame(self, is_hopeful: bool, blamed: Sequence[str] | None) -> None:
@@ -59,9 +59,9 @@ class Clearing:
         Returns:
             Its id; None if there is none left.
         """
-        left = (name for name in self._promising() if name not in self._asked)
+        left = (name for name in self._promising() if name not in self._returned)
         name = next((name for name in left if may_hold(self._tools, self._scene.find(name).item)), None)
-        self._asked |= set() if name is None else {name}
+        self._returned |= set() if name is None else {name}
         return name
 
     def also(self, names: Sequence[str]) -> None:

@@ -211,8 +211,8 @@ def thinned(times: Array, rows: Array, bounds: Array) -> NDArray[np.intp]:
             kept.append(i - 1)
             slope = (rows[i] - rows[i - 1]) / (times[i] - times[i - 1])
             low, high = np.full(rows.shape[1], -np.inf), np.full(rows.shape[1], np.inf)
-        room = bounds / (times[i] - times[kept[-1]])
-        low, high = np.maximum(low, slope - room), np.minimum(high, slope + room)
+        tolerance = bounds / (times[i] - times[kept[-1]])
+        low, high = np.maximum(low, slope - tolerance), np.minimum(high, slope + tolerance)
     return np.array(kept if kept[-1] == len(times) - 1 else [*kept, len(times) - 1])
 
 

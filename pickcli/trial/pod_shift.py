@@ -89,12 +89,12 @@ def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
 
 
 def standing(
-    asked: Displacement | str | None, reality: Reality, cell: Cell, seed: int
+    stated: Displacement | str | None, reality: Reality, cell: Cell, seed: int
 ) -> tuple[Array, Reality]:
     """Compute the pose of the pod in a trial, and whether it is random.
 
     Args:
-        asked: A displacement, "random" or "none"; None if not stated.
+        stated: A displacement, "random" or "none"; None if not stated.
         reality: Levels, used if no displacement is stated.
         cell: The cell, for its bounds.
         seed: Seed of a random displacement.
@@ -105,7 +105,7 @@ def standing(
     Raises:
         InputError: The displacement is beyond the cell's bounds.
     """
-    shift = asked or (RANDOM if reality.pod_shift else NONE)
+    shift = stated or (RANDOM if reality.pod_shift else NONE)
     return pod_pose(shift, cell, seed), replace(reality, pod_shift=shift == RANDOM)
 
 

@@ -168,8 +168,8 @@ def spread(values: Iterable[float]) -> dict[str, Any]:
     if len(found) == 0:
         return {"n": 0}
     names = ("min", "p10", "median", "p90", "p99", "max")
-    marks = np.percentile(found, [0, 10, 50, 90, 99, 100])
-    quantiles = {name: _rounded(mark) for name, mark in zip(names, marks, strict=True)}
+    percentiles = np.percentile(found, [0, 10, 50, 90, 99, 100])
+    quantiles = {name: _rounded(percentile) for name, percentile in zip(names, percentiles, strict=True)}
     return {"n": len(found), "mean": _rounded(float(found.mean())), **quantiles}
 
 

@@ -70,7 +70,7 @@ def _face(grasp: Grasp, item: Item) -> Iterator[Reason]:
 def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
     """Check that the tip is on the surface, points inwards, and that the whole cup is inside the face."""
     tip, axis = grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2]
-    face, off, normal, room = _face_at(item, tip)
+    face, off, normal, to_edge = _face_at(item, tip)
     if abs(off) > ON_SURFACE:
         yield Reason("grasp off the surface", grasp.item, f"{off * 1e3:.1f} mm")
     if axis @ -normal < np.cos(ON_NORMAL + tool.cup.tilt):
@@ -80,9 +80,11 @@ def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
     if item.seals[face] <= 0.0:
         yield Reason("cup not on a face that seals", grasp.item, f"{face}; {item.seal_source}")
     inset = tool.cup.radius + item.seal_inset
-    if room < inset - 1e-6:
+    if to_edge < inset - 1e-6:
         yield Reason(
-            "cup beyond the edge", grasp.item, f"{room * 1e3:.1f} mm from the edge, needs {inset * 1e3:.1f}"
+            "cup beyond the edge",
+            grasp.item,
+            f"{to_edge * 1e3:.1f} mm from the edge, needs {inset * 1e3:.1f}",
         )
 
 
@@ -104,26 +106,26 @@ def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
         axis = int(np.argmax(np.abs(p) - half))
         normal = np.sign(p[axis]) * np.eye(3)[axis]
         name = _sign(p[axis]) + "xyz"[axis]
-        room = min(float(np.delete(half - np.abs(p), axis).min()), _to_the_end(item, name, p))
-        return name, float(abs(p[axis]) - half[axis]), normal, room
+        to_edge = min(float(np.delete(half - np.abs(p), axis).min()), _to_the_end(item, name, p))
+        return name, float(abs(p[axis]) - half[axis]), normal, to_edge
     radius, length = shape.size
     r = float(np.hypot(p[0], p[1]))
     if abs(p[2]) - length / 2 > r - radius:  # an end face
         normal = np.array([0.0, 0.0, np.sign(p[2])])
         name = _sign(p[2]) + "z"
-        room = min(radius - r, _to_the_end(item, name, p))
-        return name, float(abs(p[2]) - length / 2), normal, room
+        to_edge = min(radius - r, _to_the_end(item, name, p))
+        return name, float(abs(p[2]) - length / 2), normal, to_edge
     normal = np.array([p[0], p[1], 0.0]) / max(r, 1e-9)
     return "mantle", r - radius, normal, min(float(length / 2 - abs(p[2])), _to_the_end(item, "mantle", p))
 
 
 def _to_the_end(item: Item, face: str, p: Array) -> float:
     """Return how far (m) a point (3,) is inside the sealing part of a face; infinite if all of it seals."""
-    rooms = [
+    distances = [
         min(float(p["xyz".index(axis)]) - least, greatest - float(p["xyz".index(axis)]))
         for axis, (least, greatest) in item.areas.get(face, {}).items()
     ]
-    return min(rooms, default=np.inf)
+    return min(distances, default=np.inf)
 
 
 def _sign(value: float) -> str:

@@ -50,7 +50,7 @@ def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float)
     assert plan.grasp is not None
     item, limits = scene.item(plan.grasp.item), scene.cell.robot.tool.cup.limits
     for what, ratios in (
-        ("pull and moment", limits.lip(wrenches, vacuum_share)),
+        ("pull and moment", limits.peel(wrenches, vacuum_share)),
         ("shear and twist", limits.slip(wrenches, vacuum_share)),
     ):
         i = int(np.argmax(ratios))

@@ -247,8 +247,8 @@ class _Boxes:
 
     def near(self, k: int, reach: float) -> Iterator[RigidBody]:
         """Return later bodies whose boxes are within a reach, plus their own bounds, of the box of body k."""
-        room = reach + np.array([[other.bound] for other in self.bodies])
-        is_near = np.all((self.low <= self.high[k] + room) & (self.high >= self.low[k] - room), axis=1)
+        margin = reach + np.array([[other.bound] for other in self.bodies])
+        is_near = np.all((self.low <= self.high[k] + margin) & (self.high >= self.low[k] - margin), axis=1)
         return (self.bodies[i] for i in np.flatnonzero(is_near) if i > k)
 
     def next_below(self, k: int) -> RigidBody | None:

@@ -9,7 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE, RETREAT_DISTANCE, LiftPoses, corridors, pushes
+from pickcli.cartesian.corridor import (
+    LEAST_LIP_DISTANCE,
+    RETREAT_DISTANCE,
+    LiftPoses,
+    corridor_transforms,
+    corridors,
+)
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.collision.kernel_validator import Contact
@@ -80,7 +86,7 @@ def test_the_item_passes_the_mouth_and_ends_outside(
     assert isinstance(found, tuple) and found
     contact = T_item @ pose([0.01, -0.02, size / 2], rpy=[np.pi, 0.0, 0.3])
     for corridor in found:
-        poses = LiftPoses.of(pushes(corridor, BIN.T_carrier_place, T_item[:3, 3]) @ contact)
+        poses = LiftPoses.of(corridor_transforms(corridor, BIN.T_carrier_place, T_item[:3, 3]) @ contact)
         moved = inverse(BIN.T_carrier_place) @ poses.lift @ inverse(contact) @ T_item
         at_lift = corners(moved, extents)
         assert at_lift[:, 2].min() >= LEAST_LIP_DISTANCE - 1e-9
@@ -107,12 +113,12 @@ def test_what_is_wider_than_the_mouth_rolls_until_it_fits(yaw: float) -> None:
     assert isinstance(found, tuple)
     assert {np.sign(c.lift[5]) for c in found} == {-1.0, 1.0}
     for c in found:
-        moved = pushes(c, np.eye(4), T_entry_item[:3, 3]) @ T_entry_item
+        moved = corridor_transforms(c, np.eye(4), T_entry_item[:3, 3]) @ T_entry_item
         out = corners(moved[-1], extents)
         assert np.ptp(out[:, 1]) <= BIN.access.width - 2 * LEAST_LIP_DISTANCE + 1e-9
         assert np.ptp(out[:, 2]) <= BIN.access.height - 2 * LEAST_LIP_DISTANCE + 1e-9
     # Some sink no side of it while it may touch what it lies on.
-    first = [pushes(c, np.eye(4), T_entry_item[:3, 3])[0] @ T_entry_item for c in found]
+    first = [corridor_transforms(c, np.eye(4), T_entry_item[:3, 3])[0] @ T_entry_item for c in found]
     lowest = [corners(T, extents)[:, 2].min() for T in first]
     assert sum(z >= -0.0101 for z in lowest) >= len(found) // 2
 

@@ -77,18 +77,18 @@ def test_twist_that_is_not_stated_is_that_of_a_uniformly_pressed_disc(cell: Cell
 
 @given(wrenches)
 def test_a_cup_of_which_nothing_is_said_has_its_full_vacuum(wrench: Array) -> None:
-    for figure in (LIMITS.lip, LIMITS.slip, LIMITS.ratio):
+    for figure in (LIMITS.peel, LIMITS.slip, LIMITS.ratio):
         assert figure(wrench) == figure(wrench, 1.0)
 
 
 def test_lip_and_slip_are_told_apart() -> None:
     """Pull and bending lift the lip, shear and twist let it slip; the worse of the two counts."""
     pull, shear = np.array([1.0, 2.0, -42.0, 0.0, 0.0, 0.0]), np.array([0.0, 42.0, -21.0, 0.0, 0.0, 0.0])
-    assert (LIMITS.lip(pull), LIMITS.slip(pull)) == pytest.approx((1.0, np.sqrt(5.0) / 21.0))
-    assert (LIMITS.lip(shear), LIMITS.slip(shear)) == pytest.approx((0.5, 2.0))
+    assert (LIMITS.peel(pull), LIMITS.slip(pull)) == pytest.approx((1.0, np.sqrt(5.0) / 21.0))
+    assert (LIMITS.peel(shear), LIMITS.slip(shear)) == pytest.approx((0.5, 2.0))
     assert (LIMITS.ratio(pull), LIMITS.ratio(shear)) == pytest.approx((1.0, 2.0))
-    assert (LIMITS.lip(pull, 0.5), LIMITS.slip(shear, 0.5)) == pytest.approx((2.0, 4.0))
+    assert (LIMITS.peel(pull, 0.5), LIMITS.slip(shear, 0.5)) == pytest.approx((2.0, 4.0))
 
 
 def test_a_share_below_nothing_bears_nothing() -> None:
-    assert LIMITS.lip(np.ones(6), -0.5) == LIMITS.slip(np.ones(6), -0.5) == np.inf
+    assert LIMITS.peel(np.ones(6), -0.5) == LIMITS.slip(np.ones(6), -0.5) == np.inf

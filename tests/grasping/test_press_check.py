@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import GRAVITY, pose
-from pickcli.grasping.cup_press import farthest_push, overtravel
+from pickcli.grasping.cup_press import max_press_depth, overtravel
 from pickcli.grasping.press_check import MOST_SPEED
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_problem import PickProblem
@@ -73,10 +73,10 @@ def test_what_the_push_alone_tips_over_is_not_pressed_on(cell: Cell) -> None:
         assert (contact_speed(*pressed(cell, upright(cell, depth), 0.06, noise)) is None) is is_tipped
 
 
-def test_the_farthest_push_is_that_on_an_item_that_is_nearer_than_it_is_seen(cell: Cell) -> None:
+def test_the_greatest_press_depth_is_that_on_an_item_that_is_nearer_than_it_is_seen(cell: Cell) -> None:
     noise, tool = PoseNoise(0.002, 0.0), cell.robot.tool
     problem, grasp = pressed(cell, upright(cell, 0.02), 0.06, noise)
-    assert farthest_push(grasp, tool, noise) == overtravel(grasp, tool, noise) + 0.002
+    assert max_press_depth(grasp, tool, noise) == overtravel(grasp, tool, noise) + 0.002
     assert problem.scene.noise is noise
 
 

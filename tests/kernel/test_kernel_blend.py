@@ -77,9 +77,9 @@ def test_the_stretch_is_that_of_the_quintics(seed: int) -> None:
     s = np.sort(rng.uniform(0.0, curve.length, 30))
     law = TimeLaw(0.01 * np.arange(30.0), s, rng.uniform(0.0, 2.0, 30), rng.normal(size=30))
     limits, scale = Bounds(rng, curve.corners.shape[1]), rng.uniform(0.2, 20.0, 29)
-    found = curve.needed_stretch(law, limits, scale)  # type: ignore[arg-type]
+    found = curve.needed_time_scale(law, limits, scale)  # type: ignore[arg-type]
     all_limits = limits.velocity, limits.acceleration, limits.jerk
-    np.testing.assert_allclose(found, reference.needed_stretch(curve, law, all_limits, scale), rtol=1e-9)
+    np.testing.assert_allclose(found, reference.needed_time_scale(curve, law, all_limits, scale), rtol=1e-9)
 
 
 def test_what_is_no_polyline_is_refused() -> None:

@@ -13,7 +13,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.extraction import Extraction
 from pickcli.planning.stages.lift_sampling import climbed
-from pickcli.planning.stages.planned_extraction import MOST_PUSHES, planned_corridors
+from pickcli.planning.stages.planned_extraction import MAX_LINES, planned_corridors
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 BIN = "bin_E"
@@ -67,7 +67,7 @@ def test_what_is_planned_is_proven_and_short(behind: Extraction) -> None:
     for D in found:
         assert is_proven(behind.leaving, behind.carrying, D)
         assert np.linalg.norm(D[0, :3]) <= behind.first_stretch
-        assert len(D) - 2 <= MOST_PUSHES
+        assert len(D) - 2 <= MAX_LINES
 
 
 def test_a_bottle_is_rolled_over_where_it_is_too_tall_to_be_lifted(behind: Extraction) -> None:

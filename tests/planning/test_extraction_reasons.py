@@ -28,7 +28,7 @@ def reasons(cell: Cell, planner: PlanningContext) -> list[str]:
     found = []
     for placed in seen.items:
         problem = PickProblem(planner, seen, cell.places[placed.location], placed, cell.places["tote"])
-        ways = problem.extraction.pushes(CorridorSet.FEW)
+        ways = problem.extraction.transforms(CorridorSet.FEW)
         if isinstance(ways, Failures):
             found += [str(reason) for reason in ways]
     return found

@@ -86,7 +86,7 @@ def deviation(curve: BlendedPath, start: Array, end: Array) -> Array:
     return np.asarray(_bumps(offset, curve.half_lengths)[0] @ np.linalg.norm(curve.turns, axis=1))
 
 
-def needed_stretch(
+def needed_time_scale(
     curve: BlendedPath, law: TimeLaw, limits: tuple[Array, Array, Array], scale: Array
 ) -> Array:
     """(K - 1,) factors of time, at least 1, by the peaks of the quintics. limits: (n,) by derivative."""

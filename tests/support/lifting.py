@@ -83,7 +83,7 @@ def _hold(engine: Engine, name: str, mass: float, T: Array, risen: float, speed:
     up = np.array([0.0, 0.0, 1.0])
     damping = 2.0 * np.sqrt(STIFFNESS * mass)
     force = STIFFNESS * (T[:3, 3] + risen * up - centre) + damping * (speed * up - velocity)
-    engine.push(name, force + mass * GRAVITY * up, centre)
+    engine.apply_force(name, force + mass * GRAVITY * up, centre)
     axes = zip(now[:3, :3].T, T[:3, :3].T, strict=True)
     askew = sum((np.cross(a, b) for a, b in axes), np.zeros(3)) / 2
     engine.twist(name, TURNING * askew - 0.02 * turn)

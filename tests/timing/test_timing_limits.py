@@ -42,7 +42,7 @@ def test_stretch_is_just_enough() -> None:
     trajectory = timed(random_walk(0, 4)).trajectory
     slow = limits()
     slow = replace(slow, velocity=slow.velocity / 3, acceleration=slow.acceleration / 5, jerk=slow.jerk / 7)
-    factor = measure_limits(trajectory, slow).stretch
+    factor = measure_limits(trajectory, slow).time_scale
     stretched = Trajectory(
         trajectory.joint_names,
         trajectory.times * factor,

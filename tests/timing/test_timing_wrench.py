@@ -145,7 +145,7 @@ def test_linear_programs_agree_with_the_closed_form_of_joint_limits(waypoints: A
             c = np.tile(limits().acceleration, (len(q), 2))
             return HalfPlanes(np.hstack([dq, -dq]), np.hstack([ddq, -ddq]), c)
 
-        def stretch(self, q: Array, velocity: Array, acceleration: Array) -> Array:
+        def time_scale(self, q: Array, velocity: Array, acceleration: Array) -> Array:
             return np.ones(len(q))
 
     curve = blend(waypoints, 0.02)

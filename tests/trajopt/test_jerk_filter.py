@@ -45,7 +45,7 @@ def test_the_average_keeps_every_limit_and_its_ends(a: Array, b: Array, c: Array
         (straight_segment(a, b, PACE), resting_segment(b, rests), from_rest_to_rest(b, c))
     )
     timed = filter_jerk(NAMES, motion, c, PACE, LIMITS)
-    assert measure_limits(timed, LIMITS).stretch <= 1.0 + 1e-6
+    assert measure_limits(timed, LIMITS).time_scale <= 1.0 + 1e-6
     np.testing.assert_array_equal(timed.positions[[0, -1]], [a, c])
     assert not timed.velocities[[0, -1]].any() and not timed.accelerations[[0, -1]].any()
     assert timed.duration <= motion.total(PACE) * (1 + 1e-4)

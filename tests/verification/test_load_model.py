@@ -202,10 +202,10 @@ def test_a_cup_bears_what_its_limits_say_at_its_vacuum_and_no_more(
     for lever in np.vstack([np.zeros(3), 0.05 * np.eye(3)]):
         force = R.T @ [0.0, 0.0, UP]
         unit = np.concatenate([force, np.cross(lever, force)])[None]
-        lip, slip = float(limits.lip(unit, vacuum)[0]), float(limits.slip(unit, vacuum)[0])
-        scene = holding(beyond / max(lip, slip))
+        peel, slip = float(limits.peel(unit, vacuum)[0]), float(limits.slip(unit, vacuum)[0])
+        scene = holding(beyond / max(peel, slip))
         found = [r for r in check_load(plan, scene, pose(lever), vacuum) if r.what == "does not hold"]
         assert bool(found) is is_refused
-        what = "pull and moment" if lip > slip else "shear and twist"
+        what = "pull and moment" if peel > slip else "shear and twist"
         assert all(what in r.where for r in found)
     assert list(check_load(plan, holding(100.0), np.eye(4), 0.0)) == []

@@ -153,7 +153,7 @@ class BodiesModel(CarrierModel):
     )
 
     @model_validator(mode="after")
-    def _lower_than_room(self) -> BodiesModel:
+    def _lip_below_top(self) -> BodiesModel:
         height: Coordinate = self.room.upper[2] - self.room.lower[2]
         if not self.lip < height:
             raise ValueError(f"expected a lip lower than the room, {height:g} m; got {self.lip:g}")

@@ -46,7 +46,7 @@ class CupLimits:
         return "the cup bears"
 
     @property
-    def bears_push(self) -> bool:
+    def bears_compression(self) -> bool:
         """True: a push into the cup increases the pressure of the lip."""
         return True
 
@@ -61,7 +61,7 @@ class CupLimits:
         """
         return wrench
 
-    def lip(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
+    def peel(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
         """Compute the share of the lip's contact force that pull and bending use up.
 
         Args:
@@ -111,9 +111,9 @@ class CupLimits:
             vacuum_share: Vacuum under the cup over full vacuum, a number or an array (...).
 
         Returns:
-            (...) the larger of ``lip`` and ``slip``, >= 0; infinite without vacuum.
+            (...) the larger of ``peel`` and ``slip``, >= 0; infinite without vacuum.
         """
-        return np.maximum(self.lip(wrench, vacuum_share), self.slip(wrench, vacuum_share))
+        return np.maximum(self.peel(wrench, vacuum_share), self.slip(wrench, vacuum_share))
 
 
 def twist_of(max_shear: float, cup_radius: float) -> float:

@@ -40,7 +40,7 @@ class GripLimits(Protocol):
         """Subject of sentences about the load, for messages: "the cup bears"."""
 
     @property
-    def bears_push(self) -> bool:
+    def bears_compression(self) -> bool:
         """Whether a push along the axis is no load; otherwise it counts as pull."""
 
     def along_axis(self, wrench: Array) -> Array:
@@ -53,7 +53,7 @@ class GripLimits(Protocol):
             (..., 6).
         """
 
-    def lip(self, wrench: Array, share: Array | float = 1.0) -> Array:
+    def peel(self, wrench: Array, share: Array | float = 1.0) -> Array:
         """Compute the share of the contact pressure that pull and bending use up.
 
         Args:
@@ -93,7 +93,7 @@ class GripLimits(Protocol):
             share: Usable share of the limits.
 
         Returns:
-            (...) the larger of ``lip`` and ``slip``, >= 0.
+            (...) the larger of ``peel`` and ``slip``, >= 0.
         """
 
 

@@ -44,7 +44,7 @@ class PinchLimits:
         return "the pads bear"
 
     @property
-    def bears_push(self) -> bool:
+    def bears_compression(self) -> bool:
         """False: a push along the axis loads one pad as a pull loads the other."""
         return False
 
@@ -79,7 +79,7 @@ class PinchLimits:
         """
         return np.asarray(wrench[..., [2, 0, 1, 5, 3, 4]])
 
-    def lip(self, wrench: Array, share: Array | float = 1.0) -> Array:
+    def peel(self, wrench: Array, share: Array | float = 1.0) -> Array:
         """Compute the share of a pad's pressure that force along y and bending use up.
 
         Args:
@@ -127,9 +127,9 @@ class PinchLimits:
             share: Usable share of the limits.
 
         Returns:
-            (...) the larger of ``lip`` and ``slip``, >= 0.
+            (...) the larger of ``peel`` and ``slip``, >= 0.
         """
-        return np.maximum(self.lip(wrench, share), self.slip(wrench, share))
+        return np.maximum(self.peel(wrench, share), self.slip(wrench, share))
 
 
 def mean_distance(a: float, b: float) -> float:

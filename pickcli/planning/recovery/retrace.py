@@ -190,10 +190,10 @@ def _retraced(
     passed = [s for s in passed if (s.t_end > until if is_back else s.t_start < until)]
     if is_back:
         passed.reverse()
-    marks = [plan.trajectory.duration - s.t_start if is_back else s.t_end for s in passed]
+    times_passed = [plan.trajectory.duration - s.t_start if is_back else s.t_end for s in passed]
     held = None if empty is not None else next((s.held for s in plan.segments if s.held is not None), None)
     state = passed[0].tool_state if empty is None else empty
-    segments = _segments(passed, _times(trajectory, whole, begin, marks), is_back, held, state)
+    segments = _segments(passed, _times(trajectory, whole, begin, times_passed), is_back, held, state)
     if not segments:
         return Reason("nothing to do", where, "the way is too short")
     grasp = plan.grasp if empty is None else None
@@ -228,17 +228,17 @@ def _segments(
     return tuple(segments)
 
 
-def _times(new: Trajectory, whole: Trajectory, begin: float, marks: Sequence[float]) -> list[float]:
-    """Return when ``new``, which follows ``whole`` from ``begin``, passes its states at times ``marks``.
+def _times(new: Trajectory, whole: Trajectory, begin: float, times_passed: Sequence[float]) -> list[float]:
+    """Return when ``new``, which follows ``whole`` from ``begin``, passes its states at ``times_passed``.
 
-    Both follow one path, so the path length identifies the positions; the last mark is the end.
+    Both follow one path, so the path length identifies the positions; the last time is the end.
     """
     there = _way(whole, begin)
     old_times = np.linspace(begin, whole.duration, len(there))
     here = _way(new, 0.0)
     here *= there[-1] / max(here[-1], 1e-12)
     new_times = np.linspace(0.0, new.duration, len(here))
-    ways = np.interp(marks, old_times, there)
+    ways = np.interp(times_passed, old_times, there)
     moves = np.concatenate([[True], np.diff(here) > 1e-12])  # of a rest, the time at which it ends
     times = [float(t) for t in np.interp(ways, here[moves], new_times[moves])]
     return [*times[:-1], new.duration]

@@ -73,7 +73,7 @@ class _Grid:
     cost: Array  # (A, G), infinite if the position is not tried
 
     @classmethod
-    def of(cls, pile: Pile, T_item: Array, reach: Array, room: Array, prices: Array, is_level: bool) -> _Grid:
+    def of(cls, pile: Pile, T_item: Array, reach: Array, play: Array, prices: Array, is_level: bool) -> _Grid:
         """Weigh the height of the pile, the drop, the lever, the rise and the turn of the wrist.
 
         An item that lands beside its middle turns over, and its near end rises towards the tool. The end of a
@@ -84,10 +84,10 @@ class _Grid:
         item is released with its middle over its support.
 
         T_item: (A, 4, 4) of the item, the tip at the origin; reach: (A, 3) half extents of the item;
-        room: (A, 2) to either side of the middle; prices: (A,) of the turns
+        play: (A, 2) to either side of the middle; prices: (A,) of the turns
         """
-        shares, are_tried = _places(room)
-        centres = pile.middle + room[:, None] * shares
+        shares, are_tried = _places(play)
+        centres = pile.middle + play[:, None] * shares
         footprints = reach[:, None, :2]
         height = pile.heights(centres, footprints)
         tip = height + ABOVE_PILE + reach[:, None, 2] - T_item[:, None, 2, 3]
@@ -228,12 +228,12 @@ def drop_placements(
     prices, R = _orientations(is_level, is_from_left=bool(shoulder[1] >= 0.0))
     T_item = _posed(R) @ held.T_tip_item
     reach = held.item.shape.reach(T_item[:, :3, :3]) + held.inflate
-    room = pile.half_room - reach[:, :2]
-    grid = _Grid.of(pile, T_item, reach, room - np.clip(0.8 * room, LEAST_WALL, WALL), prices, is_level)
+    play = pile.half_room - reach[:, :2]
+    grid = _Grid.of(pile, T_item, reach, play - np.clip(0.8 * play, LEAST_WALL, WALL), prices, is_level)
     n_each = PER_ORIENTATION
     if scene.cell.others:  # each arm reaches a part of the place: of all positions, the nearest first
         grid, n_each, n_most = grid.near(shoulder[:2]), grid.cost.shape[1], MOST_SHARED
-    chosen = grid.best(np.flatnonzero(room.min(axis=1) >= LEAST_WALL), n_each)
+    chosen = grid.best(np.flatnonzero(play.min(axis=1) >= LEAST_WALL), n_each)
     if not chosen:
         return Failures(tuple(dict.fromkeys(_why_none(held, reach[:, :2], grid, pile, place))))
     R_world_place = scene.T_world_place(place)[:3, :3]
@@ -265,15 +265,15 @@ def _posed(R: Array) -> Array:
     return T
 
 
-def _places(room: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return positions (G, 2) as shares of the room (A, 2) to either side, and which are tried (A, G).
+def _places(play: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return positions (G, 2) as shares of the play (A, 2) to either side, and which are tried (A, G).
 
-    If there is hardly any room along a side, only the first position along it is tried.
+    If there is hardly any play along a side, only the first position along it is tried.
     """
     x, y = np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 3)
     shares = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     is_first = shares == -1.0
-    return shares, np.asarray(((room[:, None] > 0.04) | is_first).all(axis=2))
+    return shares, np.asarray(((play[:, None] > 0.04) | is_first).all(axis=2))
 
 
 def _why_none(held: AttachedItem, reach: Array, grid: _Grid, pile: Pile, place: Place) -> Iterator[Reason]:

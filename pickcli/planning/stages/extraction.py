@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
-from pickcli.cartesian.corridor import Corridor, corridors, pushes
+from pickcli.cartesian.corridor import Corridor, corridor_transforms, corridors
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
 from pickcli.collision.free_flyer import FreeItemChecker
@@ -59,26 +59,26 @@ class Extraction:
             return self._planned or simple
         return simple
 
-    def pushes(self, ways: CorridorSet) -> tuple[Array, ...] | Failures:
+    def transforms(self, ways: CorridorSet) -> tuple[Array, ...] | Failures:
         """Return the displacements of each way out, as they move the tool.
 
         Args:
             ways: Set of ways to choose from.
 
         Returns:
-            (K, 4, 4) for each way, as from ``cartesian.corridor.pushes``; or why the item cannot leave even
+            (K, 4, 4) for each way, as from ``corridor_transforms``; or why the item cannot leave even
             as a free flyer.
         """
         if isinstance(self.corridors, Failures):
             return self.corridors
         if ways is CorridorSet.FEW:
-            return self._pushes(self.corridors)
+            return self._transforms(self.corridors)
         simple = self._simple(N_MANY)
-        return self._pushes((*(() if isinstance(simple, Failures) else simple), *self._planned))
+        return self._transforms((*(() if isinstance(simple, Failures) else simple), *self._planned))
 
-    def _pushes(self, ways: tuple[Corridor, ...]) -> tuple[Array, ...]:
+    def _transforms(self, ways: tuple[Corridor, ...]) -> tuple[Array, ...]:
         centre = (self.T_world_entry @ self.T_entry_item)[:3, 3]
-        return tuple(pushes(way, self.T_world_entry, centre) for way in ways)
+        return tuple(corridor_transforms(way, self.T_world_entry, centre) for way in ways)
 
     def _simple(self, n_most: int) -> tuple[Corridor, ...] | Failures:
         return corridors(

@@ -96,7 +96,7 @@ def _picks_from(problem: PickProblem, R_place_item: Array) -> tuple[PickProblem,
 
 def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> GraspMotion | Failures:
     """Plan the lines of a pick from where the item is set down, with the same grasp."""
-    ways_out = back.extraction.pushes(CorridorSet.FEW)
+    ways_out = back.extraction.transforms(CorridorSet.FEW)
     if isinstance(ways_out, Failures):
         return ways_out
     lines = tool_lines(back, grasp, ways_out)

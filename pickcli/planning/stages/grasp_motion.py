@@ -158,11 +158,11 @@ class _Lines:
         if not carrying.is_valid(q):
             return _invalid(carrying, q, f"{self.where}, lift")
         lift = _Line(kind.LIFT, modes.carrying, poses.first_stretch, poses.lift, settings.lift_speed)
-        pushes = (
+        lines = (
             _Line(kind.RETREAT, modes.carrying, here, there, settings.retreat_speed)
             for here, there in pairwise((poses.lift, *poses.retreat))
         )
-        rest = self._followed((lift, *pushes), q)
+        rest = self._followed((lift, *lines), q)
         return rest if isinstance(rest, Failures) else (*freeing, *rest)
 
     def _followed(self, lines: Iterable[_Line], q: Array) -> tuple[MotionSegment, ...] | Failures:

@@ -68,7 +68,7 @@ def _ways_out(problem: PickProblem, corridors: CorridorSet) -> tuple[Array, ...]
     """Return the ways out for the target as a free flyer, or the reasons against picking it at all."""
     if (against := check_target(problem)).reasons:
         return against
-    return problem.extraction.pushes(corridors)
+    return problem.extraction.transforms(corridors)
 
 
 def _tried(

@@ -20,7 +20,7 @@ N_DRAWN = 8
 MOST_CLIMBED = 1.5 * MOST_DRAWN
 CLIMBS, ROUNDS = 6, 10
 N_TRIED, N_KEPT = 60, 8  # samples of a round, and the best of them, around which the next are drawn
-N_PUSHED = 3  # of these whose start is checked: the others are much alike
+N_CHECKED = 3  # of these whose start is checked: the others are much alike
 LEAST_SPREAD = 1e-4  # m or rad around those
 HOPELESS = 0.02  # m of clearance that may be missing half-way through a climb
 
@@ -74,20 +74,20 @@ def climbed(
         mean, spread = MOST_CLIMBED * (0.0, 0.0, 0.33, 0.0, 0.0, 0.0), MOST_CLIMBED / 1.5
         for k in range(ROUNDS):
             D = _within(mean + spread * rng.standard_normal((N_TRIED, 6)), first)
-            room = carrying.clearances(D)
-            best = np.argsort(-room, kind="stable")[:N_KEPT]
+            clearances = carrying.clearances(D)
+            best = np.argsort(-clearances, kind="stable")[:N_KEPT]
             free = D[best][carrying.are_valid(D[best])]
-            if (d := next((d for d in free[:N_PUSHED] if _leads(leaving, d)), None)) is not None:
+            if (d := next((d for d in free[:N_CHECKED] if _leads(leaving, d)), None)) is not None:
                 found.append(d)
                 break
-            if k == ROUNDS // 2 and room[best[0]] < carrying.margin - HOPELESS:
+            if k == ROUNDS // 2 and clearances[best[0]] < carrying.margin - HOPELESS:
                 return found
             mean, spread = D[best].mean(axis=0), D[best].std(axis=0) + LEAST_SPREAD
     return found
 
 
 def _leads(leaving: FreeItemChecker, d: Array) -> bool:
-    """Whether the straight push to a displacement (6,) is proven free."""
+    """Whether the straight line to a displacement (6,) is proven free."""
     return leaving.is_valid_path(np.stack([np.zeros(6), d]))
 
 

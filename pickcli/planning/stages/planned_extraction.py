@@ -1,7 +1,7 @@
 """Planned corridors with several turns, for an item as a free flyer, if no simple corridor is free.
 
-They consist of straight pushes inside the bin (KTH, section IV-A.2), found by RRT-Connect in the six
-dimensions in which an item on a cup is pushed: along the entry's axes, yaw, pitch and roll.
+They consist of straight lines inside the bin (KTH, section IV-A.2), found by RRT-Connect in the six
+dimensions in which an item on a cup is moved: along the entry's axes, yaw, pitch and roll.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from pickcli.path_planning.state_space import JointSpace
 from pickcli.planning.stages.lift_sampling import climbed, drawn
 
 NAMES = ("x", "y", "z", "yaw", "pitch", "roll")
-LOWER = np.array([-0.8, -0.15, -0.1, -0.5, -0.15, -1.7])  # m and rad, bounds of the pushes
+LOWER = np.array([-0.8, -0.15, -0.1, -0.5, -0.15, -1.7])  # m and rad, bounds of the displacements
 UPPER = np.array([0.04, 0.15, 0.2, 0.5, 0.15, 1.7])
-# Weights of the pushes: distance of each in the time of a metre. Roll turns only the wrist.
+# Weights of the displacements: distance of each in the time of a metre. Roll turns only the wrist.
 SPEED = np.array([1.0, 1.0, 1.0, 3.0, 3.0, 6.0])
 ROLLS = (0.0, np.pi / 2, -np.pi / 2)  # orientations in which the item may come out
 SHORTCUTS = 60
 N_FINE = 3  # of the sampled first stretches, from which a narrow way is searched
-MOST_PUSHES = 5  # a line of the tool with more turns is rejected
+MAX_LINES = 5  # lines of the tool in one retreat; a retreat with more is rejected
 
 
 COARSE_SEARCH = PlannerOptions(max_iterations=1500, step=0.1)
@@ -81,7 +81,7 @@ def _through(
         if path is None:
             continue
         short = shorten(carrying, space, path, seed=seed + k, iterations=SHORTCUTS)
-        if len(short.waypoints) <= MOST_PUSHES + 1:
+        if len(short.waypoints) <= MAX_LINES + 1:
             found.append((_length(short), Corridor(first_stretch, first_stretch, tuple(short.waypoints[1:]))))
     return tuple(corridor for _, corridor in sorted(found, key=lambda f: f[0]))
 

@@ -48,21 +48,21 @@ def with_tool_clearance(
         The grasps with clearance, in their order, and why some of the others have none.
     """
     T = problem.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
-    has_room = np.zeros(len(grasps), dtype=bool)
+    is_clear = np.zeros(len(grasps), dtype=bool)
     kinds = [(g.tool_state, g.face) for g in grasps]
     for kind in dict.fromkeys(kinds):
         mine = np.flatnonzero([k == kind for k in kinds])
         first = grasps[mine[0]]
         for tool in _at_target(problem, first):
             mine = mine[_are_valid(tool, T[mine])]
-        has_room[mine] = _can_be_lifted(problem, first, T[mine], ways_out)
-    without = np.flatnonzero(~has_room)
+        is_clear[mine] = _can_be_lifted(problem, first, T[mine], ways_out)
+    without = np.flatnonzero(~is_clear)
 
     def why_not() -> Iterator[Reason]:
         for i in without[:: 1 + len(without) // N_EXPLAINED]:
-            yield from _why_no_room(problem, grasps[i], T[i], ways_out)
+            yield from _why_not_clear(problem, grasps[i], T[i], ways_out)
 
-    return [g for g, has in zip(grasps, has_room, strict=True) if has], Failures((why_not,))
+    return [g for g, has in zip(grasps, is_clear, strict=True) if has], Failures((why_not,))
 
 
 def _can_be_lifted(
@@ -70,12 +70,12 @@ def _can_be_lifted(
 ) -> NDArray[np.bool_]:
     """Return (N,) whether the tool with the target at T (N, 4, 4) has clearance at the end of any lift."""
     tool = _carrying(problem, grasp)
-    lifted = np.stack([pushed[LIFTED] for pushed in ways_out]) @ T[:, None]
+    lifted = np.stack([transforms[LIFTED] for transforms in ways_out]) @ T[:, None]
     is_free = _are_valid(tool, lifted.reshape(-1, 4, 4))
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 
-def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, ways_out: Sequence[Array]) -> Failures:
+def _why_not_clear(problem: PickProblem, grasp: Grasp, T: Array, ways_out: Sequence[Array]) -> Failures:
     where = str(grasp)
     for tool in _at_target(problem, grasp):
         if not _are_valid(tool, T[None])[0]:
@@ -141,14 +141,14 @@ def _ways_out(
 ) -> tuple[LiftPoses, ...] | Failures:
     """Find ways out on which the tool keeps clear of everything and holds the target."""
     tool = _carrying(problem, grasp)
-    found = [pushed @ contact for pushed in ways_out]
-    # A push that turns the item moves the tool farther than the item's centre; the verifier measures that.
+    found = [transforms @ contact for transforms in ways_out]
+    # A line that turns the item moves the tool farther than the item's centre; the verifier measures that.
     longest = problem.context.settings.first_stretch + SWING
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= longest]
     if not found:
         what = "the tool swings out too far where the item turns"
         return Failures.of(Reason("touches too long", "lift", what))
-    roomy = [poses for poses, has_room in zip(found, _all_valid(tool, found), strict=True) if has_room]
+    roomy = [poses for poses, is_clear in zip(found, _all_valid(tool, found), strict=True) if is_clear]
     free = [poses for poses in roomy if _is_valid_path(tool, *poses)]
     if not free:
         return _blocked(problem, tool, found[0][LIFTED], "lift")
