@@ -273,7 +273,7 @@ def test_data_in_another_file_are_refused_before_they_are_read(tmp_path: Path) -
 def test_an_edge_of_one_waypoint_is_refused(path: Path) -> None:
     whole = roadmap()
     dot: dict[str, Any] = {"edges": np.array([[0, 0]]), "lengths": np.zeros(1), "offsets": np.array([0, 1])}
-    dot |= {"waypoints": whole.configurations[:1], "marks": whole.validities[:1]}
+    dot |= {"waypoints": whole.configurations[:1], "validities": whole.validities[:1]}
     write_roadmap(path, replace(whole, **dot), FINGERPRINT, MADE)
     with pytest.raises(DamagedError, match="do not divide"):
         read_roadmap(path)

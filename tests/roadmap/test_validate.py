@@ -76,7 +76,7 @@ def test_any_number_of_nodes_may_be_without_a_name() -> None:
         ({"names": ROADMAP.names[:5]}, "number of nodes"),
         ({"tool_states": ROADMAP.tool_states[:5]}, "number of nodes"),
         ({"lengths": ROADMAP.lengths[:4]}, "number of edges"),
-        ({"marks": ROADMAP.validities[:4]}, "number of edges"),
+        ({"validities": ROADMAP.validities[:4]}, "number of edges"),
         ({"offsets": ROADMAP.offsets[:5]}, "number of edges"),
         ({"offsets": _with(ROADMAP.offsets, 0, 1)}, "offsets do not divide"),
         ({"offsets": _with(ROADMAP.offsets, -1, 14)}, "offsets do not divide"),
