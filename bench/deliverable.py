@@ -25,6 +25,7 @@ from pickcli.grasping.method_choice import grasp_method
 from pickcli.grasping.search import WIDE_SEARCH
 from pickcli.grasping.suction_candidates import HOLDS
 from pickcli.grasping.surfaces import faces
+from pickcli.planning.blockers import from_the_mouth
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -33,7 +34,6 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 from pickcli.seeds import derived_rng
 from pickcli.simulation.reality import Reality
-from pickcli.trial.blocking_items import from_the_mouth
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 
 CANNOT_BE_HELD = "cannot be held"

@@ -81,8 +81,8 @@ def plan_with_first_able(scene: Scene, arms: ArmRequest, asked: PickRequest, wri
 
 def _plan_with(scene: Scene, asked: PickRequest, write: Write, ranked: tuple[ArmSuitability, ...]) -> None:
     from pickcli.api.arm_states import refuse_standing
-    from pickcli.commands.blockers import with_blockers
     from pickcli.errors import NoPlanError
+    from pickcli.planning.blockers import with_blockers
     from pickcli.planning.pick import plan_pick
     from pickcli.planning.start_state import Start
 

@@ -1,4 +1,10 @@
-"""Search for blocking items, one after the other, until a target can be picked."""
+"""Search for blocking items, one after the other, until a target can be picked, and for their destinations.
+
+Delft moved an item that hid a target into the emptiest bin after two failed attempts (their task planner).
+Here `planning.blockers` finds which items matter. Items that fit in no other bin go into the tote: the
+published penalties of 2016 include none for an item there that was not ordered, provided that the output file
+lists it.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +15,13 @@ from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
 from pickcli.grasping.method_choice import may_hold
 from pickcli.motion.plan import Grasp
+from pickcli.planning.blockers import blocking_items, worth_moving
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.trial.attempt_runner import AttemptRunner
-from pickcli.trial.blocking_items import in_the_way, worth_moving
+from pickcli.trial.order import Target
 from pickcli.trial.trial_result import Attempt
+
+MOST_DESTINATIONS = 4  # number of bins tried as destinations of a blocking item
 
 
 class Clearing:
@@ -51,7 +60,7 @@ class Clearing:
             is_hopeful: Whether blamed items count even if moving them is not known to be enough.
             blamed: Items blamed by a failed plan in this scene, if there is one.
         """
-        self._queue += in_the_way(self._what_if, self._scene, self._target, is_hopeful, blamed)
+        self._queue += blocking_items(self._what_if, self._scene, self._target, is_hopeful, blamed)
 
     def next_item(self) -> str | None:
         """Return the next blocking item that a tool may hold; each is returned once.
@@ -92,3 +101,20 @@ class Clearing:
             raise NoPlanError("a pick without what is in its way", [])
         self._runner.plan(without, self._wanted, self._exclude)
         self.is_reachable = self.is_reachable or without is self._scene
+
+
+def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> Iterator[str]:
+    """Choose other bins as destinations of a blocking item.
+
+    Args:
+        scene: The perceived scene.
+        bin_name: The bin from which the item is removed.
+        still_open: Targets still to be picked.
+
+    Yields:
+        Names of bins, at most MOST_DESTINATIONS: the emptiest first, bins with open targets last.
+    """
+    waiting = {target.bin for target in still_open}
+    others = [name for name in scene.cell.pod.bins if name != bin_name]
+    others.sort(key=lambda name: (name in waiting, len(scene.in_location(name)), name))
+    yield from others[:MOST_DESTINATIONS]

@@ -10,13 +10,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from pickcli.motion.plan import Grasp, GraspKind
+from pickcli.planning.blockers import from_the_mouth
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.attempt_execution import carry_out
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
-from pickcli.trial.blocking_items import destinations, from_the_mouth
-from pickcli.trial.clearing import Clearing
+from pickcli.trial.clearing import Clearing, destinations
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.final_state import final_state

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.commands.blockers import with_blockers
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
+from pickcli.planning.blockers import with_blockers
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import write_scene

@@ -16,12 +16,12 @@ from pickcli.io_events.resolve import ResolvedEvents
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.assembly import certified_timing, events
 from pickcli.planning.assembly.certified_timing import CertifiedRun, carried_run, proven_run
+from pickcli.planning.blockers import blocking_items
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
-from pickcli.trial.blocking_items import in_the_way
 from support.tool_states import STRAIGHT
 
 SceneWith = Callable[..., Scene]
@@ -96,7 +96,7 @@ def test_what_stands_before_the_target_is_cleared(
     scene = with_crate(scene_with((ITEM, FROM, 0.3, 0.0)), FROM, (0.12, 0.0, 0.07), (0.08, 0.24, 0.12))
     query = PickQuery(FROM, ITEM)
     assert BLOCKER in refusal(planner, scene, query, home).in_the_way
-    cleared = in_the_way(lambda seen: plan_pick(planner, seen, query, home), scene, scene.find(ITEM))
+    cleared = blocking_items(lambda seen: plan_pick(planner, seen, query, home), scene, scene.find(ITEM))
     assert cleared == (BLOCKER,)
 
 

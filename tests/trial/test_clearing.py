@@ -14,10 +14,11 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import inverse, pose
 from pickcli.motion.plan import Plan
+from pickcli.planning.blockers import MOST_BLOCKERS, blocking_items, from_the_mouth
 from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
-from pickcli.trial.blocking_items import MOST_IN_THE_WAY, destinations, from_the_mouth, in_the_way
+from pickcli.trial.clearing import destinations
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Target
 from pickcli.trial.target_selection import MOST_CLEARINGS
@@ -56,36 +57,38 @@ class Planner:
 @given(st.sets(st.sampled_from(NAMES), max_size=3))
 def test_those_and_no_others_are_found(scene: Scene, needed: set[str]) -> None:
     ranked = (*sorted(needed), *(name for name in NAMES if name not in needed))
-    assert set(in_the_way(Planner(frozenset(needed), ranked), scene, scene.find(TARGET))) == needed
+    assert set(blocking_items(Planner(frozenset(needed), ranked), scene, scene.find(TARGET))) == needed
 
 
 def test_a_target_is_never_in_its_own_way(scene: Scene) -> None:
     """A tool that cannot get at one of its faces for the item itself names that item."""
     planner = Planner(frozenset(NAMES[:1]), (TARGET, *NAMES))
-    assert in_the_way(planner, scene, scene.find(TARGET)) == NAMES[:1]
-    refused_before = in_the_way(Planner(frozenset()), scene, scene.find(TARGET), blamed=(TARGET, NAMES[1]))
+    assert blocking_items(planner, scene, scene.find(TARGET)) == NAMES[:1]
+    refused_before = blocking_items(
+        Planner(frozenset()), scene, scene.find(TARGET), blamed=(TARGET, NAMES[1])
+    )
     assert TARGET not in refused_before
 
 
 def test_decoys_are_dropped_again(scene: Scene) -> None:
     decoy, needed = NAMES[0], NAMES[1]
-    assert in_the_way(Planner(frozenset({needed}), NAMES), scene, scene.find(TARGET)) == (needed,)
+    assert blocking_items(Planner(frozenset({needed}), NAMES), scene, scene.find(TARGET)) == (needed,)
     assert decoy != needed
 
 
 def test_too_many_in_the_way_or_something_that_is_fixed_is_no_help(scene: Scene) -> None:
     endless = Planner(frozenset(NAMES) | {"crayola_24_ct"})
-    assert in_the_way(endless, scene, scene.find(TARGET)) == ()
+    assert blocking_items(endless, scene, scene.find(TARGET)) == ()
     elsewhere = Planner(frozenset({"dasani_water_bottle"}), ("dasani_water_bottle",))
-    assert in_the_way(elsewhere, scene, scene.find(TARGET)) == ()
+    assert blocking_items(elsewhere, scene, scene.find(TARGET)) == ()
     assert elsewhere.n_calls == 1
 
 
-@pytest.mark.parametrize("needed", [*combinations(NAMES, MOST_IN_THE_WAY)])
+@pytest.mark.parametrize("needed", [*combinations(NAMES, MOST_BLOCKERS)])
 def test_the_planner_is_asked_a_bounded_number_of_times(scene: Scene, needed: tuple[str, ...]) -> None:
     planner = Planner(frozenset(needed))
-    in_the_way(planner, scene, scene.find(TARGET))
-    assert planner.n_calls <= 2 * MOST_IN_THE_WAY
+    blocking_items(planner, scene, scene.find(TARGET))
+    assert planner.n_calls <= 2 * MOST_BLOCKERS
 
 
 def test_the_emptiest_bin_comes_first_and_one_with_targets_last(scene: Scene) -> None:
@@ -110,8 +113,8 @@ def test_what_lies_on_a_blocker_is_moved_before_it(scene: Scene) -> None:
 
 def test_what_is_blamed_is_moved_at_last_even_if_that_alone_does_not_help(scene: Scene) -> None:
     stubborn = Planner(frozenset({"up_glucose_bottle", "crayola_24_ct"}), ("up_glucose_bottle",))
-    assert in_the_way(stubborn, scene, scene.find(TARGET)) == ()
-    assert in_the_way(stubborn, scene, scene.find(TARGET), is_hopeful=True) == ("up_glucose_bottle",)
+    assert blocking_items(stubborn, scene, scene.find(TARGET)) == ()
+    assert blocking_items(stubborn, scene, scene.find(TARGET), is_hopeful=True) == ("up_glucose_bottle",)
 
 
 def test_what_no_bin_takes_goes_into_the_tote_and_counts_as_moved_aside(scene: Scene) -> None:

@@ -1,29 +1,28 @@
-"""Search for blocking items that must be moved before a target can be picked, and for their destinations.
+"""Blockers of a pick: the items without which it has a plan, found by planning without them.
 
-Delft moved an item that hid a target into the emptiest bin after two failed attempts (their task planner).
-Here failed plans report blocking items, and planning without an item shows whether moving it helps. Items
-that fit in no other bin go into the tote: the published penalties of 2016 include none for an item there that
-was not ordered, provided that the output file lists it.
+Failed plans report the item that was in the way of each candidate; planning in a scene without an item shows
+whether moving it helps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
 from pickcli.grasping.method_choice import may_hold
-from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.trial.order import Target
+from pickcli.motion.plan import Plan
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.scene.scene import TOTE, PlacedItem, Scene
 
-MOST_IN_THE_WAY = 5  # largest number of items that may have to be moved for one target
-MOST_DESTINATIONS = 4  # number of bins tried as destinations of a blocking item
+MOST_BLOCKERS = 5  # largest number of items that may have to be moved for one target
 
 WhatIf = Callable[[Scene], object]  # plans a pick of the target in a scene, or raises NoPlanError
+PlanIn = Callable[[Scene, PickQuery], Plan]  # plans any pick in a scene, or raises NoPlanError
 
 
-def in_the_way(
+def blocking_items(
     what_if: WhatIf,
     scene: Scene,
     target: PlacedItem,
@@ -52,7 +51,7 @@ def in_the_way(
         blamed = _blamed(what_if, scene, away)
     while blamed is not None:
         first = next((name for name in blamed if name in here - set(away)), None)
-        if first is None or len(away) == MOST_IN_THE_WAY:
+        if first is None or len(away) == MOST_BLOCKERS:
             return tuple(away) if is_hopeful else ()
         away.append(first)
         blamed = _blamed(what_if, scene, away)
@@ -107,18 +106,37 @@ def from_the_mouth(scene: Scene, items: Iterable[PlacedItem]) -> list[PlacedItem
     return sorted(items, key=lambda placed: (float((T_pod_world @ placed.T_world_item)[0, 3]), placed.id))
 
 
-def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> Iterator[str]:
-    """Choose other bins as destinations of a blocking item.
+def with_blockers(error: NoPlanError, plan_in: PlanIn, scene: Scene, query: PickQuery) -> NoPlanError:
+    """Add the blockers to the error of a pick, and which of them have no plan themselves.
+
+    Reasons name the item beside each candidate; this tells what removing them is worth.
 
     Args:
-        scene: The perceived scene.
-        bin_name: The bin from which the item is removed.
-        still_open: Targets still to be picked.
+        error: The error of the pick in the scene.
+        plan_in: Plans a pick in any scene, or raises NoPlanError.
+        scene: The scene.
+        query: The pick.
 
-    Yields:
-        Names of bins, at most MOST_DESTINATIONS: the emptiest first, bins with open targets last.
+    Returns:
+        The error with the advice in its message; the same error if removing items does not help.
     """
-    waiting = {target.bin for target in still_open}
-    others = [name for name in scene.cell.pod.bins if name != bin_name]
-    others.sort(key=lambda name: (name in waiting, len(scene.in_location(name)), name))
-    yield from others[:MOST_DESTINATIONS]
+    if not error.in_the_way:
+        return error
+    target = scene.find(query.item, query.out_of)
+    names = blocking_items(lambda left: plan_in(left, query), scene, target, blamed=error.in_the_way)
+    if not names:
+        return error
+    away = query.into if query.out_of == TOTE or TOTE not in scene.cell.places else TOTE
+    stuck = [name for name in names if not _has_plan(plan_in, scene, PickQuery(query.out_of, name, away))]
+    advice = f"{error.summary()}\nwithout {' and '.join(names)} there is a plan"
+    if stuck:
+        advice += f", but {' and '.join(stuck)} {'has' if len(stuck) == 1 else 'have'} none either"
+    return NoPlanError(error.query, error.reasons, advice, names)
+
+
+def _has_plan(plan_in: PlanIn, scene: Scene, query: PickQuery) -> bool:
+    try:
+        plan_in(scene, query)
+    except NoPlanError:
+        return False
+    return True
