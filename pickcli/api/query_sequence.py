@@ -21,7 +21,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_seed
-from pickcli.verification.verify import certify, certifying
+from pickcli.verification.verify import certifier, certify
 
 if TYPE_CHECKING:
     from pickcli.simulation.execution import Execution
@@ -135,7 +135,7 @@ class PickStep:
         Raises:
             NoPlanError: No motion was found that the verifier accepts; with the reasons.
         """
-        return plan_pick(context, scene, self.query, start, seed, certify=certifying(scene))
+        return plan_pick(context, scene, self.query, start, seed, certify=certifier(scene))
 
     def after(self, scene: Scene) -> Scene:
         """Move the item to its destination.
@@ -183,7 +183,7 @@ class StowStep:
 
         def plan_into(name: str) -> Plan:
             query = PickQuery(TOTE, self.item, name)
-            return plan_pick(context, scene, query, start, seed, certify=certifying(scene))
+            return plan_pick(context, scene, query, start, seed, certify=certifier(scene))
 
         return first_plan(f"stow {self.item}", [(name, partial(plan_into, name)) for name in self.bins])
 

@@ -11,7 +11,7 @@ from pickcli.commands.arm_options import ArmRequest, preferences_of, seen_by_oth
 from pickcli.commands.configuration_option import parse_configuration
 from pickcli.commands.experience_session import experience_session
 from pickcli.commands.logs import stage
-from pickcli.commands.planner import certifying, load_planner
+from pickcli.commands.planner import load_planner, timed_certifier
 
 if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
@@ -94,7 +94,7 @@ def _plan_with(scene: Scene, asked: PickRequest, write: Write, ranked: tuple[Arm
     with experience_session(planner, asked.roadmap, asked.trajectories, asked.learn) as session:
 
         def plan_in(scene: Scene, query: PickQuery) -> Plan:
-            certify = certifying(scene) if asked.is_verified else None
+            certify = timed_certifier(scene) if asked.is_verified else None
             return plan_pick(session.planner, scene, query, begin, asked.seed, session.recorder, certify)
 
         try:

@@ -186,8 +186,8 @@ def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -
     return plan
 
 
-def certifying(scene: Scene) -> Certify:
-    """Return a function that verifies the plans of a query, one after the other, until one is accepted.
+def timed_certifier(scene: Scene) -> Certify:
+    """Return a certifier that notes in each plan how long its verification took.
 
     Args:
         scene: The scene in which they are to be executed.
@@ -195,9 +195,9 @@ def certifying(scene: Scene) -> Certify:
     Returns:
         A function that returns a plan with its certificate, or the reasons for its rejection.
     """
-    from pickcli.verification.verify import certifying as judging
+    from pickcli.verification.verify import certifier
 
-    judge = judging(scene)
+    judge = certifier(scene)
 
     def certify(plan: Plan) -> Plan | Failures:
         began = time.perf_counter()

@@ -160,7 +160,7 @@ def certify(plan: Plan, scene: Scene) -> Plan:
     return replace(plan, certificate=verdict.certificate)
 
 
-def certifying(scene: Scene) -> Callable[[Plan], Plan | Failures]:
+def certifier(scene: Scene) -> Callable[[Plan], Plan | Failures]:
     """Return the function that judges the plans of a query, one after the other, until one is accepted.
 
     Args:
