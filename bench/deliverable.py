@@ -31,9 +31,9 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.scene.supports import supports_of
 from pickcli.seeds import derived_rng
 from pickcli.simulation.reality import Reality
+from pickcli.statics.supports import supports_of
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 
 CANNOT_BE_HELD = "cannot be held"

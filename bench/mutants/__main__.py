@@ -115,11 +115,11 @@ PACKAGES = (
     ),
     Package(
         "contact rules",
-        ("collision/allowed_contacts", "scene/supports", "scene/balance", "scene/contact_graph",
-         "scene/solid_contact", "scene/touching"),
-        ("tests/collision/test_allowed_contacts.py", "tests/scene/test_supports.py",
-         "tests/scene/test_balance.py", "tests/scene/test_slumping.py", "tests/scene/test_touching.py",
-         "tests/scene/test_solid_contact.py"),
+        ("collision/allowed_contacts", "statics/supports", "statics/balance", "statics/contact_graph",
+         "statics/solid_contact", "scene/touching"),
+        ("tests/collision/test_allowed_contacts.py", "tests/statics/test_supports.py",
+         "tests/statics/test_balance.py", "tests/statics/test_slumping.py", "tests/scene/test_touching.py",
+         "tests/statics/test_solid_contact.py"),
     ),
     Package(
         "load rules",

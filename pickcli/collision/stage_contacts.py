@@ -17,8 +17,8 @@ from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FOLLOWING
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.scene.solid_contact import SolidContact
-from pickcli.scene.supports import Supports, supports_of
+from pickcli.statics.solid_contact import SolidContact
+from pickcli.statics.supports import Supports, supports_of
 
 LINE_DEVIATION = 0.001  # m that the target may go deeper into solids than at rest: deviation from lines
 # m, for the target without the arm, which leaves the arm the rest of LINE_DEVIATION

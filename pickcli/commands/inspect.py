@@ -179,7 +179,7 @@ def _scene(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any
 
 def _supports(scene: Scene) -> dict[str, Any]:
     """Return for each item what it rests on, and what falls, slumps or rolls if it is removed."""
-    from pickcli.scene.supports import supports_of
+    from pickcli.statics.supports import supports_of
 
     supports = supports_of(scene)
     told = {}

@@ -110,8 +110,8 @@ def open_scene(path: Path, cell_name: str | None, arms: ArmRequest = NO_ARM) -> 
         StaleError: It was made for another cell.
     """
     from pickcli.cell.pod_tolerance import pod_stand
-    from pickcli.scene.balance_warning import warn_of_motion
     from pickcli.scene.scene_file import read_scene
+    from pickcli.statics.balance_warning import warn_of_motion
 
     with stage("reading of the scene"):
         cell = None if cell_name is None else open_cell(cell_name, arms)

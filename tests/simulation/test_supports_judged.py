@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import Scene
-from pickcli.scene.supports import Supports, supports_of
+from pickcli.statics.supports import Supports, supports_of
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.pile_statics import removal
 from support.piles import PATTERNS, moved_without, pile

@@ -11,7 +11,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.scene.supports import Supports, supports_of
+from pickcli.statics.supports import Supports, supports_of
 
 BIN = "bin_E"
 EXACT, NOISY = PoseNoise(), PoseNoise(0.002, float(np.radians(1.0)))

@@ -12,7 +12,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.scene.supports import Supports
+from pickcli.statics.supports import Supports
 from pickcli.verification.pile_statics import Removal, keeps_standing, removal
 from support.bin_piles import BIN, EXACT, NOISY, at, can_on_a_slope, height, of, on_a_slope, put, shaped
 

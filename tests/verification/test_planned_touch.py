@@ -13,7 +13,7 @@ from pickcli.geometry import Array, inverse, pose
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.scene.supports import supports_of
+from pickcli.statics.supports import supports_of
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import parts_of_segments

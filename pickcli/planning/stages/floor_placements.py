@@ -27,8 +27,8 @@ from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
 from pickcli.planning.stages.tool_clearance import tool_lines
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.scene.supports import supports_of
 from pickcli.seeds import derived_rng
+from pickcli.statics.supports import supports_of
 
 STEP, FINE_STEP = 0.02, 0.01  # m between tried spots, and where none of those is free
 FROM_WALLS = 0.006  # m to walls and to the back, besides the uncertainty of the item's pose

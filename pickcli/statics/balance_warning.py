@@ -6,7 +6,7 @@ from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.yaml_reader import Key
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_warnings import NOT_AT_REST
-from pickcli.scene.supports import supports_of
+from pickcli.statics.supports import supports_of
 
 
 def warn_of_motion(warnings: FileWarnings, scene: Scene) -> None:

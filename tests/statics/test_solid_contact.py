@@ -7,7 +7,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, perpendiculars, pose
-from pickcli.scene.solid_contact import (
+from pickcli.statics.solid_contact import (
     CARRYING_NORMAL_Z,
     FRICTION,
     MOST_FORCE,

@@ -12,7 +12,7 @@ from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.scene.supports import supports_of
+from pickcli.statics.supports import supports_of
 from support.bin_piles import (
     BIN,
     EXACT,

@@ -165,7 +165,7 @@ def test_what_one_contact_bears_by_itself_balances(
         for x in places for y in places for aside in (0.0, 0.5, 1.0)
     ]  # fmt: skip
     short = [supports.balance.stays_under(above.id, *press) for press in asked]
-    monkeypatch.setattr("pickcli.scene.balance.bears", lambda *_: False)
+    monkeypatch.setattr("pickcli.statics.balance.bears", lambda *_: False)
     assert short == [supports.balance.stays_under(above.id, *press) for press in asked]
     assert 10 < sum(short) < len(short) - 10
 
@@ -173,7 +173,7 @@ def test_what_one_contact_bears_by_itself_balances(
 def test_what_one_contact_bears_needs_no_search_for_forces(
     cell: Cell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pickcli.scene.balance.can_balance", lambda *_: False)
+    monkeypatch.setattr("pickcli.statics.balance.can_balance", lambda *_: False)
     below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
     above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.02)), 0.3, 0.0, 0.06)
     balance, press = of(cell, below, above).balance, np.array([0.0, 0.0, -2.0])

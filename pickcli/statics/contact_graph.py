@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.scene.solid_contact import SolidContact
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.scene.touching import Gaps, PosedSolids, gaps
+from pickcli.statics.solid_contact import SolidContact
 
 _UP = np.array([0.0, 0.0, 1.0])
 

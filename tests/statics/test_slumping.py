@@ -13,7 +13,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.scene.supports import Supports, supports_of
+from pickcli.statics.supports import Supports, supports_of
 
 CRATES = load_cell("ur5e_crates")
 CRATE = "crate_left"

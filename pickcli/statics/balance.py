@@ -16,10 +16,10 @@ import numpy as np
 
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import GRAVITY, Array
-from pickcli.scene.contact_graph import ContactGraph
-from pickcli.scene.patches import feature, patch
 from pickcli.scene.scene import PlacedItem
-from pickcli.scene.solid_contact import (
+from pickcli.statics.contact_graph import ContactGraph
+from pickcli.statics.patches import feature, patch
+from pickcli.statics.solid_contact import (
     FRICTION,
     SolidContact,
     balance,

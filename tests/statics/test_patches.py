@@ -7,7 +7,7 @@ import pytest
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import pose
-from pickcli.scene.patches import feature, patch
+from pickcli.statics.patches import feature, patch
 
 DOWN = np.array([0.0, 0.0, -1.0])
 BOX = Shape(ShapeKind.BOX, (0.2, 0.1, 0.04))

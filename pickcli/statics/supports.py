@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
-from pickcli.scene.balance import Balance
-from pickcli.scene.contact_graph import ContactGraph
 from pickcli.scene.scene import Scene
-from pickcli.scene.solid_contact import SolidContact
+from pickcli.statics.balance import Balance
+from pickcli.statics.contact_graph import ContactGraph
+from pickcli.statics.solid_contact import SolidContact
 
 
 @dataclass(frozen=True, eq=False)

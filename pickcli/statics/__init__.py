@@ -1,0 +1,7 @@
+"""Statics of a scene: which contacts bear weight, and what falls, rolls or slumps when an item is removed.
+
+Contacts: `patches` are the areas in which two solids of the `scene` meet, `solid_contact` the forces that
+they can bear, and `contact_graph` has all of them. `balance` solves the statics of single items, `supports`
+predicts which fall or roll when another is removed, and `balance_warning` warns of those that cannot be at
+rest.
+"""
