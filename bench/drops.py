@@ -33,7 +33,7 @@ from pickcli.motion.plan import Plan
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.drop_placements import ABOVE_PILE, LEAST_WALL
+from pickcli.planning.stages.drop_placements import ABOVE_PILE, LEAST_WALL_DISTANCE
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.seeds import derived_rng, derived_seed
@@ -187,7 +187,7 @@ class _Release:
         """The same over a random place of the tote, as low as over any pile."""
         T, T_place = self.T_world_item, place.T_carrier_place
         reach, middle = shape.reach(T[:3, :3]), T_place[:2, 3]
-        room = np.maximum(place.room.size[:2] / 2 - reach[:2] - LEAST_WALL, 0.0)
+        room = np.maximum(place.room.size[:2] / 2 - reach[:2] - LEAST_WALL_DISTANCE, 0.0)
         centre, height = middle + rng.uniform(-room, room), float(T_place[2, 3])
         for placed in below:
             T_below = placed.T_world_item

@@ -26,7 +26,8 @@ SIDEWAYS_OFFSETS = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, displaceme
 MAX_CENTRING = 0.015  # m that an item moves to the side in the first stretch, towards the middle of the bin
 BACKWARD_OFFSETS = (0.0, -0.02, -0.04)  # m, displacements towards the mouth that are tried
 N_EXPLAINED = 8  # about, of the corridors if none is free, from the shortest to the longest
-SAMPLED = np.linspace(0.0, 1.0, 11)  # shares of a way at which an explanation looks for what blocks it
+# shares of a way at which an explanation looks for what blocks it
+EXPLAINED_SHARES = np.linspace(0.0, 1.0, 11)
 ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis, tried to either side
 
 
@@ -157,7 +158,10 @@ def _explained(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
     way = np.stack([c.lift, *c.retreat])
     shares = np.linspace(0.0, 1.0, len(way))
     sampled = [
-        *((leaving, s * c.first_stretch, f"{100 * s:.0f} % along the first stretch") for s in SAMPLED[1:]),
+        *(
+            (leaving, s * c.first_stretch, f"{100 * s:.0f} % along the first stretch")
+            for s in EXPLAINED_SHARES[1:]
+        ),
         (carrying, c.first_stretch, "after the first stretch"),
         (carrying, c.lift, "at the end of the lift"),
         *(
@@ -166,7 +170,7 @@ def _explained(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
                 np.array([np.interp(s, shares, x) for x in way.T]),
                 f"{100 * s:.0f} % along the retreat",
             )
-            for s in SAMPLED[1:]
+            for s in EXPLAINED_SHARES[1:]
         ),
     ]
     blocked = [each for each in sampled if not each[0].is_valid(each[1])] or sampled

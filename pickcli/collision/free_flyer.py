@@ -31,7 +31,8 @@ ROLL_JUMPS = 0.75 * np.pi  # rad, at which the tool's roll wraps around
 PUSH_TOLERANCE = 0.0005  # m that an item may come nearer to neighbours that it must not push
 # m of lead over an item that rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
 ROLLING_LEAD = 0.03
-FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only approximately
+# m on top of the clearance: an arm follows a straight line only approximately
+LINE_FOLLOWING_RESERVE = 0.0012
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +96,7 @@ class FreeItemChecker(KernelValidator):
             touch = KernelWorld(kernel, contacts.enter(kernel, world, this, this))
         parts = (*[""] * this, item.name)
         stated = model.cell.clearance
-        super().__init__(world, parts, stated + FOLLOWING, stated, clear, touch)
+        super().__init__(world, parts, stated + LINE_FOLLOWING_RESERVE, stated, clear, touch)
 
     def is_valid_edge(self, q0: Array, q1: Array) -> bool:
         """Whether a straight displacement is proven free and pushes nothing.

@@ -14,7 +14,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from pickcli.collision.allowed_contacts import AllowedContacts
-from pickcli.collision.free_flyer import FOLLOWING
+from pickcli.collision.free_flyer import LINE_FOLLOWING_RESERVE
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.statics.solid_contact import SolidContact
@@ -242,7 +242,7 @@ class PickContacts:
     @cached_property
     def near(self) -> Mapping[str, SolidContact]:
         """Contacts within the clearance of the target at rest: its support, walls and neighbours."""
-        reach = self.scene.cell.clearance + FOLLOWING
+        reach = self.scene.cell.clearance + LINE_FOLLOWING_RESERVE
         found = {c.b: c for c in self.supports.graph.near(self.target.id, reach, self.floor)}
         # An item near the bend of the floor rests on either side of it; one that hangs in the air on neither.
         limit = reach + self.scene.noise.bound(self.target.item)

@@ -32,7 +32,7 @@ from pickcli.grasping.cup_press import max_press_depth, overtravel
 from pickcli.motion.plan import Grasp
 
 EDGE_TOLERANCE = 1e-3  # m that a press from above stays within the edge of the support
-MOST_TILT = 0.95  # of the angle at which an item falls over, to which a press may tip it
+MAX_TILT_SHARE = 0.95  # of the angle at which an item falls over, to which a press may tip it
 MOST_SPEED = 0.8  # of the speed at which a cup throws the item over
 REBOUND = 2.0  # times the cup's speed: speed at which an item leaves undamped bellows
 MOST_FRICTION = 1.1  # of an item on its support: cardboard, plastic and cloth on board have 0.25 to 0.5
@@ -66,7 +66,7 @@ def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | N
     if press is None:
         return fastest
     speed = MOST_SPEED * press.throwing_speed
-    is_tipped = press.tilt > MOST_TILT * press.balance or speed < SLOWEST * fastest
+    is_tipped = press.tilt > MAX_TILT_SHARE * press.balance or speed < SLOWEST * fastest
     return None if is_tipped else min(fastest, speed)
 
 

@@ -18,7 +18,8 @@ from pickcli.geometry import Array
 from pickcli.grasping.box_tsr import BoxTsr
 
 KTH_CUP_RADIUS = 0.0175  # m, the radius of KTH's cup according to the calls that made their files
-MOST_TILT = np.radians(15.0)  # angle of a tool to a face's normal up to which it is assigned to that face
+# angle of a tool to a face's normal up to which it is assigned to that face
+MAX_FACE_ANGLE = np.radians(15.0)
 FITS = 1e-3  # m by which the remaining area on a face may be narrower than the cup
 _GRAIN = 1e-4  # m that limits are rounded to, outwards: a region may be a point, and has to fit the cup
 
@@ -130,7 +131,7 @@ def _on_face(corners: Array, approach: Array, item: Item, rim: float) -> tuple[s
     face = f"{'-' if approach[axis] > 0 else '+'}{'xyz'[axis]}"
     if kind is ShapeKind.CYLINDER and axis != 2:
         off, face = float(np.arcsin(np.clip(np.abs(approach[2]), 0.0, 1.0))), "mantle"
-    if off > MOST_TILT:
+    if off > MAX_FACE_ANGLE:
         return f"the tool comes {np.degrees(off):.0f} degrees off every face"
     area = np.stack([np.maximum(corners[0] - rim, -half), np.minimum(corners[1] + rim, half)])
     along = [2] if face == "mantle" else [i for i in range(3) if i != axis]

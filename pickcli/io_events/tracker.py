@@ -24,8 +24,8 @@ SPACING = 4e-3  # s between the stored points of the path
 WINDOW = 0.02  # s of the trajectory that one update may advance, in addition to 2 dt
 # joint units along the path (0.5 mm at 1 m from a joint): this near to a rest, the clock is used
 NEAR_REST = 5e-4
-LEFT = 1e-3  # joint units along the path beyond which the robot has left a rest
-FASTEST = 1.5  # largest rate of progress that is used to extrapolate the next step
+LEFT_REST = 1e-3  # joint units along the path beyond which the robot has left a rest
+MAX_RATE = 1.5  # largest rate of progress that is used to extrapolate the next step
 TIME_ROUNDING = 1e-9  # s by which equal times may differ
 
 
@@ -114,7 +114,7 @@ class EventTracker:
             self._wait(rest, dt)
         else:
             self._follow(rest, here, dt)
-        rate = min((self._progress - before) / dt, FASTEST) if dt > 0.0 else 0.0
+        rate = min((self._progress - before) / dt, MAX_RATE) if dt > 0.0 else 0.0
         due = self._progress + 0.5 * rate * dt
         if not is_near:
             due = min(due, np.nextafter(self._times[rest], -1.0))
@@ -148,11 +148,11 @@ class EventTracker:
         """
         if rest + 1 >= len(self._times) - 1:
             return False
-        end = bisect_left(self._travel, self._travel[rest + 1] + 3.0 * LEFT, lo=rest + 2)
+        end = bisect_left(self._travel, self._travel[rest + 1] + 3.0 * LEFT_REST, lo=rest + 2)
         end = min(end, len(self._times) - 1)
         share, piece = self._nearest(rest + 1, end, 0.0, q)
         gone = self._travel[piece] + share * (self._travel[piece + 1] - self._travel[piece])
-        return gone - self._travel[rest + 1] > LEFT
+        return gone - self._travel[rest + 1] > LEFT_REST
 
     def _nearest(self, start: int, end: int, begun: float, q: Array) -> tuple[float, int]:
         """Return share and index of the piece in [start, end) nearest to q; the first from ``begun`` on."""

@@ -21,11 +21,12 @@ from pickcli.precompute.empty_cell_checkers import empty_scene
 # Region of the tip while the arm waits: m before the mouth, and beside its middle. The pod may be displaced
 # by 50 mm, so nothing should wait nearer than that plus some clearance.
 _BEFORE = (-0.32, -0.10)
-_BESIDE = 0.06
+_BESIDE_MOUTH = 0.06
 
 _INSIDE = 0.04  # m behind the mouth, from which on a pose is certainly in the place
 _JUST_INSIDE = 0.02  # m behind the mouth, from which on a pose may be in the place
-_LEAN = np.radians(30.0)  # largest yaw and pitch of the lance in the place, either way, as for grasps
+# largest yaw and pitch of the lance in the place, either way, as for grasps
+_MAX_LANCE_ANGLE = np.radians(30.0)
 _DRAWS = 40  # most samples per pose that the tool can take
 
 
@@ -69,8 +70,8 @@ class PlacePoseSampler:
         Returns:
             (n, 4, 4) in the world.
         """
-        low = np.array([_BEFORE[0], -_BESIDE, self.place.access.height / 2 - _BESIDE])
-        high = np.array([_BEFORE[1], _BESIDE, self.place.access.height / 2 + _BESIDE])
+        low = np.array([_BEFORE[0], -_BESIDE_MOUTH, self.place.access.height / 2 - _BESIDE_MOUTH])
+        high = np.array([_BEFORE[1], _BESIDE_MOUTH, self.place.access.height / 2 + _BESIDE_MOUTH])
         places = rng.uniform(low, high, (n, 3))
         is_turned = rng.random(n) < (
             0.5 if self.model.robot.tool.has_lance(self.tool_state, IN_LINE) else 0.0
@@ -94,7 +95,11 @@ class PlacePoseSampler:
             InputError: If there are too few.
         """
         low, high = room_behind_mouth(self.place, _INSIDE)
-        drawn = rng.uniform([*low, -_LEAN, -_LEAN], [*high, _LEAN, _LEAN], (_DRAWS * n, 5))
+        drawn = rng.uniform(
+            [*low, -_MAX_LANCE_ANGLE, -_MAX_LANCE_ANGLE],
+            [*high, _MAX_LANCE_ANGLE, _MAX_LANCE_ANGLE],
+            (_DRAWS * n, 5),
+        )
         free = self._taken([self._pose(d[:3], d[3], d[4]) for d in drawn], n)
         if len(free) < n:
             raise InputError(
@@ -114,9 +119,9 @@ class PlacePoseSampler:
         """
         access = self.place.access
         depth = float(np.abs(access.direction) @ self.place.room.size)
-        low = np.array([_JUST_INSIDE, -access.width / 2, 0.0, -_LEAN, -_LEAN, 0.0])
+        low = np.array([_JUST_INSIDE, -access.width / 2, 0.0, -_MAX_LANCE_ANGLE, -_MAX_LANCE_ANGLE, 0.0])
         turn = 2.0 * np.pi if access.is_from_above else 0.0
-        high = np.array([depth, access.width / 2, access.height, _LEAN, _LEAN, turn])
+        high = np.array([depth, access.width / 2, access.height, _MAX_LANCE_ANGLE, _MAX_LANCE_ANGLE, turn])
         low_room, high_room = room_behind_mouth(self.place, _JUST_INSIDE)
         if high_room[0] < _JUST_INSIDE:  # over a table: nothing is beside it
             low[:3], high[:3] = low_room, high_room
@@ -134,7 +139,11 @@ class PlacePoseSampler:
             (N, 4, 4) in the world.
         """
         room, access = self.place.room, self.place.access
-        drawn = rng.uniform([*room.low, -_LEAN, -_LEAN], [*room.high, _LEAN, _LEAN], (_DRAWS * n, 5))
+        drawn = rng.uniform(
+            [*room.low, -_MAX_LANCE_ANGLE, -_MAX_LANCE_ANGLE],
+            [*room.high, _MAX_LANCE_ANGLE, _MAX_LANCE_ANGLE],
+            (_DRAWS * n, 5),
+        )
         floor, ceiling = room.floor_at(drawn[:, 0]), room.ceiling_at(drawn[:, 0])
         drawn[:, 2] = floor + (drawn[:, 2] - room.low[2]) / room.size[2] * (ceiling - floor)
         behind_mouth = (drawn[:, :3] - access.T_place_mouth[:3, 3]) @ access.direction

@@ -10,7 +10,7 @@ from pickcli.geometry import Array
 from pickcli.roadmap.graph import Roadmap
 
 # Euclidean, rad and m: polylines whose ends are within this distance count as joining the same places.
-SAME_PLACE = 0.05
+SAME_ENDS_DISTANCE = 0.05
 
 
 def with_polylines(roadmap: Roadmap, polylines: Sequence[Array]) -> Roadmap:
@@ -55,8 +55,9 @@ def without_doubles(stored: Sequence[Array], polylines: Sequence[Array]) -> list
     fresh = []
     for k in range(len(stored), len(every)):
         there, back = (_distances(ends[:k], ends[k, order]) for order in ([0, 1], [1, 0]))
-        leads_nowhere = np.linalg.norm(ends[k, 0] - ends[k, 1]) <= SAME_PLACE
-        counts[k] = not leads_nowhere and not np.any(counts[:k] & (np.minimum(there, back) <= SAME_PLACE))
+        leads_nowhere = np.linalg.norm(ends[k, 0] - ends[k, 1]) <= SAME_ENDS_DISTANCE
+        is_double = np.any(counts[:k] & (np.minimum(there, back) <= SAME_ENDS_DISTANCE))
+        counts[k] = not leads_nowhere and not is_double
         if counts[k]:
             fresh.append(np.asarray(every[k]))
     return fresh

@@ -14,7 +14,7 @@ from pickcli.collision.sphere_cover import Cover
 from pickcli.geometry import Array, pose
 from pickcli.verification.fcl_solids import Solid
 
-N_POINTS = 16  # sample points on each sphere
+N_SPHERE_POINTS = 16  # sample points on each sphere
 POINT = Shape(ShapeKind.SPHERE, (1e-6,))
 
 
@@ -88,8 +88,8 @@ def mean_excess(link: Link, cover: Cover) -> float:
 
 def _outer_points(cover: Cover) -> Array:
     """Points (N, 3) spread over all spheres, without those inside other spheres."""
-    k = np.arange(N_POINTS) + 0.5
-    z, angle = 1.0 - 2.0 * k / N_POINTS, np.pi * (1.0 + np.sqrt(5.0)) * k  # Fibonacci's lattice
+    k = np.arange(N_SPHERE_POINTS) + 0.5
+    z, angle = 1.0 - 2.0 * k / N_SPHERE_POINTS, np.pi * (1.0 + np.sqrt(5.0)) * k  # Fibonacci's lattice
     flat = np.sqrt(1.0 - z**2)
     directions = np.column_stack([flat * np.cos(angle), flat * np.sin(angle), z])
     points = (cover.centers[:, None] + cover.radii[:, None, None] * directions).reshape(-1, 3)

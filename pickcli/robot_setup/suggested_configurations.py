@@ -28,7 +28,7 @@ from pickcli.verification.forward_kinematics import link_poses
 
 HOME, PARKED = "home", "parked"
 N_CANDIDATES = 2000
-MARGIN = 0.05  # share of each joint's range that configurations keep from the limits
+LIMIT_MARGIN = 0.05  # share of each joint's range that configurations keep from the limits
 FLOOR_TOLERANCE = 1e-6  # m, tolerance of links below the floor of the base
 N_TRIED = 8  # parking configurations to which a motion is searched
 # Configurations at places are judged by fewer lines than apc suggest-configurations does, as there are many.
@@ -186,7 +186,7 @@ def samples(cell: Cell, seed: int) -> Array:
     turns = np.array([unit == "rad" for unit in cell.robot.units]) & (low < np.pi) & (high > -np.pi)
     lower = np.where(turns, np.maximum(low, -np.pi), low)
     upper = np.where(turns, np.minimum(high, np.pi), high)
-    margin = MARGIN * (upper - lower)
+    margin = LIMIT_MARGIN * (upper - lower)
     size = (N_CANDIDATES, len(lower))
     return np.asarray(rng.uniform(lower + margin, upper - margin, size=size).round(DECIMALS))
 

@@ -20,7 +20,7 @@ from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
 
 _KINDS = {ShapeKind.BOX: 0, ShapeKind.CYLINDER: 1, ShapeKind.SPHERE: 2}
-_NO_WAY = 1e-9  # vectors shorter than this have no direction
+_MIN_LENGTH = 1e-9  # vectors shorter than this have no direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +153,10 @@ def gaps(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp]) -> Gaps:
     between = solids.T[b, :3, 3] - solids.T[a, :3, 3]
     directions = _directions(solids, a, b, between)
     lengths = np.linalg.norm(directions, axis=2)
-    unit = directions / np.maximum(lengths, _NO_WAY)[..., None]
+    unit = directions / np.maximum(lengths, _MIN_LENGTH)[..., None]
     along = np.einsum("pdk,pk->pd", unit, between)
     widths = np.abs(along) - solids.half_widths(a, unit) - solids.half_widths(b, unit)
-    widths[lengths <= _NO_WAY] = -np.inf
+    widths[lengths <= _MIN_LENGTH] = -np.inf
     best = widths.argmax(axis=1)
     rows = np.arange(len(a))
     across = unit[rows, best]

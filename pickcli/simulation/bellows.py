@@ -22,7 +22,7 @@ RELAXATION = 4e-3  # s, damping over stiffness of the rubber
 SOLID_STIFFNESS = 3e4  # N/m beyond the stroke: solid rubber, lance and arm in series (docs/simulation.md)
 SOLID_DEPTH = 4e-3  # m beyond the stroke at which the rigid collision shape begins
 FRICTION = 0.5  # of the lip on a face; consistent with the cell's max_shear over max_pull
-SLIDING_SPEED = 0.01  # m/s above which the sliding lip has its full friction
+FULL_FRICTION_SPEED = 0.01  # m/s above which the sliding lip has its full friction
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ class Bellows:
         force = float(forces.sum()) - min(RELAXATION * stiffness, 0.5 * mass / h) * along
         force = max(force, 0.0)
         across = velocity - along * R[:, 2]
-        drag = FRICTION * force / max(length(across), SLIDING_SPEED)
+        drag = FRICTION * force / max(length(across), FULL_FRICTION_SPEED)
         on_body = force * R[:, 2] - min(drag, 0.5 * mass / h) * across
         if is_free:
             self._engine.wake(name)

@@ -30,9 +30,9 @@ class View:
 CELL_VIEW = View((-2.6, 1.9, 2.3), (-0.55, -0.1, 1.05), 48.0)  # robot, pod and tote from behind on the left
 POD_VIEW = View((-1.60, 0.0, 1.40), (0.2, 0.0, 1.28), 40.0)  # straight into the bins
 TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into the tote
-MARGIN = 0.25  # m around the link frames of an arm, for the links' extent
-N_SAMPLES = 40  # configurations of a motion for which the view is chosen
-OVER = 0.02  # m above the floor of a place, of the point that should be visible
+LINK_MARGIN = 0.25  # m around the link frames of an arm, for the links' extent
+N_CONFIGURATIONS = 40  # configurations of a motion for which the view is chosen
+POINT_HEIGHT = 0.02  # m above the floor of a place, of the point that should be visible
 # turns about the vertical to try
 TRIED_TURNS = np.radians([0.0, 40.0, -40.0, 80.0, -80.0, 120.0, -120.0, 180.0])
 
@@ -57,7 +57,7 @@ def view_of(scene: Scene) -> View:
     length = float(np.linalg.norm(away))
     towards = away / length if length > 0.1 else np.array([1.0, 0.0, 0.0])
     behind = 1.3 * spread * (np.array([0.0, 0.0, 1.0]) - towards)
-    seen = np.array([*at, base]) + np.array([0.0, 0.0, OVER])
+    seen = np.array([*at, base]) + np.array([0.0, 0.0, POINT_HEIGHT])
     eye = _least_hidden(middle, behind, seen, scene.cell)
     return View(tuple(eye.tolist()), tuple(middle.tolist()), 50.0)
 
@@ -77,10 +77,10 @@ def view_of_motion(cell: Cell, Q: Array) -> View:
         return CELL_VIEW
     robot = cell.robot
     chain = Arm(robot).chain(robot.tool.default_state)
-    shown = Q[np.linspace(0, len(Q) - 1, N_SAMPLES).astype(int)]
+    shown = Q[np.linspace(0, len(Q) - 1, N_CONFIGURATIONS).astype(int)]
     points = np.concatenate([robot.T_world_base[None, :3, 3], *(chain.fk(q)[:, :3, 3] for q in shown)])
     low, high = points.min(axis=0), points.max(axis=0)
-    radius = float(np.linalg.norm(high - low)) / 2 + MARGIN
+    radius = float(np.linalg.norm(high - low)) / 2 + LINK_MARGIN
     away = np.subtract(CELL_VIEW.eye, CELL_VIEW.target)
     away *= radius / np.sin(np.radians(CELL_VIEW.fov) / 2) / np.linalg.norm(away)
     target = (low + high) / 2

@@ -20,7 +20,7 @@ from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.world import World
 
 AVERAGE_TIME = 0.01  # s over which the force is averaged, after the filter of the torques
-CERTAIN = 4.5  # standard deviations of the averaged force above which it is not noise
+CERTAIN_DEVIATIONS = 4.5  # standard deviations of the averaged force above which it is not noise
 LEAST_LEFT = 1e-3  # m left of the contact below which a stop would make no difference
 
 
@@ -62,7 +62,7 @@ class ContactGuard:
         force, noise = self._force_along(tip[:3, 2], segment)
         self._force += world.time_step / AVERAGE_TIME * (force - self._force)
         left = float((self._tip_at_end(segment) - tip)[:3, 3] @ tip[:3, 2])
-        if self._force < max(self._thresholds.touch, CERTAIN * noise) or left < LEAST_LEFT:
+        if self._force < max(self._thresholds.touch, CERTAIN_DEVIATIONS * noise) or left < LEAST_LEFT:
             return None
         pressed, most = self._force / grip.stiffness + left, self._thresholds.bellows * grip.gives_way
         if pressed <= most:

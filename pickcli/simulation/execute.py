@@ -29,7 +29,8 @@ MOST_BRAKING = 1.0  # s, upper bound of the time in which the heaviest joint sto
 RETURN_TIME = 0.3  # s for the return onto the path, from rest to rest
 YIELD_TIME = 0.5  # s after a contact in which the robot may move back along its path until nothing presses
 YIELD_PACE = 0.1  # speed of that motion, as a share of the plan's
-FREE = 0.5  # share of the stop threshold: a force just below it would stop the next motion at once
+# share of the stop threshold: a force just below it would stop the next motion at once
+FREE_FORCE_SHARE = 0.5
 FREE_TIME = 0.03  # s without pressure before the arm counts as free, as measurements are noisy
 
 OnStep = Callable[[World], None]
@@ -173,7 +174,7 @@ class _Run(PlanRun[World]):
         t_end, t_free = world.t + YIELD_TIME, world.t + FREE_TIME
         while world.t < min(t_end, t_free):
             self._follow(led.back(world.time_step, YIELD_PACE), led.path_time)
-            if self.supervisor.pressing() > FREE:
+            if self.supervisor.pressing() > FREE_FORCE_SHARE:
                 t_free = world.t + FREE_TIME
         self.path_time = led.path_time
 

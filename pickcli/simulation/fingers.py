@@ -24,9 +24,9 @@ from pickcli.simulation.servo import FingerDrive
 
 ON_PAD = 0.7  # least cosine between a contact normal and the closing direction; edges have less
 PRESS_TIME = 0.01  # s over which the force on a pad is averaged
-GRIPS = 0.5  # share of the drive's force on both pads above which an item is held
+HOLDING_FORCE_SHARE = 0.5  # share of the drive's force on both pads above which an item is held
 LETS_GO = 0.05  # share of it below which the item is released
-STANDING_SPEED = 5e-3  # m/s of any part of the pads over the item, below which the item sticks
+STICKING_SPEED = 5e-3  # m/s of any part of the pads over the item, below which the item sticks
 LOOK_STEP = 1e-3  # m of slip after which the contact area of the pads is computed again
 
 
@@ -139,12 +139,12 @@ class Fingers:
             self._pressed != self.held or self._press < LETS_GO * self._drive.force
         ):
             self._let_go(t)
-        if not self._drive.is_stopped or self._press < GRIPS * self._drive.force:
+        if not self._drive.is_stopped or self._press < HOLDING_FORCE_SHARE * self._drive.force:
             return
         if self.held is None:
             self._take(self._pressed)
         T_world_tip = self._tip()
-        if self._sliding_speed(T_world_tip) < STANDING_SPEED:
+        if self._sliding_speed(T_world_tip) < STICKING_SPEED:
             self._hang_on(T_world_tip)
 
     def _feel(self) -> None:

@@ -19,8 +19,8 @@ from pickcli.simulation.places import bounds, location_of
 TIME_STEP = 1e-3  # s, that of ``World``, so that items at rest here are at rest there
 MAX_TIME = 6.0  # s; items that still move then are rejected
 REST_TIME = 0.25  # s below both speeds, after which items are at rest
-REST_SPEED = 1e-3  # m/s
-REST_TURN = 2e-2  # rad/s
+SETTLED_SPEED = 1e-3  # m/s
+SETTLED_TURN_RATE = 2e-2  # rad/s
 MAX_OVERLAP = 1e-3  # m between any two shapes
 MAX_DRIFT = 5e-4  # m, tolerated motion of an item while the last contacts form
 DRIFT_TIME = 0.5  # s
@@ -82,7 +82,7 @@ def _run(engine: Engine, items: tuple[PlacedItem, ...]) -> PlacedItem | None:
 
 def _moves(engine: Engine, placed: PlacedItem) -> bool:
     linear, angular = engine.speed(placed.id)
-    return linear > REST_SPEED or angular > REST_TURN
+    return linear > SETTLED_SPEED or angular > SETTLED_TURN_RATE
 
 
 def _misplaced(scene: Scene, placed: PlacedItem) -> Reason | None:

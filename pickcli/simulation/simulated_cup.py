@@ -22,7 +22,7 @@ from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 TOOL_FORCE = 20.0  # N or Nm, if the cell states no force for the tool's joint
 TOOL_TOLERANCE = 0.02  # rad or m, tolerance of the position at which the tool has arrived in a state
-SEALED = 0.9  # share of the face's expected vacuum from which the item is lifted
+SEALED_VACUUM_SHARE = 0.9  # share of the face's expected vacuum from which the item is lifted
 
 
 class SimulatedCup(SimulatedTool):
@@ -109,7 +109,7 @@ class SimulatedCup(SimulatedTool):
         Returns:
             True if it does.
         """
-        return self._suction.vacuum.cup >= SEALED * seal * FULL_VACUUM
+        return self._suction.vacuum.cup >= SEALED_VACUUM_SHARE * seal * FULL_VACUUM
 
     def watch(self, thresholds: Thresholds) -> HoldWatch:
         """Create the supervision of the seal.

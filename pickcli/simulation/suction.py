@@ -22,7 +22,7 @@ from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
-GAP = 1.5e-3  # m, largest distance from the tip at which a cup draws a face on
+MAX_SEAL_GAP = 1.5e-3  # m, largest distance from the tip at which a cup draws a face on
 CONFORMITY = 5e-3  # m, unevenness of a face that the lip follows: 10 degrees of tilt, or a bottle's curvature
 BREAK_TIME = 3 / 240  # s above a limit until the item separates: 3 steps in a row at the measured 240 Hz
 DRAG_REACH = 0.01  # m in front of the cup in which its open flow still moves items
@@ -30,8 +30,8 @@ DRAG_SHARE = 0.05  # share of the closed cup's force, directly at the cup
 SEAL_VACUUM = 12e3  # Pa in the cup from which the sensor reads a hold: three times that of the open flow
 HOLD_VACUUM = 6e3  # Pa in the cup from which a face at rest hangs on it
 RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item separates
-STANDING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which it seals
-SLIDING_SPEED = 30e-3  # m/s over the face at which the lip leaks fully; in proportion below
+SEALING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which it seals
+LEAKING_SPEED = 30e-3  # m/s over the face at which the lip leaks fully; in proportion below
 COLLISION_DISTANCE = 1e-3  # m from the relaxed lip at which the cup collides again with a released item
 
 
@@ -176,9 +176,9 @@ class Suction:
             return
         share = self._seal(probe, T_world_tip)
         speed = self._sliding_speed(probe.nearest, T_world_tip) if share > 0.0 else np.inf
-        self.vacuum.advance(time_step, share * max(0.0, 1.0 - speed / SLIDING_SPEED) if share > 0.0 else 0.0)
+        self.vacuum.advance(time_step, share * max(0.0, 1.0 - speed / LEAKING_SPEED) if share > 0.0 else 0.0)
         self.contact_points = self._bellows.act(T_world_tip, probe, frozenset(self._items))
-        if speed < STANDING_SPEED and self.vacuum.cup >= HOLD_VACUUM:
+        if speed < SEALING_SPEED and self.vacuum.cup >= HOLD_VACUUM:
             self._attach(probe.nearest, T_world_tip, share)
         elif self.vacuum.cup > 0.0:
             self._friction.apply(probe.nearest, T_world_tip, self.vacuum.cup * self._area)
@@ -212,7 +212,7 @@ class Suction:
         name = probe.nearest
         if name not in self._items or any(other != name for other in probe.names):
             return 0.0
-        if float(probe.distances.min()) > GAP or float(np.ptp(probe.distances)) > CONFORMITY:
+        if float(probe.distances.min()) > MAX_SEAL_GAP or float(np.ptp(probe.distances)) > CONFORMITY:
             return 0.0
         if not self._has_honest_seals:
             return 1.0

@@ -24,7 +24,7 @@ from pickcli.simulation.world import World
 TORQUE_NOISE = 0.02  # share of a motor's largest torque: error of a torque estimated from the current
 FILTER_TIME = 4e-3  # s, time constant of the filter for the unexplained torque
 PAYLOAD_FACTOR = 1.5  # allowance over the held item's weight, for acceleration and mass error
-LET_GO_TIME = 0.5  # s after a planned release during which the item's weight may still act
+RELEASED_WEIGHT_TIME = 0.5  # s after a planned release during which the item's weight may still act
 _ONES, _ROOT_3 = np.ones(3), float(np.sqrt(3.0))
 
 Dynamics = Callable[[Array, Array, Array], Array]  # q, dq, ddq (m,) -> motor torques (m,)
@@ -145,7 +145,7 @@ class Supervisor:
                 mass = world.scene.find(segment.held).item.mass
                 self._weighed, self._payload = segment, PAYLOAD_FACTOR * GRAVITY * mass
             self._weight, self._t_held = self._payload, world.t
-        elif world.t - self._t_held > LET_GO_TIME:
+        elif world.t - self._t_held > RELEASED_WEIGHT_TIME:
             self._weight = 0.0
 
     def _contact(self, unexplained: Array) -> ProtectiveStop | None:

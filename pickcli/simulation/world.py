@@ -44,7 +44,7 @@ ROBOT = "robot"
 REST_STEPS = 100  # steps between checks for items at rest
 REST_MOVE = 2e-4  # m
 REST_SPEED = 5e-3  # m/s
-REST_TURN = 0.01  # rad/s
+REST_TURN_RATE = 0.01  # rad/s
 REST_LOOKS = 2  # consecutive checks at rest before an item sleeps: toppling begins slowly
 
 
@@ -228,7 +228,7 @@ class World:
             moved = float(np.abs(position - self._positions[placed.id]).max())
             self._positions[placed.id] = position
             linear, angular = self.engine.speed(placed.id)
-            rests = moved < REST_MOVE and linear < REST_SPEED and angular < REST_TURN
+            rests = moved < REST_MOVE and linear < REST_SPEED and angular < REST_TURN_RATE
             self._looks_at_rest[placed.id] = self._looks_at_rest[placed.id] + 1 if rests else 0
             if placed.id == self.held:
                 continue

@@ -8,7 +8,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, perpendiculars
 
 N_RIM_POINTS = 16  # points that approximate the rim of a cylinder's end
-_SAME = 1e-9  # m
+_POINT_TOLERANCE = 1e-9  # m
 
 
 def feature(shape: Shape, T: Array, direction: Array, tolerance: float) -> Array:
@@ -80,7 +80,7 @@ def _hull(points: Array) -> Array:
     for run in (order, order[::-1]):
         half: list[tuple[float, float]] = []
         for p in run:
-            while len(half) >= 2 and _turn(half[-2], half[-1], p) <= _SAME**2:
+            while len(half) >= 2 and _turn(half[-2], half[-1], p) <= _POINT_TOLERANCE**2:
                 half.pop()
             half.append(p)
         halves.append(half[:-1])
@@ -108,10 +108,14 @@ def _cut(points: Array, inside: Array) -> Array:
     n = len(points)
     corners, sides = points.tolist(), inside.tolist()  # Python floats are much faster here than numpy's
     for i, ((x, y), side) in enumerate(zip(corners, sides, strict=True)):
-        if side >= -_SAME:
+        if side >= -_POINT_TOLERANCE:
             kept.append((x, y))
         j = (i + 1) % n
-        if n > 1 and (side > _SAME) != (sides[j] > _SAME) and abs(side - sides[j]) > 2 * _SAME:
+        if (
+            n > 1
+            and (side > _POINT_TOLERANCE) != (sides[j] > _POINT_TOLERANCE)
+            and abs(side - sides[j]) > 2 * _POINT_TOLERANCE
+        ):
             s = side / (side - sides[j])
             if 0.0 < s < 1.0 and not (n == 2 and i == 1):
                 kept.append((x + s * (corners[j][0] - x), y + s * (corners[j][1] - y)))

@@ -11,7 +11,7 @@ from pickcli.geometry import Array, perpendiculars
 
 # least vertical component of the normal of a contact that carries weight
 CARRYING_NORMAL_Z = np.sin(np.radians(20.0))
-STEEP = np.sin(np.arctan(0.5))  # least horizontal component of the normal of a contact without hold
+STEEP_NORMAL_XY = np.sin(np.arctan(0.5))  # least horizontal component of the normal of a contact without hold
 FRICTION = 0.2  # assumed coefficient; cardboard, plastic and cloth on board have 0.25 to 0.5
 MOST_FORCE = 4.0  # weights; larger forces mean wedging, and wedges slip
 UNBALANCED = 1e-6  # weights, or weights times size; tolerated residual
@@ -46,7 +46,7 @@ class SolidContact:
     @property
     def is_steep(self) -> bool:
         """Whether friction cannot hold an item there, so that something else must keep it from sliding."""
-        return bool(np.hypot(self.normal[0], self.normal[1]) > STEEP)
+        return bool(np.hypot(self.normal[0], self.normal[1]) > STEEP_NORMAL_XY)
 
 
 def bears(patch: Array, normal: Array, force: Array, point: Array) -> bool:

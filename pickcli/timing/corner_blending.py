@@ -30,7 +30,7 @@ from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 from pickcli.kernel import BlendedPolyline
 from pickcli.timing.jerk_smoothing import TimeLaw
-from pickcli.timing.polyline_simplification import SAME, arc_lengths, canonical
+from pickcli.timing.polyline_simplification import POINT_TOLERANCE, arc_lengths, canonical
 
 Indices: TypeAlias = NDArray[np.intp]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -224,7 +224,7 @@ def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLI
         The blended path.
     """
     tolerance = np.array(np.broadcast_to(np.asarray(tolerances, dtype=float), (len(waypoints),)))
-    kept = canonical(waypoints, np.maximum(simplify * tolerance, SAME))
+    kept = canonical(waypoints, np.maximum(simplify * tolerance, POINT_TOLERANCE))
     curve = BlendedPath(waypoints[kept], np.zeros(len(kept)), arc_lengths(waypoints, kept))
     return smoothed(curve, (1.0 - simplify) * tolerance, (1.0 - simplify) * tolerance[kept])
 
@@ -243,7 +243,7 @@ def smoothed(curve: BlendedPath, allowed: Array, wanted: Array) -> BlendedPath:
     half = np.zeros(len(curve.corners))
     if len(half) < 3:
         return replace(curve, half_lengths=half)
-    turn = np.maximum(np.linalg.norm(curve.turns, axis=1), SAME)
+    turn = np.maximum(np.linalg.norm(curve.turns, axis=1), POINT_TOLERANCE)
     fixed = np.concatenate([[True], wanted[1:-1] <= 0.0, [True]])  # no blend extends over ends and stops
     walls, free = curve.corner_s[fixed], curve.corner_s[~fixed]
     i = np.searchsorted(walls, free)
@@ -278,4 +278,4 @@ def _intervals(curve: BlendedPath, allowed: Array) -> tuple[Array, Array, Array]
     bent = ~curve.is_line(start, end)
     start, end = start[bent], end[bent]
     nearest = np.searchsorted(middles, (start + end) / 2)
-    return start, end, np.maximum(allowed[nearest], SAME**2)
+    return start, end, np.maximum(allowed[nearest], POINT_TOLERANCE**2)

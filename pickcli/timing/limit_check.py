@@ -16,10 +16,9 @@ from pickcli.geometry import Array
 from pickcli.kernel import quintic_peaks
 from pickcli.motion.trajectory import Trajectory
 
-TOLERANCE = 1e-6  # relative, for rounding only
-POSITION_TOLERANCE = (
-    1e-6  # rad or m: measured starts are rounded, and curves may exceed limits between two checked nodes
-)
+LIMIT_TOLERANCE = 1e-6  # relative, for rounding only
+# rad or m: measured starts are rounded, and curves may exceed limits between two checked nodes
+POSITION_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -120,7 +119,7 @@ def check_limits(trajectory: Trajectory, limits: Limits, scale: Array | float = 
         ("acceleration", report.acceleration),
         ("jerk", report.jerk),
     ):
-        if not worst.ratio <= 1.0 + TOLERANCE:
+        if not worst.ratio <= 1.0 + LIMIT_TOLERANCE:
             raise LimitError(
                 f"{name} of joint {worst.joint} is {worst.ratio:.6f} of its limit at {worst.time:.3f} s of "
                 f"{trajectory.duration:.3f} s: time the path again with time_run"

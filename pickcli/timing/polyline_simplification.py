@@ -9,11 +9,12 @@ import numpy as np
 
 from pickcli.geometry import Array
 
-SAME = 1e-6  # scaled joint units (rad, m): points within this distance count as one point, or as on one line
+# scaled joint units (rad, m): points within this distance count as one point, or as on one line
+POINT_TOLERANCE = 1e-6
 NOWHERE = 1e-9  # a path no longer than this has no motion
 
 
-def canonical(waypoints: Array, tolerances: Array | float = SAME) -> Array:
+def canonical(waypoints: Array, tolerances: Array | float = POINT_TOLERANCE) -> Array:
     """Return indices of the waypoints that shape a path: the first, the last, and all that are needed.
 
     For a path without motion only index 0 is kept.
@@ -49,7 +50,7 @@ def _worst_between(points: Array, tolerance: Array) -> int | None:
         return None
     relative = points - points[0]
     length = float(np.linalg.norm(relative[-1]))
-    if length <= SAME:
+    if length <= POINT_TOLERANCE:
         distance = np.linalg.norm(relative, axis=1)
     else:
         along = np.clip(relative @ relative[-1] / length, 0.0, length)
@@ -65,7 +66,7 @@ def _without_repeats(waypoints: Array, kept: list[int]) -> Array:
     """Return the kept indices without consecutive equal points; the path's end is always kept."""
     out = [kept[0]]
     for index in kept[1:]:
-        if np.linalg.norm(waypoints[index] - waypoints[out[-1]]) > SAME:
+        if np.linalg.norm(waypoints[index] - waypoints[out[-1]]) > POINT_TOLERANCE:
             out.append(index)
         elif index == kept[-1]:
             _end_at(waypoints, out, index)

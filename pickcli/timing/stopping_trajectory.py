@@ -20,11 +20,11 @@ from pickcli.cell.robot import Limits
 from pickcli.errors import LimitError
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.limit_check import TOLERANCE, measure_limits
+from pickcli.timing.limit_check import LIMIT_TOLERANCE, measure_limits
 
-_STEP = 0.008  # s between points, at most
+_POINT_TIME = 0.008  # s between points, at most
 _TOO_CLOSE = 5e-4  # s: points nearer than this are one
-_HOPELESS = 1.5  # time scale beyond which no exact value is computed
+_HOPELESS_TIME_SCALE = 1.5  # time scale beyond which no exact value is computed
 _SLOWEST = 0.02  # s: ratio of velocity to acceleration limit below which a joint counts as at rest
 _RATES = 0.65 ** np.arange(9)  # of the fastest change of tau' that the limits could ever allow
 _WAITS = np.concatenate([np.arange(0.0, 0.2, 0.01), np.arange(0.2, 0.8, 0.03)])  # s until braking begins
@@ -76,7 +76,7 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory
             if begin + law.t[-1] >= best.trajectory.duration:
                 break  # lower rates take longer still
             if (
-                _needed_time_scale(trajectory, law, limits) <= 1.0 + TOLERANCE / 3
+                _needed_time_scale(trajectory, law, limits) <= 1.0 + LIMIT_TOLERANCE / 3
             ):  # jerk scales with the cube
                 best = StoppedTrajectory(_driven(trajectory, law, with_start=True), float(law.tau[-1]))
                 break
@@ -119,7 +119,7 @@ def _needed_time_scale(trajectory: Trajectory, law: _TimeLaw, limits: Limits) ->
     """Return the factor of time, at least 1, at which the part driven by the law keeps the limits."""
     t, q, v, a = _law_rows(trajectory, law)
     at_points = float(np.sqrt((np.abs(a) / limits.acceleration).max()))
-    if not at_points <= _HOPELESS:
+    if not at_points <= _HOPELESS_TIME_SCALE:
         return at_points
     return max(measure_limits(Trajectory(trajectory.joint_names, t, q, v, a), limits).time_scale, 1.0)
 
@@ -177,7 +177,7 @@ def _points(t: Array, tau: Array, ends: Array, knots: Array) -> Array:
     times = np.sort(np.concatenate([[0.0, t[-1]], ends[ends < t[-1]], crossed]))
     times = times[np.concatenate([[True], np.diff(times) > _TOO_CLOSE])]
     times[-1] = t[-1]
-    counts = np.ceil(np.diff(times) / _STEP - 1e-9).astype(int)
+    counts = np.ceil(np.diff(times) / _POINT_TIME - 1e-9).astype(int)
     pieces = [
         np.linspace(a, b, n, endpoint=False) for a, b, n in zip(times[:-1], times[1:], counts, strict=True)
     ]

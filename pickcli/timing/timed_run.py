@@ -23,7 +23,7 @@ from pickcli.timing.polyline_simplification import NOWHERE
 from pickcli.timing.time_parameterization import retime, to_trajectory
 from pickcli.timing.trajectory_chords import trajectory_chords
 
-STEP = 0.008  # s between trajectory points, before scaling time
+POINT_TIME = 0.008  # s between trajectory points, before scaling time
 MAX_TIME_SCALE = 2.0  # of the whole motion, for a path constraint that is broken in one place
 CHECK_STEP = 1e-3  # s between the states at which a path constraint is checked
 
@@ -63,7 +63,7 @@ def time_run(
     limits: Limits,
     is_free: IsFree | None = None,
     jacobian_speed: ToolSpeed | None = None,
-    step: float = STEP,
+    step: float = POINT_TIME,
     constraint: PathConstraint | None = None,
 ) -> TimedRun:
     """Time one motion through all segments, at rest only at its ends and at corners that cannot be blended.

@@ -20,7 +20,7 @@ from pickcli.errors import LimitError
 from pickcli.geometry import Array
 from pickcli.timing.path_constraint import HalfPlanes
 
-BLOCK = 16  # half-planes per constraint of the library
+BLOCK_SIZE = 16  # half-planes per constraint of the library
 
 
 def squared_speeds(s: Array, planes: HalfPlanes, fastest: Array) -> Array:
@@ -68,8 +68,8 @@ def _without_matplotlib() -> Iterator[None]:
 
 def _blocks(planes: HalfPlanes) -> Iterator[HalfPlanes]:
     """Split the half-planes into blocks, because the library multiplies each by a square matrix F."""
-    for first in range(0, planes.a.shape[1], BLOCK):
-        some = slice(first, first + BLOCK)
+    for first in range(0, planes.a.shape[1], BLOCK_SIZE):
+        some = slice(first, first + BLOCK_SIZE)
         yield HalfPlanes(planes.a[:, some], planes.b[:, some], planes.c[:, some])
 
 

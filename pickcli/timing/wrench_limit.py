@@ -22,7 +22,7 @@ from pickcli.timing.path_constraint import HalfPlanes
 
 N_EDGES = 16  # of each polygon
 MIN_SHARE = 1e-3  # share of the limits that polygons leave at least, if the weight takes up nearly all
-HALVINGS = 30  # bisections of the share of the motion's wrench at which a state keeps its limits
+N_BISECTIONS = 30  # bisections of the share of the motion's wrench at which a state keeps its limits
 VANISHED = 1e-9  # share of the limits per unit of path that counts as 0
 
 Plane = tuple[Array, Array, Array]
@@ -87,7 +87,7 @@ class WrenchLimit:
             return factor
         resting = self.body.wrench(motion.at_rest())[over]
         low, high = np.zeros(len(over)), np.ones(len(over))
-        for _ in range(HALVINGS):
+        for _ in range(N_BISECTIONS):
             share = (low + high) / 2
             wrench = resting + share[:, None] * (moving[over] - resting)
             holds = self.limits.ratio(wrench, self.share) <= 1.0

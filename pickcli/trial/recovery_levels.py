@@ -23,7 +23,7 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.attempt_runner import AttemptRunner
-from pickcli.trial.trial_interfaces import LET_GO_TIME
+from pickcli.trial.trial_interfaces import RELEASE_TIME
 from pickcli.trial.trial_result import Attempt, RecoveryStep
 
 LET_GO = "let go"  # step in which the valve is closed or the fingers are opened
@@ -32,7 +32,7 @@ FIRST_WAIT = 5.0  # s, doubled each time
 LONGEST_WAIT = 60.0  # s
 AS_HELD = 0.02  # m between the perceived item and its planned pose in the grip, if it may be held
 MOST_STOPPED = 2  # stopped motions of a level from one configuration, after which it is not retried there
-SAME_PLACE = 0.02  # rad or m of every joint
+SAME_STOP_DISTANCE = 0.02  # rad or m of every joint
 HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # levels that end at home
 
 
@@ -79,7 +79,7 @@ class _Recovery:
         assert self.attempt.plan is not None
         if self.stopped is not None and self._may_hold():
             self._bring_item()
-        if not self.runner.clock.has_time_for(LET_GO_TIME):
+        if not self.runner.clock.has_time_for(RELEASE_TIME):
             self.runner.cut_short = "the time was over before the item had been let go"
             self.steps.append(RecoveryStep(LET_GO, self.runner.cut_short))
             return tuple(self.steps)
@@ -194,7 +194,7 @@ class _Recovery:
     def _is_in_vain(self, level: RecoveryLevel, q: Array) -> bool:
         """Whether a level was stopped often enough from a configuration (n,)."""
         stopped = (at for other, at in self.in_vain if other is level)
-        return sum(bool(np.abs(q - at).max() <= SAME_PLACE) for at in stopped) >= MOST_STOPPED
+        return sum(bool(np.abs(q - at).max() <= SAME_STOP_DISTANCE) for at in stopped) >= MOST_STOPPED
 
     def _tried(self, what: str, plan: Callable[[], Plan], scene: Scene) -> bool | None:
         """Plan, verify and execute one step. Returns whether it reached its end; None if nothing moved."""

@@ -33,7 +33,7 @@ from pickcli.simulation.start_check import check_start
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind, disturbances
 from pickcli.trial.score import Drop, ScoringRules
-from pickcli.trial.trial_interfaces import LET_GO_TIME, ExecutionResult, TrialInterfaces
+from pickcli.trial.trial_interfaces import RELEASE_TIME, ExecutionResult, TrialInterfaces
 from pickcli.verification.verify import verify
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 HOME = "home"
 LONGEST_FALL = 2.0  # s: a fall from the top row of the shelf to the floor of the hall, until rest
 FALL_STEP = 0.02  # s
-FALLING = 0.2  # m/s
+FALLING_SPEED = 0.2  # m/s
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,9 +186,9 @@ class SimulatedArena:
         world = self._world
         began, n_releases = world.t, len(world.grip.releases)
         noted = self._recorder.begin(None, world)
-        _let_go(world, LET_GO_TIME, open_to)
+        _let_go(world, RELEASE_TIME, open_to)
         noted.t_end = world.t
-        return self._settled(ExecutionResult(LET_GO_TIME), began, world.grip.releases[n_releases:], "")
+        return self._settled(ExecutionResult(RELEASE_TIME), began, world.grip.releases[n_releases:], "")
 
     def _settled(
         self, run: ExecutionResult, began: float, releases: Iterable[Release], target: str
@@ -225,7 +225,7 @@ class SimulatedArena:
         world, began = self._world, self._world.t
         items = [placed.id for placed in world.scene.items]
         while world.t - began < LONGEST_FALL and any(
-            world.engine.speed(item)[0] > FALLING for item in items if item != world.held
+            world.engine.speed(item)[0] > FALLING_SPEED for item in items if item != world.held
         ):
             world.wait(FALL_STEP)
 

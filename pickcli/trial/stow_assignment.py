@@ -19,7 +19,7 @@ from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import NEWEST
 from pickcli.trial.score import target_points
 
-FULL = 0.5  # share of a bin's volume filled by the items' boxes, above which its floor rarely has room
+FULL_SHARE = 0.5  # share of a bin's volume filled by the items' boxes, above which its floor rarely has room
 
 
 class StowRule(StrEnum):
@@ -105,7 +105,7 @@ def _ranked(
     def cost(name: str) -> tuple[bool, float, float, str]:
         points = float(target_points(order, name, item.name, {}))
         first = points if rule is StowRule.POINTS else round(1e3 * rooms[name].volume)
-        return taking[name] > FULL, -first, taking[name], name
+        return taking[name] > FULL_SHARE, -first, taking[name], name
 
     yield from sorted(fitting, key=cost)
 
@@ -125,5 +125,5 @@ def _why(order: Order, item: Item, bins: tuple[str, ...], taking: Mapping[str, f
         if target_points(order, name, item.name, {}) > target_points(order, first, item.name, {})
     ]
     if rule is StowRule.POINTS and fuller:
-        text += f"; {', '.join(fuller)} would be over {100 * FULL:.0f} %"
+        text += f"; {', '.join(fuller)} would be over {100 * FULL_SHARE:.0f} %"
     return text

@@ -24,10 +24,10 @@ TIME_LIMIT = {2015: 20 * 60.0, 2016: 15 * 60.0}  # s
 MOVE_TIME = 60.0  # s for each of an order's moves, which no rules limit
 PLANNING_CHARGE = 1.5  # s per planning call: at most 0.5 s of planning and 1 s of verification
 
-PRIOR = 4.0  # successes assumed at the start for every item and every bin
+PRIOR_SUCCESSES = 4.0  # successes assumed at the start for every item and every bin
 RETRY_CHANCE = 0.5  # factor on the chance for each failed attempt at a target
 AGAIN_CHANCE = 0.2  # factor for each look without a plan; another look has other pose errors
-HIDING = 0.03  # factor for a move that would hide open targets: about three looks at each come first
+HIDING_FACTOR = 0.03  # factor for a move that would hide open targets: about three looks at each come first
 CLEAR_CHANCE = 0.5  # probability that moving an item aside helps
 CLEAR_CALLS = 4  # typical number of planning calls to find blocking items
 
@@ -160,7 +160,8 @@ class Experience:
             Probability, 0 to 1.
         """
         shares = [
-            (PRIOR + self.successes[name]) / (PRIOR + self.successes[name] + self.failures[name])
+            (PRIOR_SUCCESSES + self.successes[name])
+            / (PRIOR_SUCCESSES + self.successes[name] + self.failures[name])
             for name in (target.item, target.bin)
         ]
         return shares[0] * shares[1]
@@ -197,7 +198,7 @@ def options(targets: Iterable[TargetState], experience: Experience, may_clear: b
     for state in targets:
         chance = experience.chance(state.target) * RETRY_CHANCE**state.failures if state.can_hold else 0.0
         if state.target.into in waiting:
-            chance *= HIDING
+            chance *= HIDING_FACTOR
         if state.can_pick:
             seen = AGAIN_CHANCE**state.refusals
             yield Option(state, Move.PICK, chance * seen * state.points / (state.seconds + PLANNING_CHARGE))

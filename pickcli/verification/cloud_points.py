@@ -24,7 +24,7 @@ from pickcli.verification.solid_arrays import Indices
 from pickcli.verification.state_sampling import States
 
 DISTANCE_CAP = 0.02  # m, larger distances are not distinguished
-STRIDE = 0.01  # m that any point moves between two checked states
+MAX_STATE_DISTANCE = 0.01  # m that any point moves between two checked states
 MOST_AT_ONCE = 200_000  # pairs of a state and a point
 
 
@@ -71,7 +71,7 @@ def near_points(plan: Plan, scene: Scene, states: States, moving: Sequence[tuple
 def _strided(states: States, first: int, last: int, parts: tuple[Part, ...]) -> tuple[Indices, float]:
     """Choose states of a segment, both ends included, and bound the distance (m) of any point from them."""
     way = states.travel[first : last + 1] @ farthest(parts)
-    steps = np.arange(0.0, way[-1] - way[0], STRIDE)
+    steps = np.arange(0.0, way[-1] - way[0], MAX_STATE_DISTANCE)
     chosen = np.unique(np.concatenate([np.searchsorted(way - way[0], steps), [0, last - first]]))
     widest = float(np.diff(way[chosen]).max(initial=0.0))
     return first + chosen, widest / 2

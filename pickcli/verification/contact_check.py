@@ -35,7 +35,7 @@ from pickcli.verification.straightness_check import FIRST_LIFT
 
 DEPTH_TOLERANCE = 0.0015  # m: lines are followed only approximately, and depths are upper bounds
 PUSH_TOLERANCE = 0.001  # m that the item may come nearer to an item that rolls if pushed: deviation of lines
-GRAZE = 1e-4  # m that solids which just touch may measure
+TOUCHING_DEPTH = 1e-4  # m that solids which just touch may measure
 
 
 def check_touch(
@@ -122,7 +122,9 @@ class _Pair:
     def _explained(self, gap: float) -> float:
         """Return the allowed depth (m) of the held item in a fixture. gap: m at rest, below 0 in overlap."""
         explained = TOUCH + self._uncertain(self.part.name) + self._uncertain(self.fixture.name)
-        return max(GRAZE, min(explained, self.scene.noise.angle * FIRST_LIFT - gap) + DEPTH_TOLERANCE)
+        return max(
+            TOUCHING_DEPTH, min(explained, self.scene.noise.angle * FIRST_LIFT - gap) + DEPTH_TOLERANCE
+        )
 
     def _gap(self, i: int) -> float:
         """Return the gap (m) at state i, negative if they overlap."""

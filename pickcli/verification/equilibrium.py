@@ -25,8 +25,8 @@ from pickcli.verification.separation import overlap, support
 FRICTION = 0.3
 # angle that faces lying on each other may enclose, besides errors of their poses
 FACE_ANGLE_TOLERANCE = np.radians(1.5)
-BREADTH = 0.5e-3  # m to each side of an edge or a corner that still bears
-N_POINTS = 8  # of each body around a contact
+CONTACT_HALF_WIDTH = 0.5e-3  # m to each side of an edge or a corner that still bears
+N_CONTACT_POINTS = 8  # of each body around a contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +117,7 @@ def _outermost(body: RigidBody, way: Array, tolerance: float) -> Array:
 
     For round sides only the direction itself counts: a ball bears only at the point of contact.
     """
-    axis, turns = body.T[:3, 2], 2.0 * np.pi * np.arange(N_POINTS) / N_POINTS
+    axis, turns = body.T[:3, 2], 2.0 * np.pi * np.arange(N_CONTACT_POINTS) / N_CONTACT_POINTS
     aside = np.column_stack([np.cos(turns), np.sin(turns)]) @ np.array(perpendiculars(way))
     turned = np.tan(tolerance) * aside
     if body.shape.kind is ShapeKind.SPHERE:
@@ -125,7 +125,7 @@ def _outermost(body: RigidBody, way: Array, tolerance: float) -> Array:
     elif body.shape.kind is ShapeKind.CYLINDER and np.linalg.norm(np.cross(way, axis)) > np.sin(tolerance):
         turned = np.outer(turned @ axis, axis)
     points = np.array([support(body.shape, body.T, way + turn) for turn in turned])
-    return np.asarray(points + BREADTH * aside)
+    return np.asarray(points + CONTACT_HALF_WIDTH * aside)
 
 
 def missing_to_balance(
@@ -171,7 +171,7 @@ class _Program:
                 self._blocks.append((self._row[body.name], first, sign / body.mass * wrenches.T))
         across, middle = np.array([u, v]), contact.points_b.mean(axis=0)
         for column, at, sign in ((first, points, 1.0), (second, contact.points_b, -1.0)):
-            moments = across @ (at - middle).T / BREADTH
+            moments = across @ (at - middle).T / CONTACT_HALF_WIDTH
             self._blocks.append((self._n_rows, column, sign * np.vstack([np.ones(len(at)), moments])))
         self._n_rows += 3
         self._n_columns = second + len(contact.points_b)

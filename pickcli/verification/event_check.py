@@ -16,7 +16,7 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.finger_events import leads_to
 from pickcli.verification.hold_choice import hold_checks
 from pickcli.verification.straightness_check import every_millisecond, tip_points
-from pickcli.verification.vacuum_events import TIME_TOLERANCE, TimedEvent
+from pickcli.verification.vacuum_events import EVENT_TIME_TOLERANCE, TimedEvent
 
 WAY_TOLERANCE = 5e-4  # m of tool path, for anchors by arc length
 
@@ -56,16 +56,16 @@ def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
             yield Reason("wrong lead", where, f"{event.lead} s, the device needs {device.lead} s")
         elif event.t_anchor is None or event.t_trigger is None:
             yield Reason("not resolved", where, "an event needs its times before it may run")
-        elif abs(event.t_trigger - (event.t_anchor - event.lead)) > TIME_TOLERANCE:
+        elif abs(event.t_trigger - (event.t_anchor - event.lead)) > EVENT_TIME_TOLERANCE:
             expected = event.t_anchor - event.lead
             yield Reason(
                 "wrong trigger", where, f"at {event.t_trigger:.3f} s, anchor less lead is {expected:.3f} s"
             )
-        elif not -TIME_TOLERANCE <= event.t_trigger <= plan.trajectory.duration + TIME_TOLERANCE:
+        elif not -EVENT_TIME_TOLERANCE <= event.t_trigger <= plan.trajectory.duration + EVENT_TIME_TOLERANCE:
             yield Reason("trigger outside the motion", where, f"at {event.t_trigger:.3f} s")
         elif (
             device.kind is scene.cell.robot.tool.mover
-            and event.t_anchor > plan.trajectory.duration + TIME_TOLERANCE
+            and event.t_anchor > plan.trajectory.duration + EVENT_TIME_TOLERANCE
         ):
             detail = (
                 f"it moves until {event.t_anchor:.3f} s, the motion ends at {plan.trajectory.duration:.3f} s"
@@ -78,7 +78,7 @@ def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
 def _apart(commands: Iterable[TimedEvent]) -> Iterator[Reason]:
     """Check that no device gets two commands at the same time: their order would be undefined."""
     for one, other in pairwise(sorted(commands, key=lambda command: (command.device, command.trigger))):
-        if one.device == other.device and other.trigger - one.trigger <= TIME_TOLERANCE:
+        if one.device == other.device and other.trigger - one.trigger <= EVENT_TIME_TOLERANCE:
             where = f"{one.device} {one.action} and {other.action}"
             yield Reason("commands at the same time", where, f"both at {one.trigger:.3f} s")
 
@@ -95,7 +95,7 @@ def _anchored(plan: Plan, scene: Scene, event: Event, where: str) -> Iterator[Re
             )
         return
     start = segment.t_end if anchor.kind is AnchorKind.SEGMENT_END else segment.t_start
-    if abs(event.t_anchor - (start + anchor.offset)) > TIME_TOLERANCE:
+    if abs(event.t_anchor - (start + anchor.offset)) > EVENT_TIME_TOLERANCE:
         yield Reason(
             "wrong anchor time", where, f"{event.t_anchor:.3f} s, resolves to {start + anchor.offset:.3f} s"
         )
@@ -127,7 +127,10 @@ def _tool_state(plan: Plan, tool: Tool, commands: Iterable[TimedEvent]) -> Itera
 def _still(segment: Segment, moves: Iterable[TimedEvent], where: str) -> Iterator[Reason]:
     """Check that no command moves the cup during a segment that states a fixed tool state."""
     for move in moves:
-        if move.trigger < segment.t_end - TIME_TOLERANCE and move.complete > segment.t_start + TIME_TOLERANCE:
+        if (
+            move.trigger < segment.t_end - EVENT_TIME_TOLERANCE
+            and move.complete > segment.t_start + EVENT_TIME_TOLERANCE
+        ):
             detail = f"moves to {move.action} from {move.trigger:.3f} to {move.complete:.3f} s"
             yield Reason("wrong tool state", where, detail)
 
@@ -137,7 +140,7 @@ def _changes(segments: Sequence[Segment], tool: Tool, moves: Iterable[TimedEvent
     at_start = segments[0].tool_state
     for k, segment in enumerate(segments):
         known = [] if at_start == MOVING else [at_start]
-        known += [ToolState(m.action) for m in moves if m.complete <= segment.t_start + TIME_TOLERANCE]
+        known += [ToolState(m.action) for m in moves if m.complete <= segment.t_start + EVENT_TIME_TOLERANCE]
         if segment.tool_state != MOVING and not any(leads_to(tool, last, segment) for last in known[-1:]):
             said = (
                 f"the commands leave it {known[-1]}" if known else "no command says to where it moves before"

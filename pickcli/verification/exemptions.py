@@ -15,7 +15,7 @@ from pickcli.verification.moving_parts import Part
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 
-LOOSE = 0.0015  # m beyond the clearance: the planner may bound distances from below
+CLEARANCE_ALLOWANCE = 0.0015  # m beyond the clearance: the planner may bound distances from below
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ def _touching(
         held_in = k - 1 if segment.kind is SegmentKind.DEPART and k > 0 else k
     resting = [part for part in moving[held_in] if part.is_held]
     resting = resting or [part for part in moving[k] if part.is_cup]
-    most = scene.cell.clearance + LOOSE
+    most = scene.cell.clearance + CLEARANCE_ALLOWANCE
     near = set()
     for fixture in world.of(k):
         if fixture.name in segment.touching:

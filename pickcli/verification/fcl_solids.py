@@ -14,7 +14,7 @@ from pickcli.geometry import Array
 from pickcli.verification.separation import corners, gap, overlap, separation
 
 MAX_BALLS = 12
-DOUBTFUL = 5e-5  # m by which fcl's distance may exceed the gap along its own direction
+MAX_FCL_EXCESS = 5e-5  # m by which fcl's distance may exceed the gap along its own direction
 _NEAREST_POINTS = fcl.DistanceRequest(enable_nearest_points=True)
 
 
@@ -57,7 +57,7 @@ class Solid:
         if distance > 0.0:
             way = np.subtract(found.nearest_points[1], found.nearest_points[0])
             width = gap(self._shape, self._T, other._shape, other._T, way)
-            if width >= distance - DOUBTFUL:
+            if width >= distance - MAX_FCL_EXCESS:
                 return max(0.0, width)
         return separation(self._shape, self._T, other._shape, other._T)
 

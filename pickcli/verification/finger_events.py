@@ -14,7 +14,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.quintic import positions_at
 
-TIME_TOLERANCE = 1e-6  # s
+EVENT_TIME_TOLERANCE = 1e-6  # s
 # rad or m by which a resting joint may move: rounding of a motion written as text
 JOINT_REST_TOLERANCE = 1e-6
 
@@ -89,7 +89,9 @@ def _moved_at_rest(
 
 def _is_within(event: Event, t_start: float, t_end: float) -> bool:
     assert event.t_trigger is not None and event.t_anchor is not None
-    return t_start - TIME_TOLERANCE <= event.t_trigger and event.t_anchor <= t_end + TIME_TOLERANCE
+    return (
+        t_start - EVENT_TIME_TOLERANCE <= event.t_trigger and event.t_anchor <= t_end + EVENT_TIME_TOLERANCE
+    )
 
 
 def _one(events: Sequence[Event], what: str, when: str) -> Iterator[Reason]:

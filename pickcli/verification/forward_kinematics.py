@@ -15,7 +15,8 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.verification.finger_kinematics import finger_position
 
-BLOCK = 1024  # configurations per block: the whole chain stays in the cache, and BLAS stays single-threaded
+# configurations per block: the whole chain stays in the cache, and BLAS stays single-threaded
+BLOCK_SIZE = 1024
 
 
 def link_poses(robot: Robot, Q: Array) -> Array:
@@ -33,8 +34,8 @@ def link_poses(robot: Robot, Q: Array) -> Array:
     out = np.empty((len(robot.joints) + 1, len(Q), 4, 4))
     out[0] = robot.T_world_base
     parents = _parents(robot)
-    for first in range(0, len(Q), BLOCK):
-        block = slice(first, first + BLOCK)
+    for first in range(0, len(Q), BLOCK_SIZE):
+        block = slice(first, first + BLOCK_SIZE)
         for i, joint in enumerate(robot.joints):
             out[i + 1, block] = _moved(robot, joint, out[parents[i], block], Q[block])
     return out

@@ -28,7 +28,7 @@ from pickcli.verification.load_check import held_wrenches
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.ray_casting import cast_rays
 
-N_POINTS = 15  # along each side of a pad
+N_PAD_POINTS = 15  # along each side of a pad
 PAD_COMPRESSION = 0.0005  # m that the rubber of a pad gives way
 LEAST_PATCH = 0.1  # of a pad that has to touch the item; round items touch little of it
 OFF_WIDTH = 0.001  # m between the stated width and that of the item
@@ -116,7 +116,7 @@ def pads_on(shape: Shape, T_item_tip: Array, gripper: ParallelGripper) -> Pads |
     Returns:
         The contact, or None if either pad meets nothing.
     """
-    at = (np.arange(N_POINTS) + 0.5) / N_POINTS - 0.5
+    at = (np.arange(N_PAD_POINTS) + 0.5) / N_PAD_POINTS - 0.5
     x, z = (grid.ravel() for grid in np.meshgrid(at * gripper.pad[0], at * gripper.pad[1]))
     R, along = T_item_tip[:3, :3], T_item_tip[:3, 1]
     starts = T_item_tip[:3, 3] + np.outer(x, R[:, 0]) + np.outer(z, R[:, 2])

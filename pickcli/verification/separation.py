@@ -20,7 +20,7 @@ from pickcli.geometry import Array, perpendiculars
 
 MAX_STEPS = 200
 GAP_TOLERANCE = 1e-5  # m between bound and distance at which the search may end
-_NO_WAY = 1e-9  # length below which a vector has no direction
+_MIN_LENGTH = 1e-9  # length below which a vector has no direction
 _SPREADS = (0.3, 0.2, 0.1, 0.1, 0.05, 0.03, 0.02, 0.01)  # rad, around the best direction so far
 _AROUND = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
 
@@ -67,7 +67,7 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array] = 
     normals = [face_normals(shape) @ R.T for shape, R in ((a, R_a), (b, R_b))]
     directions = np.vstack([*ways, between, *radial, *normals, edges])
     lengths = np.linalg.norm(directions, axis=1)
-    across = directions[lengths > _NO_WAY] / lengths[lengths > _NO_WAY, None]
+    across = directions[lengths > _MIN_LENGTH] / lengths[lengths > _MIN_LENGTH, None]
     across = np.vstack([across, -across])
 
     def depths(ways: Array) -> Array:
@@ -157,7 +157,7 @@ def widest_gaps(terms_a: Array, T_a: Array, terms_b: Array, T_b: Array) -> Array
     edges = np.cross(axes_a[:, :, None], axes_b[:, None]).reshape(-1, 9, 3)
     ways = np.concatenate([axes_a, axes_b, edges, between[:, None]], axis=1)
     lengths = np.sqrt(np.einsum("mkc,mkc->mk", ways, ways))
-    is_way = lengths > _NO_WAY
+    is_way = lengths > _MIN_LENGTH
     across = ways / np.where(is_way, lengths, 1.0)[:, :, None]
     middles = np.abs(across @ between[:, :, None])[:, :, 0]
     widths = _half_widths_by(terms_a, across @ R_a) + _half_widths_by(terms_b, across @ R_b)
@@ -251,7 +251,7 @@ def _nearest_to_zero(corners: Array, weights: Array) -> tuple[Array, Array]:
         aim = _of_plane(corners)
         if (aim > 0.0).all():
             return corners, aim
-        shares = np.where(aim > 0.0, np.inf, weights / np.maximum(weights - aim, _NO_WAY))
+        shares = np.where(aim > 0.0, np.inf, weights / np.maximum(weights - aim, _MIN_LENGTH))
         first = int(np.argmin(shares))  # weight that vanishes first on the way to the aim
         weights = np.delete(weights + shares[first] * (aim - weights), first)
         corners = np.delete(corners, first, axis=0)

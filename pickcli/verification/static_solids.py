@@ -16,7 +16,8 @@ from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.moving_parts import Fixture, fixtures
 from pickcli.verification.quintic import positions_at
 
-SAME_PLACE = 0.005  # m, besides twice the pose errors, within which a perceived item counts as the held one
+# m, besides twice the pose errors, within which a perceived item counts as the held one
+HELD_ITEM_DISTANCE = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +83,7 @@ def _not_in_the_cup(plan: Plan, scene: Scene, found: tuple[Fixture, ...]) -> tup
         return found
     robot, q = scene.cell.robot, positions_at(plan.trajectory, 0.0)
     T = tip_poses(robot, link_poses(robot, q), plan.segments[0].tool_state)[0] @ held.T_tip_item
-    most = SAME_PLACE + 2.0 * scene.noise.bound(held.item)
+    most = HELD_ITEM_DISTANCE + 2.0 * scene.noise.bound(held.item)
     return tuple(
         replace(fixture, name=f"{held.id} as seen") if fixture.name == held.id else fixture
         for fixture in found

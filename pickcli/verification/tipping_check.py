@@ -37,7 +37,7 @@ from pickcli.verification.straightness_check import fastest_tip
 
 N_LINES = 41  # along each side of the item's footprint
 EDGE_WIDTH = 1e-3  # m, width of the edge of a support
-HALVINGS = 6  # of the gap between two lines, to find the edge in it
+N_HALVINGS = 6  # of the gap between two lines, to find the edge in it
 N_ANGLES = 400  # angles up to the one at which an item falls over
 REBOUND = 2.0  # times the cup's speed: speed of an item that undamped bellows throw
 MOST_FRICTION = 1.0  # of an item on its support: if tipping takes more, it slides
@@ -268,7 +268,7 @@ def _edges(lines: Array, is_borne: Mask, bears: Callable[[Array], Mask]) -> Iter
         for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
             ends = borne[a] & ~borne[b]
             inner, outer = grid[a][ends], grid[b][ends]
-            for _ in range(HALVINGS):
+            for _ in range(N_HALVINGS):
                 middle = (inner + outer) / 2.0
                 is_inner = bears(middle)[:, None]
                 inner, outer = np.where(is_inner, middle, inner), np.where(is_inner, outer, middle)

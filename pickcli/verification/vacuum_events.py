@@ -15,7 +15,7 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.straightness_check import every_millisecond, fastest_tip, tip_points
 
-TIME_TOLERANCE = 1e-6  # s
+EVENT_TIME_TOLERANCE = 1e-6  # s
 OPENS_WITHIN = 0.005  # m before the press: farther away, vacuum leaks and light items are dragged
 CLOSES_WITHIN = 0.010  # m before the place of release
 # m/s of the tool from the release command on: an item that leaves the cup at this speed, from the highest
@@ -106,7 +106,7 @@ def _release(
         yield from _near(plan, scene, last, valve.trigger, CLOSES_WITHIN, "valve off")
         yield from _slow(plan, scene, last, valve)
         yield from _needed("pump off", pumps, valve.trigger)
-        yield from _kept(pumps + valves, first.t_start, valve.trigger - TIME_TOLERANCE)
+        yield from _kept(pumps + valves, first.t_start, valve.trigger - EVENT_TIME_TOLERANCE)
 
 
 def _slow(plan: Plan, scene: Scene, last: Segment, valve: TimedEvent) -> Iterator[Reason]:
@@ -132,7 +132,7 @@ def _is_on(on: Iterable[TimedEvent], off: Iterable[TimedEvent], t: float) -> Ite
 def _kept(off: Iterable[TimedEvent], t_start: float, t_end: float) -> Iterator[Reason]:
     """Check that nothing is switched off between two times."""
     for command in off:
-        if t_start - TIME_TOLERANCE <= command.trigger < t_end:
+        if t_start - EVENT_TIME_TOLERANCE <= command.trigger < t_end:
             where = f"{command.device} off"
             yield Reason("vacuum lost", where, f"at {command.trigger:.3f} s the item is still held")
 
@@ -162,6 +162,6 @@ def _needed(
         found = f"{len(commands)} of them, needs one"
         yield Reason("event twice" if commands else "event missing", what, found)
     for command in commands:
-        if not earliest - TIME_TOLERANCE <= command.complete <= latest + TIME_TOLERANCE:
+        if not earliest - EVENT_TIME_TOLERANCE <= command.complete <= latest + EVENT_TIME_TOLERANCE:
             needs = f"{command.complete:.3f} s, needs {earliest:.3f}..{latest:.3f} s"
             yield Reason("event at the wrong time", what, needs)

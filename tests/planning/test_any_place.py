@@ -19,7 +19,7 @@ from pickcli.motion.plan import Plan
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.drop_placements import ABOVE_PILE, LEAST_WALL, MAX_DROP, drop_placements
+from pickcli.planning.stages.drop_placements import ABOVE_PILE, LEAST_WALL_DISTANCE, MAX_DROP, drop_placements
 from pickcli.planning.stages.floor_placements import floor_placements
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import CarrierPose, PlacedItem, PoseNoise, Scene
@@ -97,7 +97,7 @@ def test_what_is_dropped_into_a_crate_is_between_its_walls_and_over_the_pile(
         dropped = PlacedItem("one", held.item, name, spot.release @ held.T_tip_item)
         low, high = box_in(scene, place, dropped)
         beside = np.maximum(high[:2] - place.room.high[:2], place.room.low[:2] - low[:2])
-        assert beside.max() <= -LEAST_WALL + 1e-9
+        assert beside.max() <= -LEAST_WALL_DISTANCE + 1e-9
         assert ABOVE_PILE - 1e-9 <= low[2] <= MAX_DROP + 1e-9
         is_over = (np.minimum(high, top)[:2] > np.maximum(low, bottom)[:2]).all()
         assert not is_over or low[2] >= top[2] + ABOVE_PILE - 1e-9

@@ -15,7 +15,7 @@ from pickcli.errors import Failures
 from pickcli.geometry import Array, pose
 from pickcli.planning.stages.drop_placements import (
     ABOVE_PILE,
-    LEAST_WALL,
+    LEAST_WALL_DISTANCE,
     MAX_DROP,
     DropPlacement,
     drop_placements,
@@ -65,7 +65,7 @@ def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
 ) -> None:
     scene = piled(scene_with(), (0.0, 0.0, 0.02), (0.1, 0.05, 0.05), (-0.15, 0.0, 0.08))
     tote = scene.cell.places[TOTE]
-    walls = np.array(tote.room.size[:2]) / 2 - LEAST_WALL
+    walls = np.array(tote.room.size[:2]) / 2 - LEAST_WALL_DISTANCE
     assert len(scene.in_location(TOTE)) == 3
     for spot in found(scene, held, tool_state):
         low, high = box(released_pose(spot, held), held)

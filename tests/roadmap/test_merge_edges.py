@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pickcli.roadmap import validate
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.merge_edges import SAME_PLACE, with_polylines, without_doubles
+from pickcli.roadmap.merge_edges import SAME_ENDS_DISTANCE, with_polylines, without_doubles
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,9 @@ polylines = st.lists(
 def _leads(roadmap: Roadmap, a: Array, b: Array) -> int:
     """How many edges lead from one place to the other."""
     ends = roadmap.configurations[roadmap.edges]
-    return sum(min(np.abs(pair - [a, b]).max(), np.abs(pair - [b, a]).max()) <= SAME_PLACE for pair in ends)
+    return sum(
+        min(np.abs(pair - [a, b]).max(), np.abs(pair - [b, a]).max()) <= SAME_ENDS_DISTANCE for pair in ends
+    )
 
 
 @given(polylines)
@@ -47,8 +49,8 @@ def test_what_was_there_stays_and_growing_twice_is_growing_once(old: list[Array]
 
 def test_a_polyline_is_a_double_however_it_winds_and_a_little_beside() -> None:
     straight = np.array([[0.0, 0.0], [1.0, 0.0]])
-    beside = np.array([[1.0, 0.5 * SAME_PLACE], [0.5, 3.0], [0.0, 0.0]])
-    elsewhere = np.array([[0.0, 0.0], [1.0, 2.0 * SAME_PLACE]])
+    beside = np.array([[1.0, 0.5 * SAME_ENDS_DISTANCE], [0.5, 3.0], [0.0, 0.0]])
+    elsewhere = np.array([[0.0, 0.0], [1.0, 2.0 * SAME_ENDS_DISTANCE]])
     fresh = without_doubles([straight], [beside, elsewhere, elsewhere])
     assert len(fresh) == 1
     np.testing.assert_array_equal(fresh[0], elsewhere)

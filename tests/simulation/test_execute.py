@@ -18,7 +18,7 @@ from pickcli.simulation.plan_run import SEAL_TIME
 from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.servo import IDEAL, Servo
-from pickcli.simulation.simulated_cup import SEALED
+from pickcli.simulation.simulated_cup import SEALED_VACUUM_SHARE
 from pickcli.simulation.start_check import StartError
 from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.vacuum import FULL_VACUUM
@@ -98,7 +98,7 @@ def test_the_lift_waits_for_the_vacuum_that_the_face_is_to_keep(
 
     record = execute(plan, world, on_step=watch)
     assert record.stop is None and record.has_item is True
-    assert at_lift[0] >= SEALED * seal * FULL_VACUUM
+    assert at_lift[0] >= SEALED_VACUUM_SHARE * seal * FULL_VACUUM
     assert [fired.event for fired in record.events] == list(plan.events)
     assert record.limit_violations == () and record.collisions == ()
     usual = execute(with_grasp(rail_pick(cell)), build_ready())

@@ -9,7 +9,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.corner_blending import BlendedPath, distinct
 from pickcli.timing.jerk_smoothing import TimeLaw
 from pickcli.timing.limit_check import peaks
-from pickcli.timing.polyline_simplification import SAME
+from pickcli.timing.polyline_simplification import POINT_TOLERANCE
 
 
 def knots(curve: BlendedPath) -> Array:
@@ -19,7 +19,7 @@ def knots(curve: BlendedPath) -> Array:
     cluster: list[int] = []
     for k in np.flatnonzero(h > 0.0).tolist():
         rest = np.arange(len(s)) >= k
-        starts_here = cluster and (s - h)[rest & (h > 0.0)].min() > (s + h)[cluster].max() + SAME
+        starts_here = cluster and (s - h)[rest & (h > 0.0)].min() > (s + h)[cluster].max() + POINT_TOLERANCE
         if starts_here:
             found.append(_nodes(s[cluster], h[cluster]))
             cluster = []
@@ -72,11 +72,13 @@ def are_lines(curve: BlendedPath, start: Array, end: Array) -> Array:
 
 def derivative_bounds(curve: BlendedPath, start: Array, end: Array) -> tuple[Array, Array]:
     """Upper bounds (M, n) of the second and the third derivative on intervals."""
-    h = np.maximum(curve.half_lengths, SAME)
+    h = np.maximum(curve.half_lengths, POINT_TOLERANCE)
     away = np.abs(np.clip(curve.corner_s, start[:, None], end[:, None]) - curve.corner_s)
     x = np.minimum(away / h, 1.0)
     second = (15 / 16) * (1.0 - x * x) ** 2 / h * (curve.half_lengths > 0.0)
-    third = (away < curve.half_lengths) * (10.0 / 3.0**0.5 / np.maximum(2.0 * curve.half_lengths, SAME) ** 2)
+    third = (away < curve.half_lengths) * (
+        10.0 / 3.0**0.5 / np.maximum(2.0 * curve.half_lengths, POINT_TOLERANCE) ** 2
+    )
     return second @ np.abs(curve.turns), third @ np.abs(curve.turns)
 
 

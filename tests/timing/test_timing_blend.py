@@ -13,7 +13,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.timing.blend_validation import chord_tube, proven_blend
 from pickcli.timing.corner_blending import BlendedPath, blend
-from pickcli.timing.polyline_simplification import SAME, arc_lengths, canonical
+from pickcli.timing.polyline_simplification import POINT_TOLERANCE, arc_lengths, canonical
 from support.timing_paths import SEEDS, dense_curve, distance_to_polyline, limits, polylines, random_walk
 
 
@@ -22,7 +22,7 @@ from support.timing_paths import SEEDS, dense_curve, distance_to_polyline, limit
 def test_curve_stays_within_tolerance_of_the_polyline(waypoints: Array, tolerance: float) -> None:
     curve = blend(waypoints, tolerance)
     q = curve.evaluate(np.linspace(0.0, curve.length, 800))
-    assert distance_to_polyline(q, waypoints).max() <= tolerance * (1.0 + 1e-9) + SAME
+    assert distance_to_polyline(q, waypoints).max() <= tolerance * (1.0 + 1e-9) + POINT_TOLERANCE
 
 
 @given(polylines(), st.floats(1e-4, 0.2))
@@ -31,8 +31,10 @@ def test_every_waypoint_projects_near_itself_and_in_order(waypoints: Array, tole
     curve = blend(waypoints, tolerance)
     at = curve.waypoint_s
     assert np.all(np.diff(at) >= 0.0)
-    assert at[0] == 0.0 and at[-1] == pytest.approx(curve.length, abs=2 * SAME)
-    assert np.linalg.norm(curve.evaluate(at) - waypoints, axis=1).max() <= 1.1 * tolerance + 2 * SAME
+    assert at[0] == 0.0 and at[-1] == pytest.approx(curve.length, abs=2 * POINT_TOLERANCE)
+    assert (
+        np.linalg.norm(curve.evaluate(at) - waypoints, axis=1).max() <= 1.1 * tolerance + 2 * POINT_TOLERANCE
+    )
 
 
 @given(SEEDS, st.sampled_from(["walk", "dense"]))
@@ -91,10 +93,10 @@ def test_cover_contains_the_curve_joint_by_joint(waypoints: Array, tolerance: fl
 def test_canonical_keeps_ends_and_drops_only_what_lies_on_the_way(waypoints: Array) -> None:
     kept = canonical(waypoints)
     q = waypoints[kept]
-    assert kept[0] == 0 and np.abs(q[-1] - waypoints[-1]).max() <= SAME
-    assert distance_to_polyline(waypoints, q).max() <= 2 * SAME
+    assert kept[0] == 0 and np.abs(q[-1] - waypoints[-1]).max() <= POINT_TOLERANCE
+    assert distance_to_polyline(waypoints, q).max() <= 2 * POINT_TOLERANCE
     if len(kept) > 2:
-        assert np.linalg.norm(np.diff(q, axis=0), axis=1).min() > SAME
+        assert np.linalg.norm(np.diff(q, axis=0), axis=1).min() > POINT_TOLERANCE
     assert np.all(np.diff(arc_lengths(waypoints, kept)) >= 0.0)
 
 

@@ -11,7 +11,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.segment import PathSegment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.polyline_simplification import SAME
+from pickcli.timing.polyline_simplification import POINT_TOLERANCE
 from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.toppra_closed_form import parametrize
 from support.timing_paths import (
@@ -43,7 +43,7 @@ def check_promises(run: TimedRun, waypoints: Array, tolerance: float) -> None:
     assert not trajectory.velocities[[0, -1]].any() and not trajectory.accelerations[[0, -1]].any()
     assert max(worst_at_every_ms(trajectory, n)) <= 1.0 + 1e-6
     q = trajectory.sample(np.linspace(0.0, trajectory.duration, 1500))
-    bound = tolerance + run.deviation * np.sqrt(n) + 2 * SAME
+    bound = tolerance + run.deviation * np.sqrt(n) + 2 * POINT_TOLERANCE
     assert distance_to_polyline(q, waypoints).max() <= bound
     assert run.deviation < 1e-4  # corners a hundredth of a millimetre apart; else far less, see below
 

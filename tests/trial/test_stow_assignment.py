@@ -10,7 +10,7 @@ from pickcli.cell.cell import Cell
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import BINS
 from pickcli.trial.score import item_bonuses
-from pickcli.trial.stow_assignment import FULL, StowChoice, StowRule, assign_bins
+from pickcli.trial.stow_assignment import FULL_SHARE, StowChoice, StowRule, assign_bins
 
 CARDS, SOCKS, TISSUES = "staples_index_cards", "hanes_tube_socks", "kleenex_tissue_box"
 
@@ -33,8 +33,10 @@ def test_bins_that_started_fuller_come_first(cell: Cell) -> None:
 def test_the_smallest_items_get_the_room_of_the_fullest_bin(cell: Cell) -> None:
     room = cell.places["bin_E"].room.volume
     large, small = (float(cell.item(name).shape.extents.prod()) for name in (TISSUES, CARDS))
-    n = int((FULL * room - small) / large)
-    order = stow(TISSUES, CARDS, bin_E=(TISSUES,) * n + (CARDS,) * int((FULL * room - n * large) / small - 1))
+    n = int((FULL_SHARE * room - small) / large)
+    order = stow(
+        TISSUES, CARDS, bin_E=(TISSUES,) * n + (CARDS,) * int((FULL_SHARE * room - n * large) / small - 1)
+    )
     choices = chosen(order, cell)
     assert choices[CARDS].bins[0] == "bin_E" and choices[CARDS].points == 20
     assert choices[TISSUES].bins[0] != "bin_E" and choices[TISSUES].points == 10

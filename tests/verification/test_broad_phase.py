@@ -14,7 +14,7 @@ from pickcli.cell.shapes import Shape, ShapeKind, hull
 from pickcli.geometry import Array, pose
 from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.broad_phase import Stretches, own_bounds, state_intervals, tightened, world_bounds
-from pickcli.verification.fcl_solids import DOUBTFUL, Solid
+from pickcli.verification.fcl_solids import MAX_FCL_EXCESS, Solid
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import Fixture, Part, parts_of_segments
 from pickcli.verification.separation import half_width_terms, widest_gaps
@@ -52,7 +52,8 @@ def test_no_gap_is_wider_than_the_distance(seed: int) -> None:
     rng = np.random.default_rng(seed)
     a, b, T_a, T_b = random_shape(rng), random_shape(rng), random_pose(rng), random_pose(rng)
     gap = widest_gaps(half_width_terms(a)[None], T_a[None], half_width_terms(b)[None], T_b[None])[0]
-    assert gap <= exact_distance(a, T_a, b, T_b) + DOUBTFUL  # what the search for the distance may fall short
+    # The search for the distance may fall short by as much.
+    assert gap <= exact_distance(a, T_a, b, T_b) + MAX_FCL_EXCESS
 
 
 @settings(max_examples=100, deadline=None)

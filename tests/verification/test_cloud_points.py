@@ -13,7 +13,13 @@ from pickcli.geometry import Array, pose
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.scene import Scene
 from pickcli.verification import cloud_points
-from pickcli.verification.cloud_points import DISTANCE_CAP, STRIDE, _outside, _strided, near_points
+from pickcli.verification.cloud_points import (
+    DISTANCE_CAP,
+    MAX_STATE_DISTANCE,
+    _outside,
+    _strided,
+    near_points,
+)
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.forward_kinematics import link_poses
 from pickcli.verification.moving_parts import Part, parts
@@ -72,8 +78,8 @@ def test_between_states_that_are_looked_at_nothing_moves_farther_than_a_stride(
     gone = states.travel[:, 0]
     assert slack == pytest.approx(np.diff(gone[chosen]).max() / 2)
     step = np.diff(gone).max()
-    assert slack <= (STRIDE + step) / 2
-    assert len(chosen) <= 2 + np.ceil((gone[last] - gone[first]) / STRIDE)
+    assert slack <= (MAX_STATE_DISTANCE + step) / 2
+    assert len(chosen) <= 2 + np.ceil((gone[last] - gone[first]) / MAX_STATE_DISTANCE)
 
 
 def cup() -> tuple[Part, Array]:
@@ -131,7 +137,7 @@ def test_what_the_cup_never_comes_near_to_is_left_out(slack: float) -> None:
 def test_what_the_cup_comes_near_to_on_its_way_is_found(way: float) -> None:
     """On its way in, where it ends, and a little beyond that, by half of a stride at most."""
     most = way + DISTANCE_CAP + RADIUS + ERROR
-    at = [0.001, way / 2, way, most - 1e-4, most + (STRIDE + 0.002) / 2 + 1e-4, most + 0.5]
+    at = [0.001, way / 2, way, most - 1e-4, most + (MAX_STATE_DISTANCE + 0.002) / 2 + 1e-4, most + 0.5]
     assert found(cloud_of(*map(ahead, at)), way) == [0, 1, 2, 3]
 
 

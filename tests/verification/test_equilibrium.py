@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, pose
 from pickcli.verification.equilibrium import (
-    BREADTH,
+    CONTACT_HALF_WIDTH,
     FRICTION,
     PileContact,
     RigidBody,
@@ -85,7 +85,7 @@ def test_a_block_over_an_edge_rests_while_its_centre_is_within(
 
 def test_a_narrow_edge_bears_by_its_breadth() -> None:
     cube = body("cube", CUBE, pose((0.0, 0.0, 0.05 * np.sqrt(2.0)), rpy=(np.pi / 4, 0.0, 0.0)))
-    for aside, rests in ((0.8 * BREADTH, True), (1.5 * BREADTH, False)):
+    for aside, rests in ((0.8 * CONTACT_HALF_WIDTH, True), (1.5 * CONTACT_HALF_WIDTH, False)):
         angle = aside / (0.05 * np.sqrt(2.0))
         up = np.array([0.0, np.sin(angle), np.cos(angle)])
         assert (missing(cube, floor(), up=up)["cube"] < 1e-6) is rests

@@ -19,8 +19,8 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.event_check import WAY_TOLERANCE, _anchored, _apart, _changes, _still, check_io
 from pickcli.verification.straightness_check import every_millisecond
 from pickcli.verification.vacuum_events import (
+    EVENT_TIME_TOLERANCE,
     LAST_MOMENT,
-    TIME_TOLERANCE,
     TimedEvent,
     _is_on,
     _kept,
@@ -129,7 +129,7 @@ def test_every_part_of_an_event_fits_the_cell_and_the_motion(
 
 
 def test_a_command_may_be_a_microsecond_off_what_its_lead_asks_for_and_off_the_motion() -> None:
-    lead, off = cell().devices[VALVE].lead, TIME_TOLERANCE
+    lead, off = cell().devices[VALVE].lead, EVENT_TIME_TOLERANCE
     for complete, trigger, problem in (
         (lead, off, []),
         (lead, -off, []),
@@ -143,7 +143,7 @@ def test_a_command_may_be_a_microsecond_off_what_its_lead_asks_for_and_off_the_m
 
 
 def test_the_cup_may_turn_until_a_microsecond_after_the_motion() -> None:
-    for complete, is_refused in ((4.0 + TIME_TOLERANCE, False), (4.0 + 2 * TIME_TOLERANCE, True)):
+    for complete, is_refused in ((4.0 + EVENT_TIME_TOLERANCE, False), (4.0 + 2 * EVENT_TIME_TOLERANCE, True)):
         asked = event("cup_pivot", "down", complete)
         found = said(plan_of((TRANSIT, 4.0, None), events=[asked]))
         assert ("moves after the motion" in found) is is_refused
@@ -152,8 +152,8 @@ def test_the_cup_may_turn_until_a_microsecond_after_the_motion() -> None:
 def test_an_anchor_may_be_off_by_the_very_tolerance() -> None:
     """Of time, where it is bound to a time, and of way, where it is bound to the way of a tool that rests."""
     for kind, t, offset, problem in (
-        (AnchorKind.TIME, TIME_TOLERANCE, 0.0, []),
-        (AnchorKind.TIME, 2 * TIME_TOLERANCE, 0.0, ["wrong anchor time"]),
+        (AnchorKind.TIME, EVENT_TIME_TOLERANCE, 0.0, []),
+        (AnchorKind.TIME, 2 * EVENT_TIME_TOLERANCE, 0.0, ["wrong anchor time"]),
         (AnchorKind.ARC_LENGTH, 0.0, WAY_TOLERANCE, []),
         (AnchorKind.ARC_LENGTH, 0.0, -WAY_TOLERANCE, []),
         (AnchorKind.ARC_LENGTH, 0.0, 2 * WAY_TOLERANCE, ["wrong anchor time"]),
@@ -176,7 +176,7 @@ def test_two_commands_to_one_device_are_more_than_a_microsecond_apart() -> None:
     """In whatever order they stand, and whatever is between them."""
     assert whats(_apart([command(1.0), command(1.0 + 0.9e-6)])) == ["commands at the same time"]
     assert whats(_apart([command(1.0), command(1.0 + 1.1e-6)])) == []
-    for second, problem in ((TIME_TOLERANCE, ["commands at the same time"]), (2e-6, [])):
+    for second, problem in ((EVENT_TIME_TOLERANCE, ["commands at the same time"]), (2e-6, [])):
         first, other, last = command(0.0), command(0.0, VALVE), command(second)
         for commands in ((first, last), (last, first), (first, other, last), (last, other, first)):
             assert whats(_apart(commands)) == problem
@@ -187,7 +187,7 @@ def test_two_commands_to_one_device_are_more_than_a_microsecond_apart() -> None:
 
 
 def test_exactly_one_command_is_complete_between_two_times() -> None:
-    off = TIME_TOLERANCE
+    off = EVENT_TIME_TOLERANCE
     for t, problem in (
         (1.0 - off, []), (2.0 + off, []), (1.5, []),
         (1.0 - 2 * off, ["event at the wrong time"]), (2.0 + 2 * off, ["event at the wrong time"]),
@@ -199,7 +199,12 @@ def test_exactly_one_command_is_complete_between_two_times() -> None:
 
 
 def test_what_holds_is_not_switched_off_from_a_microsecond_before_until_the_release() -> None:
-    for t, is_lost in ((1.0 - 2e-6, False), (1.0 - TIME_TOLERANCE, True), (2.0 - 1e-9, True), (2.0, False)):
+    for t, is_lost in (
+        (1.0 - 2e-6, False),
+        (1.0 - EVENT_TIME_TOLERANCE, True),
+        (2.0 - 1e-9, True),
+        (2.0, False),
+    ):
         assert whats(_kept([command(t)], 1.0, 2.0)) == ["vacuum lost"] * is_lost
 
 
@@ -396,7 +401,7 @@ def turn(t: float, action: str) -> TimedEvent:
 
 def test_no_command_moves_the_cup_within_a_segment_but_for_a_microsecond() -> None:
     """The segment counts on its state from 1 s to 2 s."""
-    segment, off = Segment(TRANSIT, 1.0, 2.0, STRAIGHT, None), TIME_TOLERANCE
+    segment, off = Segment(TRANSIT, 1.0, 2.0, STRAIGHT, None), EVENT_TIME_TOLERANCE
     for trigger, complete, is_refused in (
         (0.5, 1.0 + off, False), (0.5, 1.0 + 2 * off, True), (2.0 - off, 2.5, False),
         (2.0 - 2 * off, 2.5, True), (0.5, 2.5, True), (0.2, 0.8, False), (2.2, 2.8, False),
@@ -429,6 +434,6 @@ def test_a_segment_states_what_the_last_command_before_it_left() -> None:
 
 
 def test_a_command_that_is_complete_within_a_microsecond_of_a_segment_s_start_counts() -> None:
-    for late, is_refused in ((TIME_TOLERANCE, False), (2 * TIME_TOLERANCE, True)):
+    for late, is_refused in ((EVENT_TIME_TOLERANCE, False), (2 * EVENT_TIME_TOLERANCE, True)):
         move = replace(turn(0.5, "down"), complete=1.0 + late)
         assert whats(changes(states(MOVING, DOWN), [move])) == ["wrong tool state"] * is_refused

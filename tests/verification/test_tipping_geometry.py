@@ -13,7 +13,7 @@ from pickcli.geometry import GRAVITY, Array, pose
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.tipping_check import (
-    HALVINGS,
+    N_HALVINGS,
     Press,
     _along,
     _beside,
@@ -124,7 +124,7 @@ def test_the_edge_of_a_support_is_found_from_inside_to_a_part_of_the_gap(radius:
     steps = sum(int(np.abs(np.diff(borne.astype(int), axis=axis)).sum()) for axis in (0, 1))
     assert len(found) == steps > 20
     far = np.hypot(found[:, 0], found[:, 1])
-    assert far.max() <= radius and far.min() >= radius - 0.01 / 2**HALVINGS
+    assert far.max() <= radius and far.min() >= radius - 0.01 / 2**N_HALVINGS
     assert len({tuple(p) for p in found.round(9).tolist()}) > 0.9 * steps
 
 

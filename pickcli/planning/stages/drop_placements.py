@@ -25,8 +25,8 @@ from pickcli.scene.pile import Pile
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
 
-WALL = 0.02  # m between the held item's box and the walls, if there is enough room
-LEAST_WALL = 0.008
+WALL_DISTANCE = 0.02  # m between the held item's box and the walls, if there is enough room
+LEAST_WALL_DISTANCE = 0.008
 ABOVE_PILE = 0.025  # m between the item and what lies below it when it is released
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
 LEAST_RISE = 0.05  # m of straight way to the release and back: on a shorter one the tool gains no speed
@@ -229,11 +229,13 @@ def drop_placements(
     T_item = _posed(R) @ held.T_tip_item
     reach = held.item.shape.reach(T_item[:, :3, :3]) + held.inflate
     play = pile.half_room - reach[:, :2]
-    grid = _Grid.of(pile, T_item, reach, play - np.clip(0.8 * play, LEAST_WALL, WALL), prices, is_level)
+    grid = _Grid.of(
+        pile, T_item, reach, play - np.clip(0.8 * play, LEAST_WALL_DISTANCE, WALL_DISTANCE), prices, is_level
+    )
     n_each = PER_ORIENTATION
     if scene.cell.others:  # each arm reaches a part of the place: of all positions, the nearest first
         grid, n_each, n_most = grid.near(shoulder[:2]), grid.cost.shape[1], MOST_SHARED
-    chosen = grid.best(np.flatnonzero(play.min(axis=1) >= LEAST_WALL), n_each)
+    chosen = grid.best(np.flatnonzero(play.min(axis=1) >= LEAST_WALL_DISTANCE), n_each)
     if not chosen:
         return Failures(tuple(dict.fromkeys(_why_none(held, reach[:, :2], grid, pile, place))))
     R_world_place = scene.T_world_place(place)[:3, :3]
@@ -279,7 +281,7 @@ def _places(play: Array) -> tuple[Array, NDArray[np.bool_]]:
 def _why_none(held: AttachedItem, reach: Array, grid: _Grid, pile: Pile, place: Place) -> Iterator[Reason]:
     """Explain why each orientation has no position; reach: (A, 2) half extents of the item."""
     for a, half in enumerate(reach):
-        if (pile.half_room - half).min() < LEAST_WALL:
+        if (pile.half_room - half).min() < LEAST_WALL_DISTANCE:
             size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
             yield Reason("does not fit between the walls", place.name, f"{held.item.name}, {size} mm")
             continue

@@ -22,7 +22,7 @@ CLIMBS, ROUNDS = 6, 10
 N_TRIED, N_KEPT = 60, 8  # samples of a round, and the best of them, around which the next are drawn
 N_CHECKED = 3  # of these whose start is checked: the others are much alike
 LEAST_SPREAD = 1e-4  # m or rad around those
-HOPELESS = 0.02  # m of clearance that may be missing half-way through a climb
+MAX_MISSING_CLEARANCE = 0.02  # m of clearance that may be missing half-way through a climb
 
 
 def drawn(
@@ -80,7 +80,7 @@ def climbed(
             if (d := next((d for d in free[:N_CHECKED] if _leads(leaving, d)), None)) is not None:
                 found.append(d)
                 break
-            if k == ROUNDS // 2 and clearances[best[0]] < carrying.margin - HOPELESS:
+            if k == ROUNDS // 2 and clearances[best[0]] < carrying.margin - MAX_MISSING_CLEARANCE:
                 return found
             mean, spread = D[best].mean(axis=0), D[best].std(axis=0) + LEAST_SPREAD
     return found

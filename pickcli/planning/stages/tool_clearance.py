@@ -29,7 +29,7 @@ LIFT_OFFSETS_YZ = sorted(product(LIFT_OFFSETS_Y, LIFT_OFFSETS_Z), key=lambda yz:
 STRAIGHT_IN = (0.0, 0.0)
 N_WAYS = 2  # that the arm tries to follow
 N_EXPLAINED = 32  # about, of the grasps without clearance, from the best to the last
-SWING = 0.001  # m that the tool may move farther than the item's centre in the first stretch of the lift
+TOOL_SWING = 0.001  # m that the tool may move farther than the item's centre in the first stretch of the lift
 LEAST_APPROACH = 0.005  # m along the tool's axis, at least
 LIFTED = 1  # index of the end of the lift in the poses of a way out
 
@@ -143,7 +143,7 @@ def _ways_out(
     tool = _carrying(problem, grasp)
     found = [transforms @ contact for transforms in ways_out]
     # A line that turns the item moves the tool farther than the item's centre; the verifier measures that.
-    longest = problem.context.settings.first_stretch + SWING
+    longest = problem.context.settings.first_stretch + TOOL_SWING
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= longest]
     if not found:
         what = "the tool swings out too far where the item turns"
