@@ -10,7 +10,8 @@ Read in this order:
 - Content and checks of files: `inspect`, `show` and `check`.
 - Items: `show_grasps` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
-  `scene_options`, `build_options`, `trial_options`, `pod_shift`; `logs` has --verbose and --debug.
+  `scene_options`, `plan_options`, `build_options`, `trial_options`, `pod_shift`; `logs` has --verbose and
+  --debug.
 - Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow
   and --move.
 - Functions that commands share: `planner`, `pick_request` and `experience_session` for

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import fields
+from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import click
 
@@ -18,6 +20,28 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 DEFAULT_CELL = "apc2016_delft"
 CELL_SUFFIXES = (".yaml", ".urdf")  # suffixes of the files that describe a cell
+
+
+def passed_as(name: str, of: type[Any]) -> Callable[[F], F]:
+    """Pass several parameters to a command as one value.
+
+    Args:
+        name: Name of the parameter that the command takes instead.
+        of: A dataclass; its fields have the names of the parameters of click.
+
+    Returns:
+        A decorator, to be applied before those that add the options.
+    """
+
+    def decorate(function: F) -> F:
+        @wraps(function)
+        def called(**values: Any) -> Any:
+            value = of(**{field.name: values.pop(field.name) for field in fields(of)})
+            return function(**values, **{name: value})
+
+        return cast(F, called)
+
+    return decorate
 
 
 def cell_option(function: F) -> F:

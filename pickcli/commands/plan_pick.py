@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command
-from pickcli.commands.experience_session import learn_option
 from pickcli.commands.option_types import RenamedOption
-from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
-from pickcli.commands.pick_request import PickRequest, plan_with_first_able
-from pickcli.commands.planner import artifact_options, deliver, start_option, verify_option
-from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
+from pickcli.commands.pick_request import plan_with_first_able
+from pickcli.commands.plan_options import PlanOptions, plan_options
+from pickcli.commands.scene_options import scene_options
 from pickcli.commands.stated_pick import destination, refuse_impossible
 
 if TYPE_CHECKING:
-    from pickcli.motion.plan import Plan
-    from pickcli.planning.arm_choice import ArmSuitability
     from pickcli.scene.scene import Scene
 
 
@@ -28,25 +22,15 @@ if TYPE_CHECKING:
 @click.option("--bin", "bin_name", metavar="PLACE", help="Bin or other place that contains the item.")
 @click.option("--item", metavar="ITEM", help="Item to pick: its name, or its id in the scene (name#2).")
 @click.option("--pick", metavar="PLACE:ITEM", hidden=True)  # former spelling of --bin PLACE --item ITEM
-@start_option
 @click.option("--into", cls=RenamedOption, old=("--to",), metavar="PLACE",
               help="Destination: another place of the cell.  [default: tote]")  # fmt: skip
 @click.option("--neighbours", type=click.Choice(["avoid", "ignore"], case_sensitive=False), default="avoid",
               show_default=True,
               help="avoid other items in the bin (Delft), or ignore them (KTH).")  # fmt: skip
-@arm_option("the preferred one of those that hold and reach the item")
-@standing_option
-@verify_option
-@artifact_options
-@learn_option
-@seed_option
-@json_option
-@output_option("plan")
+@plan_options("the preferred one of those that hold and reach the item")
 def command(
-    scene_path: Path, cell_name: str | None, items_path: Path | None, pick: str | None, bin_name: str | None,
-    item: str | None, start: str, into: str | None, neighbours: str, arm: str | None,
-    standing: tuple[str, ...], no_verify: bool, roadmap: Path | None, trajectories: Path | None, learn: bool,
-    seed: int, as_json: bool, output: Path, overwrite: bool,
+    bin_name: str | None, item: str | None, pick: str | None, into: str | None, neighbours: str,
+    options: PlanOptions,
 ) -> None:  # fmt: skip
     """Plan one pick, from leaving for the item to the item in the tote, or in another place.
 
@@ -62,21 +46,13 @@ def command(
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours
 
-    refuse_output(output, overwrite, scene_path, cell_name, items_path, roadmap, trajectories)
-    arms = ArmRequest(arm, standing, (start,), items=items_path)
-    scene = open_scene(scene_path, cell_name, arms)
+    scene = options.scene()
     scene.cell.require_places()
-    refuse_held(scene, scene_path)
     out_of, item = _taken(pick, bin_name, item, scene)
     into = destination(scene, into, out_of)
     refuse_impossible(scene, (out_of, item, into), ("--bin" if pick is None else "--pick", "--into"))
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
-    asked = PickRequest(query, start, seed, roadmap, trajectories, learn, not no_verify)
-
-    def write(plan: Plan, scene: Scene, ranked: tuple[ArmSuitability, ...]) -> None:
-        deliver(plan, scene, output, False, as_json, overwrite, ranked)
-
-    plan_with_first_able(scene, arms, asked, write)
+    plan_with_first_able(scene, query, options)
 
 
 def _taken(pick: str | None, place: str | None, item: str | None, scene: Scene) -> tuple[str, str]:

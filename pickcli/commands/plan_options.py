@@ -1,0 +1,130 @@
+"""Options that the planning commands share, as one value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.experience_session import learn_option
+from pickcli.commands.options import json_option, output_option, passed_as, refuse_output, seed_option
+from pickcli.commands.planner import artifact_options, deliver, start_option, verify_option
+from pickcli.commands.scene_options import refuse_held, scene_or_empty
+
+if TYPE_CHECKING:
+    from pickcli.motion.plan import Plan
+    from pickcli.planning.arm_choice import ArmSuitability
+    from pickcli.scene.scene import Scene
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class PlanOptions:
+    """The shared options of a planning command.
+
+    Attributes:
+        scene_path: File of the scene; None for the empty cell.
+        cell_name: Name or folder of the cell; None for the one that the scene names.
+        items_path: The user's own items.
+        start: Start configuration, as written.
+        arm: The arm that moves; None if not stated.
+        standing: Configurations of other arms, as ``ARM=NAME|q``.
+        no_verify: Whether plans are written unverified.
+        roadmap: File of the roadmap; None for that of the cache.
+        trajectories: File of the trajectory database; None for that of the cache.
+        learn: Whether experience is stored.
+        seed: Seed of all random choices.
+        as_json: Whether JSON is printed.
+        output: File of the plan.
+        overwrite: Whether an existing file may be replaced.
+    """
+
+    scene_path: Path | None
+    cell_name: str | None
+    items_path: Path | None
+    start: str
+    arm: str | None
+    standing: tuple[str, ...]
+    no_verify: bool
+    roadmap: Path | None
+    trajectories: Path | None
+    learn: bool
+    seed: int
+    as_json: bool
+    output: Path
+    overwrite: bool
+
+    def arms(self, *goals: str) -> ArmRequest:
+        """Return the arms stated on the command line.
+
+        Args:
+            *goals: Configurations that the arm must have besides the start.
+
+        Returns:
+            The request.
+        """
+        return ArmRequest(self.arm, self.standing, (self.start, *goals), items=self.items_path)
+
+    def scene(self, *goals: str) -> Scene:
+        """Read the scene, or make the empty one, after a check that the plan can be written.
+
+        Args:
+            *goals: Configurations that the arm must have besides the start.
+
+        Returns:
+            The scene.
+
+        Raises:
+            UsageError: Neither a scene nor a cell is named.
+            InputError: A file cannot be read or written, or the scene has a held item.
+            StaleError: The scene was made for another cell.
+        """
+        read = self.scene_path, self.cell_name, self.items_path, self.roadmap, self.trajectories
+        refuse_output(self.output, self.overwrite, *read)
+        scene = scene_or_empty(self.scene_path, self.cell_name, self.arms(*goals))
+        refuse_held(scene, self.scene_path)
+        return scene
+
+    def deliver(
+        self, plan: Plan, scene: Scene, is_judged: bool = False, ranked: Sequence[ArmSuitability] = ()
+    ) -> None:
+        """Verify a plan if requested, write it and print its summary.
+
+        Args:
+            plan: The plan.
+            scene: The scene in which it is to be executed.
+            is_judged: Whether it was already verified, if requested.
+            ranked: Ranking of the arms, the best first, if the arm was chosen.
+
+        Raises:
+            RejectedError: The verifier rejects the plan; nothing is written.
+            InputError: The file cannot be written.
+        """
+        verify_now = not (is_judged or self.no_verify)
+        deliver(plan, scene, self.output, verify_now, self.as_json, self.overwrite, ranked)
+
+
+def plan_options(default_arm: str) -> Callable[[F], F]:
+    """Give a command the options of every planning command besides those of its scene.
+
+    Args:
+        default_arm: The arm if none is named, for the help.
+
+    Returns:
+        A decorator that adds the options, and passes them with those of the scene as ``options``, a
+        ``PlanOptions``.
+    """
+
+    def decorate(function: F) -> F:
+        function = passed_as("options", PlanOptions)(function)
+        for option in (  # the last is the first in the help
+            output_option("plan"), json_option, seed_option, learn_option, artifact_options, verify_option,
+            standing_option, arm_option(default_arm), start_option,
+        ):  # fmt: skip
+            function = option(function)
+        return function
+
+    return decorate
