@@ -9,34 +9,24 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import arm_option
-from pickcli.commands.build_options import jobs_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
-    cell_option,
-    items_option,
     json_option,
     of_file,
     order_argument,
-    reality_option,
     refuse_reading,
     refuse_same,
     seed_option,
-    stow_rule_option,
 )
-from pickcli.commands.planner import artifact_options, load_planner
-from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import stdout_console
-from pickcli.commands.trial_options import cells_that_play, planner_of, pose_noise_option
+from pickcli.commands.trial_options import TrialOptions, planner_of, trial_options
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
-    from pickcli.cell.pod_tolerance import Displacement
-    from pickcli.scene.scene import PoseNoise
     from pickcli.trial.trial_result import TrialResult
 
 
@@ -49,23 +39,13 @@ if TYPE_CHECKING:
 @click.option("--overwrite", is_flag=True,
               help="Replace scene.json, after.json, trial.json, motion.json.gz, output.json, before.png and "
                    "after.png in a folder that exists; its other files stay.")  # fmt: skip
-@pose_noise_option
-@stow_rule_option
-@pod_shift_option("random, unless --reality says otherwise")
-@reality_option
-@cell_option
-@items_option
-@arm_option("all of the cell's, one at a time")
-@artifact_options
-@jobs_option
+@trial_options
 @learn_option
 @seed_option
 @json_option
 def command(
-    order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise, stow_rule: str,
-    pod_shift: Displacement | str | None, reality_path: Path | None, cell_name: str, items_path: Path | None,
-    arm: str | None, roadmap: Path | None, trajectories: Path | None, jobs: int | None, learn: bool,
-    seed: int, as_json: bool,
+    order_path: Path, output: Path | None, overwrite: bool, options: TrialOptions, learn: bool, seed: int,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order by the rules and keep score.
 
@@ -83,32 +63,30 @@ def command(
     from pickcli.trial.order import require_playable
     from pickcli.trial.order_file import order_file, read_order
     from pickcli.trial.pod_shift import standing
-    from pickcli.trial.stow_assignment import StowRule
     from pickcli.trial.trial_folder import write_folder
 
-    workcell, reality = load_workcell(cell_name, items_path), read_reality(reality_path)
-    cells = cells_that_play(workcell, arm, roadmap, trajectories)
+    workcell = load_workcell(options.cell_name, options.items_path)
+    reality = read_reality(options.reality_path)
+    cells = options.cells(workcell)
     cell = cells[0]
-    for each in cells:
-        each.require_places()
     order = require_playable(read_order(order_path, cell), str(order_path))
-    standing(pod_shift, reality, cell, seed)  # a shift beyond the cell's bounds is refused before any work
+    standing(
+        options.pod_shift, reality, cell, seed
+    )  # a shift beyond the cell's bounds is refused before any work
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
-    inputs = (order_file(order_path, cell), reality_path, cell_name, items_path, roadmap, trajectories)
-    _refuse_outputs(folder, overwrite, inputs)
+    _refuse_outputs(folder, overwrite, (order_file(order_path, cell), *options.inputs))
 
     from pickcli.stowing.make_scene import refuse_too_much
-    from pickcli.trial.played_trial import TrialConditions, TrialRequest, play_trial, stowed_scene
+    from pickcli.trial.played_trial import TrialRequest, play_trial, stowed_scene
 
     refuse_too_much(order.contents, cell, order.year, str(order_path))
-    contexts = [load_planner(each, roadmap, trajectories, build_missing=True, jobs=jobs) for each in cells]
-    conditions = TrialConditions(pose_noise, reality, pod_shift, StowRule(stow_rule))
-    request = TrialRequest(order, order_path.name, conditions, seed)
+    contexts = options.planning_contexts(cells)
+    request = TrialRequest(order, order_path.name, options.conditions(reality), seed)
     with stage("stowing"), progress("placing the items") as report, of_file(order_path):
         scene = stowed_scene(request, cell, report)
     with ExitStack() as stack:
         sessions = [
-            stack.enter_context(experience_session(context, roadmap, trajectories, learn))
+            stack.enter_context(experience_session(context, options.roadmap, options.trajectories, learn))
             for context in contexts
         ]
         planners = [planner_of(workcell, session.planner, session.recorder) for session in sessions]

@@ -10,28 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.arm_options import arm_option
-from pickcli.commands.build_options import jobs_option, scheduler_option
+from pickcli.commands.build_options import scheduler_option
 from pickcli.commands.building import building
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
-    cell_option,
-    items_option,
     json_option,
-    reality_option,
     refuse_reading,
-    stow_rule_option,
 )
-from pickcli.commands.planner import artifact_options, load_planner
-from pickcli.commands.pod_shift import pod_shift_option
-from pickcli.commands.trial_options import cells_that_play, planner_of, pose_noise_option
+from pickcli.commands.trial_options import TrialOptions, planner_of, trial_options
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
-    from pickcli.cell.pod_tolerance import Displacement
-    from pickcli.scene.scene import PoseNoise
     from pickcli.trial.order import Order
     from pickcli.trial.played_trial import TrialConditions
     from pickcli.trial.trial_job import TrialJob
@@ -83,22 +74,12 @@ def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value:
     "--overwrite", is_flag=True,
     help="Replace trials.json, trials.html and the files of trials in a folder that exists.",
 )  # fmt: skip
-@pose_noise_option
-@stow_rule_option
-@pod_shift_option("random, unless --reality says otherwise")
-@reality_option
-@cell_option
-@items_option
-@arm_option("all of the cell's, one at a time")
-@artifact_options
-@jobs_option
+@trial_options
 @scheduler_option
 @json_option
 def command(
     order_paths: tuple[Path, ...], seeds: tuple[int, ...], output: Path, overwrite: bool,
-    pose_noise: PoseNoise, stow_rule: str, pod_shift: Displacement | str | None, reality_path: Path | None,
-    cell_name: str, items_path: Path | None, arm: str | None, roadmap: Path | None,
-    trajectories: Path | None, jobs: int | None, scheduler: str | None, as_json: bool,
+    options: TrialOptions, scheduler: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Play orders with many seeds, and tell how scores are distributed.
 
@@ -117,32 +98,27 @@ def command(
     from pickcli.trial.pod_shift import standing
     from pickcli.trial.trials_folder import refuse_trials_folder
 
-    workcell, reality = load_workcell(cell_name, items_path), read_reality(reality_path)
-    cells = cells_that_play(workcell, arm, roadmap, trajectories)
-    for each in cells:
-        each.require_places()
+    workcell = load_workcell(options.cell_name, options.items_path)
+    reality = read_reality(options.reality_path)
+    cells = options.cells(workcell)
     orders = _orders(order_paths, cells[0])
-    standing(pod_shift, reality, cells[0], seeds[0])
+    standing(options.pod_shift, reality, cells[0], seeds[0])
     files = [order_file(path, cells[0]) for path in order_paths]
     refuse_trials_folder(output, overwrite)
-    inputs = (*files, reality_path, cell_name, items_path, roadmap, trajectories)
     for name in ("trials.json", "trials.html"):
-        refuse_reading(output / name, *inputs)
+        refuse_reading(output / name, *files, *options.inputs)
 
     from pickcli.jobs.job import sources_digest
-    from pickcli.trial.played_trial import TrialConditions
-    from pickcli.trial.stow_assignment import StowRule
     from pickcli.trial.trial_job import TrialJob
 
-    contexts = [load_planner(each, roadmap, trajectories, build_missing=True, jobs=jobs) for each in cells]
-    stored = [path for each in cells for path in _stored_files(each, roadmap, trajectories)]
-    conditions = TrialConditions(pose_noise, reality, pod_shift, StowRule(stow_rule))
+    contexts = options.planning_contexts(cells)
+    stored = [path for each in cells for path in _stored_files(each, options.roadmap, options.trajectories)]
     job = TrialJob(
         orders, {path.stem: path.name for path in order_paths},
-        tuple(planner_of(workcell, context) for context in contexts), conditions,
-        _digest([*files, *stored, *_cell_files(cell_name, items_path)]), sources_digest(),
+        tuple(planner_of(workcell, context) for context in contexts), options.conditions(reality),
+        _digest([*files, *stored, *_cell_files(options.cell_name, options.items_path)]), sources_digest(),
     )  # fmt: skip
-    report = _play(job, seeds, output, overwrite, (jobs, scheduler, as_json))
+    report = _play(job, seeds, output, overwrite, (options.jobs, scheduler, as_json))
     if as_json:
         emit_json({"path": str(output), **report.summary})
     else:

@@ -1,22 +1,31 @@
-"""Shared by the commands that play trials: --pose-noise, and the selection of arms."""
+"""Shared by the commands that play trials: their options as one value, and the planner of an arm."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.commands.arm_options import arm_option
+from pickcli.commands.build_options import jobs_option
+from pickcli.commands.options import cell_option, items_option, passed_as, reality_option, stow_rule_option
+from pickcli.commands.planner import artifact_options, load_planner
+from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
+    from pickcli.cell.pod_tolerance import Displacement
     from pickcli.cell.workcell import Workcell
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.roadmap.query_experience import ExperienceRecorder
     from pickcli.scene.scene import PoseNoise
+    from pickcli.simulation.reality import Reality
+    from pickcli.trial.played_trial import TrialConditions
     from pickcli.trial.simulated_cell import ArmPlanner
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -72,32 +81,107 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
     return PoseNoise(millimetres / 1000.0, math.radians(degrees))
 
 
-def cells_that_play(
-    workcell: Workcell, arm: str | None, roadmap: Path | None, trajectories: Path | None
-) -> list[Cell]:
-    """Select the arms that play.
+@dataclass(frozen=True)
+class TrialOptions:
+    """The shared options of a command that plays trials.
+
+    Attributes:
+        pose_noise: Bounds of the error of item poses.
+        stow_rule: Name of the rule by which bins are chosen.
+        pod_shift: Displacement of the pod in m and rad, "random" or "none"; None if not stated.
+        reality_path: File of the levels of reality; None for the default levels.
+        cell_name: Name or folder of the cell.
+        items_path: The user's own items.
+        arm: The arm that plays; None for all.
+        roadmap: File of the roadmap; None for that of the cache.
+        trajectories: File of the trajectory database; None for that of the cache.
+        jobs: Number of parallel processes; None for one per core.
+    """
+
+    pose_noise: PoseNoise
+    stow_rule: str
+    pod_shift: Displacement | str | None
+    reality_path: Path | None
+    cell_name: str
+    items_path: Path | None
+    arm: str | None
+    roadmap: Path | None
+    trajectories: Path | None
+    jobs: int | None
+
+    @property
+    def inputs(self) -> tuple[Path | str | None, ...]:
+        """Files that the command reads besides orders, and the cell by its name or folder."""
+        return self.reality_path, self.cell_name, self.items_path, self.roadmap, self.trajectories
+
+    def cells(self, workcell: Workcell) -> list[Cell]:
+        """Select the arms that play.
+
+        Args:
+            workcell: The cell with all its arms.
+
+        Returns:
+            The cell as seen by each arm that plays, the preferred one first.
+
+        Raises:
+            InputError: A stored file is named, and several arms play; or the cell has no places.
+        """
+        is_one = self.arm is not None or not workcell.parked
+        for option, path in (("--roadmap", self.roadmap), ("--trajectories", self.trajectories)):
+            if path is not None and not is_one:
+                raise InputError(
+                    f"{option}: a file is of one arm, and cell {workcell.name} plays with "
+                    f"{' and '.join(workcell.arms)}; name one with --arm, or leave it to the cache"
+                )
+        cells = [workcell.cell(self.arm)] if is_one else list(workcell.arms.values())
+        for cell in cells:
+            cell.require_places()
+        return cells
+
+    def planning_contexts(self, cells: Sequence[Cell]) -> list[PlanningContext]:
+        """Load the planner of each arm; missing artifacts are built in the cache.
+
+        Args:
+            cells: The cell as seen by each arm that plays.
+
+        Returns:
+            The planners, in the same order.
+        """
+        named = self.roadmap, self.trajectories
+        return [load_planner(cell, *named, build_missing=True, jobs=self.jobs) for cell in cells]
+
+    def conditions(self, reality: Reality) -> TrialConditions:
+        """Return the conditions of the trials.
+
+        Args:
+            reality: Levels of reality, as read from the file.
+
+        Returns:
+            The conditions.
+        """
+        from pickcli.trial.played_trial import TrialConditions
+        from pickcli.trial.stow_assignment import StowRule
+
+        return TrialConditions(self.pose_noise, reality, self.pod_shift, StowRule(self.stow_rule))
+
+
+def trial_options(function: F) -> F:
+    """Give a command the options of every command that plays trials.
 
     Args:
-        workcell: The cell with all its arms.
-        arm: The named arm; None for all.
-        roadmap: The named roadmap, if any.
-        trajectories: The named trajectory database, if any.
+        function: The command.
 
     Returns:
-        The cell as seen by each arm that plays, the preferred one first.
-
-    Raises:
-        InputError: A stored file is named, and several arms play.
+        The command with the options, which are passed to it as ``options``, a ``TrialOptions``.
     """
-    if arm is not None or not workcell.parked:
-        return [workcell.cell(arm)]
-    for option, path in (("--roadmap", roadmap), ("--trajectories", trajectories)):
-        if path is not None:
-            raise InputError(
-                f"{option}: a file is of one arm, and cell {workcell.name} plays with "
-                f"{' and '.join(workcell.arms)}; name one with --arm, or leave it to the cache"
-            )
-    return list(workcell.arms.values())
+    function = passed_as("options", TrialOptions)(function)
+    for option in (  # the last is the first in the help
+        jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
+        cell_option, reality_option, pod_shift_option("random, unless --reality says otherwise"),
+        stow_rule_option, pose_noise_option,
+    ):  # fmt: skip
+        function = option(function)
+    return function
 
 
 def planner_of(
