@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
-from pickcli.commands.build_options import build_options
-from pickcli.commands.building import building
+from pickcli.commands.build_options import BuildOptions, build_options
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.option_types import NumberType, RenamedOption
-from pickcli.commands.options import cell_option, refuse_output
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 
@@ -23,18 +20,11 @@ if TYPE_CHECKING:
 
 
 @click.command("build-roadmap", cls=Command)
-@cell_option
-@arm_option()
-@standing_option
 @click.option("--nearest", cls=RenamedOption, old=("--neighbours",), type=NumberType(1, 100),
               default=RoadmapSettings.n_neighbours, show_default=True,
               help="k: edges are tried from each configuration to its k nearest.")  # fmt: skip
 @build_options("roadmap", RoadmapSettings, "edge")
-def command(
-    cell_name: str, arm: str | None, standing: tuple[str, ...],
-    nearest: int, planner: str, iterations: int, jobs: int | None, scheduler: str | None,
-    seed: int, as_json: bool, output: Path, overwrite: bool,
-) -> None:  # fmt: skip
+def command(nearest: int, options: BuildOptions) -> None:
     """Offline: KTH's roadmap of the named configurations.
 
     Section IV of their paper. Every edge is proven free. Edges are added until important pairs (home, bins
@@ -49,14 +39,12 @@ def command(
     from pickcli.precompute.artifact_files import make_roadmap
     from pickcli.roadmap.store import read_roadmap
 
-    refuse_output(output, overwrite, cell_name)
-    cell = open_cell(cell_name, ArmRequest(arm, standing))
-    cell.require_places()
-    settings = RoadmapSettings(PlannerName(planner), nearest, iterations, seed=seed)
-    with building("building the roadmap", output, jobs, as_json, scheduler) as run_options:
-        built = make_roadmap(cell, output, settings, run_options, overwrite)
+    cell, output = options.cell(), options.output
+    settings = RoadmapSettings(PlannerName(options.planner), nearest, options.iterations, seed=options.seed)
+    with options.building("building the roadmap") as run_options:
+        built = make_roadmap(cell, output, settings, run_options, options.overwrite)
     roadmap = read_roadmap(output, cell)
-    if as_json:
+    if options.as_json:
         emit_json(_summary(output, cell.fingerprint, roadmap, built))
     else:
         click.echo("\n".join(_lines(output, roadmap, built)))

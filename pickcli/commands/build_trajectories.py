@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
-from pickcli.commands.build_options import build_options
-from pickcli.commands.building import building
+from pickcli.commands.build_options import BuildOptions, build_options
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.option_types import NumberType
-from pickcli.commands.options import cell_option, refuse_output
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
@@ -21,18 +18,11 @@ if TYPE_CHECKING:
 
 
 @click.command("build-trajectories", cls=Command)
-@cell_option
-@arm_option()
-@standing_option
 @click.option("--tries", type=NumberType(1, 1000), default=TrajectorySettings.n_tries,
               show_default=True,
               help="Paths to plan for a pair if bending yields no fast motion.")  # fmt: skip
 @build_options("trajectory database", TrajectorySettings, "path")
-def command(
-    cell_name: str, arm: str | None, standing: tuple[str, ...],
-    tries: int, planner: str, iterations: int, jobs: int | None, scheduler: str | None,
-    seed: int, as_json: bool, output: Path, overwrite: bool,
-) -> None:  # fmt: skip
+def command(tries: int, options: BuildOptions) -> None:
     """Offline: Delft's database of coarse motions.
 
     Timed motions between named configurations (section 1 of their paper). The fastest motion of a pair is
@@ -47,14 +37,12 @@ def command(
     from pickcli.precompute.artifact_files import make_trajectories
     from pickcli.roadmap.store import read_database
 
-    refuse_output(output, overwrite, cell_name)
-    cell = open_cell(cell_name, ArmRequest(arm, standing))
-    cell.require_places()
-    settings = TrajectorySettings(PlannerName(planner), tries, iterations, seed=seed)
-    with building("building the trajectories", output, jobs, as_json, scheduler) as run_options:
-        built = make_trajectories(cell, output, settings, run_options, overwrite)
+    cell, output = options.cell(), options.output
+    settings = TrajectorySettings(PlannerName(options.planner), tries, options.iterations, seed=options.seed)
+    with options.building("building the trajectories") as run_options:
+        built = make_trajectories(cell, output, settings, run_options, options.overwrite)
     n_motions = len(read_database(output, cell))
-    if as_json:
+    if options.as_json:
         emit_json(_summary(output, cell.fingerprint, n_motions, built))
     else:
         click.echo("\n".join(_lines(output, n_motions, built)))
