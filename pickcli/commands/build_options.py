@@ -128,7 +128,7 @@ def jobs_option(function: F) -> F:
     """
     return click.option(
         "--jobs", type=NumberType(1, 1024), metavar="N",
-        help="Number of parallel processes; the bytes are the same.  [default: one per core]",
+        help="Number of parallel processes; the result is the same.  [default: one per core]",
     )(function)  # fmt: skip
 
 
@@ -143,8 +143,8 @@ def scheduler_option(function: F) -> F:
     """
     return click.option(
         "--scheduler", metavar="ADDRESS",
-        help="Run the tasks on the workers of this Dask scheduler, e.g. tcp://host:8786; the bytes are the "
-        "same. It is trusted: see docs/cluster.md.",
+        help="Run the tasks on the workers of this Dask scheduler, e.g. tcp://host:8786; the result is the "
+        "same. It must be trusted (docs/cluster.md).",
     )(function)  # fmt: skip
 
 
@@ -157,5 +157,5 @@ def _planner_option(default: PlannerName, one: str) -> Callable[[F], F]:
 def _iterations_option(default: int, one: str) -> Callable[[F], F]:
     return click.option(
         "--iterations", type=NumberType(1), default=default, show_default=True,
-        help=f"Most iterations of the planner for one {one}.",
+        help=f"Maximum iterations of the planner for one {one}.",
     )  # fmt: skip

@@ -21,6 +21,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, NumberType
 from pickcli.commands.options import (
+    CELL_HELP,
     DEFAULT_CELL,
     items_option,
     json_option,
@@ -42,13 +43,13 @@ MOST_LINES = 20  # damaged blocks that are listed in the text output
 @click.argument("path", metavar="FILE", type=PATH)
 @click.option("--strict", is_flag=True, help="Treat warnings as mistakes: exit code 3.")
 @click.option("--picture", type=PATH, metavar="FILE",
-              help="For a cell, also draw what it reaches: .png, or .html to rotate.")  # fmt: skip
+              help="For a cell, also draw what its arm reaches: .png, or .html to rotate.")  # fmt: skip
 @overwrite_option
 @click.option("--poses", type=NumberType(1, 10000), default=60, show_default=True,
               help="Tool poses by which each place of a cell is judged.")  # fmt: skip
-@click.option("--repair", "is_repair", is_flag=True, help="Compute again what is lost, and only that.")
-@click.option("--cell", "cell_name", metavar="NAME|DIR",
-              help=f"Cell of FILE.  [default: the one it names, or {DEFAULT_CELL}]")  # fmt: skip
+@click.option("--repair", "is_repair", is_flag=True, help="Recompute only what is lost.")
+@click.option("--cell", "cell_name", metavar="NAME|FOLDER",
+              help=f"{CELL_HELP}  [default: the one that FILE names, else {DEFAULT_CELL}]")  # fmt: skip
 @items_option
 @arm_option()
 @standing_option

@@ -32,10 +32,10 @@ def command(
     driver_name: str, plan_path: Path, scene_path: Path | None, cell_name: str | None,
     items_path: Path | None, standing: tuple[str, ...], as_json: bool,
 ) -> None:  # fmt: skip
-    """Let a driver carry out a plan, and check that it keeps to the protocol.
+    """Execute a plan by a driver, and check that the driver keeps to the protocol.
 
-    The robot moves. The plan is verified first. It begins where the robot stands; a short move is enough, a
-    pick also tests that devices are switched and sensors read. Nothing moves after a failed check.
+    The robot moves. The plan is verified first, and has to begin where the robot stands. A short move is
+    enough; a pick also tests devices and sensors. Nothing moves after a failed check.
 
     \b
     Example:

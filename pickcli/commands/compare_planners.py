@@ -38,15 +38,17 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"], case_sensitive=False)
 @arm_option()
 @standing_option
 @click.option(
-    "--pairs", metavar="A:B,...", help="Configurations.  [default: Delft's pairs whose line is blocked]"
+    "--pairs",
+    metavar="A:B,...",
+    help="Pairs of configurations.  [default: Delft's pairs whose line is blocked]",
 )
 @click.option("--payload", type=PAYLOADS, default="empty", show_default=True, help="Payload in the cup.")
 @click.option("--planners", default=DEFAULT, show_default=True, metavar="NAME,...",
-              help=f"The kernel's RRTConnect, OMPL's, and {SEARCH!r}: the database's.")  # fmt: skip
-@click.option("--tries", type=NumberType(1, 1000), default=3, show_default=True, metavar="N",
-              help="Tries of each planner at each pair, with a seed each.")  # fmt: skip
+              help=f"Planners to compare; {SEARCH!r} is that of the database.")  # fmt: skip
+@click.option("--tries", type=NumberType(1, 1000), default=3, show_default=True,
+              help="Runs of each planner for each pair, each with its own seed.")  # fmt: skip
 @click.option("--iterations", type=NumberType(1), default=3000, show_default=True,
-              help=f"Most iterations of a planner for one path; {SEARCH!r} keeps to its own.")  # fmt: skip
+              help=f"Maximum iterations of a planner for one path, except {SEARCH!r}.")  # fmt: skip
 @seed_option
 @json_option
 def command(
@@ -54,7 +56,7 @@ def command(
     pairs: str | None, payload: str, planners: str, tries: int, iterations: int, seed: int,
     as_json: bool,
 ) -> None:  # fmt: skip
-    """Let planners compete over the same pairs: time, length, duration, share solved.
+    """Compare planners on the same pairs: planning time, length, duration, share solved.
 
     RRT-Connect (Delft) in the kernel and by OMPL, RRT* (KTH), AORRTC and our own minimum-time search. If the
     straight line is free, all take it, so by default only pairs with a blocked line are tried.

@@ -24,7 +24,7 @@ HEAD = ("mean of a trial", "A", "B", "B - A", "95 %", "p")
 @click.argument("second", metavar="B", type=PATH)
 @json_option
 def command(first: Path, second: Path, as_json: bool) -> None:
-    """Tell which of two folders of trials is better, and whether that is more than chance.
+    """Compare two folders of trials, and test whether the difference is more than chance.
 
     Trials are paired by order and seed, and the share of the points decides: an exact sign-flip test of the
     differences, with the interval that belongs to it.

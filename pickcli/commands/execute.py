@@ -64,22 +64,22 @@ NamedScene: TypeAlias = "tuple[Scene, Path | None]"  # a scene and its file; Non
 
 
 @click.command("execute", cls=Command)
-@click.argument("plan_path", metavar="[PLAN.json]", type=PATH, required=False)
+@click.argument("plan_path", metavar="[PLAN]", type=PATH, required=False)
 @query_options
 @scene_or_cell_options
 @click.option("--planned-in", type=PATH, metavar="FILE",
-              help="Scene that the plan was made in, if --scene states the true one.")  # fmt: skip
+              help="Scene that the plan was made for, if --scene is the true one.")  # fmt: skip
 @click.option("--from", "start", cls=RenamedOption, old=("--start",), metavar=CONFIGURATION,
               help=f"Start of the robot: {CONFIGURATION_HELP}  [default: start of the plan or of the first "
                    "move, else home]")  # fmt: skip
 @standing_option
-@click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
+@click.option("--bridge", is_flag=True, help="First move to the plan's first point; planned and verified.")
 @click.option("--no-verify", cls=RenamedOption, old=("--unverified",), is_flag=True,
               help="Execute the plan unverified, in any scene, as an experiment.")  # fmt: skip
-@click.option("--driver", "driver_name", metavar="NAME", default=SIMULATED, show_default=True,
-              help=f"What carries it out: one of {', '.join(driver_names())}.")  # fmt: skip
+@click.option("--driver", "driver_name", metavar="DRIVER", default=SIMULATED, show_default=True,
+              help=f"Driver that executes the plan: {', '.join(driver_names())}.")  # fmt: skip
 @reality_option
-@click.option("--video", type=PATH, metavar="FILE.gif", help="Film it.")
+@click.option("--video", type=PATH, metavar="FILE.gif", help="Also write an animated GIF of the execution.")
 @overwrite_option
 @artifact_options
 @seed_option
@@ -91,18 +91,17 @@ def command(
     reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
     trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
-    """Run a plan in pybullet, or by another driver; or answer queries there.
+    """Execute a plan in pybullet or with another driver, or plan and execute queries.
 
     The plan is verified first, even if it has a certificate. It does not start if the robot stands more than
-    0.01 rad or m from the plan's first point; --bridge plans the way there, verifies it and carries it out
-    before.
+    0.01 rad or m from the plan's first point; --bridge plans, verifies and executes a move to it first.
 
-    Instead of PLAN.json, --pick, --stow and --move request motions, several in the order given: each is
-    planned from the stored files, from the arm's current configuration in the current scene, verified, and
-    carried out in one simulated world. If the arm is elsewhere, a move first goes to its first configuration.
+    Instead of PLAN, --pick, --stow and --move are queries, executed in the given order: each is planned from
+    the stored files, from the arm's current configuration in the current scene, verified, and executed in one
+    simulated world. If the arm is not at the FROM of a move, it moves there first.
 
-    Exit code 6 when something collided, a limit was broken, an event was missed, or the robot stopped because
-    it could not follow or hit something. An item that was not picked or was lost is a result: exit code 0.
+    Exit code 6 after a collision, a broken limit, a missed event, or a stop by a following error or an
+    unexpected contact. An item that was not picked or was lost is a result: exit code 0.
 
     \b
     Example:

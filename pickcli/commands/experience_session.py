@@ -34,7 +34,7 @@ def learn_option(function: F) -> F:
     """
     return click.option(
         "--learn", is_flag=True,
-        help="Store new motions beside roadmap and database, and use those stored before.",
+        help="Store new motions beside roadmap and database, and reuse stored ones.",
     )(function)  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from pickcli.commands.table import stdout_console
 @items_option
 @json_option
 def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path | None, as_json: bool) -> None:
-    """Tell which bin each item of a stow order is meant for, and why.
+    """Show which bin is assigned to each item of a stow order, and why.
 
     ORDER is a file, or the name of one under data/tasks. The assignment depends only on the order, by the
     sizes of items and bins. In a trial, an item without a plan into its bin is assigned to the next one that

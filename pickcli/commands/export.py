@@ -29,7 +29,7 @@ _NUMBER = re.compile("[0-9]{1,9}")  # number of a channel
 @click.option("--rate", type=float, metavar="HZ",
               help="Samples per second.  [default: the plan's own points; urscript: 125]")  # fmt: skip
 @click.option("--channel", "channel_texts", metavar="DEVICE=N", multiple=True,
-              help="Digital output or input of a device, for urscript; once for each.  "
+              help="Digital output or input of a device, for urscript; may be repeated.  "
                    "[default: in the order of the cell file]")  # fmt: skip
 @json_option
 def command(

@@ -72,11 +72,11 @@ def command(
     path: Path, item_name: str, year: int | None, new_name: str | None, axes: Array | None, rim: float,
     seal: float | None, items_path: Path | None, output: Path, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Read KTH's task space regions into a file of items.
+    """Convert KTH's task space regions to a file of items.
 
-    FILE.tsrs is a list of !BoxTSR. Each region becomes the part of a face that the cup is sent to (seals and
-    areas, docs/formats/items.md); all else of the item stays. The new item has a name of its own, and is used
-    with --items FILE. Regions for which no face was found are listed.
+    FILE.tsrs is a list of !BoxTSR. Each region becomes the part of a face where the cup may be placed (seals
+    and areas, docs/formats/items.md); all else of the item is kept. The new item has a name of its own, and
+    is used with --items FILE. Regions for which no face was found are listed.
 
     \b
     Example:

@@ -25,26 +25,26 @@ FIGURE = "[JOINT=]NUMBER"
 
 @click.command("init", cls=Command)
 @click.argument("folder", type=PATH, metavar="FOLDER")
-@click.option("--urdf", type=PATH, metavar="FILE", required=True, help="The robot: a URDF, or a xacro.")
+@click.option("--urdf", type=PATH, metavar="FILE", required=True, help="URDF or xacro of the robot.")
 @click.option("--srdf", type=PATH, metavar="FILE",
-              help="MoveIt's file beside it: groups, named states, pairs that are never tested.")  # fmt: skip
+              help="SRDF of the robot (MoveIt): groups, named states, disabled pairs.")  # fmt: skip
 @click.option("--group", metavar="NAME", help="Group of the SRDF that is planned.  [default: the only arm]")
 @click.option("--tip", metavar="LINK",
               help="Link at the end of the arm.  [default: of the group or the longest chain]")  # fmt: skip
 @click.option("--without", metavar="LINK", multiple=True,
               help="Link to leave out, with all links below it; may be repeated.")  # fmt: skip
-@click.option("--package-path", "package_path", metavar="[NAME=]DIR", multiple=True,
+@click.option("--package-path", "package_path", metavar="[NAME=]FOLDER", multiple=True,
               help="Folder of ROS packages, or of one package; may be repeated.")  # fmt: skip
 @click.option("--xacro-arg", "xacro_arguments", metavar="NAME=VALUE", multiple=True,
               help="Argument of a xacro; may be repeated.")  # fmt: skip
 @click.option("--joint-limits", type=PATH, metavar="FILE", help="A ROS joint_limits.yaml.")
 @click.option("--max-velocity", "velocities", metavar=FIGURE, multiple=True,
-              help="rad/s or m/s of a joint, or of all without a stated one; may be repeated.")  # fmt: skip
+              help="rad/s or m/s, of JOINT or of all joints not stated; may be repeated.")  # fmt: skip
 @click.option("--max-acceleration", "accelerations", metavar=FIGURE, multiple=True,
               help="rad/s2 or m/s2, likewise.")  # fmt: skip
 @click.option("--max-jerk", "jerks", metavar=FIGURE, multiple=True, help="rad/s3 or m/s3, likewise.")
 @click.option("--motor-force", "forces", metavar=FIGURE, multiple=True,
-              help="N or Nm, likewise; for simulation only.")  # fmt: skip
+              help="N or Nm, likewise; only for simulation.")  # fmt: skip
 @click.option("--accept-unshaped", is_flag=True,
               help="Accept links without a collision shape, which are not tested.")  # fmt: skip
 @click.option("--tool", metavar="KIND", help="Mounted tool: suction, or gripper (as in the URDF).")

@@ -14,6 +14,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, RenamedOption
 from pickcli.commands.options import (
+    CELL_HELP,
     items_option,
     json_option,
     overwrite_option,
@@ -32,9 +33,8 @@ if TYPE_CHECKING:
 
 @click.command("inspect", cls=Command)
 @click.argument("path", metavar="FILE", type=PATH)
-@click.option("--cell", "cell_name", metavar="NAME|DIR",
-              help="The cell of a scene or drawing, or the one that a stored file has to be of.  "
-                   "[default: the one under data/cells]")  # fmt: skip
+@click.option("--cell", "cell_name", metavar="NAME|FOLDER",
+              help=f"{CELL_HELP}  [default: the one that FILE names]")  # fmt: skip
 @items_option
 @click.option("--all", "is_all", is_flag=True,
               help="For a roadmap or database, also its solids, and every list in full.")  # fmt: skip

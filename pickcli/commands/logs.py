@@ -30,11 +30,11 @@ def log_options() -> list[click.Parameter]:
     return [
         click.Option(
             ["-v", "--verbose"], is_flag=True, is_eager=True, expose_value=False, callback=_verbose,
-            help="Say on stderr what is read and written, and how long each stage takes.",
+            help="Log on stderr which files are read and written, and how long each stage takes.",
         ),
         click.Option(
             ["--debug"], is_flag=True, is_eager=True, expose_value=False, callback=_debug,
-            help="As --verbose, with every detail and, of an error, where in the code it was raised.",
+            help="As --verbose, with every detail, and the traceback of an error.",
         ),
     ]  # fmt: skip
 

@@ -16,14 +16,14 @@ from pickcli.commands.options import json_option, output_option, refuse_output, 
               show_default=True,
               help="Move targets into the tote, or the tote's items into bins.")  # fmt: skip
 @click.option("--year", type=click.Choice(["2015", "2016"]), default="2016", show_default=True,
-              help="Year of rules, items and numbers per bin. There was no stow in 2015.")  # fmt: skip
+              help="Year of the rules and items; 2015 had no stow task.")  # fmt: skip
 @output_option("order")
 @seed_option
 @json_option
 def command(task: str, year: str, output: Path, overwrite: bool, seed: int, as_json: bool) -> None:
-    """Draw a fresh order by the official rules.
+    """Draw a random order by the official rules.
 
-    In the official format of its year: all items, as many per bin as the rules say, one target per bin.
+    It has the official format of its year: all items, as many per bin as the rules say, one target per bin.
 
     \b
     Example:

@@ -45,7 +45,7 @@ NEWEST = 2016  # year of items that no order names
 @output_option("scene")
 @click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the places.")
 @click.option("--perceived", type=PATH, metavar="FILE.json",
-              help="Also write the scene as a trial sees it, with errors of poses and pod.")  # fmt: skip
+              help="Also write the scene as perceived in a trial, with errors of the poses.")  # fmt: skip
 @pose_noise_option
 @pod_shift_option("none")
 @cell_option

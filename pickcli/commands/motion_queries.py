@@ -35,16 +35,16 @@ def query_options(function: F) -> F:
     """
     function = click.option(
         "--move", "moves", metavar="FROM:TO", multiple=True,
-        help="A query instead of PLAN.json: move between two configurations (named, or numbers).",
+        help="Query instead of PLAN: move between two configurations; may be repeated.",
     )(function)  # fmt: skip
     function = click.option(
         "--stow", "stows", metavar="ITEM[:BIN]", multiple=True,
-        help="A query instead of PLAN.json: bring an item from the tote into a bin.",
+        help="Query instead of PLAN: stow an item from the tote into a bin; may be repeated.",
     )(function)  # fmt: skip
     return click.option(
         "--pick", "picks", metavar="PLACE:ITEM[:TO]", multiple=True,
-        help="A query instead of PLAN.json: take an item (its name, or an id of the scene) from a "
-        "place, to the tote or to another place.",
+        help="Query instead of PLAN: pick an item (its name, or its id in the scene) from a place, and bring "
+        "it to the tote or to TO; may be repeated.",
     )(function)  # fmt: skip
 
 

@@ -28,7 +28,7 @@ def year_option(function: F) -> F:
     """
     return click.option(
         "--year", type=NumberType(2015, 2100), metavar="N",
-        help="Year of the item, if several have one of its name.  [default: 2016, else the latest]",
+        help="Year of the item, if its name exists in several years.  [default: 2016, else the latest]",
     )(function)  # fmt: skip
 
 

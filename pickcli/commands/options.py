@@ -19,6 +19,7 @@ from pickcli.name_suggestion import suggestion
 F = TypeVar("F", bound=Callable[..., Any])
 
 DEFAULT_CELL = "apc2016_delft"
+CELL_HELP = "Cell: a name under data/cells, or a cell's folder."
 CELL_SUFFIXES = (".yaml", ".urdf")  # suffixes of the files that describe a cell
 
 
@@ -45,7 +46,7 @@ def passed_as(name: str, of: type[Any]) -> Callable[[F], F]:
 
 
 def cell_option(function: F) -> F:
-    """Give a command the option --cell NAME|DIR.
+    """Give a command the option --cell NAME|FOLDER.
 
     Args:
         function: The command.
@@ -54,8 +55,8 @@ def cell_option(function: F) -> F:
         The command with the option.
     """
     return click.option(
-        "--cell", "cell_name", metavar="NAME|DIR", default=DEFAULT_CELL, show_default=True,
-        help="Name under data/cells, or the path of a cell's folder.",
+        "--cell", "cell_name", metavar="NAME|FOLDER", default=DEFAULT_CELL, show_default=True,
+        help=CELL_HELP,
     )(function)  # fmt: skip
 
 
@@ -70,7 +71,7 @@ def items_option(function: F) -> F:
     """
     return click.option(
         "--items", "items_path", type=PATH, metavar="FILE|FOLDER",
-        help="Items of your own, beside those that come with the package (docs/how-to/my-item.md).",
+        help="Your own items, in addition to those of the package (docs/how-to/my-item.md).",
     )(function)  # fmt: skip
 
 
@@ -124,7 +125,7 @@ def seed_option(function: F) -> F:
     """
     return click.option(
         "--seed", type=NumberType(0, 2**31 - 1), default=0, show_default=True, metavar="N",
-        help="Every random choice follows from it: same seed, same bytes.",
+        help="Seed of all random choices: same seed, same bytes.",
     )(function)  # fmt: skip
 
 
@@ -154,7 +155,8 @@ def stow_rule_option(function: F) -> F:
     """
     return click.option(
         "--stow-rule", type=click.Choice(["points", "size"], case_sensitive=False), default="points",
-        show_default=True, help="Smallest items to the bins that give most, or KTH's: big ones to big bins.",
+        show_default=True,
+        help="Smallest items first, into the bins with most points, or largest into largest bins (KTH).",
     )(function)  # fmt: skip
 
 
@@ -199,7 +201,7 @@ def overwrite_option(function: F) -> F:
     Returns:
         The command with the option.
     """
-    return click.option("--overwrite", is_flag=True, help="Replace what exists already.")(function)
+    return click.option("--overwrite", is_flag=True, help="Replace existing files.")(function)
 
 
 def refuse_output(path: Path, overwrite: bool, *inputs: Path | str | None) -> None:

@@ -20,8 +20,8 @@ from pickcli.commands.scene_options import scene_or_cell_options
 def command(goal: str, options: PlanOptions) -> None:
     """Plan a move between two configurations.
 
-    The primitive ``move`` of KTH (section IV): with the empty tool, in its state at the start. Without a
-    scene the cell is empty. The plan is verified, and contains its certificate. Exit code 4 when the verifier
+    The primitive ``move`` of KTH (section IV): the tool is empty and keeps its state. Without a scene the
+    cell is empty. The plan is verified, and contains its certificate. Exit code 4 when the verifier
     rejects it, 5 when there is no plan; nothing is written then.
 
     \b

@@ -26,13 +26,13 @@ if TYPE_CHECKING:
               help="Destination: another place of the cell.  [default: tote]")  # fmt: skip
 @click.option("--neighbours", type=click.Choice(["avoid", "ignore"], case_sensitive=False), default="avoid",
               show_default=True,
-              help="avoid other items in the bin (Delft), or ignore them (KTH).")  # fmt: skip
+              help="avoid other items in the place (Delft), or ignore them (KTH).")  # fmt: skip
 @plan_options("the preferred one of those that hold and reach the item")
 def command(
     bin_name: str | None, item: str | None, pick: str | None, into: str | None, neighbours: str,
     options: PlanOptions,
 ) -> None:  # fmt: skip
-    """Plan one pick, from leaving for the item to the item in the tote, or in another place.
+    """Plan one pick: take an item, and bring it to the tote or to another place.
 
     Over boxes that are open above, the item is released just above their content; on shelves and tables it is
     set down. The plan is verified, and contains its certificate; if it is rejected, the next candidate is

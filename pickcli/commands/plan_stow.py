@@ -21,7 +21,7 @@ from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
               help="Destination: a bin.  [default: the one with most points of those that fit]")  # fmt: skip
 @plan_options("the preferred one of those that hold and reach the item")
 def command(item: str, into: str | None, options: PlanOptions) -> None:
-    """Plan to stow one item: out of the tote, and set down in a bin.
+    """Plan one stow: take an item out of the tote, and set it down in a bin.
 
     Without --into the bins are tried in the order of apc explain-stow, as if the scene were the start of the
     task. The plan is verified, and contains its certificate; if it is rejected, the next candidate is tried.

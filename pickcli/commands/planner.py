@@ -84,6 +84,21 @@ def verify_option(function: F) -> F:
     )(function)
 
 
+def tool_state_option(function: F) -> F:
+    """Give a command the option --tool-state STATE.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--tool-state", metavar="STATE", default=None, show_default="the first of the cell",
+        help="State of the tool at the poses, e.g. straight.",
+    )(function)  # fmt: skip
+
+
 def load_planner(
     cell: Cell,
     roadmap: Path | None,

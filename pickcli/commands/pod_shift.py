@@ -25,8 +25,8 @@ def pod_shift_option(default: str) -> Callable[[F], F]:
     """
     return click.option(
         "--pod-shift", metavar="X,Y,YAW|random|none", callback=parse_pod_shift,
-        help="How far the pod stands from its place: mm, mm and degrees, or at random within what the cell "
-        f"allows for.  [default: {default}]",
+        help="Displacement of the pod in mm, mm and degrees, or random within the tolerance of the cell.  "
+        f"[default: {default}]",
     )  # fmt: skip
 
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 @click.command("run-trial", cls=Command)
 @order_argument
 @click.option(
-    "-o", "--output", type=PATH, metavar="DIR",
+    "-o", "--output", type=PATH, metavar="FOLDER",
     help="Folder to write.  [default: runs/ORDER-SEED]",
 )  # fmt: skip
 @click.option("--overwrite", is_flag=True,
@@ -47,10 +47,10 @@ def command(
     order_path: Path, output: Path | None, overwrite: bool, options: TrialOptions, learn: bool, seed: int,
     as_json: bool,
 ) -> None:  # fmt: skip
-    """Play a whole order by the rules and keep score.
+    """Play a whole order in simulation, by the rules, and score it.
 
-    ORDER is the file of a pick or stow order, or the name of one under data/tasks. It is played in
-    simulation, by the rules of its year. A file may also name moves from place to place
+    ORDER is the file of a pick or stow order, or the name of one under data/tasks. The rules are those of its
+    year. A file may also name moves from place to place
     (docs/formats/order.md). Exit code 6 when the arm could not recover from a stop, something collided or a
     limit was broken; an item that was missed is a result.
 

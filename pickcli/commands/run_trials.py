@@ -69,7 +69,7 @@ def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value:
     "--seeds", metavar="A:B", callback=parse_seeds, default="0:20", show_default=True,
     help="Seeds that each order is played with: from A to before B, or numbers with commas.",
 )  # fmt: skip
-@click.option("-o", "--output", type=PATH, metavar="DIR", required=True, help="Folder to write.")
+@click.option("-o", "--output", type=PATH, metavar="FOLDER", required=True, help="Folder to write.")
 @click.option(
     "--overwrite", is_flag=True,
     help="Replace trials.json, trials.html and the files of trials in a folder that exists.",
@@ -81,7 +81,7 @@ def command(
     order_paths: tuple[Path, ...], seeds: tuple[int, ...], output: Path, overwrite: bool,
     options: TrialOptions, scheduler: str | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Play orders with many seeds, and tell how scores are distributed.
+    """Play orders with many seeds, and report the distribution of scores.
 
     Each ORDER (a file, or the name of one under data/tasks) is played with each seed as by run-trial, which
     writes its files to OUTPUT/ORDER-SEED. Statistics of all trials are written to trials.json and

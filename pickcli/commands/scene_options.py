@@ -13,7 +13,7 @@ import click
 from pickcli.commands.arm_options import ArmRequest, open_cell
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
-from pickcli.commands.options import items_option
+from pickcli.commands.options import CELL_HELP, items_option
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def scene_options(function: F) -> F:
-    """Give a command the options --scene FILE (required), --cell NAME|DIR and --items.
+    """Give a command the options --scene FILE (required), --cell NAME|FOLDER and --items.
 
     Args:
         function: The command.
@@ -42,7 +42,7 @@ def scene_options(function: F) -> F:
 
 
 def scene_or_cell_options(function: F) -> F:
-    """Give a command the options --scene FILE and --cell NAME|DIR, one of which is required, and --items.
+    """Give a command the options --scene FILE and --cell NAME|FOLDER, one of which is required, and --items.
 
     Args:
         function: The command.
@@ -53,14 +53,14 @@ def scene_or_cell_options(function: F) -> F:
     function = _cell_option(items_option(function))
     return click.option(
         "--scene", "scene_path", type=PATH, metavar="FILE",
-        help="Scene file (see apc make-scene).  [default: --cell with nothing in it]",
+        help="Scene file (see apc make-scene).  [default: the empty cell of --cell]",
     )(function)  # fmt: skip
 
 
 def _cell_option(function: F) -> F:
     return click.option(
-        "--cell", "cell_name", metavar="NAME|DIR",
-        help="The scene's cell.  [default: the one under data/cells that it names]",
+        "--cell", "cell_name", metavar="NAME|FOLDER",
+        help=f"{CELL_HELP}  [default: the one that the scene names]",
     )(function)  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
+    CELL_HELP,
     items_option,
     json_option,
     output_option,
@@ -28,11 +29,11 @@ RECORD = "trial.json"
 
 
 @click.command("show", cls=Command)
-@click.argument("path", metavar="WHAT", type=PATH)
+@click.argument("path", metavar="FILE", type=PATH)
 @click.option("--scene", "scene_path", type=PATH, metavar="FILE",
-              help="Scene of a plan.  [default: --cell with nothing in it]")  # fmt: skip
-@click.option("--cell", "cell_name", metavar="NAME|DIR",
-              help="The cell of what is shown.  [default: the one under data/cells]")  # fmt: skip
+              help="For a plan, its scene file.  [default: the empty cell of --cell]")  # fmt: skip
+@click.option("--cell", "cell_name", metavar="NAME|FOLDER",
+              help=f"{CELL_HELP}  [default: the one that FILE names]")  # fmt: skip
 @items_option
 @arm_option("the preferred one, or that of the plan")
 @standing_option
@@ -42,11 +43,11 @@ def command(
     path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None, arm: str | None,
     standing: tuple[str, ...], output: Path, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Make a page to watch a cell, scene, plan, trial, roadmap or database in 3-D.
+    """Make a page that shows a cell, scene, plan, trial, roadmap or database in 3-D.
 
     The page is one file that needs no network. Motions are replayed in it: with the segments and devices, the
     joints' velocity, acceleration and jerk against their limits, and the clearance along the path. Faults
-    that the verifier finds in a plan are drawn in place, as are the failures of a trial. WHAT may also be a
+    that the verifier finds in a plan are drawn in place, as are the failures of a trial. FILE may also be a
     cell's folder or name, the folder of a trial, or a folder of such folders, which are compared.
 
     \b

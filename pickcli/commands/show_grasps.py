@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 @click.argument("item_name", metavar="ITEM")
 @year_option
 @click.option("--place", "place_name", metavar="PLACE",
-              help="Place in which it lies.  [default: the cell's first place]")  # fmt: skip
+              help="Place that contains the item.  [default: the cell's first place]")  # fmt: skip
 @cell_option
 @items_option
 @arm_option("the preferred one")

@@ -13,7 +13,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, NumberType
 from pickcli.commands.options import cell_option, json_option, overwrite_option, refuse_output, seed_option
-from pickcli.commands.planner import named_state
+from pickcli.commands.planner import named_state, tool_state_option
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import table_lines
 
@@ -27,14 +27,15 @@ HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip
 @cell_option
 @arm_option()
 @standing_option
-@click.option("--bin", "bin_name", required=True, metavar="NAME", help="The bin in front of which to wait.")
-@click.option("--tool-state", metavar="STATE", default=None, show_default="the first of the cell",
-              help="State in which the tool goes in, e.g. straight.")  # fmt: skip
-@click.option("--count", type=NumberType(1, 100), default=5, show_default=True, help="Suggestions to show.")
+@click.option("--bin", "bin_name", required=True, metavar="PLACE", help="Place in front of which to wait.")
+@tool_state_option
+@click.option(
+    "--count", type=NumberType(1, 100), default=5, show_default=True, help="Configurations to show."
+)
 @click.option("--poses", type=NumberType(1, 10000), default=100, show_default=True,
-              help="Tool poses in the bin by which each is judged.")  # fmt: skip
+              help="Tool poses in the place by which each is judged.")  # fmt: skip
 @click.option("--candidates", type=NumberType(1, 10000), default=40, show_default=True,
-              help="Configurations to judge, the most manipulable.")  # fmt: skip
+              help="Configurations to judge: those with the highest manipulability.")  # fmt: skip
 @click.option("-o", "--output", type=PATH, metavar="FILE",
               help="Also write the best as an entry of a cell file (YAML).")  # fmt: skip
 @overwrite_option

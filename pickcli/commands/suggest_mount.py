@@ -13,7 +13,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, json_option, seed_option
-from pickcli.commands.planner import named_state
+from pickcli.commands.planner import named_state, tool_state_option
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import table_lines
 
@@ -37,7 +37,7 @@ def _bounds_option(axis: str, unit: str) -> Callable[[F], F]:
     """Give a command the option --AXIS LOW HIGH."""
     return click.option(
         f"--{axis}", nargs=2, type=float, metavar="LOW HIGH",
-        show_default=f"{HALF_WIDTHS[axis]:g} either way from where it stands",
+        show_default=f"{HALF_WIDTHS[axis]:g} to either side of the present one",
         help=f"Bounds of the base in the world, {unit}.",
     )  # fmt: skip
 
@@ -53,9 +53,8 @@ def _bounds_option(axis: str, unit: str) -> Callable[[F], F]:
 @click.option("--steps", nargs=4, type=NumberType(1, 1000), metavar="X Y Z YAW", default=STEPS,
               show_default=True, help="Values tried between the bounds.")  # fmt: skip
 @click.option("--pose", "stated", multiple=True, metavar="X,Y,Z,ROLL,PITCH,YAW",
-              help="A pose of the tool frame in the world to reach instead, m and rad.")  # fmt: skip
-@click.option("--tool-state", metavar="STATE", default=None, show_default="the first of the cell",
-              help="State of the tool, e.g. straight.")  # fmt: skip
+              help="Pose of the tool frame in the world to reach, m and rad; may be repeated.")  # fmt: skip
+@tool_state_option
 @click.option("--count", type=NumberType(1, 100), default=5, show_default=True, help="Base poses to show.")
 @click.option("--poses", type=NumberType(1, 10000), default=40, show_default=True,
               help="Tool poses of each place by which the best are judged.")  # fmt: skip

@@ -44,7 +44,7 @@ def pose_noise_option(function: F) -> F:
     """
     return click.option(
         "--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
-        help="Error of the poses given to planning: up to so many mm and degrees.",
+        help="Bounds of the errors of perceived poses, in mm and degrees.",
     )(function)  # fmt: skip
 
 

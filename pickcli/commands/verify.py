@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 @click.argument("plan_path", metavar="PLAN", type=PATH)
 @scene_or_cell_options
 @click.option("--stopped", "stopped_path", type=PATH, metavar="PLAN",
-              help="For a way back after a stop, the plan that stopped.")  # fmt: skip
+              help="For a way back after a stop, the plan that was stopped.")  # fmt: skip
 @standing_option
-@click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
+@click.option("--write", is_flag=True, help="Write the certificate into the plan's file.")
 @json_option
 def command(
     plan_path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
     stopped_path: Path | None, standing: tuple[str, ...], write: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Let the independent verifier check a plan.
+    """Check a plan with the independent verifier.
 
-    It uses exact shapes, its own kinematics and proven bounds, in the scene that the plan was made for; name
-    only --cell if it was made without one.
+    The verifier uses exact shapes, its own kinematics and proven bounds, in the scene that the plan was made
+    for; name only --cell if it was made without one.
 
     Exit code 0 when it may be executed, 4 when it is rejected, damaged or made for another scene.
 
