@@ -116,7 +116,9 @@ class ArmRequest:
             return None
         own = [arm for arm, cell in workcell.arms.items() if asked <= cell.configurations.keys()]
         if not own:
-            raise InputError(f"no arm of the cell has {' and '.join(sorted(asked))}; name two of one arm")
+            raise InputError(
+                f"no arm of the cell has {' and '.join(sorted(asked))}; name two of the same arm"
+            )
         return own[0] or None
 
 

@@ -57,12 +57,12 @@ def building(
     except (KeyboardInterrupt, InputError) as stop:
         if last is not None and last.journal is not None and last.journal.exists():
             done = f"{last.done:.0f} of {last.total:.0f} tasks are kept in {last.journal}"
-            stop.add_note(f"{done}; the same command goes on from there")
+            stop.add_note(f"{done}; run the same command again to continue")
         raise
     for journal in journals(output):
         click.echo(
             f"note: {journal} is left from an interrupted build with other settings, another cell or another "
-            "version; delete it unless that build is to go on",
+            "version; delete it unless you want to continue that build",
             err=True,
         )
 
@@ -74,7 +74,9 @@ def _who_works(jobs: int | None, scheduler: str | None) -> Executor:
     if scheduler is None:
         return runner(jobs or available_cores())
     if jobs is not None:
-        raise click.UsageError("--jobs is of this machine; the scheduler's workers are started beside it")
+        raise click.UsageError(
+            "--jobs is for this machine; the workers of a scheduler are started separately"
+        )
     return DaskExecutor(scheduler)
 
 

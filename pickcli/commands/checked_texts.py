@@ -55,7 +55,7 @@ def kind_of_text(path: Path) -> FileKind | None:
             kind = kind_of(head)
             if kind in TEXTS:
                 return kind
-            wanted = f"a cell, a scene, an order, items, or {STORE.name} is wanted here"
+            wanted = f"a cell, a scene, an order, items, or {STORE.name} is expected here"
             if kind not in (None, STORE):
                 advice = " (apc verify checks plans)" if kind is PLAN else ""
                 raise InputError(f"{path}: is {kind.name}, but {wanted}{advice}")
@@ -95,7 +95,7 @@ def refuse_picture(kind: FileKind, picture: Path, overwrite: bool, *inputs: Path
     from pickcli.drawing.draw import refuse_suffix
 
     if kind is not CELL:
-        raise click.UsageError("--picture draws what is reached in a cell; leave it out")
+        raise click.UsageError("--picture applies only to a cell; leave it out")
     refuse_suffix(picture)
     refuse_output(picture, overwrite, *inputs)
 
@@ -144,7 +144,7 @@ def check_text(path: Path, kind: FileKind, options: CheckOptions) -> None:
     else:
         click.echo(f"{path}: {f'with {counted}' if warnings else 'without mistakes'}; {what}")
     if options.strict and warnings:
-        raise InputError(f"{path}: {counted}, and --strict takes none")
+        raise InputError(f"{path}: {counted}, and --strict treats warnings as mistakes")
 
 
 @contextmanager
@@ -243,6 +243,6 @@ def _checked_items(path: Path, options: CheckOptions) -> dict[str, Any]:
     from pickcli.cell.schemas.items_file import read_items
 
     if options.cell_name is not None:
-        raise click.UsageError("--cell is of no use for a file of items; leave it out")
+        raise click.UsageError("--cell does not apply to a file of items; leave it out")
     n = len(read_items(path))
     return {"text": f"{n} item{'s' * (n != 1)}", "n_items": n}

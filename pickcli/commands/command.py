@@ -153,7 +153,7 @@ def how_to_go_on(stop: KeyboardInterrupt) -> str:
     Returns:
         The notes, else a statement that the command starts over.
     """
-    return "\n".join(getattr(stop, "__notes__", ())) or "the same command begins again"
+    return "\n".join(getattr(stop, "__notes__", ())) or "the same command starts over"
 
 
 def _told(error: BaseException) -> dict[str, Any]:

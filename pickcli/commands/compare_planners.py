@@ -81,7 +81,7 @@ def command(
     own = f" ({SEARCH}: its own)" if SEARCH in planners.split(",") else ""
     most = f"at most {iterations} iterations{own}"
     click.echo(f"{len(chosen)} pairs, {tries} tries each, payload {payload}, {most}")
-    click.echo(f"lengths and durations: the {len(done.common)} pairs that all solved, each by its median try")
+    click.echo(f"lengths and durations: the {len(done.common)} pairs that all solved, median try of each")
     click.echo("\n".join(table_lines(HEAD, [_row(standing) for standing in done.standings])))
 
 

@@ -119,7 +119,7 @@ def command(
     from pickcli.simulation.reality import read_reality
 
     if driver_name != SIMULATED and (reality_path is not None or video is not None):
-        raise click.UsageError(f"--reality and --video are of the simulated world, not of {driver_name}")
+        raise click.UsageError(f"--reality and --video need the simulated world, not driver {driver_name}")
     if video is not None:
         read = plan_path, scene_path, planned_in, reality_path, cell_name, items_path, roadmap, trajectories
         refuse_output(video, overwrite, *read)
@@ -184,17 +184,17 @@ def _refuse_mixed(plan_path: Path | None, given: list[tuple[str, str]], of_plan:
     """Raise UsageError unless there are only queries. of_plan: options that apply only to a plan file."""
     if not given:
         raise click.UsageError(
-            "nothing to carry out: name PLAN.json, or ask for motions with --pick PLACE:ITEM, --stow ITEM "
-            "and --move FROM:TO"
+            "nothing to execute: name a PLAN, or queries with --pick PLACE:ITEM, --stow ITEM and "
+            "--move FROM:TO"
         )
     if plan_path is not None:
         raise click.UsageError(
-            f"{plan_path} is a plan, and --{given[0][0][:-1]} a query: carry out the one or the other"
+            f"{plan_path} is a plan, and --{given[0][0][:-1]} a query; give one or the other"
         )
     if mixed := [option for option, is_given in of_plan.items() if is_given]:
         raise click.UsageError(
-            f"{' and '.join(mixed)}: of a plan file alone; queries are planned, verified and carried out in "
-            "the simulated world as it stands"
+            f"{' and '.join(mixed)}: only for a plan file; queries are planned, verified and executed in the "
+            "simulated world"
         )
 
 
@@ -255,17 +255,17 @@ def _compare(plan: Plan, path: Path, true: NamedScene, planned: NamedScene) -> N
     (scene, scene_path), (believed, planned_in) = true, planned
     name = scene_path or f"{scene.cell.name} with nothing in it"
     if plan.scene_hash == scene_hash(scene) != scene_hash(believed):
-        told = f"{path}: made in {name}, which is stated as the true scene, not in {planned_in}"
-        raise StaleError(f"{told}; exchange --scene and --planned-in, or leave out --planned-in")
+        told = f"{path}: made in {name}, which --scene states as the true one, not in {planned_in}"
+        raise StaleError(f"{told}; swap --scene and --planned-in, or leave out --planned-in")
     if plan.grasp is None:
         return
     item = plan.grasp.item
     now, then = ({i.id: i.location for i in each.items} for each in (scene, believed))
     if item in then and item not in now:
-        told = f"{name}: {item}, which {path} takes, is not in it"
-        raise InputError(f"{told}; name the scene that is true now with --scene")
+        told = f"{name}: does not contain {item}, which {path} picks"
+        raise InputError(f"{told}; name the current scene with --scene")
     if item in then and now[item] != then[item]:
-        told = f"{item} lies in {now[item]} in {name}, where {path} expects it in {then[item]}"
+        told = f"{item} is in {now[item]} in {name}, but {path} expects it in {then[item]}"
         click.echo(f"note: {told}", err=True)
 
 

@@ -179,7 +179,7 @@ def whereabouts_line(item: str, where: str, world: World) -> str:
         The line.
     """
     holder = _holder(world)
-    place = {"tote": "in the tote", holder: f"still in the {holder}", "outside": "in no place"}
+    place = {"tote": "in the tote", holder: f"still in the {holder}", "outside": "outside all places"}
     return f"  {item} is {place.get(where, f'in {where}')}"
 
 

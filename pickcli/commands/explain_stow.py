@@ -62,5 +62,5 @@ def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path |
         )
     with console.capture() as captured:
         console.print(table)
-        console.print(f"{total} points if every item gets there", highlight=False)
+        console.print(f"{total} points if every item is stowed", highlight=False)
     click.echo("\n".join(line.rstrip() for line in captured.get().splitlines()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -115,7 +116,9 @@ def _refuse_bad_name(name: str, items_path: Path | None) -> str:
     from pickcli.errors import InputError
 
     if not re.fullmatch(r"[a-z0-9_]{1,100}", name):
-        raise InputError(f"--as: {name[:100]!r} is no name of an item; write small letters, digits and _")
+        raise InputError(
+            f"--as: {name[:100]!r} is not a name of an item; use lower-case letters, digits and _"
+        )
     if name in {known for known, _ in load_items(items_path)}:
         raise InputError(f"--as: there is an item {name} already; choose another name")
     return name
@@ -138,4 +141,4 @@ def _lines(found: ImportedRegions, name: str, n: int, output: Path) -> list[str]
         limits = ", ".join(f"{axis} {1e3 * a:.1f} to {1e3 * b:.1f} mm" for axis, (a, b) in area.items())
         lines.append(f"  {face}: seal {found.item.seals[face]:g}, {limits or 'all of the face'}")
     lines += [f"  left out: {reason}" for reason in found.left_out]
-    return [*lines, f"wrote {output}; use it with --items {output}"]
+    return [*lines, f"wrote {output}; use it with --items {shlex.quote(str(output))}"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -178,7 +179,7 @@ def _lines(made: CellSetup, spheres: list[SphereExcess]) -> list[str]:
     why = f"SRDF group {chain.group}" if chain.group else "longest chain"
     lines = [f"chain: {', '.join(chain.joints)}; tip {chain.tip} ({why})"]
     if draft.standing:
-        lines.append(f"stand still: {', '.join(f'{j.name} at {j.position:g}' for j in draft.standing)}")
+        lines.append(f"fixed joints: {', '.join(f'{j.name} at {j.position:g}' for j in draft.standing)}")
     if made.cell.robot.tool.gripper is not None:
         least, most = made.cell.robot.tool.range
         along, deep = (1e3 * side for side in made.cell.robot.tool.gripper.pad)
@@ -206,5 +207,6 @@ def _lines(made: CellSetup, spheres: list[SphereExcess]) -> list[str]:
         ]
     names = [each.name for each in draft.configurations if each.name != HOME and each.kind != "bin"]
     if names:
-        lines.append(f"next: apc plan-move --cell {made.folder} --from {HOME} --to {names[-1]} -o move.json")
+        words = ("apc", "plan-move", "--cell", str(made.folder), "--from", HOME, "--to", names[-1])
+        lines.append(f"next: {shlex.join(words)} -o move.json")
     return lines

@@ -139,7 +139,7 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
         return summary
     found = "is not a file that apc knows" if kind is None else f"is {kind.name}"
     raise InputError(
-        f"{path}: {found}, but a roadmap, trajectory database, plan, scene or cell is wanted here"
+        f"{path}: {found}, but a roadmap, trajectory database, plan, scene or cell is expected here"
     )
 
 
@@ -151,7 +151,7 @@ def _refuse_other_cell(path: Path, fingerprint: str, cell_name: str, arms: ArmRe
     if fingerprint != named:
         raise StaleError(
             f"{path}: is of a cell with fingerprint {fingerprint[:16]}, {cell_name} has {named[:16]}; "
-            "apc refresh makes it right for that cell"
+            "apc refresh updates it for that cell"
         )
 
 

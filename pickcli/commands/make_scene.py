@@ -88,7 +88,7 @@ def command(
 
     noise_is_from = click.get_current_context().get_parameter_source("pose_noise")
     if perceived is None and noise_is_from is ParameterSource.COMMANDLINE:
-        raise click.UsageError("--pose-noise is of what --perceived writes; add that, or leave it out")
+        raise click.UsageError("--pose-noise applies only to --perceived; add that, or leave it out")
     cell = load_workcell(cell_name, items_path).preferred  # a scene is of all arms
     cell.require_places()
     contents, year = _stated_contents(stated, cell), NEWEST
@@ -135,9 +135,9 @@ def command(
         what = f"{'bin' if set(names) <= set(cell.pod.bins) else 'place'}{'s' * (m != 1)}"
         click.echo(f"{n} item{'s' * (n != 1)} at rest in {m} {what}, seed {seed}: {output}")
         if perceived is not None:
-            click.echo(f"as a trial sees it: {perceived}")
+            click.echo(f"perceived scene: {perceived}")
         if picture is not None:
-            click.echo(f"a picture of it: {picture}")
+            click.echo(f"picture: {picture}")
 
 
 def _perceived(scene: Scene, pose_noise: PoseNoise, seed: int) -> Scene:
@@ -157,7 +157,7 @@ def _stated_contents(stated: tuple[str, ...], cell: Cell) -> Contents:
         place, _, names = text.partition("=")
         items = tuple(name.strip() for name in names.split(","))
         if not all(items):
-            example = f"{next(iter(cell.places), 'PLACE')}=dove_beauty_bar,crayola_24_ct, without blanks"
+            example = f"{next(iter(cell.places), 'PLACE')}=dove_beauty_bar,crayola_24_ct, without spaces"
             raise click.UsageError(f"--in: expected PLACE=ITEM[,ITEM], got {text!r}; e.g. {example}")
         if place not in cell.places:
             raise UnknownNameError("place", place, list(cell.places), "--in")

@@ -247,7 +247,7 @@ def refuse_reading(path: Path, *inputs: Path | str | None) -> None:
         return
     for read in _files(inputs):
         if read.exists() and path.samefile(read):
-            raise InputError(f"{path}: is what this command reads ({read}); name another file")
+            raise InputError(f"{path}: is an input of this command ({read}); name another file")
 
 
 def refuse_same(*outputs: Path) -> None:

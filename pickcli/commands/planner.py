@@ -138,7 +138,7 @@ def load_planner(
     if stored is None and database is None and cell.places:
         _tell_once(
             "note: neither roadmap nor trajectory database is built for this cell, so every coarse motion "
-            "is planned from nothing (apc run-trial builds both)"
+            "is planned from scratch (apc run-trial builds both)"
         )
     return PlanningContext(cell, stored, database)
 
@@ -169,7 +169,7 @@ def _build_missing(cell: Cell, jobs: int | None) -> None:
     except (KeyboardInterrupt, InputError) as stop:
         paths = default_paths(cell)
         for journal in (*journals(paths.roadmap), *journals(paths.trajectories)):
-            stop.add_note(f"what is built is kept in {journal}; the same command goes on from there")
+            stop.add_note(f"finished tasks are kept in {journal}; run the same command again to continue")
         raise
 
 
@@ -259,11 +259,11 @@ def trusted(
         this = scene_path or f"{cell.name} with nothing in it"
         told = f"{path}: made for the scene {plan.scene_hash[:12]}, {this} is {here[:12]}; plan it again, or "
         if plan.scene_hash == scene_hash(empty_scene(cell)):
-            raise StaleError(f"{told}name --cell alone, as when it was made")
+            raise StaleError(f"{told}name only --cell, as when it was made")
         raise StaleError(f"{told}name the scene it was made in with {option}")
     plan = certified(plan, believed, advice, path)
     if carried is None:
-        click.echo(f"note: {path} carries no certificate; verified now and accepted", err=True)
+        click.echo(f"note: {path} has no certificate; it was verified now and accepted", err=True)
     return plan
 
 
@@ -304,7 +304,7 @@ def _advice(plan: Plan, cell: Cell) -> str:
 
     speed = cell.max_tool_speed
     if speed is not None and plan.trajectory.duration > MAX_DURATION:
-        return f"the cell's max_tool_speed of {speed:g} m/s makes it so long: raise that"
+        return f"the cell's max_tool_speed of {speed:g} m/s makes it too long; raise that"
     return "try another --seed, or look at the plan with --no-verify"
 
 

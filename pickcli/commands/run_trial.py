@@ -138,4 +138,4 @@ def _what_went_wrong(result: TrialResult) -> str:
     if result.aborted:
         return f"{result.aborted}; see trial.json"
     collisions, violations = result.n_collisions, result.n_limit_violations
-    return f"{collisions} collisions and {violations} limit violations; trial.json says where"
+    return f"{collisions} collisions and {violations} limit violations; see trial.json"

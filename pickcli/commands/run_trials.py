@@ -51,7 +51,7 @@ def parse_seeds(ctx: click.Context | None, param: click.Parameter | None, value:
     for part in value.split(","):
         ends = part.split(":")
         if len(ends) > 2 or not all(end.isascii() and end.isdecimal() and len(end) <= 10 for end in ends):
-            what = f"{value!r}: expected seeds, e.g. 0:20 (20 is not played any more) or 3,5,8"
+            what = f"{value!r}: expected seeds, e.g. 0:20 (20 excluded) or 3,5,8"
             raise click.BadParameter(what, ctx, param)
         first, end = int(ends[0]), int(ends[-1]) + (len(ends) == 1)
         if not first < end <= LARGEST_SEED + 1 or len(seeds) + end - first > MOST_SEEDS:
@@ -227,7 +227,7 @@ def _lines(report: TrialsReport, output: Path) -> list[str]:
     done = SuccessRate(rate["successes"], rate["tries"])
     low, high = done.interval
     lines = [
-        f"{share['n']} trials: {share['mean']:.1%} of the points in the mean{within}, "
+        f"{share['n']} trials: {share['mean']:.1%} of the points on average{within}, "
         f"{share['median']:.1%} in the median, {share['min']:.1%} in the worst",
         f"delivered: {done.successes} of {done.tries} targets, {done.share:.1%} "
         f"(95 %: {low:.1%} to {high:.1%})",
@@ -243,10 +243,10 @@ def _times(motion: dict[str, Any], clock: dict[str, Any]) -> list[str]:
     """Format times of motion and of planning, if there are any."""
     lines = []
     if motion["n"]:
-        lines.append(f"motion for a delivered target: {motion['mean']:.1f} s simulated in the mean")
+        lines.append(f"motion for a delivered target: {motion['mean']:.1f} s simulated on average")
     if clock["planning_ms"]["n"]:
         planning, item = clock["planning_ms"], clock["planning_per_item_ms"]
-        each = f"; {item['median']:.0f} ms for a delivered target with all in vain" if item["n"] else ""
+        each = f"; {item['median']:.0f} ms for a delivered target with failed attempts" if item["n"] else ""
         lines.append(
             f"planning: {planning['median']:.0f} ms a plan in the median, {planning['p99']:.0f} ms at the "
             f"99th percentile{each}"

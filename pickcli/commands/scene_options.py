@@ -85,9 +85,7 @@ def scene_or_empty(path: Path | None, cell_name: str | None, arms: ArmRequest = 
     if path is not None:
         return open_scene(path, cell_name, arms)
     if cell_name is None:
-        raise click.UsageError(
-            "what is around the robot? Name a scene with --scene, or with --cell a cell alone"
-        )
+        raise click.UsageError("no surroundings: name a scene with --scene, or an empty cell with --cell")
     with stage("reading of the cell"):
         return empty_scene(open_cell(cell_name, arms))
 

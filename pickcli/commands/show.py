@@ -82,7 +82,7 @@ def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: 
     refuse_missing(path, (".h5", ".json"))
     kind = read_kind(path) if path.is_file() else TRIAL if _has_trials(path) else CELL
     if kind is not PLAN and scene_path is not None:
-        raise click.UsageError("--scene is of use for a plan only; leave it out")
+        raise click.UsageError("--scene applies only to a plan; leave it out")
     if kind is PLAN:
         return _plan(path, scene_path, cell_name, arms)
     if kind is STORE:
@@ -98,7 +98,7 @@ def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: 
         return _trial(folder, cell_name, arms) if (folder / RECORD).is_file() else _trials(folder)
     found = "is not a file that apc knows" if kind is None else f"is {kind.name}"
     raise InputError(
-        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, trial or cell is wanted here"
+        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, trial or cell is expected here"
     )
 
 

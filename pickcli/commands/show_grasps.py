@@ -68,7 +68,7 @@ def command(
     cell.require_places()
     place = _place(cell, place_name)
     if sizes := place.room.too_small_for(item.shape.extents):
-        raise InputError(f"--place: {item.name} fits in no way into {place.name}: it has {sizes}")
+        raise InputError(f"--place: {item.name} does not fit into {place.name}: it has {sizes}")
     x, y, _ = (place.room.low + place.room.high) / 2
     z = float(place.room.floor_at(x)) + item.shape.extents[2] / 2
     target = GraspTarget(item.name, item, inverse(place.T_place_entry) @ pose((x, y, z)), place)

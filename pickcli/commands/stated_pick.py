@@ -9,7 +9,7 @@ from pickcli.errors import InputError, UnknownNameError
 if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
 
-_NO_OTHER = "it has one place alone: add another one under places in its cell.yaml (docs/formats/cell.md)"
+_NO_OTHER = "it has only one place: add another one under places in its cell.yaml (docs/formats/cell.md)"
 
 
 def example(scene: Scene) -> str:
@@ -44,7 +44,7 @@ def destination(scene: Scene, place: str | None, out_of: str, how: str = "with -
     if place is None and TOTE not in scene.cell.places:
         names = ", ".join(_other_places(scene, out_of))
         told = f"name one of its places {how}: {names}" if names else _NO_OTHER
-        raise InputError(f"where to? the cell has no tote; {told}")
+        raise InputError(f"no destination: the cell has no tote; {told}")
     return place or TOTE
 
 
@@ -70,10 +70,10 @@ def refuse_impossible(scene: Scene, pick: tuple[str, str, str], stated: tuple[st
     if into == out_of:
         names = ", ".join(_other_places(scene, out_of))
         told = f"name another place: {names}" if names else _NO_OTHER
-        raise InputError(f"{stated[1]}: the item is taken from {into}; {told}")
+        raise InputError(f"{stated[1]}: the item is in {into} already; {told}")
     if into != TOTE and (sizes := places[into].room.too_small_for(placed.item.shape.extents)):
         raise InputError(
-            f"{stated[1]}: {placed.id} fits in no way into {into}: it has {sizes}; name another place"
+            f"{stated[1]}: {placed.id} does not fit into {into}: it has {sizes}; name another place"
         )
 
 

@@ -32,7 +32,7 @@ def item_in_tote(scene: Scene, item: str, option: str, how: str = "") -> PlacedI
     if places and TOTE not in places:
         told = f"{option}: {item} is in {' and '.join(places)}, not in the tote"
         how = how or f"--pick {places[0]}:{item}"
-        raise InputError(f"{told}; {how} takes it from there")
+        raise InputError(f"{told}; {how} picks it from there")
     return scene.find(item, TOTE)
 
 
@@ -56,9 +56,7 @@ def stated_bin(scene: Scene, placed: PlacedItem, name: str, option: str) -> str:
     if name not in bins:
         raise UnknownNameError("bin", name, list(bins), option)
     if sizes := scene.cell.places[name].room.too_small_for(placed.item.shape.extents):
-        raise InputError(
-            f"{option}: {placed.id} fits in no way into {name}: it has {sizes}; name another bin"
-        )
+        raise InputError(f"{option}: {placed.id} does not fit into {name}: it has {sizes}; name another bin")
     return name
 
 

@@ -43,7 +43,7 @@ def motions_between(
     if not told:
         ends = f"{shortened(start)!r} and {shortened(goal)!r}"
         raise InputError(
-            f"{path}: holds no motion between {ends}; without --motion, --all lists what could not be had "
+            f"{path}: contains no motion between {ends}; without --motion, --all lists what is missing "
             "and why, and apc inspect CELL the names of configurations"
         )
     return {"format": "trajectory database", "start": start, "goal": goal, "motions": told}

@@ -98,7 +98,7 @@ def _table(now: RankedConfiguration | None, found: Sequence[RankedConfiguration]
 
 
 def _how_to_adopt(bin_name: str, entry: str) -> str:
-    return f"the best, to put in place of {bin_name} under configurations of the cell file:\n{entry}"
+    return f"best configuration, to replace {bin_name} under configurations in the cell file:\n{entry}"
 
 
 def _values(each: RankedConfiguration) -> dict[str, Any]:

@@ -93,7 +93,7 @@ def command(
         ranked = {"now": _values(now), "suggestions": [_values(each) for each in found]}
         emit_json({**asked, "seed": seed, **ranked, "yaml": _line(found[0])})
     else:
-        adopt = ["the best, to put under robot in the cell file:", _line(found[0])]
+        adopt = ["best base pose, for robot in the cell file:", _line(found[0])]
         click.echo("\n".join([*_table(now, found), *adopt]))
 
 

@@ -35,13 +35,13 @@ def in_words(summary: dict[str, Any]) -> dict[str, Any]:
         parts["without it may roll"] = told["without_it_may_roll"]
         phrases = [f"{what} {', '.join(names)}" for what, names in parts.items() if names]
         lines += [f"{name}: {'; '.join(phrases)}"] if phrases else []
-    return {**summary, "supports": lines or ["every item rests on what stands there alone"]}
+    return {**summary, "supports": lines or ["no item rests on another item"]}
 
 
 def _spheres_in_words(spheres: dict[str, dict[str, Any]]) -> dict[str, str]:
     """Format the spheres of each link in a line."""
     return {
-        link: f"{each['count']}, {1e3 * each['mean_excess_m']:.1f} mm outside in the mean, "
+        link: f"{each['count']}, {1e3 * each['mean_excess_m']:.1f} mm outside on average, "
         f"{1e3 * each['max_excess_m']:.1f} mm at most"
         for link, each in spheres.items()
     }
@@ -97,7 +97,9 @@ def _plan_in_words(summary: dict[str, Any]) -> dict[str, Any]:
     events = sorted(summary["events"], key=lambda e: math.inf if e["t_s"] is None else e["t_s"])
     return {
         **summary,
-        "certified": "its seal matches the plan; apc verify says if it is true" if is_certified else "no",
+        "certified": "its seal matches the plan; apc verify checks whether it is true"
+        if is_certified
+        else "no",
         "grasp": None if grasp is None else f"{grasp['kind']} on {grasp['item']}, face {grasp['face']}",
         "segments": segments,
         "events": [_event(e["t_s"], e["device"], e["action"]) for e in events],

@@ -74,8 +74,8 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
         raise click.BadParameter(what, ctx, param)
     if 0.0 < millimetres < MINUTE_NOISE[0] and 0.0 < degrees < MINUTE_NOISE[1]:
         click.echo(
-            f"note: --pose-noise {value}: {millimetres:g} mm and {degrees:g} degrees are hardly an error; "
-            "it is in mm and degrees, not in m and rad",
+            f"note: --pose-noise {value}: {millimetres:g} mm and {degrees:g} degrees are a tiny error; "
+            "the units are mm and degrees, not m and rad",
             err=True,
         )
     return PoseNoise(millimetres / 1000.0, math.radians(degrees))
@@ -130,8 +130,8 @@ class TrialOptions:
         for option, path in (("--roadmap", self.roadmap), ("--trajectories", self.trajectories)):
             if path is not None and not is_one:
                 raise InputError(
-                    f"{option}: a file is of one arm, and cell {workcell.name} plays with "
-                    f"{' and '.join(workcell.arms)}; name one with --arm, or leave it to the cache"
+                    f"{option}: a file is for one arm, but cell {workcell.name} plays with "
+                    f"{' and '.join(workcell.arms)}; name one with --arm, or use the files in the cache"
                 )
         cells = [workcell.cell(self.arm)] if is_one else list(workcell.arms.values())
         for cell in cells:

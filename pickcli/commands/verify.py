@@ -90,6 +90,9 @@ def _text(verdict: Verdict) -> str:
         ("acceleration", f"{certificate.max_acceleration_ratio:.1%} of the limit"),
         ("jerk", f"{certificate.max_jerk_ratio:.1%} of the limit"),
         *(("checked", check) for check in certificate.checks),
-        ("claim", f"holds in this model (cell {certificate.cell_fingerprint[:12]}); no statement of safety"),
+        (
+            "claim",
+            f"holds in this model (cell {certificate.cell_fingerprint[:12]}); not a statement about safety",
+        ),
     )
     return "\n".join(f"{key:>14}: {value}" for key, value in rows)

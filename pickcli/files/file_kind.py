@@ -111,7 +111,7 @@ def refuse_other_kind(path: Path, content: bytes, wanted: FileKind, is_whole: bo
         return
     if found is not wanted:
         cut = ", cut off at its end," if is_whole and _is_cut_off(content) else ","
-        raise InputError(f"{path}: is {name}{cut} but {wanted.name} is wanted here ({wanted.origin})")
+        raise InputError(f"{path}: is {name}{cut} but {wanted.name} is expected here ({wanted.origin})")
 
 
 def refuse_utf_16(path: Path, content: bytes) -> None:

@@ -101,7 +101,7 @@ def _advice(text: str, error: json.JSONDecodeError) -> str:
             "leave out the +" if number.group() == "+" else "write 0 before the point"
         )
     if error.msg == "Extra data":
-        return f"the text goes on after its end with {rest[:12]!r}; one file holds one value"
+        return f"the text continues after its end with {rest[:12]!r}; one file holds one value"
     if rest.startswith("'"):
         return "single quotes are not JSON; use double quotes"
     if rest[0] in ",]}" and (before.endswith(",") or "trailing comma" in error.msg):

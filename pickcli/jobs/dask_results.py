@@ -15,7 +15,7 @@ from pickcli.errors import InputError, WorkerLostError
 _PAUSE = 0.02  # s before lost results are requested again
 MOST_AT_ONCE = 256  # results per request, few enough for the timeout
 
-_KEPT = "what is finished is kept, the same command goes on from there"
+_KEPT = "finished tasks are kept; run the same command again to continue"
 
 
 def results(client: Any, futures: Sequence[Any], address: str, timeout: float) -> Iterator[tuple[Any, bytes]]:

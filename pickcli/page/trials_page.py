@@ -102,7 +102,7 @@ def _outcomes(title: str, items: Sequence[Mapping[str, Any]], key: str) -> Chart
     for item in sorted(items, key=lambda item: str(item[key])):
         kind = 0 if item["points"] > 0 else 2 if item["outcome"] == "no plan" else 1
         counts.setdefault(item[key].replace("_", " "), [0, 0, 0])[kind] += 1
-    kinds = (("delivered", _GOOD), ("tried in vain", _FAIR), ("no plan", _BAD))
+    kinds = (("delivered", _GOOD), ("failed", _FAIR), ("no plan", _BAD))
     return Chart(title, kinds, tuple(Bar(name, tuple(count)) for name, count in counts.items()))
 
 

@@ -147,7 +147,9 @@ def with_figure(
             found[name] = replace(each, effort=value) if is_meant else each
         elif name == joint or (joint is None and kind in each.values and each.values[kind] is None):
             values = {k: each.values.get(k) for k in KINDS if k in each.values or k == kind} | {kind: value}
-            found[name] = replace(each, values=values, sources={**each.sources, kind: "as asked for"})
+            found[name] = replace(
+                each, values=values, sources={**each.sources, kind: "from the command line"}
+            )
     return found
 
 

@@ -64,7 +64,7 @@ def _tool(request: SetupOptions, robot: Urdf, chain: PlannedChain, staging: Path
     if request.tool is None:
         if request.tool_figures:
             raise InputError(
-                f"--tool-figure {next(iter(request.tool_figures))}: no tool is asked for; add --tool"
+                f"--tool-figure {next(iter(request.tool_figures))}: there is no tool; add --tool"
             )
         _refuse_middle(robot, chain)
         return None

@@ -39,7 +39,7 @@ class ToolFigure:
         Returns:
             The figure, with the user as its source.
         """
-        return ToolFigure(self.key, value, f"{re.split('[:;]', self.about)[0]}; as asked for")
+        return ToolFigure(self.key, value, f"{re.split('[:;]', self.about)[0]}; from the command line")
 
 
 @dataclass(frozen=True, eq=False)

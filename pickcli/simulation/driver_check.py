@@ -250,7 +250,7 @@ def _carries_out(session: _Session) -> str:
 def _pace(session: _Session) -> str:
     record = session.record
     if record is None or not session.watched.n_steps:
-        return "nothing was carried out"
+        return "nothing was executed"
     return _wrong_pace(record.duration / session.watched.n_steps, session.watched.time_step)
 
 
@@ -280,12 +280,12 @@ def _close(session: _Session) -> str:
 _CHECKS: tuple[tuple[str, Callable[[_Session], str]], ...] = (
     ("its period is that of a stream", _period),
     ("it measures a configuration of the cell", _configuration),
-    ("it stands where the plan begins", _start),
+    ("it stands at the start of the plan", _start),
     ("it refuses devices and actions that the cell does not have", _unknown_names),
     ("its sensors answer yes or no", _sensors),
     ("it stands when commanded to", _standing),
     ("its clock runs with its steps", _clock),
-    ("it carries out the plan and arrives", _carries_out),
+    ("it executes the plan and arrives", _carries_out),
     ("its clock runs with its steps while it moves", _pace),
     ("its measurements let events fire in their places", _events),
     ("its devices answer as the protocol says", _answers),

@@ -11,6 +11,7 @@ import logging
 import math
 import os
 import re
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -102,8 +103,8 @@ def damaged(path: Path, cause: str) -> DamagedError:
         The error, to be raised.
     """
     return DamagedError(
-        f"{path}: damaged ({cause}); apc check {path} says what is lost and whether it can be repaired, else "
-        "build it again"
+        f"{path}: damaged ({cause}); apc check {shlex.quote(str(path))} tells what is lost and whether it "
+        "can be repaired, else build it again"
     )
 
 

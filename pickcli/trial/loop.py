@@ -131,9 +131,7 @@ class _Trial:
         n_in = sum(attempt.outcome.is_delivered for _, attempt in self.attempts)
         where = "in the tote" if self.order.kind is OrderKind.PICK else "delivered"
         played = f"{n_in} of {len(self.targets)} targets were {where} after {len(self.attempts)} attempts"
-        return (
-            f"{played}; no trial goes on where it was: the same command plays the same one from its beginning"
-        )
+        return f"{played}; a trial cannot be continued: the same command plays it again from the start"
 
     def _pick(self, state: TargetState) -> None:
         """Make one attempt at a target, and update the target by its outcome."""

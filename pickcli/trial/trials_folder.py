@@ -137,7 +137,7 @@ def require_folder(folder: Path) -> None:
         raise InputError(f"{folder}: no such folder; {TRIALS.origin}")
     kind = read_kind(folder)
     found = "is a file" if kind is None else f"is {kind.name}"
-    raise InputError(f"{folder}: {found}, but {TRIALS.name} is wanted here ({TRIALS.origin})")
+    raise InputError(f"{folder}: {found}, but {TRIALS.name} is expected here ({TRIALS.origin})")
 
 
 def read_trials(folder: Path) -> dict[str, dict[str, Any]]:

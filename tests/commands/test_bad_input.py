@@ -102,11 +102,9 @@ def test_files_that_are_cut_off(made: Made, tmp_path: Path, out: Path) -> None:
     cut.write_bytes(made.scene.read_bytes()[:300])
     refused(pick(cut, out), 3, f"{cut}:", "cut off")
     refused(apc("inspect", cut), 3, f"{cut}:")
-    both = "is a scene, cut off at its end, but a plan is wanted here"
+    both = "is a scene, cut off at its end, but a plan is expected here"
     refused(apc("verify", cut, "--scene", made.scene), 3, f"{cut}: {both}")
-    refused(
-        apc("verify", made.scene, "--scene", made.scene), 3, f"{made.scene}: is a scene, but a plan is wanted"
-    )
+    refused(apc("verify", made.scene, "--scene", made.scene), 3, f"{made.scene}: is a scene, but a plan is")
     cut.write_bytes(made.order.read_bytes()[:100])
     refused(apc("make-scene", cut, "-o", out), 3, f"{cut}:", "cut off")
     assert not out.exists()

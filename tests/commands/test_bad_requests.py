@@ -31,7 +31,7 @@ from support.command_line import ITEM, Made, apc, misused, pick, refused
         (("--bin", "bin_C", "--item", ITEM, "--into", "Tote"), "unknown place 'Tote'; did you mean 'tote'?"),
         (("--bin", "bin_C", "--item", ITEM, "--into", "d"), "unknown place 'd'; did you mean 'bin_D'?"),
         (("--pick", f"bin_c:{ITEM}"), "--pick: unknown place 'bin_c'; did you mean 'bin_C'?"),
-        (("--bin", "bin_C", "--item", ITEM, "--into", "bin_C"), "is taken from bin_C; name another place"),
+        (("--bin", "bin_C", "--item", ITEM, "--into", "bin_C"), "is in bin_C already; name another place"),
         (("--bin", "bin_C", "--item", "dove_beauty_bra"), f"did you mean '{ITEM}'"),
         (("--bin", "bin_A", "--item", ITEM), "is not in bin_A but in bin_C"),
         (("--bin", "tote", "--item", ITEM), "is not in tote but in bin_C"),
@@ -83,7 +83,7 @@ def test_a_bin_that_is_too_small_is_refused_at_once(made: Made, out: Path) -> No
     scene = read_scene(made.scene)
     placed = scene.find(ITEM)
     large = replace(placed, item=replace(placed.item, shape=Shape(ShapeKind.BOX, (0.3, 0.3, 0.3))))
-    with pytest.raises(InputError, match=r"fits in no way into bin_A: it has 300 x 300 x 300 mm, the place"):
+    with pytest.raises(InputError, match=r"does not fit into bin_A: it has 300 x 300 x 300 mm, the place"):
         refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "bin_A"), ("--bin", "--into"))
     refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "tote"), ("--bin", "--into"))
 
@@ -106,17 +106,17 @@ def test_a_plan_of_another_scene_is_stale(made: Made, tmp_path: Path) -> None:
     answer = apc("export", made.plan, "--scene", scene, "--format", "csv", "-o", out)
     refused(answer, 4, f"{scene} is", "plan it again, or name the scene it was made in with --scene")
     answer = apc("execute", made.plan, "--scene", made.scene, "--planned-in", scene)
-    refused(answer, 4, f"made in {made.scene}", f"not in {scene}; exchange --scene and --planned-in")
+    refused(answer, 4, f"made in {made.scene}", f"not in {scene}; swap --scene and --planned-in")
     gone = made.changed("scene", tmp_path, lambda s: s.update(items=[]))
     answer = apc("execute", made.plan, "--scene", gone, "--planned-in", made.scene)
-    refused(answer, 3, f"{gone}: {ITEM}, which {made.plan} takes, is not in it")
+    refused(answer, 3, f"{gone}: does not contain {ITEM}, which {made.plan} picks")
 
 
 def test_a_plan_of_the_cell_alone_names_no_scene(made: Made, tmp_path: Path) -> None:
     move = tmp_path / "move.json"
     words = ("--cell", "apc2016_delft", "--from", "home", "--to", "bin_C", "-o", move)
     assert apc("plan-move", *words).code == 0
-    refused(apc("execute", move, "--scene", made.scene), 4, "plan it again, or name --cell alone")
+    refused(apc("execute", move, "--scene", made.scene), 4, "plan it again, or name only --cell")
 
 
 def _bend(plan: dict[str, Any]) -> None:
@@ -225,9 +225,9 @@ def test_impossible_noise(noise: str, made: Made, out: Path) -> None:
 
 def test_noise_is_of_what_is_perceived(made: Made, out: Path, tmp_path: Path) -> None:
     words = ("make-scene", made.order, "-o", out)
-    misused(apc(*words, "--pose-noise", "5,2"), "--pose-noise is of what --perceived writes; add that")
+    misused(apc(*words, "--pose-noise", "5,2"), "--pose-noise applies only to --perceived; add that")
     answer = apc(*words, "--perceived", tmp_path / "seen.json", "--pose-noise", "0.005,0.02")
-    assert answer.code == 0 and "0.005 mm and 0.02 degrees are hardly an error; it is in mm" in answer.err
+    assert answer.code == 0 and "0.005 mm and 0.02 degrees are a tiny error; the units are mm" in answer.err
 
 
 @pytest.mark.parametrize(
@@ -324,7 +324,7 @@ def test_no_input_is_replaced(made: Made, tmp_path: Path) -> None:
     ]
     for argv, path in calls:
         before = path.read_bytes()
-        refused(apc(*argv, path, "--overwrite"), 3, path, "is what this command reads")
+        refused(apc(*argv, path, "--overwrite"), 3, path, "is an input of this command")
         assert path.read_bytes() == before
 
 

@@ -151,7 +151,7 @@ def test_spheres_and_configurations_are_told(cell: Path, tmp_path: Path) -> None
     told = json.loads(apc("inspect", cell, "--json").out)["spheres"]
     assert told["lower"]["count"] > 1
     assert 0.0 < told["lower"]["mean_excess_m"] < told["lower"]["max_excess_m"] < 0.02
-    assert "mm outside in the mean" in apc("inspect", cell).out
+    assert "mm outside on average" in apc("inspect", cell).out
     assert "all 2 configurations are free" in apc("check", cell).out
     bent = write_bare_robot(tmp_path)
     content = yaml.safe_load((bent / "cell.yaml").read_text())

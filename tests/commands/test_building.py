@@ -81,7 +81,7 @@ def test_one_job_per_core_by_default(tmp_path: Path) -> None:
 def test_a_scheduler_takes_the_place_of_jobs(tmp_path: Path) -> None:
     with building("building", tmp_path / "out.h5", None, False, "tcp://host:8786") as run_options:
         assert run_options.runner == DaskExecutor("tcp://host:8786")
-    with pytest.raises(click.UsageError, match="--jobs is of this machine"):
+    with pytest.raises(click.UsageError, match="--jobs is for this machine"):
         building("building", tmp_path / "out.h5", 2, False, "tcp://host:8786").__enter__()
 
 
@@ -98,4 +98,4 @@ def test_where_the_output_cannot_be_written_the_journal_is_named(
         run_options.report(BuildProgress(4, 4, journal=journal))
         raise InputError("roadmap.h5: cannot be written: No space left on device")
     (note,) = stopped.value.__notes__  # which main() tells
-    assert f"4 of 4 tasks are kept in {journal}; the same command goes on" in note
+    assert f"4 of 4 tasks are kept in {journal}; run the same command again" in note

@@ -37,7 +37,9 @@ def test_json_has_shares_and_warnings(cell_copy: CellCopy) -> None:
     assert warning in plain.err
     strict = apc("check", cell_copy.folder, "--poses", 2, "--strict", "--json")
     assert strict.code == 3 and json.loads(strict.out)["warnings"] == [warning]
-    assert strict.err.endswith(f"apc: error: {cell_copy.folder}: 1 warning, and --strict takes none\n")
+    assert strict.err.endswith(
+        f"apc: error: {cell_copy.folder}: 1 warning, and --strict treats warnings as mistakes\n"
+    )
 
 
 def test_a_warning_is_told_by_what_reads_the_file(cell_copy: CellCopy) -> None:
@@ -80,8 +82,8 @@ def test_what_is_accepted_is_silent(made: Made, tmp_path: Path) -> None:
     ("argv", "told"),
     [
         (("scene", "--repair"), "--repair is for roadmaps and trajectory databases"),
-        (("scene", "--picture", "reach.png"), "--picture draws what is reached in a cell"),
-        (("items", "--cell", "apc2016_delft"), "--cell is of no use for a file of items"),
+        (("scene", "--picture", "reach.png"), "--picture applies only to a cell"),
+        (("items", "--cell", "apc2016_delft"), "--cell does not apply to a file of items"),
     ],
 )
 def test_options_that_mean_nothing_are_refused(argv: tuple[str, ...], told: str, made: Made) -> None:
@@ -92,7 +94,7 @@ def test_options_that_mean_nothing_are_refused(argv: tuple[str, ...], told: str,
 def test_a_text_of_no_kind_is_told_what_is_wanted(tmp_path: Path) -> None:
     path = tmp_path / "o.json"
     path.write_text("[]")
-    wanted = "a cell, a scene, an order, items, or a roadmap or trajectory database is wanted here"
+    wanted = "a cell, a scene, an order, items, or a roadmap or trajectory database is expected here"
     refused(apc("check", path), 3, f"{path}: is a text file of another kind, but {wanted}")
 
 

@@ -113,8 +113,8 @@ def test_a_recorder_plays_a_pick_without_a_world(made: Made) -> None:
 
 def test_what_is_of_the_simulated_world_alone_is_refused(made: Made, tmp_path: Path) -> None:
     argv = ("execute", made.move, "--scene", made.scene, "--driver", "recorder")
-    misused(apc(*argv, "--video", tmp_path / "film.gif"), "are of the simulated world, not of recorder")
-    misused(apc(*argv, "--reality", tmp_path / "reality.json"), "are of the simulated world")
+    misused(apc(*argv, "--video", tmp_path / "film.gif"), "need the simulated world, not driver recorder")
+    misused(apc(*argv, "--reality", tmp_path / "reality.json"), "need the simulated world")
 
 
 def test_an_unknown_driver_comes_with_what_was_meant(made: Made) -> None:
@@ -152,8 +152,8 @@ def test_drivers_of_other_packages_are_listed_and_used(made: Made) -> None:
 def test_a_driver_that_does_not_keep_to_the_protocol_is_told(made: Made) -> None:
     answer = apc("check-driver", "empty", made.plan, "--scene", made.scene)
     assert answer.code == 3 and answer.err.count("error:") == 1
-    assert "driver empty: it carries out the plan and arrives: stopped in" in answer.err
-    assert "nothing is held" in answer.err and "FAILED  it carries out the plan" in answer.out
+    assert "driver empty: it executes the plan and arrives: stopped in" in answer.err
+    assert "nothing is held" in answer.err and "FAILED  it executes the plan" in answer.out
     assert " not tried  its clock runs with its steps while it moves" in answer.out
 
 

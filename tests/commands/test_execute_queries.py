@@ -148,7 +148,7 @@ def test_a_stop_ends_the_sequence_and_is_no_error(made: Made, tmp_path: Path) ->
         (("--move", "home"), "--move: expected FROM:TO, got 'home'"),
         (("--move", "home:"), "--move: expected FROM:TO"),
         (("--move", "home:bin_C:bin_D"), "--move: expected FROM:TO"),
-        ((), "nothing to carry out: name PLAN.json, or ask for motions"),
+        ((), "nothing to execute: name a PLAN, or queries"),
     ],
 )
 def test_queries_of_another_form_are_wrong_usage(argv: tuple[str, ...], told: str, made: Made) -> None:
@@ -161,7 +161,7 @@ def test_queries_of_another_form_are_wrong_usage(argv: tuple[str, ...], told: st
         (("--pick", f"bin_c:{ITEM}"), f"--pick bin_c:{ITEM}: unknown place 'bin_c'; did you mean 'bin_C'?"),
         (("--pick", "bin_C:dove_beauty_bra"), f"did you mean '{ITEM}'"),
         (("--pick", f"bin_A:{ITEM}"), f"{ITEM} is not in bin_A but in bin_C"),
-        (("--pick", f"bin_C:{ITEM}:bin_C"), "the item is taken from bin_C; name another place"),
+        (("--pick", f"bin_C:{ITEM}:bin_C"), "the item is in bin_C already; name another place"),
         (("--pick", f"bin_C:{ITEM}:bin_Z"), "unknown place 'bin_Z'"),
         (("--move", "home:bin_Z"), "unknown configuration 'bin_Z'"),
         (("--move", "home:1,2"), "got 2 of 8 numbers"),
@@ -182,12 +182,12 @@ def test_what_cannot_be_is_refused_before_anything_moves(
 )
 def test_options_of_a_plan_file_do_not_go_with_queries(option: tuple[str, ...], made: Made) -> None:
     argv = ("--scene", made.scene, "--move", "home:bin_C")
-    misused(apc("execute", *argv, *option), f"{option[0]}: of a plan file alone")
+    misused(apc("execute", *argv, *option), f"{option[0]}: only for a plan file")
 
 
 def test_a_plan_file_does_not_go_with_queries(made: Made) -> None:
     answer = apc("execute", made.plan, "--scene", made.scene, "--pick", f"bin_C:{ITEM}")
-    misused(answer, "is a plan, and --pick a query: carry out the one or the other")
+    misused(answer, "is a plan, and --pick a query; give one or the other")
 
 
 def test_queries_are_filmed(made: Made, tmp_path: Path) -> None:

@@ -92,7 +92,7 @@ def test_a_plan_that_was_edited_does_not_leave(made: Made, tmp_path: Path) -> No
 def test_a_plan_without_a_certificate_is_verified_and_leaves(made: Made, tmp_path: Path) -> None:
     plan = made.changed("move", tmp_path, lambda data: data.update(certificate=None))
     answer = apc("export", plan, "--scene", made.scene, "--format", "csv", "-o", tmp_path / "out.csv")
-    assert answer.code == 0 and "carries no certificate; verified now and accepted" in answer.err
+    assert answer.code == 0 and "has no certificate; it was verified now and accepted" in answer.err
 
 
 def test_a_plan_of_another_scene_does_not_leave(made: Made, tmp_path: Path) -> None:
@@ -120,7 +120,7 @@ def test_rates_that_cannot_be_are_refused(more: tuple[str, ...], told: str, made
 
 def test_what_is_no_plan_is_called_by_its_name(made: Made, out: Path) -> None:
     argv = ("--scene", made.scene, "--format", "joint-trajectory", "-o", out)
-    refused(apc("export", made.scene, *argv), 3, "scene.json: is a scene, but a plan is wanted here")
+    refused(apc("export", made.scene, *argv), 3, "scene.json: is a scene, but a plan is expected here")
     refused(apc("export", out.with_name("none.json"), *argv), 3, "none.json")
     assert not out.exists()
 
@@ -148,7 +148,7 @@ def test_a_plan_is_not_replaced_by_its_own_export(made: Made) -> None:
         made.move,
         "--overwrite",
     )
-    refused(apc(*argv), 3, "is what this command reads")
+    refused(apc(*argv), 3, "is an input of this command")
 
 
 def test_wrong_usage_is_told(made: Made, tmp_path: Path) -> None:
@@ -159,6 +159,6 @@ def test_wrong_usage_is_told(made: Made, tmp_path: Path) -> None:
     for text in ("valve", "valve=x", "valve=-1", "valve=", "valve=" + 5000 * "9"):
         misused(apc(*argv, *script, "--channel", text), "expected DEVICE=N")
     misused(apc(*argv, *script, "--channel", "valve=1", "--channel", "valve=2"), "given twice")
-    misused(apc("export", made.move, *csv), "what is around the robot?")
+    misused(apc("export", made.move, *csv), "no surroundings")
     refused(apc(*argv, "--format", "ros", "-o", tmp_path / "out.json"), 3, "unknown format 'ros'")
     refused(apc(*argv, *script), 3, "URScript is for the six joints of Universal Robots")

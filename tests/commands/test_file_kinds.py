@@ -170,7 +170,7 @@ def test_every_other_kind_is_refused_in_one_line(
         if command == "show" and name == "path" and kind is TRIAL:
             continue
         answer = apc(*_call(command, name, files[kind], files, out))
-        refused(answer, 3, f"{files[kind]}: is {kind.name}, but", "is wanted here")
+        refused(answer, 3, f"{files[kind]}: is {kind.name}, but", "is expected here")
         assert wanted is None or wanted.name in answer.err
         assert answer.err.strip().count("\n") == 0
         assert not out.exists()
@@ -189,7 +189,7 @@ def test_a_picture_is_called_one_wherever_it_is_handed_in(magic: bytes, made: Ma
         (("make-scene", picture, "-o", out), "an order"),
     ]  # fmt: skip
     for argv, wanted in calls:
-        refused(apc(*argv), 3, picture, "is a picture, but ", wanted, "is wanted here")
+        refused(apc(*argv), 3, picture, "is a picture, but ", wanted, "is expected here")
     picture.write_bytes(b"\x7fELF\xff\x00")
     for argv, wanted in calls[4:]:
-        refused(apc(*argv), 3, picture, "is a binary file, but ", wanted, "is wanted here")
+        refused(apc(*argv), 3, picture, "is a binary file, but ", wanted, "is expected here")

@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -30,15 +31,15 @@ def test_three_commands_lead_to_a_proven_move(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     made = apc(
-        "init", "arm", "--urdf", urdf, "--srdf", urdf.with_name("robot.srdf"), "--joint-limits",
+        "init", "my arm", "--urdf", urdf, "--srdf", urdf.with_name("robot.srdf"), "--joint-limits",
         urdf.with_name("joint_limits.yaml"), "--accept-unshaped", "--motor-force", "50",
     )  # fmt: skip
     assert made.code == 0, made.err
     assert "(SRDF group arm)" in made.out and "left to fill in" not in made.out
-    move = made.out.splitlines()[-1].removeprefix("next: apc ").split()
+    _, *move = shlex.split(made.out.splitlines()[-1].removeprefix("next: "))
     planned = apc(*move)
     assert planned.code == 0 and "certified" in planned.out, planned.err
-    assert apc("verify", move[-1], "--cell", "arm").code == 0
+    assert apc("verify", move[-1], "--cell", "my arm").code == 0
 
 
 def test_a_cell_needs_nothing_outside_of_its_folder(urdf: Path, tmp_path: Path) -> None:
@@ -108,7 +109,7 @@ def test_of_two_arms_one_has_to_be_named(tmp_path: Path) -> None:
     urdf, cell = write_two_arms(tmp_path), tmp_path / "left"
     refused(apc("init", cell, "--urdf", urdf, *LIMITS), 3, "which arm?", "--tip", "left_tool0", "right_tool0")
     made = apc("init", cell, "--urdf", urdf, "--tip", "left_tool0", *LIMITS)
-    assert made.code == 0 and "stand still: right_shoulder at 0, right_elbow at 0" in made.out, made.err
+    assert made.code == 0 and "fixed joints: right_shoulder at 0, right_elbow at 0" in made.out, made.err
     assert (
         apc("plan-move", "--cell", cell, "--from", "home", "--to", "parked", "-o", tmp_path / "m").code == 0
     )

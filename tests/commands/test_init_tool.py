@@ -45,7 +45,7 @@ def test_a_stated_figure_is_written_in_place_of_the_usual_one(tmp_path: Path) ->
     )
     assert made.code == 0, made.err
     text = (tmp_path / "arm" / "cell.yaml").read_text()
-    assert "max_pull: 12  # N along the axis at full vacuum; as asked for" in text
+    assert "max_pull: 12  # N along the axis at full vacuum; from the command line" in text
     assert load_cell(tmp_path / "arm").robot.tool.cup.tilt == 0.05
 
 
@@ -141,7 +141,7 @@ MISTAKES = {
     "a tip in the hand's way": ({}, ("--tip", "tool0"), "hand hangs on tool0, and an arm ends with its tip"),
     "a figure that is none": ({}, (*GRIPPER, "--tool-figure", "froce=4"), "did you mean 'force'?"),
     "a figure of no tool": (
-        {}, ("--tool-figure", "force=4"), "--tool-figure force: no tool is asked for; add --tool",
+        {}, ("--tool-figure", "force=4"), "--tool-figure force: there is no tool; add --tool",
     ),
 }  # fmt: skip
 

@@ -53,8 +53,8 @@ def test_a_trial_leaves_nothing(seconds: float, made: Made, tmp_path: Path) -> N
     *kept, last = answer.err.splitlines()
     assert answer.out == "" and last == "interrupted" and kept
     told = (
-        "the same command goes on from there",
-        "the same command begins again",
+        "run the same command again to continue",
+        "the same command starts over",
         "plays the same one from its",
     )
     assert all(any(text in line for text in told) for line in kept)
@@ -89,7 +89,7 @@ def test_a_build_leaves_its_journal_and_says_how_to_go_on(
     answer = apc(name, "--jobs", jobs, "-o", tmp_path / "out.h5")
     assert answer.code == ENDS[end][1] and answer.out == ""
     (journal,) = tmp_path.iterdir()
-    told = rf"\d+ of \d+ tasks are kept in {re.escape(str(journal))}; the same command goes on from there"
+    told = rf"\d+ of \d+ tasks are kept in {re.escape(str(journal))}; run the same command again to continue"
     assert re.search(told, answer.err)
     assert answer.err.splitlines()[-1] == end
 
@@ -101,14 +101,14 @@ def test_what_keeps_nothing_says_that_it_begins_anew(
     argv = {"make-scene": (made.order, "-o", out), "execute": (made.plan, "--scene", made.scene)}[command]
     monkeypatch.setattr("pickcli.commands.logs._log.debug", lambda *_: interrupt())  # a stage begins
     answer = apc(command, *argv)
-    assert answer.code == 130 and answer.err == "the same command begins again\ninterrupted\n"
+    assert answer.code == 130 and answer.err == "the same command starts over\ninterrupted\n"
     assert not out.exists()
 
 
 def test_a_build_that_has_nothing_yet_leaves_nothing(tmp_path: Path) -> None:
     with interrupted_after(0.05):
         answer = apc("build-roadmap", "-o", tmp_path / "out.h5")
-    assert answer.code == 130 and answer.err == "the same command begins again\ninterrupted\n"
+    assert answer.code == 130 and answer.err == "the same command starts over\ninterrupted\n"
     assert list(tmp_path.iterdir()) == []
 
 
@@ -125,7 +125,7 @@ def test_the_first_build_of_a_trial_says_that_it_goes_on(
 
     monkeypatch.setattr(pickcli.precompute.artifact_cache, "ensure_artifacts", build)
     answer = apc("run-trial", made.order, "-o", tmp_path / "out")
-    assert answer.code == 130 and "the same command goes on from there" in answer.err
+    assert answer.code == 130 and "run the same command again to continue" in answer.err
 
 
 def test_whoever_terminates_twice_does_not_wait() -> None:

@@ -24,7 +24,7 @@ def test_a_trial_replaces_nothing_that_it_reads(option: str, name: str, made: Ma
         read.write_text('{"format": "apc reality", "version": 1}')
     argv = ("run-trial", made.order, option, read) if option else ("run-trial", read)
     before = read.read_bytes()
-    refused(apc(*argv, "-o", tmp_path, "--overwrite"), 3, read, "is what this command reads")
+    refused(apc(*argv, "-o", tmp_path, "--overwrite"), 3, read, "is an input of this command")
     assert [p.name for p in tmp_path.iterdir()] == [name] and read.read_bytes() == before
 
 
@@ -35,7 +35,7 @@ def test_links_in_the_folder_of_a_trial_are_looked_through(made: Made, tmp_path:
     (folder / "scene.json").symlink_to(order)
     before = order.read_bytes()
     answer = apc("run-trial", order, "-o", folder, "--overwrite")
-    refused(answer, 3, folder / "scene.json", "is what this command reads")
+    refused(answer, 3, folder / "scene.json", "is an input of this command")
     assert order.read_bytes() == before
 
 
@@ -94,9 +94,9 @@ def test_of_a_folder_that_is_no_cell_only_what_is_near_its_top_is_looked_at(tmp_
     far.hardlink_to(output)
     refuse_reading(output, folder)
     near.hardlink_to(output)
-    with pytest.raises(InputError, match=re.escape(f"is what this command reads ({near})")):
+    with pytest.raises(InputError, match=re.escape(f"is an input of this command ({near})")):
         refuse_reading(output, folder)
     near.unlink()
     (folder / "cell.yaml").write_text("format: apc cell\n")
-    with pytest.raises(InputError, match=re.escape(f"is what this command reads ({far})")):
+    with pytest.raises(InputError, match=re.escape(f"is an input of this command ({far})")):
         refuse_reading(output, folder)

@@ -116,8 +116,8 @@ def test_a_cell_of_one_place_is_told_to_need_another(cell_of_crates: Path, tmp_p
     (cell_of_crates / "cell.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
     assert apc("make-scene", "--cell", cell_of_crates, "--in", f"{place}={BAR}", "-o", made).code == 0
     asked = ("plan-pick", "--scene", made, "--cell", cell_of_crates, "--pick", f"{place}:{BAR}", "-o", plan)
-    refused(apc(*asked), 3, "has no tote; it has one place alone: add another one under places")
-    refused(apc(*asked, "--into", place), 3, f"taken from {place}; it has one place alone: add another one")
+    refused(apc(*asked), 3, "has no tote; it has only one place: add another one under places")
+    refused(apc(*asked, "--into", place), 3, f"in {place} already; it has only one place: add another one")
 
 
 @pytest.fixture

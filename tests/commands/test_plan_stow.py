@@ -49,7 +49,7 @@ def test_one_bin_of_each_row_takes_it_and_the_verifier_agrees(scene: Path, into:
     ("item", "more", "told"),
     [
         ("dove_beauty_bra", (), f"did you mean '{BAR}#2'"),
-        ("crayola_24_ct", (), "is in bin_B, not in the tote; apc plan-pick takes it"),
+        ("crayola_24_ct", (), "is in bin_B, not in the tote; apc plan-pick picks it"),
         (f"{BAR}#2", ("--into", "bin_c"), "--into: unknown bin 'bin_c'; did you mean 'bin_C'?"),
         (f"{BAR}#2", ("--into", "tote"), "--into: unknown bin 'tote'"),
     ],
@@ -64,7 +64,7 @@ def test_unknown_names_are_refused(
 
 def test_execute_takes_what_is_elsewhere_by_a_query(scene: Path) -> None:
     answer = apc("execute", "--scene", scene, "--stow", "crayola_24_ct:bin_C")
-    refused(answer, 3, "not in the tote; --pick bin_B:crayola_24_ct takes it from there")
+    refused(answer, 3, "not in the tote; --pick bin_B:crayola_24_ct picks it from there")
 
 
 def test_a_stow_needs_a_tote() -> None:

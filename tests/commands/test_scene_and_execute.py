@@ -74,7 +74,7 @@ def test_make_scene_writes_what_a_trial_sees_too(order: Path, tmp_path: Path) ->
     out, seen = tmp_path / "scene.json", tmp_path / "seen.json"
     words = [str(order), "-o", str(out), "--seed", "3", "--perceived", str(seen), "--pose-noise", "4,2"]
     result = CliRunner().invoke(make_scene_command, words, catch_exceptions=False)
-    assert result.exit_code == 0 and f"as a trial sees it: {seen}\n" in result.stdout
+    assert result.exit_code == 0 and f"perceived scene: {seen}\n" in result.stdout
     true, believed = read_scene(out), read_scene(seen)
     assert true.noise.position == 0.0 and believed.noise.position == pytest.approx(0.004)
     assert believed.noise.angle == pytest.approx(np.radians(2.0))
@@ -170,7 +170,7 @@ def test_a_plan_that_the_speed_limit_makes_too_long_is_refused_with_that_advice(
     scene = Scene(slow, slow.T_world_pod, (), PoseNoise())
     plan = replace(rail_move(slow), scene_hash=scene_hash(scene))
     long = replace(plan, trajectory=replace(plan.trajectory, times=np.array([0.0, 301.0])))
-    with pytest.raises(RejectedError, match=r"max_tool_speed of 0\.01 m/s makes it so long: raise that"):
+    with pytest.raises(RejectedError, match=r"max_tool_speed of 0\.01 m/s makes it too long; raise that"):
         deliver(long, scene, tmp_path / "out.json", verify_now=True, as_json=False, overwrite=False)
 
 

@@ -47,9 +47,9 @@ def test_other_things_are_shown(made: Made, what: str, tmp_path: Path) -> None:
 def test_what_cannot_be_shown_is_refused(made: Made, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     for words, code, text in (
-        ((made.plan, "-o", page), 2, "what is around the robot?"),
+        ((made.plan, "-o", page), 2, "no surroundings"),
         ((made.order, "-o", page), 3, "is an order, but a roadmap"),
-        ((made.scene, "--scene", made.scene, "-o", page), 2, "--scene is of use for a plan only"),
+        ((made.scene, "--scene", made.scene, "-o", page), 2, "--scene applies only to a plan"),
         ((made.scene, "-o", tmp_path / "page.png"), 3, "a page is written as .html"),
         ((tmp_path / "nothing.json", "-o", page), 3, "no such file"),
         ((made.plan, "--cell", "apc2016_delft", "-o", page), 4, "the plan was made for the scene"),

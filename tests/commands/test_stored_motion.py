@@ -45,7 +45,7 @@ def test_the_way_back_is_shown_too(stored: Path) -> None:
 def test_a_motion_that_is_not_stored_is_told(stored: Path) -> None:
     answer = apc("inspect", stored, "--motion", "a", "nowhere")
     assert answer.code == 3 and answer.out == ""
-    assert "holds no motion between 'a' and 'nowhere'" in answer.err and "--all lists" in answer.err
+    assert "contains no motion between 'a' and 'nowhere'" in answer.err and "--all lists" in answer.err
 
 
 def test_one_motion_is_not_drawn(stored: Path) -> None:

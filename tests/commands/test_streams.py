@@ -137,5 +137,5 @@ def test_an_interrupted_command_answers_in_json(made: Made, monkeypatch: pytest.
     monkeypatch.setattr("pickcli.commands.logs._log.debug", interrupt)  # a stage begins
     answer = apc("verify", made.plan, "--scene", made.scene, "--json")
     assert answer.code == 130 and json.loads(answer.out)["error"] == {
-        "kind": "KeyboardInterrupt", "message": "the same command begins again", "reasons": [], "blockers": []
+        "kind": "KeyboardInterrupt", "message": "the same command starts over", "reasons": [], "blockers": []
     }  # fmt: skip

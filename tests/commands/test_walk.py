@@ -66,7 +66,7 @@ def test_an_uncertified_plan_is_verified_first(made: Made, tmp_path: Path) -> No
     plan = made.changed("move", tmp_path, lambda p: p.update(certificate=None))
     answer = apc("execute", plan, "--scene", made.scene)
     assert answer.code == 0
-    assert f"{plan} carries no certificate; verified now and accepted" in answer.err
+    assert f"{plan} has no certificate; it was verified now and accepted" in answer.err
 
 
 def test_the_truth_may_differ_from_what_was_planned_in(made: Made, tmp_path: Path) -> None:

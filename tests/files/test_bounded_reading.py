@@ -66,5 +66,5 @@ def test_a_mark_of_utf8_is_no_part_of_the_text(tmp_path: Path) -> None:
 def test_a_file_of_another_kind_is_called_by_its_name_even_where_it_is_too_large(tmp_path: Path) -> None:
     path = tmp_path / "file"
     path.write_bytes(HDF5_MAGIC + bytes(100))
-    with pytest.raises(InputError, match="is a roadmap or trajectory database, but a plan is wanted here"):
+    with pytest.raises(InputError, match="is a roadmap or trajectory database, but a plan is expected here"):
         read_text(path, 20, wanted=PLAN)

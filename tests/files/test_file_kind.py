@@ -48,7 +48,7 @@ def test_every_kind_is_told(content: bytes, kind: FileKind) -> None:
     assert kind_of(content) == kind
     refuse_other_kind(Path("f"), content, kind)
     for wanted in set(KINDS) - {kind}:
-        with pytest.raises(InputError, match=f"^f: is {kind.name}, but {wanted.name} is wanted here "):
+        with pytest.raises(InputError, match=f"^f: is {kind.name}, but {wanted.name} is expected here "):
             refuse_other_kind(Path("f"), content, wanted, is_whole=False)
 
 
@@ -94,8 +94,8 @@ def test_no_file_takes_long(content: bytes) -> None:
 
 def test_a_file_of_another_kind_that_lacks_its_end_is_told_both() -> None:
     scene = b'{"format": "apc scene", "version": 1, "items": ['
-    with pytest.raises(InputError, match="is a scene, cut off at its end, but a plan is wanted here"):
+    with pytest.raises(InputError, match="is a scene, cut off at its end, but a plan is expected here"):
         refuse_other_kind(Path("f"), scene, PLAN)
     for content, is_whole in ((scene + b"]}\n", True), (scene, False), (b"format: apc scene\n", True)):
-        with pytest.raises(InputError, match="is a scene, but a plan is wanted here"):
+        with pytest.raises(InputError, match="is a scene, but a plan is expected here"):
             refuse_other_kind(Path("f"), content, PLAN, is_whole)

@@ -63,7 +63,11 @@ def test_any_text_is_json_or_an_input_error(text: str) -> None:
         ('{"a": 0,5}', "1:9", "a comma in a number, or a key without quotes; numbers have a decimal point"),
         ('{"a": +1}', "1:7", "a number begins with a digit or -; leave out the +"),
         ('{"a": -.5}', "1:7", "a number begins with a digit or -; write 0 before the point"),
-        ('{"a": 1}\n{"a": 1}', "2:1", "the text goes on after its end with '{\"a\": 1}'; one file holds one"),
+        (
+            '{"a": 1}\n{"a": 1}',
+            "2:1",
+            "the text continues after its end with '{\"a\": 1}'; one file holds one",
+        ),
         ('{"a": [1,\nNone]}', "2:1", "None is Python; JSON writes null"),
         ('{"a": True}', "1:7", "True is Python; JSON writes true"),
         ('{"a": FALSE}', "1:7", "JSON writes false in small letters, got FALSE"),

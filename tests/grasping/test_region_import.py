@@ -266,7 +266,7 @@ def test_names_that_cannot_be_are_refused(dove: Path, tmp_path: Path) -> None:
     refused(
         apc(*line, "dove_beauty_bar", "--as", "crayola_24_ct"), 3, "there is an item crayola_24_ct already"
     )
-    refused(apc(*line, "dove_beauty_bar", "--as", "My Soap"), 3, "is no name of an item")
+    refused(apc(*line, "dove_beauty_bar", "--as", "My Soap"), 3, "is not a name of an item")
     refused(apc(*line, "dove_beauty_bar", "--year", 2099), 3, "not of 2099")
     refused(apc("show-grasps", "soap", "-o", tmp_path / "p.html"), 3, "unknown item 'soap'")
     refused(apc("show-grasps", "dove_beauty_bar", "-o", tmp_path / "p.png"), 3, "a page is written as .html")

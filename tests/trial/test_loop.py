@@ -391,4 +391,4 @@ def test_an_interrupted_trial_says_what_is_lost_with_it(cell: Cell) -> None:
     with pytest.raises(KeyboardInterrupt) as stopped:
         run_trial(ORDER, fake.interfaces(), after_attempt=stop)
     (note,) = stopped.value.__notes__
-    assert note.startswith("1 of 4 targets were in the tote after 2 attempts; no trial goes on")
+    assert note.startswith("1 of 4 targets were in the tote after 2 attempts; a trial cannot be continued")

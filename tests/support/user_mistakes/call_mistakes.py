@@ -12,13 +12,13 @@ CALL_MISTAKES = (
     Mistake(
         "a plan as scene",
         "verify PLAN --scene PLAN",
-        "plan.json: is a plan, but a scene is wanted here (apc make-scene makes one from an order)",
+        "plan.json: is a plan, but a scene is expected here (apc make-scene makes one from an order)",
         3,
     ),
     Mistake(
         "a scene as plan",
         "verify SCENE --scene SCENE",
-        "scene.json: is a scene, but a plan is wanted here (apc plan-pick or apc plan-move makes one)",
+        "scene.json: is a scene, but a plan is expected here (apc plan-pick or apc plan-move makes one)",
         3,
     ),
     Mistake(
@@ -54,7 +54,7 @@ CALL_MISTAKES = (
     Mistake(
         "an order as scene",
         "plan-move --scene ORDER --from home --to bin_C -o OUT",
-        "order.json: is an order, but a scene is wanted here (apc make-scene makes one from an order)",
+        "order.json: is an order, but a scene is expected here (apc make-scene makes one from an order)",
         3,
     ),
     Mistake(
@@ -66,13 +66,13 @@ CALL_MISTAKES = (
     Mistake(
         "items as cell",
         "check ITEMS --cell apc2016_delft",
-        "--cell is of no use for a file of items; leave it out",
+        "--cell does not apply to a file of items; leave it out",
         2,
     ),
     Mistake(
         "check a plan",
         "check PLAN",
-        "plan.json: is a plan, but a cell, a scene, an … is wanted here (apc verify checks plans)",
+        "plan.json: is a plan, but a cell, a scene, an … is expected here (apc verify checks plans)",
         3,
     ),
     Mistake(
@@ -84,13 +84,13 @@ CALL_MISTAKES = (
     Mistake(
         "inspect an order",
         "inspect ORDER",
-        "order.json: is an order, but a roadmap, … plan, scene or cell is wanted here",
+        "order.json: is an order, but a roadmap, … plan, scene or cell is expected here",
         3,
     ),
     Mistake(
         "execute a scene",
         "execute SCENE --scene SCENE",
-        "scene.json: is a scene, but a plan is wanted here (apc plan-pick or apc plan-move makes one)",
+        "scene.json: is a scene, but a plan is expected here (apc plan-pick or apc plan-move makes one)",
         3,
     ),
     Mistake(
@@ -102,7 +102,7 @@ CALL_MISTAKES = (
     Mistake(
         "a picture of a scene's reach",
         "check SCENE --picture reach.png",
-        "--picture draws what is reached in a cell; leave it out",
+        "--picture applies only to a cell; leave it out",
         2,
     ),
     Mistake(
@@ -132,7 +132,7 @@ CALL_MISTAKES = (
     Mistake(
         "the output over the input",
         "plan-move --scene SCENE --from home --to bin_C -o SCENE --overwrite",
-        "is what this command reads … name another file",
+        "is an input of this command … name another file",
         3,
     ),
     Mistake(
@@ -212,7 +212,7 @@ CALL_MISTAKES = (
     Mistake(
         "a place that the item is in",
         PICK + " --into bin_C",
-        "--into: the item is taken from bin_C; name another place",
+        "--into: the item is in bin_C already; name another place",
         3,
     ),
     Mistake(
@@ -248,7 +248,7 @@ CALL_MISTAKES = (
     Mistake(
         "neither scene nor cell",
         "plan-move --from home --to bin_C -o OUT",
-        "what is around the robot? … with --scene, or with --cell a cell alone",
+        "no surroundings: … with --scene, or an empty cell with --cell",
         2,
     ),
     Mistake(
