@@ -2,9 +2,9 @@
 
 Deliverable is what a tool can hold and what can be planned, for any arm that plays, exactly where it stands,
 once everything that a tool can hold is gone from its bin: that could have been moved out of the way. Where
-nothing of the kind could go first, be it that the target or something that stays rests on it, that is told
-apart. So is, of the rest, what no order of plans leads to, one item after another into the tote: with exact
-poses, and with what a plan has to allow for poses that are known as well as in a trial.
+nothing of the kind could go first, be it that the target or something that stays rests on it, that is
+reported apart. So is, of the rest, what no order of plans leads to, one item after another into the tote:
+with exact poses, and with what a plan has to allow for poses that are known as well as in a trial.
 """
 
 from __future__ import annotations

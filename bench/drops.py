@@ -4,8 +4,8 @@
 
 A tote is filled with the items of a fresh scene in random order, each by the plan that it has as it is seen.
 Only the release is played: from when the cup is vented the item falls and the tool moves as planned. What
-lands on an edge turns over, and its other end comes up: told is the least distance from the tool to the item
-from ``APART`` on, and to what lay in the tote before. With --anywhere the release is moved over a random
+lands on an edge turns over, and its other end comes up: reported is the least distance from the tool to the
+item from ``APART`` on, and to what lay in the tote before. With --anywhere the release is moved over a random
 place of the tote, as low as over any pile: edges are met far more often than where the planner lets go.
 """
 

@@ -75,7 +75,7 @@ class Job:
 
     @property
     def not_stowed(self) -> Path:
-        """What was told of a bin that its items cannot be stowed in, if one cannot."""
+        """What was reported of a bin that its items cannot be stowed in, if one cannot."""
         return self.folder.with_suffix(".not_stowed")
 
     @property
@@ -178,8 +178,8 @@ def undelivered(played: Played, scene: Scene, warm: Sequence[PlanningContext]) -
         if line["outcome"] in DELIVERED:
             continue
         copies = [p for p in scene.in_location(line["bin"]) if p.item.name == line["item"]]
-        told = {key: line[key] for key in ("bin", "item", "outcome", "reason")}
-        found.append(told | {"why_not": why_not_deliverable(copies, scene, warm)})
+        line_of_target = {key: line[key] for key in ("bin", "item", "outcome", "reason")}
+        found.append(line_of_target | {"why_not": why_not_deliverable(copies, scene, warm)})
     return found
 
 

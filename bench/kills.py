@@ -3,7 +3,7 @@
 python -m bench.kills [--kills 50] [--seed 1]
 
 ``apc build-roadmap`` on two processes is killed, and given again, over a file from before. Each time the file
-is looked at, byte for byte, and every task that the build had told to be finished must be in its journal.
+is looked at, byte for byte, and every task that the build had reported as finished must be in its journal.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ def measure(n_kills: int = 50, seed: int = 1) -> dict[str, Any]:
         takes, good = time.monotonic() - began, out.read_bytes()
         while figures["kills"] < n_kills:
             before = out.stat().st_ino
-            told = _killed_after(rng.uniform(0.0, 1.1 * takes), out)
-            if told is None:
+            n_reported = _killed_after(rng.uniform(0.0, 1.1 * takes), out)
+            if n_reported is None:
                 figures["ended_before"] += 1
             else:
                 figures["kills"] += 1
                 n_kept = _n_kept(out)
                 is_written = out.stat().st_ino != before  # and the journal may be gone
-                figures["finished_tasks_lost"] += 0 if is_written else max(told - n_kept, 0)
+                figures["finished_tasks_lost"] += 0 if is_written else max(n_reported - n_kept, 0)
                 figures["resumed_with"] = max(figures["resumed_with"], n_kept)
             figures["unreadable"] += not _is_whole(out, good)
         subprocess.run([_APC, *_OPTIONS, "-o", str(out)], check=True, capture_output=True)
@@ -52,7 +52,7 @@ def measure(n_kills: int = 50, seed: int = 1) -> dict[str, Any]:
 
 
 def _killed_after(seconds: float, out: Path) -> int | None:
-    """Build, kill; how many tasks the build had told to be finished by then. None if it ended before."""
+    """Build, kill; how many tasks the build had reported as finished by then. None if it ended before."""
     command = [_APC, *_OPTIONS, "-o", str(out)]
     log = out.with_name("log")
     with log.open("w") as stderr:

@@ -5,7 +5,7 @@
 Every target of fresh orders (those of ``apc make-order`` with the seeds from --seed on) is planned from a
 noisy look, verified and carried out once, in a world of its own with the rest of its bin. A hold is over its
 plan where the simulated load reaches more than 1.1 of the planned one; where both are small, that is no harm,
-so the difference as a share of what the cup bears is told as well. With --only, grasps of other kinds are
+so the difference as a share of what the cup bears is reported as well. With --only, grasps of other kinds are
 planned and verified, but not carried out.
 """
 
@@ -161,11 +161,11 @@ def _carried_out(plan: Plan, truth: Scene, item: PlacedItem, seed: int, reality:
     lost = any(not release.is_wanted for release in run.releases)
     measured, planned = watch.worst.ratio, plan.grasp.load_ratio
     return Held(
-        item.id, item.location, seed, _told(plan.grasp), planned, measured, watch.worst, lost
+        item.id, item.location, seed, _described(plan.grasp), planned, measured, watch.worst, lost
     )  # fmt: skip
 
 
-def _told(grasp: Grasp) -> str:
+def _described(grasp: Grasp) -> str:
     return (
         f"{grasp.kind} {grasp.face}: pull {grasp.pull:.1f} shear {grasp.shear:.1f} "
         f"moment {grasp.moment:.2f} twist {grasp.twist:.3f}"

@@ -66,9 +66,9 @@ class Pinched:
     stopped: str
 
     def __str__(self) -> str:
-        told = f"{self.item} by {self.face}: in {self.ended_in}, load {self.load:.2f}, "
-        told += f"moved {1e3 * self.slip:.2f} mm, {self.contacts} contacts, {self.violations} limits"
-        return f"{told}, {'lost' if self.is_lost else 'held'}{self.stopped and ', ' + self.stopped}"
+        text = f"{self.item} by {self.face}: in {self.ended_in}, load {self.load:.2f}, "
+        text += f"moved {1e3 * self.slip:.2f} mm, {self.contacts} contacts, {self.violations} limits"
+        return f"{text}, {'lost' if self.is_lost else 'held'}{self.stopped and ', ' + self.stopped}"
 
 
 def main() -> None:

@@ -85,8 +85,8 @@ class Played:
     def neighbours_moved(self) -> dict[str, str]:
         """What happened, by id, to items that no carried out attempt was made at."""
         meant = {attempt["item"] for attempt in self.record["attempts"] if attempt["execution"] is not None}
-        told = {name: self._moved(name) for name in self.before if name not in meant}
-        return {name: what for name, what in told.items() if what}
+        changes = {name: self._moved(name) for name in self.before if name not in meant}
+        return {name: what for name, what in changes.items() if what}
 
     def _moved(self, name: str) -> str:
         """What happened to an item, "" if it is where it was or was nudged at most."""

@@ -3,7 +3,7 @@
     python -m bench.provoked [--seed 0] [--json FILE]
 
 Three picks of a fresh order (a top-down one, a frontal one, the heaviest) are planned once and carried out
-once per lie. Every outcome must be among those that physics allows, and told: what is not delivered was
+once per lie. Every outcome must be among those that physics allows, and reported: what is not delivered was
 noticed or named as lost. Exit code 1 otherwise.
 """
 
@@ -178,9 +178,9 @@ def measure(seed: int) -> list[dict[str, Any]]:
     found = []
     for kind, plan, scene, target in picks(warm, seed):
         for case in CASES:
-            told, real = case.lie(plan, scene, target)
+            stated, real = case.lie(plan, scene, target)
             world = World(real, home.q, home.tool_state, reality=EXACT)
-            run = execute(told, world)
+            run = execute(stated, world)
             what = outcome(run, world, target)
             found.append(
                 {
@@ -206,7 +206,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=Path("runs/provoked.json"), metavar="FILE")
     given = parser.parse_args()
     found = measure(given.seed)
-    table = Table("pick", "lie", "outcome", "load", "lag, mm", "force, N", "what is told")
+    table = Table("pick", "lie", "outcome", "load", "lag, mm", "force, N", "report")
     for row in found:
         mark = "" if row["as expected"] else " (not plausible)"
         table.add_row(row["pick"], row["lie"], row["outcome"] + mark, f"{row['load']:.2f}",

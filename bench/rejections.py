@@ -3,9 +3,9 @@
     python -m bench.rejections [--scenes 6] [--seed 0] [--json FILE]
 
 Every item of every bin of scenes from fresh orders is planned once as it lies and once as it is seen in a
-trial, the pod's pose with its error, and every plan is verified. Also told: how near the plans came to what
-they are not to touch, how many of the items that a cup can hold had a plan, and how long it took to find one,
-to find that there is none, and to verify.
+trial, the pod's pose with its error, and every plan is verified. Also reported: how near the plans came to
+what they are not to touch, how many of the items that a cup can hold had a plan, and how long it took to find
+one, to find that there is none, and to verify.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Tally:
         """Plans that it refused."""
         return len(self.examples)
 
-    def told(self) -> dict[str, Any]:
+    def figures(self) -> dict[str, Any]:
         """As figures."""
         return {
             "asked": self.asked.total(),
@@ -131,7 +131,7 @@ def measure(seeds: Sequence[int]) -> dict[str, Any]:
         tally(warm, scene, seed, exact)
         tally(warm, perceive(scene, DEFAULT_NOISE, seed, 1, Reality()), seed, noisy)
         print(f"scene {seed}: {exact.rejected} of {exact.plans}, noisy {noisy.rejected} of {noisy.plans}")
-    return {"exact": exact.told(), "noisy": noisy.told()}
+    return {"exact": exact.figures(), "noisy": noisy.figures()}
 
 
 def _quantiles(values: Sequence[float]) -> dict[str, float]:

@@ -1,8 +1,8 @@
 """``python -m bench.mutants``: the share of small faults in the code that its own tests find.
 
 A sample of the faults of each package, drawn from a seed, is tried in random order, one after the other,
-until the time is over that --minutes gives to a package. Of a fault that no test finds the line is told: a
-test is missing there, or the line, or the fault changes nothing.
+until the time is over that --minutes gives to a package. Of a fault that no test finds the line is reported:
+a test is missing there, or the line, or the fault changes nothing.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def mutants(source: str) -> list[Mutant]:
     for place, node, edit in _sites(tree):
         fault = ast.fix_missing_locations(ast.copy_location(edit(node), node))
         last = (node.test if isinstance(node, ast.If) else node).end_lineno or node.lineno
-        found.append(Mutant(node.lineno, last, _told(node), _told(fault), tree, place, fault))
+        found.append(Mutant(node.lineno, last, _source_line(node), _source_line(fault), tree, place, fault))
     return sorted(found, key=lambda mutant: (mutant.line, mutant.was, mutant.now))
 
 
@@ -105,11 +105,11 @@ def _is_words(parent: ast.AST, field: str, child: ast.AST) -> bool:
         return True
     if isinstance(parent, ast.Call) and _name(parent.func) in _SAID:
         return True
-    if isinstance(parent, ast.Call) and _name(parent.func) == "reshape" and _told(child) == "-1":
+    if isinstance(parent, ast.Call) and _name(parent.func) == "reshape" and _source_line(child) == "-1":
         return True  # whatever fits: NumPy takes any negative size for that
-    if isinstance(parent, ast.Assign) and _told(parent.targets[0]).startswith("_SHORT."):
-        return True  # how much of a value is told
-    return isinstance(child, ast.If) and _told(child.test) == "TYPE_CHECKING"
+    if isinstance(parent, ast.Assign) and _source_line(parent.targets[0]).startswith("_SHORT."):
+        return True  # how much of a value is shown
+    return isinstance(child, ast.If) and _source_line(child.test) == "TYPE_CHECKING"
 
 
 def _edits(node: ast.AST) -> Iterator[Edit]:
@@ -165,6 +165,6 @@ def _name(function: ast.AST) -> str:
     return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
 
 
-def _told(node: ast.AST) -> str:
+def _source_line(node: ast.AST) -> str:
     first = ast.unparse(node).split("\n")
     return first[0][:100] + (" ..." if len(first) > 1 else "")
