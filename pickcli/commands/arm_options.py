@@ -111,13 +111,13 @@ class ArmRequest:
         if self.arm is not None or not self.configurations:
             return self.arm
         named = {name for cell in workcell.arms.values() for name in cell.configurations}
-        asked = named.intersection(self.configurations)
-        if not asked:
+        requested = named.intersection(self.configurations)
+        if not requested:
             return None
-        own = [arm for arm, cell in workcell.arms.items() if asked <= cell.configurations.keys()]
+        own = [arm for arm, cell in workcell.arms.items() if requested <= cell.configurations.keys()]
         if not own:
             raise InputError(
-                f"no arm of the cell has {' and '.join(sorted(asked))}; name two of the same arm"
+                f"no arm of the cell has {' and '.join(sorted(requested))}; name two of the same arm"
             )
         return own[0] or None
 

@@ -79,13 +79,14 @@ def _lines(output: Path, roadmap: Roadmap, built: RoadmapReport) -> list[str]:
 
 def _route_lines(routes: RouteRedundancy) -> list[str]:
     """Describe the second routes of the critical pairs: numbers, added edges, and pairs without one."""
-    told = routes.summary()
-    longer = told["second_over_first_length"]
-    head = f"second routes: {told['n_with_second_route']} of {told['n_important']} important pairs have one"
+    summary = routes.summary()
+    longer = summary["second_over_first_length"]
+    n, n_second = summary["n_important"], summary["n_with_second_route"]
+    head = f"second routes: {n_second} of {n} important pairs have one"
     if longer is not None:
         head += f", {longer['median']:.2f} times as long as the first in the median, "
         head += f"at most {longer['worst']:.2f} times ({longer['worst_pair']})"
-    head += f"; {told['n_for_any_displaced_pod']} have one wherever the pod stands"
+    head += f"; {summary['n_for_any_displaced_pod']} have one wherever the pod stands"
     added = [f"added for a second route: {a} to {b}" for a, b in routes.added]
     missing = [f"no second route: {a} to {b}: {reason}" for (a, b), reason in routes.without_second_route]
     return [head, *added, *missing]

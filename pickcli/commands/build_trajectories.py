@@ -62,7 +62,7 @@ def _lines(output: Path, n_motions: int, built: TrajectoryReport) -> list[str]:
     ratio = built.duration / built.lower_bound if built.lower_bound else 1.0
     total = f"{n_motions} motions, {built.duration:.1f} s in all"
     head = f"{output}: {total}, {ratio:.3f} times the bound of the slowest joints alone"
-    return [head, *(f"no motion: {told}" for told in _missing(built))]
+    return [head, *(f"no motion: {reason}" for reason in _missing(built))]
 
 
 def _missing(built: TrajectoryReport) -> list[str]:

@@ -46,14 +46,14 @@ def building(
     who = _who_works(jobs, scheduler)
     last: BuildProgress | None = None
 
-    def told(p: BuildProgress) -> None:
+    def note_last(p: BuildProgress) -> None:
         nonlocal last
         last = p
         report(p)
 
     try:
         with stage(label), build_report(label, as_json) as report:
-            yield RunOptions(who, report=told)
+            yield RunOptions(who, report=note_last)
     except (KeyboardInterrupt, InputError) as stop:
         if last is not None and last.journal is not None and last.journal.exists():
             done = f"{last.done:.0f} of {last.total:.0f} tasks are kept in {last.journal}"
@@ -92,22 +92,22 @@ def build_report(label: str, as_json: bool = False) -> Iterator[BuildObserver]:
         Observer of the progress.
     """
     if as_json:
-        yield _telling_json()
+        yield _json_observer()
     else:
-        with progress(label) as told:
-            yield told
+        with progress(label) as observer:
+            yield observer
 
 
-def _telling_json() -> BuildObserver:
+def _json_observer() -> BuildObserver:
     began = time.monotonic()
 
     def report(p: BuildProgress) -> None:
         left = p.seconds_left(time.monotonic() - began)
-        told = {
+        values = {
             "event": "progress", "done": p.done, "total": p.total, "kept": p.n_kept,
             "failed": p.n_failed, "coverage": round(p.coverage, 4), "task": p.what,
             "seconds_left": None if left is None else round(left, 1),
         }  # fmt: skip
-        click.echo(json.dumps(told), err=True)
+        click.echo(json.dumps(values), err=True)
 
     return report

@@ -44,8 +44,8 @@ def command(clear: bool, as_json: bool) -> None:
 def _lines(base: Path, found: list[CachedFolder], is_cleared: bool) -> list[str]:
     """Describe the cache, with a line for each folder in it."""
     size = sum(folder.n_bytes for folder in found) / 1e6
-    told = [f"{base}: {'deleted ' if is_cleared else ''}{size:.1f} MB in {len(found)} folders"]
+    lines = [f"{base}: {'deleted ' if is_cleared else ''}{size:.1f} MB in {len(found)} folders"]
     for folder in found:
         cell = f", cell {folder.cell}" if folder.cell else ""
-        told.append(f"  {folder.name}: {folder.n_files} files, {folder.n_bytes / 1e6:.1f} MB{cell}")
-    return told
+        lines.append(f"  {folder.name}: {folder.n_files} files, {folder.n_bytes / 1e6:.1f} MB{cell}")
+    return lines

@@ -38,9 +38,9 @@ def cell_summary(path: Path, arms: ArmRequest) -> dict[str, Any]:
         name: {
             "preference": workcell.preferences[name],
             "parked": str(workcell.parked[name]),
-            **{key: value for key, value in told.items() if key not in common},
+            **{key: value for key, value in values.items() if key not in common},
         }
-        for name, told in each.items()
+        for name, values in each.items()
     }
     return {**common, "arms": own}
 

@@ -70,7 +70,8 @@ def _summary(name: str, report: DriverReport) -> dict[str, Any]:
 
 def _text(report: DriverReport) -> str:
     """Describe each check in a line."""
-    told = {True: "passed", False: "not tried"}
+    outcomes = {True: "passed", False: "not tried"}
     return "\n".join(
-        f"{'FAILED' if check.fault else told[check.is_passed]:>10}  {check.what}" for check in report.checks
+        f"{'FAILED' if check.fault else outcomes[check.is_passed]:>10}  {check.what}"
+        for check in report.checks
     )

@@ -136,11 +136,11 @@ def check_text(path: Path, kind: FileKind, options: CheckOptions) -> None:
     """
     check = {CELL: _checked_cell, SCENE: _checked_scene, ORDER: _checked_order, ITEMS: _checked_items}[kind]
     with _heard() as warnings:
-        told = check(path, options)
-    n, what = len(warnings), told.pop("text")
+        values = check(path, options)
+    n, what = len(warnings), values.pop("text")
     counted = f"{n} warning{'s' * (n != 1)}"
     if options.as_json:
-        emit_json({"path": str(path), **told, "warnings": warnings})
+        emit_json({"path": str(path), **values, "warnings": warnings})
     else:
         click.echo(f"{path}: {f'with {counted}' if warnings else 'without mistakes'}; {what}")
     if options.strict and warnings:

@@ -18,7 +18,7 @@ _RESULT = f"{__name__}.result"  # key of the result in a click context until its
 _ORDER = f"{__name__}.order"  # key of the parameters in their given order in a click context
 
 
-def _is_told_once(option: click.Option) -> bool:
+def _is_single(option: click.Option) -> bool:
     """Whether an option has one value, so that a repetition would silently replace it."""
     return not option.is_flag and not option.multiple
 
@@ -52,7 +52,7 @@ class Command(click.Command):
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             ctx.meta[_ORDER] = [parameter.name for parameter in order]
             for parameter, times in Counter(order).items():
-                if isinstance(parameter, click.Option) and _is_told_once(parameter) and times > 1:
+                if isinstance(parameter, click.Option) and _is_single(parameter) and times > 1:
                     raise click.UsageError(f"{_given(parameter, times, args)}; keep one", ctx)
             return super().parse_args(ctx, args)
         except (ApcError, click.UsageError) as error:
@@ -135,8 +135,8 @@ def exit_code(error: BaseException) -> int:
 def _print(ctx: click.Context, error: BaseException | None = None) -> None:
     """Print result and error as JSON; an error takes precedence over a stdout that cannot be written."""
     head = {"command": ctx.info_name, "exit_code": 0 if error is None else exit_code(error)}
-    told = {**head, "error": None if error is None else _told(error), **ctx.meta.get(_RESULT, {})}
-    text = json.dumps(told, indent=2, allow_nan=False)
+    values = {**head, "error": None if error is None else _error_values(error), **ctx.meta.get(_RESULT, {})}
+    text = json.dumps(values, indent=2, allow_nan=False)
     if error is None:
         click.echo(text)
     else:
@@ -156,7 +156,7 @@ def how_to_go_on(stop: KeyboardInterrupt) -> str:
     return "\n".join(getattr(stop, "__notes__", ())) or "the same command starts over"
 
 
-def _told(error: BaseException) -> dict[str, Any]:
+def _error_values(error: BaseException) -> dict[str, Any]:
     """Convert an error to JSON values."""
     reasons = error.reasons if isinstance(error, NoPlanError | RejectedError) else ()
     if isinstance(error, KeyboardInterrupt):

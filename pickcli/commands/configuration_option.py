@@ -50,10 +50,10 @@ def _numbers(cell: Cell, text: str) -> Array:
         if hint.startswith("known"):
             hint = f"apc inspect {cell.name} lists the names; or {how}"
         raise UnknownNameError("configuration", text, known, hint=hint)
-    parts, told = text.split(","), f"configuration {shortened(text)!r}"
+    parts, name = text.split(","), f"configuration {shortened(text)!r}"
     for part in parts:
         if not _is_number(part):
-            raise InputError(f"{told}: {shortened(part)!r} is not a number; {how}")
+            raise InputError(f"{name}: {shortened(part)!r} is not a number; {how}")
     if len(parts) != len(names):
         raise InputError(
             f"configuration {shortened(text)!r}: got {len(parts)} of {len(names)} numbers; {how}"

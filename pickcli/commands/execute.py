@@ -227,7 +227,7 @@ def _answer(request: _QueryRequest, scene: Scene, load: Callable[[], PlanningCon
                 carry_out = _simulated(world, film)
                 sequence.play(queries, lambda plan: carry_out(plan, report))
         finally:
-            _tell_answers(request, queries, sequence)
+            _print_answers(request, queries, sequence)
         if film is not None and request.video is not None:
             film.write(request.video, request.overwrite)
             click.echo(f"  wrote {request.video}", err=request.as_json)
@@ -235,7 +235,7 @@ def _answer(request: _QueryRequest, scene: Scene, load: Callable[[], PlanningCon
         raise TrialAbortedError(why)
 
 
-def _tell_answers(request: _QueryRequest, queries: list[MotionQuery], sequence: QuerySequence) -> None:
+def _print_answers(request: _QueryRequest, queries: list[MotionQuery], sequence: QuerySequence) -> None:
     """Print the results of queries; nothing if no motion was executed."""
     answers, world = sequence.answers, sequence.world
     if request.as_json:
@@ -255,18 +255,18 @@ def _compare(plan: Plan, path: Path, true: NamedScene, planned: NamedScene) -> N
     (scene, scene_path), (believed, planned_in) = true, planned
     name = scene_path or f"{scene.cell.name} with nothing in it"
     if plan.scene_hash == scene_hash(scene) != scene_hash(believed):
-        told = f"{path}: made in {name}, which --scene states as the true one, not in {planned_in}"
-        raise StaleError(f"{told}; swap --scene and --planned-in, or leave out --planned-in")
+        fault = f"{path}: made in {name}, which --scene states as the true one, not in {planned_in}"
+        raise StaleError(f"{fault}; swap --scene and --planned-in, or leave out --planned-in")
     if plan.grasp is None:
         return
     item = plan.grasp.item
     now, then = ({i.id: i.location for i in each.items} for each in (scene, believed))
     if item in then and item not in now:
-        told = f"{name}: does not contain {item}, which {path} picks"
-        raise InputError(f"{told}; name the current scene with --scene")
+        fault = f"{name}: does not contain {item}, which {path} picks"
+        raise InputError(f"{fault}; name the current scene with --scene")
     if item in then and now[item] != then[item]:
-        told = f"{item} is in {now[item]} in {name}, but {path} expects it in {then[item]}"
-        click.echo(f"note: {told}", err=True)
+        note = f"{item} is in {now[item]} in {name}, but {path} expects it in {then[item]}"
+        click.echo(f"note: {note}", err=True)
 
 
 def _judged(plan: Plan, path: Path, true: NamedScene, planned: NamedScene, is_experiment: bool) -> Plan:

@@ -51,7 +51,7 @@ def execution_summary(
     Returns:
         JSON values by name.
     """
-    bridge, main = _told_apart(plans, runs)
+    bridge, main = _bridge_and_main(plans, runs)
     item, where = _whereabouts(plans[-1], world)
     return {
         "query": plans[-1].query,
@@ -163,8 +163,8 @@ def run_lines(plan: Plan, run: PlanRecord, world: World | None) -> list[str]:
         The lines.
     """
     simulated = "" if world is None else " simulated"
-    told = f"{plan.query}: {run.stopped or 'done'}, {run.duration:.2f} s{simulated}"
-    return [told, *_lines(run, "" if world is None else _holder(world))]
+    head = f"{plan.query}: {run.stopped or 'done'}, {run.duration:.2f} s{simulated}"
+    return [head, *_lines(run, "" if world is None else _holder(world))]
 
 
 def whereabouts_line(item: str, where: str, world: World) -> str:
@@ -183,7 +183,7 @@ def whereabouts_line(item: str, where: str, world: World) -> str:
     return f"  {item} is {place.get(where, f'in {where}')}"
 
 
-def _told_apart(
+def _bridge_and_main(
     plans: Sequence[Plan], runs: Sequence[PlanRecord]
 ) -> tuple[PlanRecord | None, PlanRecord | None]:
     """Return the executions of the bridge and of the plan; None for one that was not started."""

@@ -159,8 +159,8 @@ class ExperienceSession:
     def _learn_motions(self, learner: ExperienceFiles) -> int:
         """Make the motions between named configurations that were missing; return their number."""
         planner = self.planner
-        asked = () if self.recorder is None else self.recorder.recorded
-        missed = learner.missed(asked, planner.database, planner.learned)
+        queried = () if self.recorder is None else self.recorder.recorded
+        missed = learner.missed(queried, planner.database, planner.learned)
         motions = 0
         if missed:
             with progress("learning motions") as report:

@@ -45,10 +45,10 @@ def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path |
     choices = assign_bins(order, cell, item_bonuses(cell, order), StowRule(stow_rule))
     total = sum(choice.points for choice in choices)
     if as_json:
-        told = [
+        items = [
             {"item": c.item, "bins": list(c.bins), "points": c.points, "reason": c.reason} for c in choices
         ]
-        emit_json({"rule": stow_rule, "points": total, "items": told})
+        emit_json({"rule": stow_rule, "points": total, "items": items})
         return
     console = stdout_console()
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)

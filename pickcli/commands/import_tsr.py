@@ -96,8 +96,8 @@ def command(
     with of_file(path):
         found = import_regions(regions, item, axes, rim / 1e3, seal)
     imported = replace(found.item, name=name, seal_source=f"{len(regions)} task space regions of {path.name}")
-    told = f"{item.name} of {item.year}, held where the regions of {path.name} say."
-    comment = f"{told}\nKeys: docs/formats/items.md."
+    origin = f"{item.name} of {item.year}, held where the regions of {path.name} say."
+    comment = f"{origin}\nKeys: docs/formats/items.md."
     write_text(output, items_text([imported], comment), overwrite)
     if as_json:
         emit_json({

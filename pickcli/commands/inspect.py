@@ -25,7 +25,7 @@ from pickcli.commands.report import key_lines, plan_summary
 from pickcli.commands.scene_options import allowed, open_scene
 from pickcli.commands.stored_motion import motions_between
 from pickcli.commands.summary_text import in_words, on_a_screen
-from pickcli.commands.table import told_width
+from pickcli.commands.table import known_width
 
 if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
@@ -76,8 +76,8 @@ def command(
     if as_json:
         emit_json({**summary, "plot": summary["picture"]} if picture is not None else summary)  # former key
     else:
-        told = in_words(summary) if is_all else on_a_screen(in_words(summary))
-        click.echo("\n".join(key_lines(told, told_width())))
+        shown = in_words(summary) if is_all else on_a_screen(in_words(summary))
+        click.echo("\n".join(key_lines(shown, known_width())))
 
 
 def _check_picture(picture: Path, overwrite: bool, *inputs: Path | str | None) -> None:
@@ -182,16 +182,16 @@ def _supports(scene: Scene) -> dict[str, Any]:
     from pickcli.statics.supports import supports_of
 
     supports = supports_of(scene)
-    told = {}
+    found = {}
     for placed in sorted(scene.items, key=lambda placed: (placed.location, placed.id)):
-        told[placed.id] = {
+        found[placed.id] = {
             "rests_on": list(supports.graph.carriers(placed.id)),
             "carries": list(supports.graph.lying_on(placed.id)),
             "without_it_fall": list(supports.blocking(placed.id)),
             "without_it_slump": list(supports.slumping(placed.id)),
             "without_it_may_roll": list(supports.rolling(placed.id)),
         }
-    return told
+    return found
 
 
 def _plan(path: Path) -> dict[str, Any]:
@@ -199,18 +199,18 @@ def _plan(path: Path) -> dict[str, Any]:
     from pickcli.motion.plan_schema import VERSION
 
     plan = read_plan(path)
-    told = plan_summary(plan, path)
+    values = plan_summary(plan, path)
     return {
         "format": "apc plan",
         "version": VERSION,
-        "query": told.pop("query"),
+        "query": values.pop("query"),
         "cell_fingerprint": plan.cell_fingerprint,
         "scene_hash": plan.scene_hash,
         "motion_hash": motion_hash(plan),
         "seed": plan.seed,
         "points": len(plan.trajectory.times),
         "joints": list(plan.trajectory.joint_names),
-        **told,
+        **values,
     }
 
 
@@ -220,7 +220,7 @@ def _stored(path: Path) -> dict[str, Any]:
     from pickcli.roadmap.statistics import database_statistics, roadmap_statistics
     from pickcli.roadmap.store import describe, read_database, read_gaps, read_missing, read_roadmap
 
-    told = {**describe(path), "bytes": path.stat().st_size}
-    if told["format"] == ROADMAP.name:
-        return told | roadmap_statistics(read_roadmap(path), read_gaps(path))
-    return told | database_statistics(read_database(path), read_missing(path))
+    values = {**describe(path), "bytes": path.stat().st_size}
+    if values["format"] == ROADMAP.name:
+        return values | roadmap_statistics(read_roadmap(path), read_gaps(path))
+    return values | database_statistics(read_database(path), read_missing(path))

@@ -75,7 +75,7 @@ class _Warnings(logging.Handler):
 
     def __init__(self, level: int) -> None:
         super().__init__(level)
-        self._told: set[str] = set()
+        self._printed: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print a warning that was not printed before.
@@ -84,8 +84,8 @@ class _Warnings(logging.Handler):
             record: The warning.
         """
         text = record.getMessage()
-        if text not in self._told:
-            self._told.add(text)
+        if text not in self._printed:
+            self._printed.add(text)
             click.echo(f"apc: warning: {printable(text)}", err=True)
 
 

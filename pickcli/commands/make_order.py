@@ -51,6 +51,6 @@ def command(task: str, year: str, output: Path, overwrite: bool, seed: int, as_j
         )
     else:
         n_items = sum(len(names) for names in order.bin_contents.values())
-        n_asked = len(order.work_order) or len(order.tote_contents)
-        asked = f"{n_asked} targets" if order.work_order else f"{n_asked} to stow"
-        click.echo(f"{n_items} items in {len(order.bin_contents)} bins, {asked}, seed {seed}: {output}")
+        n_targets = len(order.work_order) or len(order.tote_contents)
+        targets = f"{n_targets} targets" if order.work_order else f"{n_targets} to stow"
+        click.echo(f"{n_items} items in {len(order.bin_contents)} bins, {targets}, seed {seed}: {output}")

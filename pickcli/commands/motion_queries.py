@@ -77,8 +77,8 @@ def queries_of(given: Sequence[tuple[str, str]], scene: Scene) -> list[MotionQue
             scene = step.after(scene)
         for placed in scene.items:
             if placed.location != before[placed.id]:
-                told = f"after {option} {placed.id} is in {placed.location}"
-                brought |= dict.fromkeys((placed.id, placed.item.name), told)
+                whereabouts = f"after {option} {placed.id} is in {placed.location}"
+                brought |= dict.fromkeys((placed.id, placed.item.name), whereabouts)
     return queries
 
 

@@ -46,8 +46,8 @@ def plan_with_first_able(scene: Scene, query: PickQuery, options: PlanOptions) -
             return
         except NoPlanError as error:
             failed[arm] = error
-    asked = next(iter(failed.values())).query
-    raise NoPlanError.of_arms(asked, [(str(each), failed.get(each.arm)) for each in ranked])
+    what = next(iter(failed.values())).query
+    raise NoPlanError.of_arms(what, [(str(each), failed.get(each.arm)) for each in ranked])
 
 
 def _plan_with(

@@ -33,7 +33,7 @@ CONFIGURATION = "NAME|q"
 CONFIGURATION_HELP = (
     "a configuration of the cell (apc inspect lists them), or joint positions with commas, rad and m."
 )
-_TOLD = f"{__name__}.told"  # key of the notes already printed in a click context
+_NOTES = f"{__name__}.notes"  # key of the notes already printed in a click context
 
 
 def artifact_options(function: F) -> F:
@@ -136,18 +136,18 @@ def load_planner(
         _build_missing(cell, jobs)
     stored, database = read_stored(cell, roadmap, trajectories)
     if stored is None and database is None and cell.places:
-        _tell_once(
+        _print_once(
             "note: neither roadmap nor trajectory database is built for this cell, so every coarse motion "
             "is planned from scratch (apc run-trial builds both)"
         )
     return PlanningContext(cell, stored, database)
 
 
-def _tell_once(note: str) -> None:
+def _print_once(note: str) -> None:
     """Print a note only once per command, also if it applies to several arms."""
-    told = click.get_current_context().meta.setdefault(_TOLD, set())
-    if note not in told:
-        told.add(note)
+    printed = click.get_current_context().meta.setdefault(_NOTES, set())
+    if note not in printed:
+        printed.add(note)
         click.echo(note, err=True)
 
 
@@ -257,10 +257,12 @@ def trusted(
         )
     if carried is not None and plan.scene_hash != here:
         this = scene_path or f"{cell.name} with nothing in it"
-        told = f"{path}: made for the scene {plan.scene_hash[:12]}, {this} is {here[:12]}; plan it again, or "
+        fault = (
+            f"{path}: made for the scene {plan.scene_hash[:12]}, {this} is {here[:12]}; plan it again, or "
+        )
         if plan.scene_hash == scene_hash(empty_scene(cell)):
-            raise StaleError(f"{told}name only --cell, as when it was made")
-        raise StaleError(f"{told}name the scene it was made in with {option}")
+            raise StaleError(f"{fault}name only --cell, as when it was made")
+        raise StaleError(f"{fault}name the scene it was made in with {option}")
     plan = certified(plan, believed, advice, path)
     if carried is None:
         click.echo(f"note: {path} has no certificate; it was verified now and accepted", err=True)

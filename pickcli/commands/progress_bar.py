@@ -25,8 +25,8 @@ def progress(label: str) -> Iterator[ProgressObserver]:
     Yields:
         Observer of the progress.
     """
-    with _bar(label) if sys.stderr.isatty() else _lines(label) as told:
-        yield told
+    with _bar(label) if sys.stderr.isatty() else _lines(label) as observer:
+        yield observer
 
 
 @contextmanager
@@ -75,14 +75,14 @@ def _lines(label: str) -> Iterator[ProgressObserver]:
     """Print a line from time to time."""
     began = said = time.monotonic()
 
-    def tell(progress: Progress, /) -> None:
+    def report(progress: Progress, /) -> None:
         nonlocal said
         now = time.monotonic()
         if now - said >= LINE_PERIOD:
             said = now
             click.echo(progress_line(label, progress, now - began), err=True)
 
-    yield tell
+    yield report
 
 
 def progress_line(label: str, progress: Progress, elapsed: float) -> str:

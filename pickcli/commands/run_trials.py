@@ -220,8 +220,8 @@ def _lines(report: TrialsReport, output: Path) -> list[str]:
     from pickcli.trial.success_rate import SuccessRate
     from pickcli.trial.trials_folder import PAGE, SUMMARY
 
-    told = report.summary
-    share, rate, clock = told["score_share"], told["delivered"], told["statistics"]
+    summary = report.summary
+    share, rate, clock = summary["score_share"], summary["delivered"], summary["statistics"]
     between = share["mean_interval"]
     within = "" if between is None else f" (95 %: {between[0]:.1%} to {between[1]:.1%})"
     done = SuccessRate(rate["successes"], rate["tries"])
@@ -231,9 +231,9 @@ def _lines(report: TrialsReport, output: Path) -> list[str]:
         f"{share['median']:.1%} in the median, {share['min']:.1%} in the worst",
         f"delivered: {done.successes} of {done.tries} targets, {done.share:.1%} "
         f"(95 %: {low:.1%} to {high:.1%})",
-        ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in told["totals"].items()),
-        *_times(told["motion_s"], clock),
-        *(f"missed {each['targets']} times: {each['cause']}" for each in told["causes"][:MOST_CAUSES]),
+        ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in summary["totals"].items()),
+        *_times(summary["motion_s"], clock),
+        *(f"missed {each['targets']} times: {each['cause']}" for each in summary["causes"][:MOST_CAUSES]),
         *(f"not played: {name}: {why}" for name, why in report.not_stowed.items()),
     ]
     return [*lines, f"wrote {output / SUMMARY}", f"wrote {output / PAGE}"]

@@ -121,9 +121,9 @@ def _stored(path: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument
     from pickcli.page.picture_page import picture_page
     from pickcli.roadmap.store import describe
 
-    told = describe(path)
-    cell = cell_of(told["cell_fingerprint"]) if cell_name is None else open_cell(cell_name, arms)
-    return picture_page(picture_of(path, cell), cell, str(told["format"]))
+    description = describe(path)
+    cell = cell_of(description["cell_fingerprint"]) if cell_name is None else open_cell(cell_name, arms)
+    return picture_page(picture_of(path, cell), cell, str(description["format"]))
 
 
 def _has_trials(path: Path) -> bool:

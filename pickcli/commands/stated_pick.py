@@ -43,8 +43,8 @@ def destination(scene: Scene, place: str | None, out_of: str, how: str = "with -
 
     if place is None and TOTE not in scene.cell.places:
         names = ", ".join(_other_places(scene, out_of))
-        told = f"name one of its places {how}: {names}" if names else _NO_OTHER
-        raise InputError(f"no destination: the cell has no tote; {told}")
+        remedy = f"name one of its places {how}: {names}" if names else _NO_OTHER
+        raise InputError(f"no destination: the cell has no tote; {remedy}")
     return place or TOTE
 
 
@@ -69,8 +69,8 @@ def refuse_impossible(scene: Scene, pick: tuple[str, str, str], stated: tuple[st
     placed = scene.find(item, out_of)
     if into == out_of:
         names = ", ".join(_other_places(scene, out_of))
-        told = f"name another place: {names}" if names else _NO_OTHER
-        raise InputError(f"{stated[1]}: the item is in {into} already; {told}")
+        remedy = f"name another place: {names}" if names else _NO_OTHER
+        raise InputError(f"{stated[1]}: the item is in {into} already; {remedy}")
     if into != TOTE and (sizes := places[into].room.too_small_for(placed.item.shape.extents)):
         raise InputError(
             f"{stated[1]}: {placed.id} does not fit into {into}: it has {sizes}; name another place"

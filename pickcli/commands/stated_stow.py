@@ -30,9 +30,9 @@ def item_in_tote(scene: Scene, item: str, option: str, how: str = "") -> PlacedI
 
     places = sorted({placed.location for placed in scene.items if item in (placed.id, placed.item.name)})
     if places and TOTE not in places:
-        told = f"{option}: {item} is in {' and '.join(places)}, not in the tote"
+        fault = f"{option}: {item} is in {' and '.join(places)}, not in the tote"
         how = how or f"--pick {places[0]}:{item}"
-        raise InputError(f"{told}; {how} picks it from there")
+        raise InputError(f"{fault}; {how} picks it from there")
     return scene.find(item, TOTE)
 
 

@@ -39,14 +39,14 @@ def motions_between(
 
     cell = None if cell_name is None else open_cell(cell_name, arms)
     found = {load: read_motion(path, MotionKey(start, goal, load), cell) for load in PayloadClass}
-    told = {str(load): _values(motion) for load, motion in found.items() if motion is not None}
-    if not told:
+    values = {str(load): _values(motion) for load, motion in found.items() if motion is not None}
+    if not values:
         ends = f"{shortened(start)!r} and {shortened(goal)!r}"
         raise InputError(
             f"{path}: contains no motion between {ends}; without --motion, --all lists what is missing "
             "and why, and apc inspect CELL the names of configurations"
         )
-    return {"format": "trajectory database", "start": start, "goal": goal, "motions": told}
+    return {"format": "trajectory database", "start": start, "goal": goal, "motions": values}
 
 
 def _values(motion: CoarseMotion) -> dict[str, Any]:
@@ -71,18 +71,18 @@ def _values(motion: CoarseMotion) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def motion_text(told: Mapping[str, Any]) -> str:
+def motion_text(values: Mapping[str, Any]) -> str:
     """Describe a stored motion in a sentence.
 
     Args:
-        told: Its JSON values from ``motions_between``.
+        values: Its JSON values from ``motions_between``.
 
     Returns:
         The sentence.
     """
-    why = f" ({told['why_nominal']})" if told["why_nominal"] else ""
+    why = f" ({values['why_nominal']})" if values["why_nominal"] else ""
     return (
-        f"{told['duration_s']:.3f} s, {told['lower_bound_s']:.3f} s at least; "
-        f"{len(told['waypoints'])} waypoints, {len(told['points'])} timed points; "
-        f"tool {told['tool_state']}, {told['clearance_mm']:.0f} mm clear, pod {told['pod_poses']}{why}"
+        f"{values['duration_s']:.3f} s, {values['lower_bound_s']:.3f} s at least; "
+        f"{len(values['waypoints'])} waypoints, {len(values['points'])} timed points; "
+        f"tool {values['tool_state']}, {values['clearance_mm']:.0f} mm clear, pod {values['pod_poses']}{why}"
     )

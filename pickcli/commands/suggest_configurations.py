@@ -76,14 +76,14 @@ def command(
     if output is not None:
         write_text(output, entry, overwrite)
     if as_json:
-        asked = {
+        request = {
             "cell_fingerprint": cell.fingerprint,
             "bin": bin_name,
             "tool_state": state.name,
             "poses": poses,
         }
         written = {"yaml": entry, "path": None if output is None else str(output)}
-        emit_json({**asked, "seed": seed, **_summary(now, found), **written})
+        emit_json({**request, "seed": seed, **_summary(now, found), **written})
     else:
         click.echo("\n".join([*_table(now, found), _how_to_adopt(bin_name, entry)]), nl=False)
 

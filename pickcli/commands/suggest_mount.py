@@ -89,9 +89,9 @@ def command(
     with stage("ranking"), progress("judging base poses") as report:
         found = ranking.suggest(grid, count, report)
     if as_json:
-        asked = {"cell_fingerprint": cell.fingerprint, "tool_state": state.name, "poses": poses}
+        request = {"cell_fingerprint": cell.fingerprint, "tool_state": state.name, "poses": poses}
         ranked = {"now": _values(now), "suggestions": [_values(each) for each in found]}
-        emit_json({**asked, "seed": seed, **ranked, "yaml": _line(found[0])})
+        emit_json({**request, "seed": seed, **ranked, "yaml": _line(found[0])})
     else:
         adopt = ["best base pose, for robot in the cell file:", _line(found[0])]
         click.echo("\n".join([*_table(now, found), *adopt]))
@@ -109,8 +109,8 @@ def _grid(cell: Cell, bounds: dict[str, Bounds | None], steps: Sequence[int]) ->
     for axis in AXES:
         low, high = bounds[axis] or (now[axis] - HALF_WIDTHS[axis], now[axis] + HALF_WIDTHS[axis])
         if not -FARTHEST <= low <= high <= FARTHEST:
-            told = f"expected two numbers within {FARTHEST:g} of 0, the lower first"
-            raise InputError(f"--{axis}: {told}, got {low:g} {high:g}")
+            fault = f"expected two numbers within {FARTHEST:g} of 0, the lower first"
+            raise InputError(f"--{axis}: {fault}, got {low:g} {high:g}")
         if axis == "yaw" and max(-low, high) > FULL_TURN:
             raise InputError(f"--yaw: expected angles within {FULL_TURN} rad, got {low:g} {high:g}; {IN_RAD}")
         chosen[axis] = (low, high)

@@ -29,10 +29,10 @@ def in_words(summary: dict[str, Any]) -> dict[str, Any]:
     if "supports" not in summary:
         return summary
     lines = []
-    for name, told in summary["supports"].items():
-        others = [other for other in told["rests_on"] if other in summary["supports"]]
-        parts = {"rests on": others, "without it fall": told["without_it_fall"]}
-        parts["without it may roll"] = told["without_it_may_roll"]
+    for name, support in summary["supports"].items():
+        others = [other for other in support["rests_on"] if other in summary["supports"]]
+        parts = {"rests on": others, "without it fall": support["without_it_fall"]}
+        parts["without it may roll"] = support["without_it_may_roll"]
         phrases = [f"{what} {', '.join(names)}" for what, names in parts.items() if names]
         lines += [f"{name}: {'; '.join(phrases)}"] if phrases else []
     return {**summary, "supports": lines or ["no item rests on another item"]}
@@ -78,12 +78,12 @@ def _shortened(value: Any) -> Any:
 
 def _provenance_lines(made: Mapping[str, Any]) -> list[str]:
     """Format versions and settings of a stored file, each in a line."""
-    told = []
+    lines = []
     for key in ("by", "settings"):
         values = made.get(key)
         if isinstance(values, dict):
-            told.append(", ".join(f"{name} {value}" for name, value in values.items()))
-    return told
+            lines.append(", ".join(f"{name} {value}" for name, value in values.items()))
+    return lines
 
 
 def _plan_in_words(summary: dict[str, Any]) -> dict[str, Any]:

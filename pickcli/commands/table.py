@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 FILE_WIDTH = 100  # columns of output that does not go to a terminal, unless COLUMNS is set
 
 
-def told_width() -> int | None:
+def known_width() -> int | None:
     """Return the width of stdout, if known.
 
     Returns:
         Columns of the terminal, else the value of COLUMNS; None if neither is known.
     """
-    is_told = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdecimal()
-    return get_terminal_size().columns if is_told else None
+    is_known = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdecimal()
+    return get_terminal_size().columns if is_known else None
 
 
 def stdout_width() -> int:
@@ -30,7 +30,7 @@ def stdout_width() -> int:
     Returns:
         Columns of stdout; those of a file if unknown.
     """
-    return told_width() or FILE_WIDTH
+    return known_width() or FILE_WIDTH
 
 
 def stdout_console() -> Console:

@@ -30,8 +30,8 @@ def print_rows(console: Console, rows: Sequence[Row]) -> None:
     if not is_wide:
         for row in rows:
             if row.reason:
-                told = f"{row.bin} {row.item}: {row.reason}"
-                console.print(told, markup=False, highlight=False, soft_wrap=not console.is_terminal)
+                line = f"{row.bin} {row.item}: {row.reason}"
+                console.print(line, markup=False, highlight=False, soft_wrap=not console.is_terminal)
 
 
 def _table(rows: Sequence[Row], has_reasons: bool) -> Table:

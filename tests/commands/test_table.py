@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pickcli.commands.report import DIGEST, key_lines
-from pickcli.commands.table import stdout_width, table_lines, told_width
+from pickcli.commands.table import known_width, stdout_width, table_lines
 from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from support.command_line import apc
@@ -97,9 +97,9 @@ def test_inspect_of_a_cell_fits_a_narrow_terminal(width: int, monkeypatch: pytes
 
 def test_a_pipe_has_the_width_that_columns_says(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
-    assert (stdout_width(), told_width()) == (100, None)
+    assert (stdout_width(), known_width()) == (100, None)
     assert max(map(len, apc("inspect", "apc2016_delft").out.splitlines())) <= 100
     monkeypatch.setenv("COLUMNS", "60")
-    assert stdout_width() == told_width() == 60
+    assert stdout_width() == known_width() == 60
     rows = [["a" * 70, "b" * 70]]
     assert table_lines(("x", "y"), rows)[1].split() == rows[0]  # a row is a line, however long
