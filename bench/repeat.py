@@ -34,7 +34,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.progress import Progress
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
-from pickcli.trial.simulated_cell import ArmPlanner, SimulatedArena, interfaces_of
+from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.trial_record import record_text, trial_record
 
 FRAGMENTS, KEPT = 50_000, 15_000  # blocks of the size of the engine's own, allocated first, then left
@@ -76,7 +76,7 @@ def play(seed: int, time_limit: float | None, takes_pictures: bool, is_bare: boo
 
     look(Progress(0, 0))
     result = run_trial(
-        order, interfaces_of([ArmPlanner(warm)], arena), TrialSettings(seed, time_limit=time_limit), look
+        order, interfaces_of([TrialArm(warm)], arena), TrialSettings(seed, time_limit=time_limit), look
     )
     record = trial_record(result, order.kind, 0.0)
     del record["statistics"]

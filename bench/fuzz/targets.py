@@ -258,11 +258,11 @@ def _trial_texts(of: Sound, order: Order) -> tuple[bytes, bytes]:
     from pickcli.simulation.motion_recorder import MotionRecorder
     from pickcli.trial.attempt_runner import TrialSettings
     from pickcli.trial.loop import run_trial
-    from pickcli.trial.simulated_cell import ArmPlanner, SimulatedArena, interfaces_of
+    from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 
     recorder = MotionRecorder()
     arena = SimulatedArena(of.scene, recorder=recorder)
-    planner = ArmPlanner(PlanningContext(of.cell, None, None))
+    planner = TrialArm(PlanningContext(of.cell, None, None))
     result = run_trial(order, interfaces_of([planner], arena), TrialSettings(0, PoseNoise()))
     arena.close()
     record = trial_record(result, "order.json", 0.0)

@@ -35,7 +35,7 @@ from pickcli.commands.planner import (
     CONFIGURATION_HELP,
     artifact_options,
     certified,
-    load_planner,
+    load_context,
     trusted,
 )
 from pickcli.commands.progress_bar import progress
@@ -134,7 +134,7 @@ def command(
         scene = scene_or_empty(scene_path, cell_name, arms)
         refuse_held(scene, scene_path)
         request = _QueryRequest(given, start, reality, video, overwrite, seed, as_json)
-        _answer(request, scene, lambda: load_planner(scene.cell, roadmap, trajectories))
+        _answer(request, scene, lambda: load_context(scene.cell, roadmap, trajectories))
         return
     plan = read_plan(plan_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
@@ -150,8 +150,8 @@ def command(
     driver = connected(driver_name, connect, DriverRequest(scene, q, tool_state, reality, seed))
     with closing(driver if driver_name == SIMULATED else GuardedDriver(driver_name, driver)) as driver:
         if bridge and _is_away(plan, driver.q, scene.cell.robot.limits):
-            planner = load_planner(scene.cell, roadmap, trajectories)
-            plans.insert(0, _bridge(planner, believed, plan, driver.q, tool_state, seed))
+            context = load_context(scene.cell, roadmap, trajectories)
+            plans.insert(0, _bridge(context, believed, plan, driver.q, tool_state, seed))
         film = _film(video, scene.cell, plans)
         world = cast("World", driver) if driver_name == SIMULATED else None
         with stage("simulation" if world else "execution"):
@@ -303,14 +303,14 @@ def _is_away(plan: Plan, q: Array, limits: Limits) -> bool:
 
 
 def _bridge(
-    planner: PlanningContext, believed: Scene, plan: Plan, q: Array, tool_state: ToolState, seed: int
+    context: PlanningContext, believed: Scene, plan: Plan, q: Array, tool_state: ToolState, seed: int
 ) -> Plan:  # fmt: skip
     """Plan a certified move from the robot's configuration to the plan's first point."""
     from pickcli.planning.move import plan_move
     from pickcli.planning.start_state import Start
 
     goal = plan.trajectory.positions[0]
-    bridge = plan_move(planner, believed, Start(q, tool_state), goal, seed, label="bridge to the first point")
+    bridge = plan_move(context, believed, Start(q, tool_state), goal, seed, label="bridge to the first point")
     return certified(bridge, believed, "try another --seed")
 
 

@@ -40,14 +40,14 @@ def learn_option(function: F) -> F:
 
 @contextmanager
 def experience_session(
-    planner: PlanningContext, roadmap: Path | None, trajectories: Path | None, is_on: bool
+    context: PlanningContext, roadmap: Path | None, trajectories: Path | None, is_on: bool
 ) -> Iterator[ExperienceSession]:
-    """Add stored experience to a planner, and store new experience at the end, also if no plan is found.
+    """Add stored experience to a planning context, and store new experience at the end, also if no plan is found.
 
     The command's output should be written before that end: learning takes time, and may fail.
 
     Args:
-        planner: The planner as loaded.
+        context: The context as loaded.
         roadmap: The roadmap named on the command line, if any; learned edges are stored beside it, or beside
             the one in the cache.
         trajectories: The trajectory database named on the command line, if any; learned motions are stored
@@ -55,12 +55,12 @@ def experience_session(
         is_on: Whether experience is used and stored.
 
     Yields:
-        The session, with the planner to be used.
+        The session, with the context to be used.
 
     Raises:
         InputError: At once if nothing can be stored; at the end as raised by ``ExperienceFiles``.
     """
-    session = ExperienceSession.of(planner, roadmap, trajectories) if is_on else ExperienceSession(planner)
+    session = ExperienceSession.of(context, roadmap, trajectories) if is_on else ExperienceSession(context)
     try:
         yield session
     except NoPlanError:
@@ -73,34 +73,34 @@ class ExperienceSession:
     """Experience of one command.
 
     Args:
-        planner: The planner to be used, with stored experience.
+        context: The context to be used, with stored experience.
         learner: The files of the experience; None to store none.
         recorder: Recorder of new experience; None to store none.
 
     Attributes:
-        planner: The planner to be used, with stored experience.
+        context: The context to be used, with stored experience.
         recorder: Recorder to be passed to every query; None to store none.
     """
 
     def __init__(
         self,
-        planner: PlanningContext,
+        context: PlanningContext,
         learner: ExperienceFiles | None = None,
         recorder: ExperienceRecorder | None = None,
     ) -> None:
         """Start a session; without a learner, it stores nothing."""
-        self.planner, self._learner, self.recorder = planner, learner, recorder
+        self.context, self._learner, self.recorder = context, learner, recorder
         self._edges = self._unproven = 0
         self._failed: ApcError | None = None
 
     @classmethod
     def of(
-        cls, planner: PlanningContext, roadmap: Path | None, trajectories: Path | None
+        cls, context: PlanningContext, roadmap: Path | None, trajectories: Path | None
     ) -> ExperienceSession:
         """Start a session with files beside the roadmap and the trajectory database.
 
         Args:
-            planner: The planner as loaded.
+            context: The context as loaded.
             roadmap: The named roadmap; None for the one in the cache.
             trajectories: The named trajectory database; None for the one in the cache.
 
@@ -115,14 +115,14 @@ class ExperienceSession:
         from pickcli.roadmap.merge_edges import with_polylines
         from pickcli.roadmap.query_experience import ExperienceRecorder
 
-        default = default_paths(planner.cell)
+        default = default_paths(context.cell)
         beside = roadmap or default.roadmap, trajectories or default.trajectories
-        learner = ExperienceFiles.beside(planner.cell, *beside)
+        learner = ExperienceFiles.beside(context.cell, *beside)
         for path in (learner.roadmap, learner.trajectories):
             folder = next(folder for folder in path.parents if folder.exists())
             refuse_unwritable(folder, path, "--roadmap and --trajectories")
-        known = with_polylines(planner.roadmap, learner.edges())
-        learning = replace(planner, stored=known, learned=learner.motions())
+        known = with_polylines(context.roadmap, learner.edges())
+        learning = replace(context, stored=known, learned=learner.motions())
         return cls(learning, learner, ExperienceRecorder())
 
     def keep_edges(self) -> None:
@@ -158,9 +158,9 @@ class ExperienceSession:
 
     def _learn_motions(self, learner: ExperienceFiles) -> int:
         """Make the motions between named configurations that were missing; return their number."""
-        planner = self.planner
+        context = self.context
         queried = () if self.recorder is None else self.recorder.recorded
-        missed = learner.missed(queried, planner.database, planner.learned)
+        missed = learner.missed(queried, context.database, context.learned)
         motions = 0
         if missed:
             with progress("learning motions") as report:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from pickcli.commands.arm_options import preferences_of, seen_by_others
 from pickcli.commands.configuration_option import parse_configuration
+from pickcli.commands.planner import load_context, timed_certifier
 from pickcli.commands.experience_session import experience_session
 from pickcli.commands.logs import stage
-from pickcli.commands.planner import load_planner, timed_certifier
 
 if TYPE_CHECKING:
     from pickcli.commands.plan_options import PlanOptions
@@ -62,14 +62,14 @@ def _plan_with(
     q, tool_state = parse_configuration(scene.cell, options.start)
     roadmap, trajectories = options.roadmap, options.trajectories
     with stage("reading of roadmap and trajectories"):
-        planner = load_planner(scene.cell, roadmap, trajectories)
+        context = load_context(scene.cell, roadmap, trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     refuse_standing(scene, begin)
-    with experience_session(planner, roadmap, trajectories, options.learn) as session:
+    with experience_session(context, roadmap, trajectories, options.learn) as session:
 
         def plan_in(scene: Scene, query: PickQuery) -> Plan:
             certify = None if options.no_verify else timed_certifier(scene)
-            return plan_pick(session.planner, scene, query, begin, options.seed, session.recorder, certify)
+            return plan_pick(session.context, scene, query, begin, options.seed, session.recorder, certify)
 
         try:
             plan = plan_in(scene, query)

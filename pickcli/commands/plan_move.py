@@ -6,10 +6,10 @@ import click
 
 from pickcli.commands.command import Command
 from pickcli.commands.configuration_option import parse_configuration
+from pickcli.commands.planner import CONFIGURATION, CONFIGURATION_HELP, load_context
 from pickcli.commands.experience_session import experience_session
 from pickcli.commands.logs import stage
 from pickcli.commands.plan_options import PlanOptions, plan_options
-from pickcli.commands.planner import CONFIGURATION, CONFIGURATION_HELP, load_planner
 from pickcli.commands.scene_options import scene_or_cell_options
 
 
@@ -39,11 +39,11 @@ def command(goal: str, options: PlanOptions) -> None:
     q_goal, _ = parse_configuration(scene.cell, goal)
     roadmap, trajectories = options.roadmap, options.trajectories
     with stage("reading of roadmap and trajectories"):
-        planner = load_planner(scene.cell, roadmap, trajectories)
+        context = load_context(scene.cell, roadmap, trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     refuse_standing(scene, begin)
     label = f"move from {options.start} to {goal}"
-    with experience_session(planner, roadmap, trajectories, options.learn) as session:
+    with experience_session(context, roadmap, trajectories, options.learn) as session:
         with stage("planning"):
-            plan = plan_move(session.planner, scene, begin, q_goal, options.seed, label, session.recorder)
+            plan = plan_move(session.context, scene, begin, q_goal, options.seed, label, session.recorder)
         options.deliver(plan, scene)

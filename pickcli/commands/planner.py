@@ -99,14 +99,14 @@ def tool_state_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
-def load_planner(
+def load_context(
     cell: Cell,
     roadmap: Path | None,
     trajectories: Path | None,
     build_missing: bool = False,
     jobs: int | None = None,
 ) -> PlanningContext:
-    """Load a planner with the named artifacts, or those in the cache if they are built.
+    """Load the planning context with the named artifacts, or those in the cache if they are built.
 
     Args:
         cell: The cell.
@@ -117,7 +117,7 @@ def load_planner(
         jobs: Number of parallel processes of the build; None for one per core.
 
     Returns:
-        The planner.
+        The context.
 
     Raises:
         InputError: A named file is missing.

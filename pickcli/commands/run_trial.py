@@ -23,7 +23,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import stdout_console
-from pickcli.commands.trial_options import TrialOptions, planner_of, trial_options
+from pickcli.commands.trial_options import TrialOptions, trial_arm, trial_options
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
@@ -89,14 +89,14 @@ def command(
             stack.enter_context(experience_session(context, options.roadmap, options.trajectories, learn))
             for context in contexts
         ]
-        planners = [planner_of(workcell, session.planner, session.recorder) for session in sessions]
+        trial_arms = [trial_arm(workcell, session.context, session.recorder) for session in sessions]
 
         def keep_edges() -> None:
             for session in sessions:
                 session.keep_edges()
 
         with stage("trial"), progress("playing") as report:
-            played = play_trial(request, scene, planners, report, keep_edges)
+            played = play_trial(request, scene, trial_arms, report, keep_edges)
         result = played.result
         if as_json:  # before files are written, which may fail
             emit_json(played.record)

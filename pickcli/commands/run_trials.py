@@ -18,7 +18,7 @@ from pickcli.commands.options import (
     json_option,
     refuse_reading,
 )
-from pickcli.commands.trial_options import TrialOptions, planner_of, trial_options
+from pickcli.commands.trial_options import TrialOptions, trial_arm, trial_options
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def command(
     stored = [path for each in cells for path in _stored_files(each, options.roadmap, options.trajectories)]
     job = TrialJob(
         orders, {path.stem: path.name for path in order_paths},
-        tuple(planner_of(workcell, context) for context in contexts), options.conditions(reality),
+        tuple(trial_arm(workcell, context) for context in contexts), options.conditions(reality),
         _digest([*files, *stored, *_cell_files(options.cell_name, options.items_path)]), sources_digest(),
     )  # fmt: skip
     report = _play(job, seeds, output, overwrite, (options.jobs, scheduler, as_json))
@@ -192,7 +192,7 @@ def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
     """Return the parameters of the trials, for trials.json."""
     import math
 
-    cell, noise = job.planners[0].context.cell, job.conditions.noise
+    cell, noise = job.arms[0].context.cell, job.conditions.noise
     return {
         "orders": list(job.order_files.values()),
         "seeds": list(seeds),

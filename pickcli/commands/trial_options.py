@@ -13,7 +13,7 @@ import click
 from pickcli.commands.arm_options import arm_option
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.options import cell_option, items_option, passed_as, reality_option, stow_rule_option
-from pickcli.commands.planner import artifact_options, load_planner
+from pickcli.commands.planner import artifact_options, load_context
 from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.errors import InputError
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import Reality
     from pickcli.trial.played_trial import TrialConditions
-    from pickcli.trial.simulated_cell import ArmPlanner
+    from pickcli.trial.simulated_cell import TrialArm
 
 F = TypeVar("F", bound=Callable[..., Any])
 MAX_NOISE = (50.0, 45.0)  # mm, degrees: larger errors make poses meaningless
@@ -139,16 +139,16 @@ class TrialOptions:
         return cells
 
     def planning_contexts(self, cells: Sequence[Cell]) -> list[PlanningContext]:
-        """Load the planner of each arm; missing artifacts are built in the cache.
+        """Load the planning context of each arm; missing artifacts are built in the cache.
 
         Args:
             cells: The cell as seen by each arm that plays.
 
         Returns:
-            The planners, in the same order.
+            The contexts, in the same order.
         """
         named = self.roadmap, self.trajectories
-        return [load_planner(cell, *named, build_missing=True, jobs=self.jobs) for cell in cells]
+        return [load_context(cell, *named, build_missing=True, jobs=self.jobs) for cell in cells]
 
     def conditions(self, reality: Reality) -> TrialConditions:
         """Return the conditions of the trials.
@@ -184,10 +184,10 @@ def trial_options(function: F) -> F:
     return function
 
 
-def planner_of(
+def trial_arm(
     workcell: Workcell, context: PlanningContext, recorder: ExperienceRecorder | None = None
-) -> ArmPlanner:
-    """Make the planner for one arm of a cell.
+) -> TrialArm:
+    """Combine what one arm of a cell plays a trial with.
 
     Args:
         workcell: The cell with all its arms.
@@ -195,9 +195,9 @@ def planner_of(
         recorder: Records experience of its queries; None discards it.
 
     Returns:
-        The planner.
+        The arm.
     """
-    from pickcli.trial.simulated_cell import ArmPlanner
+    from pickcli.trial.simulated_cell import TrialArm
 
     arm = context.cell.arm
-    return ArmPlanner(context, recorder, workcell.parked.get(arm), workcell.preferences.get(arm, 0))
+    return TrialArm(context, recorder, workcell.parked.get(arm), workcell.preferences.get(arm, 0))

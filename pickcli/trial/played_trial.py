@@ -21,7 +21,7 @@ from pickcli.trial.motion_record import motion_values
 from pickcli.trial.order import Order
 from pickcli.trial.pod_shift import standing
 from pickcli.trial.pose_noise import DEFAULT_NOISE
-from pickcli.trial.simulated_cell import ArmPlanner, SimulatedArena, interfaces_of
+from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.stow_assignment import StowRule
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import TrialResult
@@ -104,7 +104,7 @@ def stowed_scene(request: TrialRequest, cell: Cell, on_progress: ProgressObserve
 def play_trial(
     request: TrialRequest,
     scene: Scene,
-    planners: Sequence[ArmPlanner],
+    arms: Sequence[TrialArm],
     on_progress: ProgressObserver = nobody,
     after_attempt: Callable[[], None] = lambda: None,
 ) -> PlayedTrial:
@@ -113,20 +113,20 @@ def play_trial(
     Args:
         request: The trial.
         scene: The true scene, from ``stowed_scene``.
-        planners: Planners of all arms, that of the arm that moves first in front.
+        arms: All arms, that of the arm that moves first in front.
         on_progress: Called with the number of finished targets.
         after_attempt: Called after every attempt.
 
     Returns:
         The trial.
     """
-    first, conditions, seed = planners[0], request.conditions, request.seed
+    first, conditions, seed = arms[0], request.conditions, request.seed
     _, reality = standing(conditions.pod_shift, conditions.reality, first.context.cell, seed)
-    recorder = MotionRecorder() if len(planners) == 1 else None  # the recorder supports a single arm
+    recorder = MotionRecorder() if len(arms) == 1 else None  # the recorder supports a single arm
     with closing(SimulatedArena(scene, reality, seed, first.parked, recorder)) as arena:
         before, began = arena.picture(), time.perf_counter()
         settings = TrialSettings(seed, conditions.noise, reality, stow_rule=conditions.stow_rule)
-        interfaces = interfaces_of(planners, arena)
+        interfaces = interfaces_of(arms, arena)
         result = run_trial(request.order, interfaces, settings, on_progress, after_attempt)
         record = trial_record(result, request.order_name, time.perf_counter() - began)
         pictures = {"before": before, "after": arena.picture()}

@@ -52,8 +52,8 @@ FALLING_SPEED = 0.2  # m/s
 
 
 @dataclass(frozen=True, eq=False)
-class ArmPlanner:
-    """Planner of one arm.
+class TrialArm:
+    """An arm that plays in a trial, with what its plans are made from.
 
     Attributes:
         context: Planning context: the cell as seen by the arm, with its stored motions.
@@ -238,17 +238,17 @@ class SimulatedArena:
         return overview(self._world.engine, self.now())
 
 
-def interfaces_of(planners: Iterable[ArmPlanner], arena: SimulatedArena) -> TrialInterfaces:
-    """Combine the real interfaces: planners, the independent verifier, and the simulated arena.
+def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInterfaces:
+    """Combine the real interfaces: planner, independent verifier, and the simulated arena.
 
     Args:
-        planners: Planners of all arms.
+        arms: All arms.
         arena: The simulated cell.
 
     Returns:
         The interfaces.
     """
-    by_arm = {planner.context.cell.arm: planner for planner in planners}
+    by_arm = {arm.context.cell.arm: arm for arm in arms}
 
     def plan(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         own = by_arm[scene.cell.arm]

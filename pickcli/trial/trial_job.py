@@ -15,7 +15,7 @@ from pickcli.jobs.job import Key, sources_digest
 from pickcli.jobs.job_result import JobResult
 from pickcli.trial.order import Order
 from pickcli.trial.played_trial import TrialConditions, TrialRequest, play_trial, stowed_scene
-from pickcli.trial.simulated_cell import ArmPlanner
+from pickcli.trial.simulated_cell import TrialArm
 from pickcli.trial.trial_folder import write_folder
 
 NOT_STOWED = "cannot be stowed"
@@ -31,7 +31,7 @@ class TrialJob:
     Attributes:
         orders: By name.
         order_files: File names of the orders, by name.
-        planners: Planners of all arms, that of the arm that moves first in front.
+        arms: All arms, that of the arm that moves first in front.
         conditions: Conditions of the trials.
         read: Digest of the files of cell, items, orders and stored motions.
         sources: Digest of the program.
@@ -39,7 +39,7 @@ class TrialJob:
 
     orders: Mapping[str, Order]
     order_files: Mapping[str, str]
-    planners: tuple[ArmPlanner, ...]
+    arms: tuple[TrialArm, ...]
     conditions: TrialConditions
     read: str
     sources: str
@@ -47,7 +47,7 @@ class TrialJob:
     @property
     def inputs(self) -> str:
         """SHA-256 over everything that trials depend on besides the key."""
-        cells = [planner.context.cell.fingerprint for planner in self.planners]
+        cells = [arm.context.cell.fingerprint for arm in self.arms]
         return digest(["trial", cells, repr(self.conditions), self.read, self.sources])
 
     def keys(self, seeds: Sequence[int]) -> list[Key]:
@@ -89,10 +89,10 @@ class TrialJob:
         name, seed = key
         request = TrialRequest(self.orders[name], self.order_files[name], self.conditions, int(seed))
         try:
-            scene = stowed_scene(request, self.planners[0].context.cell)
+            scene = stowed_scene(request, self.arms[0].context.cell)
         except InputError as error:
             return JobResult(reason=Reason(NOT_STOWED, name, str(error)))
-        played = play_trial(request, scene, self.planners)
+        played = play_trial(request, scene, self.arms)
         with tempfile.TemporaryDirectory() as folder:
             paths = write_folder(Path(folder), played.result, played.record, played.pictures, played.motion)
             files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
@@ -100,9 +100,9 @@ class TrialJob:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without caches, which belong to this process.
-        planners = tuple(replace(planner, context=replace(planner.context)) for planner in self.planners)
+        arms = tuple(replace(arm, context=replace(arm.context)) for arm in self.arms)
         return TrialJob, (
-            self.orders, self.order_files, planners, self.conditions, self.read, self.sources,
+            self.orders, self.order_files, arms, self.conditions, self.read, self.sources,
         )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.recovery_levels import HOME_LEVELS, LET_GO
-from pickcli.trial.simulated_cell import ArmPlanner, SimulatedArena, interfaces_of
+from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.trial_result import Outcome, TrialResult
 from support.order_builders import pick_order
 
@@ -96,7 +96,7 @@ def with_box(arena: SimulatedArena, lower: tuple[float, float, float]) -> Simula
 
 def play(planner: PlanningContext, arena: SimulatedArena) -> TrialResult:
     settings = TrialSettings(seed=1, reality=REALITY, time_limit=TIME)
-    return run_trial(ORDER, interfaces_of([ArmPlanner(planner)], arena), settings)
+    return run_trial(ORDER, interfaces_of([TrialArm(planner)], arena), settings)
 
 
 def check_plausible(result: TrialResult) -> None:
