@@ -20,7 +20,6 @@ MIRRORED = {
     "export": "the command and the room of the formats",
     "make_order": "the command and the function that it calls",
     "make_scene": "the command and the function that it calls",
-    "planner": "what the commands that plan share, and what scripts call",
     "pod_shift": "the command's options and what they ask for",
     "verify": "the command and the function that it calls",
 }

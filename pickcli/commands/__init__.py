@@ -14,7 +14,7 @@ Read in this order:
   --debug.
 - Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow
   and --move.
-- Functions that commands share: `planner`, `pick_request` and `experience_session` for
+- Functions that commands share: `plan_steps`, `pick_request` and `experience_session` for
   queries, `building` for builds, `progress_bar`.
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
   inspect`, `checked_texts` for `apc check`, `execution_report` and `trial_table` for executions.

@@ -14,7 +14,7 @@ from pickcli.commands.configuration_option import stand
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
-from pickcli.commands.planner import trusted
+from pickcli.commands.plan_steps import trusted
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
 from pickcli.simulation.installed_drivers import driver_factory
 

@@ -30,7 +30,7 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
-from pickcli.commands.planner import (
+from pickcli.commands.plan_steps import (
     CONFIGURATION,
     CONFIGURATION_HELP,
     artifact_options,

@@ -42,7 +42,7 @@ def learn_option(function: F) -> F:
 def experience_session(
     context: PlanningContext, roadmap: Path | None, trajectories: Path | None, is_on: bool
 ) -> Iterator[ExperienceSession]:
-    """Add stored experience to a planning context, and store new experience at the end, also if no plan is found.
+    """Add stored experience to a planning context, and store new experience at the end, even without a plan.
 
     The command's output should be written before that end: learning takes time, and may fail.
 

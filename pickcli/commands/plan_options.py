@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.experience_session import learn_option
 from pickcli.commands.options import json_option, output_option, passed_as, refuse_output, seed_option
-from pickcli.commands.planner import artifact_options, deliver, start_option, verify_option
+from pickcli.commands.plan_steps import artifact_options, deliver, start_option, verify_option
 from pickcli.commands.scene_options import refuse_held, scene_or_empty
 
 if TYPE_CHECKING:

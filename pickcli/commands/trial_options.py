@@ -1,4 +1,4 @@
-"""Shared by the commands that play trials: their options as one value, and the planner of an arm."""
+"""Shared by the commands that play trials: their options as one value, and the arms that play."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import click
 from pickcli.commands.arm_options import arm_option
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.options import cell_option, items_option, passed_as, reality_option, stow_rule_option
-from pickcli.commands.planner import artifact_options, load_context
+from pickcli.commands.plan_steps import artifact_options, load_context
 from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.errors import InputError
 

@@ -1,4 +1,4 @@
-"""Shared by the planning commands: artifacts, configurations from the command line, the certificate."""
+"""Steps that the planning commands share: artifacts, configurations by name or figures, the certificate."""
 
 from __future__ import annotations
 
