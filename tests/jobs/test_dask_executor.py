@@ -152,7 +152,7 @@ def test_a_scheduler_or_all_workers_that_go_away_are_one_error(empty: DaskCluste
         running = DaskExecutor(empty.address, SHORT).run(Toy(), forever)
         next(running)
         empty.kill(gone)
-        with pytest.raises(InputError, match=rf"{told}; start .*; what is finished is kept"):
+        with pytest.raises(InputError, match=rf"{told}; start .*; finished tasks are kept"):
             list(running)
 
 

@@ -111,7 +111,7 @@ def test_inspect_says_no_more_of_a_certificate_than_it_knows(
     certificate = verify(plan, scene).certificate
     assert certificate is not None
     forged = replace(broken, certificate=replace(certificate, motion_hash=motion_hash(broken)))
-    for each, said in ((plan, "none"), (forged, "apc verify says if it is true")):
+    for each, said in ((plan, "none"), (forged, "its seal matches the plan")):
         write_plan(each, files[0])
         assert run(monkeypatch, "inspect", files[0]) == 0
         assert said in capsys.readouterr().out
