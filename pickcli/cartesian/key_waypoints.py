@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from pickcli.cartesian.line import shifted
 from pickcli.geometry import Array
 
@@ -36,7 +34,7 @@ class PickPoses:
 
 def pick_poses(
     T_world_entry: Array, T_world_item: Array, T_item_tip: Array, offset: float, overtravel: float,
-    aside: tuple[float, float] = (0.0, 0.0), slow: float = CONTACT_DISTANCE,
+    slow: float = CONTACT_DISTANCE,
 ) -> PickPoses:  # fmt: skip
     """Compute the tool poses up to contact.
 
@@ -47,7 +45,6 @@ def pick_poses(
         offset: m of approach along the tool axis.
         overtravel: m by which the cup is pressed beyond the surface, so that it meets an item that is farther
             away than its pose states.
-        aside: m along y and z of the entry, offset of the start of the pre-approach from the straight way in.
         slow: m of slow motion before the cup can meet the item; 0 for fingers, which meet it at rest.
 
     Returns:
@@ -58,7 +55,6 @@ def pick_poses(
     approach = shifted(surface, -offset * axis)
     inwards = T_world_entry[:3, 0]
     depth = float((approach[:3, 3] - T_world_entry[:3, 3]) @ inwards)
-    way_in = -max(0.0, depth + PREAPPROACH_DISTANCE) * inwards + T_world_entry[:3, 1:3] @ np.array(aside)
-    preapproach = shifted(approach, way_in)
+    preapproach = shifted(approach, -max(0.0, depth + PREAPPROACH_DISTANCE) * inwards)
     touch = shifted(surface, -min(offset, overtravel + slow) * axis)
     return PickPoses(preapproach, approach, touch, shifted(surface, overtravel * axis))

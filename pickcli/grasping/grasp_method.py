@@ -25,6 +25,7 @@ from pickcli.grasping.holding import Hold, HoldLimits
 from pickcli.grasping.search import Search
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import PoseNoise
 
 
 @dataclass(frozen=True)
@@ -63,14 +64,12 @@ class GraspModes:
         taking: For the empty tool at the item: a cup that is pressed on, fingers that close.
         lifting: With the item, in the first stretch of the lift.
         carrying: With the item after its last contact.
-        overtravel: m that the tool travels beyond the surface that it meets.
     """
 
     approaching: Mode
     taking: Mode
     lifting: Mode
     carrying: Mode
-    overtravel: float = 0.0
 
     def holding(self, attached: AttachedItem) -> GraspModes:
         """Attach the item to the modes.
@@ -179,6 +178,18 @@ class GraspMethod(ABC):
         Returns:
             m/s, at most the tool's contact speed; None if it tips the target at any useful speed.
         """
+
+    def overtravel(self, grasp: Grasp, noise: PoseNoise) -> float:
+        """Return how far the tool travels beyond the surface that it meets.
+
+        Args:
+            grasp: Grasp of the target.
+            noise: Bounds of the target's pose error.
+
+        Returns:
+            m along the tool's axis; 0 if the tool is not pressed on the item.
+        """
+        return 0.0
 
     @abstractmethod
     def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:

@@ -1,17 +1,15 @@
 """Decide whether an item that a cup presses on keeps its footing, or tips over.
 
 A cup from above must press within the item's support. A cup from the side may tip an item that is tall for
-its
-depth: the item turns about the edge of its footing on the far side. It returns, or is held leaning, as long
-    as
-its centre is not over that edge. An item that needs more force than its weight to tip slides instead; below
-that, sliding is neglected. Solids behind the item are not considered as supports.
+its depth: the item turns about the edge of its footing on the far side. It returns, or is held leaning, as
+long as its centre is not over that edge. An item that needs more force than its weight to tip slides instead;
+below that, sliding is neglected. Solids behind the item are not considered as supports.
 
 Let D be the travel of the cup beyond the face, k the stiffness of its bellows, W the weight, L the lever arm
 of the press and b that of the weight about the edge, z the height of the item's centre over it. The item
 begins to tip under the press f = W b / L, by which the bellows shorten by f / k, and comes to rest at an
-angle of (D - f / k) / (L - W z / (k L)), as long as that is small. Its centre is over the edge at atan(b /
-z).
+angle of (D - f / k) / (L - W z / (k L)), as long as that is small. Its centre is over the edge at
+atan(b / z).
 
 Before that, the cup throws it: bellows are springs, and a solid that they meet leaves them at up to twice
 their speed. The energy of that turn, and the energy left in the bellows, raises the centre further; so the
@@ -24,6 +22,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.tool import Tool
 from pickcli.collision.stage_contacts import PickContacts
@@ -39,6 +38,9 @@ MOST_FRICTION = 1.1  # of an item on its support: cardboard, plastic and cloth o
 SLOWEST = 0.05  # of the tool's contact speed: a grasp that throws the item over even at that is rejected
 NO_ARM = 1e-6  # m
 LENGTH_ROUNDING = 1e-6  # m, shorter edges are points
+_AROUND = np.array(
+    [(x, y, 0.0) for x in (-EDGE_TOLERANCE, EDGE_TOLERANCE) for y in (-EDGE_TOLERANCE, EDGE_TOLERANCE)]
+)
 
 
 def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | None:
@@ -68,6 +70,54 @@ def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | N
     speed = MOST_SPEED * press.throwing_speed
     is_tipped = press.tilt > MAX_TILT_SHARE * press.balance or speed < SLOWEST * fastest
     return None if is_tipped else min(fastest, speed)
+
+
+@dataclass(frozen=True, eq=False)
+class _Footing:
+    """Outline, seen from above, of the contacts that carry an item.
+
+    Attributes:
+        starts: (K, 3) m, start of each edge.
+        edges: (K, 3) m, from there to its end.
+        outwards: (K, 2) level unit normals, pointing out of the footing.
+        height: m, mean of the contacts.
+    """
+
+    starts: Array
+    edges: Array
+    outwards: Array
+    height: float
+
+    @classmethod
+    def of(cls, corners: Array) -> _Footing:
+        """Find the outline of corners (N, 3) m of contacts; without edges if they span no area."""
+        if len(corners) == 0:
+            return cls(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 2)), np.nan)
+        a, b = (corners[k] for k in np.nonzero(~np.eye(len(corners), dtype=bool)))
+        along = b - a
+        length = np.hypot(along[:, 0], along[:, 1])
+        a, along, length = (
+            a[length > LENGTH_ROUNDING],
+            along[length > LENGTH_ROUNDING],
+            length[length > LENGTH_ROUNDING, None],
+        )
+        ways = np.column_stack([along[:, 1], -along[:, 0]]) / length
+        beyond = (ways @ corners[:, :2].T - np.einsum("ni,ni->n", ways, a[:, :2])[:, None]).max(axis=1)
+        outer = beyond < LENGTH_ROUNDING
+        return cls(a[outer], along[outer], ways[outer], float(corners[:, 2].mean()))
+
+    def is_beside(self, points: Array) -> NDArray[np.bool_]:
+        """Whether points (N, 3) m are over no part of the footing, (N,)."""
+        if len(self.outwards) == 0:
+            return np.ones(len(points), dtype=bool)
+        beyond = points[:, None, :2] - self.starts[:, :2]
+        return np.asarray((np.einsum("nki,ki->nk", beyond, self.outwards) > 0.0).any(axis=1))
+
+    def nearest(self, point: Array) -> Array:
+        """Return the point (K, 3) m of each edge that is nearest to a point (3,) m, seen from above."""
+        along, beyond = self.edges[:, :2], point[:2] - self.starts[:, :2]
+        share = np.einsum("ni,ni->n", beyond, along) / np.einsum("ni,ni->n", along, along)
+        return np.asarray(self.starts + np.clip(share, 0.0, 1.0)[:, None] * self.edges)
 
 
 @dataclass(frozen=True)
@@ -117,42 +167,26 @@ class _Press:
 
 def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
     """Whether a cup from above presses outside of the target's support."""
-    target, supports = contacts.target, contacts.supports
-    tip = target.T_world_item @ grasp.T_item_tip
+    target, balance, footing = contacts.target, contacts.supports.balance, _stated_footing(contacts)
+    tip, centre = target.T_world_item @ grasp.T_item_tip, target.T_world_item[:3, 3]
     press = tool.cup.stiffness * overtravel(grasp, tool, contacts.scene.noise) * tip[:3, 2]
-    around = [
-        tip[:3, 3] + (x, y, 0.0)
-        for x in (-EDGE_TOLERANCE, EDGE_TOLERANCE)
-        for y in (-EDGE_TOLERANCE, EDGE_TOLERANCE)
-    ]
-    footing, centre = supports.balance.footing(target.id, is_sure=False), target.T_world_item[:3, 3]
-    stands, weight = not _is_beside(footing, centre), target.item.lightest * GRAVITY
-    met = [_met(footing, press, point) for point in around] if stands else []
-    if any(_is_beside(footing, (weight * centre - press[2] * at) / (weight - press[2])) for at in met):
-        return True  # even if a neighbour might hold it by friction
-    if all(supports.balance.stays_under(target.id, press, point) for point in around):
+    around, weight = tip[:3, 3] + _AROUND, target.item.lightest * GRAVITY
+    met = np.empty((0, 3))
+    if not footing.is_beside(centre[None])[0]:  # it stands by its weight
+        met = around - np.outer((around[:, 2] - footing.height) / press[2], press)
+        if footing.is_beside((weight * centre - press[2] * met) / (weight - press[2])).any():
+            return True  # even if a neighbour might hold it by friction
+    if all(balance.stays_under(target.id, press, point) for point in around):
         return False
-    if supports.balance.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3]):
-        return True
-    return any(_is_beside(footing, at) for at in met)
-
-
-def _met(footing: Array, press: Array, point: Array) -> Array:
-    """Return (3,) m where a press (3,) in N at a point (3,) m meets the height of a footing (N, 3) m."""
-    return np.asarray(point - press / press[2] * (point[2] - footing[:, 2].mean()))
-
-
-def _is_beside(footing: Array, point: Array) -> bool:
-    """Whether a point (3,) is over no part of a footing (N, 3)."""
-    edges, ways = _edges(footing, point) if len(footing) > 1 else (footing, np.empty((0, 2)))
-    return len(ways) == 0 or bool(np.any(np.einsum("ni,ni->n", (point - edges)[:, :2], ways) > 0.0))
+    return _stays_unpressed(contacts) or bool(footing.is_beside(met).any())
 
 
 def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     """Return the press, with the edge of the footing over which the least force tips; None if none tips."""
     target, noise = contacts.target, contacts.scene.noise
     T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip
-    edges, ways = _edges_of_footing(contacts)
+    footing = _least_footing(contacts)
+    edges, ways = footing.nearest(T[:3, 3]), footing.outwards
     to_centre, to_tip = T[:3, 3] - edges, tip[:3, 3] - edges
     inside = -np.einsum("ni,ni->n", to_centre[:, :2], ways)
     arms = to_tip[:, 2] * (ways @ tip[:2, 2]) - np.einsum("ni,ni->n", to_tip[:, :2], ways) * tip[2, 2]
@@ -171,38 +205,25 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     return _Press(b, z, float(arms[first]), balance, inertia, weight, press_depth, tool.cup.stiffness)
 
 
-@lru_cache(maxsize=8)  # by identity: asked for every grasp of a pick
-def _edges_of_footing(contacts: PickContacts) -> tuple[Array, Array]:
-    """Return the outer edges of the target's footing, as ``_edges`` does; none without a footing."""
-    target, statics = contacts.target, contacts.supports.balance
-    centre = target.T_world_item[:3, 3]
-    footing = statics.footing(target.id)
-    if _is_beside(footing, centre):  # outside of the certain footing: use that at the stated pose
-        footing = statics.footing(target.id, is_sure=False)
-    return _edges(footing, centre) if len(footing) else (np.empty((0, 3)), np.empty((0, 2)))
+# The following are cached by the identity of the contacts: they are asked for every grasp of a pick.
 
 
-def _edges(footing: Array, centre: Array) -> tuple[Array, Array]:
-    """Return the outer edges of a footing seen from above: points nearest to a centre, and normals.
+@lru_cache(maxsize=8)
+def _stated_footing(contacts: PickContacts) -> _Footing:
+    """Return the target's footing at its stated pose."""
+    return _Footing.of(contacts.supports.balance.footing(contacts.target.id, is_sure=False))
 
-    Args:
-        footing: (N, 3) m.
-        centre: (3,) m.
 
-    Returns:
-        (K, 3) m, and (K, 2) level unit vectors outwards.
-    """
-    a, b = (footing[k] for k in np.nonzero(~np.eye(len(footing), dtype=bool)))
-    along = b - a
-    length = np.hypot(along[:, 0], along[:, 1])
-    a, along, length = (
-        a[length > LENGTH_ROUNDING],
-        along[length > LENGTH_ROUNDING],
-        length[length > LENGTH_ROUNDING, None],
-    )
-    ways = np.column_stack([along[:, 1], -along[:, 0]]) / length
-    beyond = (ways @ footing[:, :2].T - np.einsum("ni,ni->n", ways, a[:, :2])[:, None]).max(axis=1)
-    outer = beyond < LENGTH_ROUNDING
-    a, along, length, ways = a[outer], along[outer], length[outer], ways[outer]
-    share = np.einsum("ni,ni->n", centre[:2] - a[:, :2], along[:, :2])[:, None] / length**2
-    return a + np.clip(share, 0.0, 1.0) * along, ways
+@lru_cache(maxsize=8)
+def _least_footing(contacts: PickContacts) -> _Footing:
+    """Return the target's certain footing; that at the stated pose if its centre is outside of it."""
+    sure = _Footing.of(contacts.supports.balance.footing(contacts.target.id))
+    is_outside = sure.is_beside(contacts.target.T_world_item[None, :3, 3])[0]
+    return _stated_footing(contacts) if is_outside else sure
+
+
+@lru_cache(maxsize=8)
+def _stays_unpressed(contacts: PickContacts) -> bool:
+    """Whether the target keeps its balance by its weight only."""
+    target = contacts.target
+    return contacts.supports.balance.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])

@@ -14,7 +14,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array
-from pickcli.grasping.cup_press import cup_press, outward_of
+from pickcli.grasping.cup_press import cup_press, outward_of, overtravel
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
 from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
@@ -23,6 +23,7 @@ from pickcli.grasping.search import Search
 from pickcli.grasping.suction_candidates import sample_suctions
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import PoseNoise
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +107,18 @@ class SuctionGrasping(GraspMethod):
         """
         return contact_speed(contacts, self.tool, grasp)
 
+    def overtravel(self, grasp: Grasp, noise: PoseNoise) -> float:
+        """Return how far the cup is pressed on the face (see ``cup_press``).
+
+        Args:
+            grasp: Grasp of the target.
+            noise: Bounds of the target's pose error.
+
+        Returns:
+            m along the cup's axis.
+        """
+        return overtravel(grasp, self.tool, noise)
+
     def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
         """Return the mode of a cup that is pressed on, at any depth.
 
@@ -137,7 +150,6 @@ class SuctionGrasping(GraspMethod):
             taking=Mode(grasp.tool_state, contacts=contacts.while_pressing(press)),
             lifting=Mode(grasp.tool_state, contacts=contacts.while_lifting(press)),
             carrying=self.carrying(contacts, grasp),
-            overtravel=press.overtravel,
         )
 
     def rests(self, devices: Mapping[str, Device], release_time: float) -> GraspTimes:

@@ -7,26 +7,26 @@ a hundredth of the cost of following a line with the arm.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import product
+from dataclasses import replace
+from itertools import islice, product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import CONTACT_DISTANCE, PickPoses, pick_poses
+from pickcli.cartesian.line import shifted
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.grasp_method import GraspModes
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
 
 # m along y and z of the entry, offsets of the pre-approach's start from the straight way; the least first.
-LIFT_OFFSETS_Y, LIFT_OFFSETS_Z = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)
-LIFT_OFFSETS_YZ = sorted(product(LIFT_OFFSETS_Y, LIFT_OFFSETS_Z), key=lambda yz: float(np.hypot(*yz)))
-STRAIGHT_IN = (0.0, 0.0)
+OFFSETS_Y, OFFSETS_Z = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)
+PREAPPROACH_OFFSETS = sorted(product(OFFSETS_Y, OFFSETS_Z), key=lambda yz: float(np.hypot(*yz)))
 N_WAYS = 2  # that the arm tries to follow
 N_EXPLAINED = 32  # about, of the grasps without clearance, from the best to the last
 TOOL_SWING = 0.001  # m that the tool may move farther than the item's centre in the first stretch of the lift
@@ -37,7 +37,7 @@ LIFTED = 1  # index of the end of the lift in the poses of a way out
 def with_tool_clearance(
     problem: PickProblem, grasps: Sequence[Grasp], ways_out: Sequence[Array]
 ) -> tuple[list[Grasp], Failures]:
-    """Find the grasps with clearance for the tool at the target and after the lift.
+    """Find the grasps with clearance for the tool in front of the target, at it, and after the lift.
 
     Args:
         problem: The pick.
@@ -55,6 +55,8 @@ def with_tool_clearance(
         first = grasps[mine[0]]
         for tool in _at_target(problem, first):
             mine = mine[_are_valid(tool, T[mine])]
+        before = np.array([_touch(problem, grasps[i], T[i]) for i in mine.tolist()]).reshape(-1, 4, 4)
+        mine = mine[_are_valid(_approaching(problem, first), before)]
         is_clear[mine] = _can_be_lifted(problem, first, T[mine], ways_out)
     without = np.flatnonzero(~is_clear)
 
@@ -80,6 +82,9 @@ def _why_not_clear(problem: PickProblem, grasp: Grasp, T: Array, ways_out: Seque
     for tool in _at_target(problem, grasp):
         if not _are_valid(tool, T[None])[0]:
             return _blocked(problem, tool, T, f"{where}, contact")
+    empty, touch = _approaching(problem, grasp), _touch(problem, grasp, T)
+    if not _are_valid(empty, touch[None])[0]:
+        return _blocked(problem, empty, touch, f"{where}, approach")
     lifted = ways_out[0][LIFTED] @ T
     return _blocked(problem, _carrying(problem, grasp), lifted, f"{where}, lift")
 
@@ -95,45 +100,49 @@ def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) ->
     Returns:
         Ways in and out, or the obstacles.
     """
-    modes = problem.context.method.modes(problem.contacts, grasp, problem.context.model.tip_excess)
-    inward = _ways_in(problem, grasp, modes)
+    inward = _ways_in(problem, grasp)
     if isinstance(inward, Failures):
         return inward.within(str(grasp))
     outward = _ways_out(problem, grasp, inward[0].contact, ways_out)
     if isinstance(outward, Failures):
         return outward.within(str(grasp))
+    modes = problem.context.method.modes(problem.contacts, grasp, problem.context.model.tip_excess)
     return ToolLines(grasp, modes, inward, outward)
 
 
-def _ways_in(problem: PickProblem, grasp: Grasp, modes: GraspModes) -> tuple[PickPoses, ...] | Failures:
+def _ways_in(problem: PickProblem, grasp: Grasp) -> tuple[PickPoses, ...] | Failures:
     """Find ways to the contact, the simplest first."""
-    empty = _checker(problem, modes.approaching)
-    slow = 0.0 if problem.context.method.closes_at_rest else CONTACT_DISTANCE
-    overtravel = modes.overtravel
+    empty, slow = _approaching(problem, grasp), _slow_distance(problem)
+    overtravel = problem.context.method.overtravel(grasp, problem.scene.noise)
     usual, shortest = problem.context.settings.approach_offset, max(overtravel + slow, LEAST_APPROACH)
 
-    def poses_of(offset: float, aside: tuple[float, float] = STRAIGHT_IN) -> PickPoses:
+    def poses_of(offset: float) -> PickPoses:
         T_world_item = problem.target.T_world_item
-        return pick_poses(
-            problem.T_world_entry, T_world_item, grasp.T_item_tip, offset, overtravel, aside, slow
-        )
+        return pick_poses(problem.T_world_entry, T_world_item, grasp.T_item_tip, offset, overtravel, slow)
 
     plain = poses_of(usual)
     for tool in _at_target(problem, grasp):
         if not _is_valid_path(tool, plain.contact, plain.touch):
             return _blocked(problem, tool, plain.contact, "contact")
     found: list[PickPoses] = []
-    for offset in (usual, shortest):
-        poses = poses_of(offset)
-        if not _is_valid_path(empty, poses.touch, poses.approach):
-            continue
-        for aside in LIFT_OFFSETS_YZ:
-            poses = poses_of(offset, aside)
-            if _is_valid_path(empty, poses.approach, poses.preapproach):
-                found.append(poses)
-            if len(found) == N_WAYS:
-                return tuple(found)
+    for poses in (plain, poses_of(shortest)):
+        if _is_valid_path(empty, poses.touch, poses.approach):
+            found += islice(_with_preapproaches(problem, empty, poses), N_WAYS - len(found))
+        if len(found) == N_WAYS:
+            break
     return tuple(found) or _blocked(problem, empty, plain.approach, "approach")
+
+
+def _with_preapproaches(
+    problem: PickProblem, empty: FreeToolChecker, poses: PickPoses
+) -> Iterator[PickPoses]:
+    """Yield the poses with each start of the pre-approach from which the empty tool has clearance."""
+    starts = np.repeat(poses.preapproach[None], len(PREAPPROACH_OFFSETS), axis=0)
+    starts[:, :3, 3] += np.array(PREAPPROACH_OFFSETS) @ problem.T_world_entry[:3, 1:3].T
+    approach, *before = empty.displacements(np.concatenate([poses.approach[None], starts]))
+    for start, from_there in zip(starts, before, strict=True):
+        if empty.is_valid_path(np.stack([approach, from_there])):
+            yield replace(poses, preapproach=start)
 
 
 def _ways_out(
@@ -163,6 +172,22 @@ def _ways_out(
 def _checker(problem: PickProblem, mode: Mode) -> FreeToolChecker:
     axes = problem.T_world_entry[:3, :3]
     return problem.context.checkers.tool(problem.scene, mode.tool_state, axes, mode.contacts)
+
+
+def _slow_distance(problem: PickProblem) -> float:
+    """Return the length in m of the slow motion before the tool can meet the target."""
+    return 0.0 if problem.context.method.closes_at_rest else CONTACT_DISTANCE
+
+
+def _touch(problem: PickProblem, grasp: Grasp, T: Array) -> Array:
+    """Return the pose (4, 4) at the start of the slow motion to a surface point T (4, 4)."""
+    overtravel = problem.context.method.overtravel(grasp, problem.scene.noise)
+    usual = problem.context.settings.approach_offset
+    return shifted(T, -min(usual, overtravel + _slow_distance(problem)) * T[:3, 2])
+
+
+def _approaching(problem: PickProblem, grasp: Grasp) -> FreeToolChecker:
+    return _checker(problem, Mode(grasp.tool_state, contacts=problem.contacts.while_approaching()))
 
 
 def _at_target(problem: PickProblem, grasp: Grasp) -> tuple[FreeToolChecker, ...]:
