@@ -12,7 +12,7 @@ VENDOR := pickcli/page/vendor
 LOCKER := .venv-lock
 INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-.PHONY: run test test-slow check check-kernel stubs docs coverage fuzz mutants bench bench-peers install lock three format clean
+.PHONY: run test test-slow check check-kernel check-wheel stubs docs coverage fuzz mutants bench bench-peers install lock three format clean
 
 # The lock is complete, so nothing is resolved: older pips look up what is asked for with an extra anew, past its pin.
 install: $(VENV)/.installed
@@ -52,6 +52,15 @@ check-kernel: install
 	$(BIN)/cmake -S tests/kernel/native -B build/kernel-$(notdir $(firstword $(CXX))) -DCMAKE_CXX_COMPILER="$(firstword $(CXX))"
 	$(BIN)/cmake --build build/kernel-$(notdir $(firstword $(CXX))) --parallel 2
 	build/kernel-$(notdir $(firstword $(CXX)))/kernel_tests
+
+# As a user installs it: a wheel in an environment of its own, without the lock and without the clone.
+WHEEL := build/wheel
+check-wheel:
+	rm -rf $(WHEEL) && $(PYTHON) -m venv $(WHEEL)/venv
+	$(WHEEL)/venv/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir $(WHEEL) .
+	$(WHEEL)/venv/bin/python -m pip install --quiet --disable-pip-version-check $(WHEEL)/*.whl
+	cd $(WHEEL) && venv/bin/apc check apc2016_delft && venv/bin/apc plan-move --cell apc2016_delft --to bin_A -o move.json && \
+		venv/bin/apc verify move.json --cell apc2016_delft
 
 # The kernel's type stubs, from its docstrings and signatures.
 stubs: install
