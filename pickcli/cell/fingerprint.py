@@ -1,10 +1,9 @@
 """Hash over everything in a cell that the validity of a motion depends on.
 
 Included: the robot's chain, shapes, limits and base pose, the tool's geometry, the pod and its displacement
-    bounds,
-tote, places, obstacles, allowed pairs, clearance and speed scale. Not included: file names, comments, the
-order of keys, named configurations, devices, items (the scene's hash covers them) and values for simulation
-only.
+bounds, tote, places, obstacles, allowed pairs, clearance and speed scale. Not included: file names, comments,
+the order of keys, named configurations, devices, items (the scene's hash covers them) and values for
+simulation only.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Every piece is cut into small cells by planes across the axes; each cell is convex, so a ball that contains
 its corners contains it. The choice of balls is a set cover problem. The depth of a centre is the largest over
-the
-pieces: no ball reaches farther out of that piece, let alone of the union, than its radius minus the depth.
+the pieces: no ball reaches farther out of that piece, let alone of the union, than its radius minus the
+depth.
 """
 
 from __future__ import annotations

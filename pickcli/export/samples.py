@@ -91,10 +91,12 @@ def sampled(trajectory: Trajectory, rate: float | None) -> MotionSamples:
         raise InputError(f"rate: {rate:g} Hz is not between {MIN_RATE:g} and {MAX_RATE:g}; name one that is")
     n_periods = max(0, int(np.floor(trajectory.duration * rate - 0.5)))
     nanoseconds = np.rint(np.arange(n_periods + 1) * (SECOND / rate)).astype(np.int64)
+    end = to_nanoseconds(trajectory.duration)
+    nanoseconds = nanoseconds[nanoseconds < end]  # none if the motion ends within its first nanosecond
     states = trajectory.states(nanoseconds / SECOND)
     last = (trajectory.positions[-1:], trajectory.velocities[-1:], trajectory.accelerations[-1:])
     return MotionSamples(
-        np.append(nanoseconds, to_nanoseconds(trajectory.duration)),
+        np.append(nanoseconds, end),
         *(np.concatenate(pair) for pair in zip(states, last, strict=True)),
     )
 

@@ -4,8 +4,7 @@ Progress is the trajectory's time of the path point nearest to the measured conf
 short window ahead of the current progress, so it never decreases, and a path that crosses itself or passes
 the same place twice is not ambiguous. If a robot lags, pauses or runs slower, progress and events are delayed
 with it. During rests of the trajectory, and just before them, where the motion is very slow, positions do not
-determine the
-time: once the robot is near a rest, progress advances with the elapsed time.
+determine the time: once the robot is near a rest, progress advances with the elapsed time.
 """
 
 from __future__ import annotations

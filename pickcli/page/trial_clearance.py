@@ -15,7 +15,6 @@ from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
 
 SAMPLE_TIME = 0.04  # s between samples
-MAX_HOLD_DISTANCE = 0.05  # m, largest distance from the tip of an item that counts as held
 
 
 def trial_clearance(scene: Scene, motion: RecordedMotion) -> PathClearance | None:

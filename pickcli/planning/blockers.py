@@ -63,7 +63,7 @@ def blocking_items(
 
 
 def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem, tools: Sequence[Tool]) -> tuple[str, ...]:
-    """List the other items of the bin that a tool might hold.
+    """List the other items in the target's place that a tool might hold.
 
     Moving any of them may free space for others.
 
@@ -93,23 +93,29 @@ def _blamed(what_if: WhatIf, scene: Scene, away: Sequence[str]) -> Sequence[str]
 
 
 def from_the_mouth(scene: Scene, items: Iterable[PlacedItem]) -> list[PlacedItem]:
-    """Sort items in bins by their distance from the mouth.
+    """Sort items by their distance from the mouth of their place.
 
     Args:
-        scene: The scene, for the pose of the pod.
+        scene: The scene, for the poses of the places.
         items: The items.
 
     Returns:
         The items, the one nearest to the mouth first.
     """
-    T_pod_world = inverse(scene.T_world_pod)
-    return sorted(items, key=lambda placed: (float((T_pod_world @ placed.T_world_item)[0, 3]), placed.id))
+
+    def depth(placed: PlacedItem) -> tuple[float, str]:
+        place = scene.cell.places[placed.location]
+        T_world_entry = scene.T_world_place(place) @ place.T_place_entry
+        return float((inverse(T_world_entry) @ placed.T_world_item)[0, 3]), placed.id
+
+    return sorted(items, key=depth)
 
 
 def with_blockers(error: NoPlanError, plan_in: PlanIn, scene: Scene, query: PickQuery) -> NoPlanError:
     """Add the blockers to the error of a pick, and which of them have no plan themselves.
 
-    Reasons name the item beside each candidate; this tells what removing them is worth.
+    The reasons of a failed plan name the item beside each candidate; planning without them shows which of
+    them have to be moved.
 
     Args:
         error: The error of the pick in the scene.

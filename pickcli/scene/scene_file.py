@@ -154,9 +154,8 @@ def scene_hash(scene: Scene) -> str:
     """Compute the SHA-256 of everything in a scene that the validity of a motion depends on.
 
     Included: the cell, the load limits of its tool, carrier poses, all error bounds, figures and pose of
-        every
-    item, the held item and the cloud; not the seed or the order of the items. Writing and reading a scene
-    does not change it.
+    every item, the held item and the cloud; not the seed or the order of the items. Writing and reading a
+    scene does not change it.
 
     Args:
         scene: The scene.

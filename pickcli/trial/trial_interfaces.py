@@ -147,7 +147,7 @@ class Arena(Protocol):
 
 
 class PlanPick(Protocol):
-    """Planner of picks, such as ``planning.plan_pick``."""
+    """Planner of picks, such as ``planning.pick.plan_pick``."""
 
     def __call__(self, scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         """Plan a pick.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pickcli.errors import InputError
@@ -20,8 +20,11 @@ from pickcli.export.samples import (
 from pickcli.motion.trajectory import Trajectory
 from support.exported_motions import trajectories
 
+AT_REST = np.zeros((2, 2))
+
 
 @given(trajectories(), st.none() | st.floats(MIN_RATE, MAX_RATE))
+@example(Trajectory(("a", "b"), np.array([0.0, 1e-10]), AT_REST, AT_REST, AT_REST), 1.0)
 def test_times_increase_from_0_to_the_end_at_rest(trajectory: Trajectory, rate: float | None) -> None:
     samples = sampled(trajectory, rate)
     assert samples.nanoseconds[0] == 0 and np.all(np.diff(samples.nanoseconds) > 0)

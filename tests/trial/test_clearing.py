@@ -17,7 +17,7 @@ from pickcli.motion.plan import Plan
 from pickcli.planning.blockers import MOST_BLOCKERS, blocking_items, from_the_mouth
 from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.trial.clearing import destinations
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Target
@@ -195,14 +195,25 @@ def test_nothing_is_planned_for_the_others_while_what_is_blamed_can_be_moved(sce
 
 
 def test_the_nearest_to_the_mouth_comes_first(scene: Scene) -> None:
+    place = scene.cell.places["bin_A"]
+    T_entry_world = inverse(scene.T_world_place(place) @ place.T_place_entry)
     items = [
         replace(p, T_world_item=p.T_world_item @ pose((0.01 * (k % 3), 0.0, 0.0)))
         for k, p in enumerate(scene.in_location("bin_A"))
     ]
-    depths = [
-        float((inverse(scene.T_world_pod) @ p.T_world_item)[0, 3]) for p in from_the_mouth(scene, items)
-    ]
+    depths = [float((T_entry_world @ p.T_world_item)[0, 3]) for p in from_the_mouth(scene, items)]
     assert depths == sorted(depths)
+
+
+def test_the_mouth_of_a_box_is_above_it() -> None:
+    cell = load_cell("ur5e_crates")
+    place, item = cell.places["crate_left"], cell.item("dove_beauty_bar")
+    lying, over = (
+        PlacedItem(name, item, place.name, cell.T_world_place(place) @ pose((0.0, 0.0, z)))
+        for name, z in (("a", 0.02), ("b", 0.08))
+    )
+    scene = Scene(cell, cell.T_world_pod, (lying, over), PoseNoise())
+    assert [placed.id for placed in from_the_mouth(scene, scene.items)] == ["b", "a"]
 
 
 def test_what_cannot_be_held_is_not_offered_to_every_bin() -> None:

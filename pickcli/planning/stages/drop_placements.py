@@ -78,10 +78,8 @@ class _Grid:
 
         An item that lands beside its middle turns over, and its near end rises towards the tool. The end of a
         rod of half length l that is stopped at the lever a is thrown up at a (l - a) / (l^2/3 + a^2) of the
-        speed of the
-        fall: half of it if a is l/3, and 0 if a is 0. So a lever counts like a drop, and if no pile is low
-            the
-        item is released with its middle over its support.
+        speed of the fall: half of it if a is l/3, and 0 if a is 0. So a lever counts like a drop, and if no
+        pile is low the item is released with its middle over its support.
 
         T_item: (A, 4, 4) of the item, the tip at the origin; reach: (A, 3) half extents of the item;
         play: (A, 2) to either side of the middle; prices: (A,) of the turns
