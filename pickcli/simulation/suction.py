@@ -181,7 +181,8 @@ class Suction:
         if speed < SEALING_SPEED and self.vacuum.cup >= HOLD_VACUUM:
             self._attach(probe.nearest, T_world_tip, share)
         elif self.vacuum.cup > 0.0:
-            self._friction.apply(probe.nearest, T_world_tip, self.vacuum.cup * self._area)
+            touching = float((probe.distances[1:] <= 0.0).mean())  # share of the rim
+            self._friction.apply(probe.nearest, T_world_tip, touching * self.vacuum.cup * self._area)
         else:
             self._friction.release()
             if self.vacuum.is_valve_open:

@@ -164,17 +164,23 @@ def test_a_valve_that_opens_too_early_holds_with_what_vacuum_is_left(build_world
     assert left[1] < 0.85 * left[0]
 
 
-def test_the_friction_of_the_lip_stops_what_moves_easily(build_world: BuildWorld) -> None:
-    world = build_world(gap=-0.0005)
+@pytest.mark.parametrize(("gap", "holds"), [(-0.0005, True), (0.001, False)])
+def test_the_friction_of_a_lip_that_touches_stops_what_moves_easily(
+    build_world: BuildWorld, gap: float, holds: bool
+) -> None:
+    """On ice the cube is dragged along, where a heavy plate is not, nor what is in front of the lip."""
+    world = build_world(gap=gap)
     world.engine._dynamics("cube", lateralFriction=0.0)
     evacuate(world)
-    q = world.q.copy()
+    q, before = world.q.copy(), world.engine.pose("cube")[:3, 3]
     world.act("valve", "on")
-    for _ in range(400):  # on ice the cube is dragged along, where a heavy plate is not
+    for _ in range(400):
         q[0] += 0.01 * world.time_step
         world.command(q)
         world.step()
-    assert world.held == "cube"
+    assert (world.held == "cube") is holds
+    moved = float(np.linalg.norm((world.engine.pose("cube")[:3, 3] - before)[:2]))
+    assert (moved > 5e-4) is holds
 
 
 def test_an_open_valve_drags_a_light_item_and_not_a_heavy_one(build_world: BuildWorld) -> None:
