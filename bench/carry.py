@@ -28,7 +28,7 @@ from pickcli.errors import Failures, NoPlanError
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
 from pickcli.planning.assembly import certified_timing
-from pickcli.planning.assembly.certified_timing import CertifiedRun, carried_run, proven_run
+from pickcli.planning.assembly.certified_timing import CarriedRun, carried_run, proven_run
 from pickcli.planning.assembly.grip_load import carried_load
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -60,7 +60,7 @@ class Carry:
 class Recorder:
     """Stands in for ``carried_run`` and keeps what the last carry was made of."""
 
-    last: tuple[Scene, Sequence[MotionSegment], Grasp, Hold, CertifiedRun] | None = None
+    last: tuple[Scene, Sequence[MotionSegment], Grasp, Hold, CarriedRun] | None = None
 
     def __call__(
         self,
@@ -69,9 +69,9 @@ class Recorder:
         segments: Sequence[MotionSegment],
         grasp: Grasp,
         hold: Hold,
-    ) -> CertifiedRun | Failures:
+    ) -> CarriedRun | Failures:
         carried = carried_run(planner, scene, segments, grasp, hold)
-        if isinstance(carried, CertifiedRun):
+        if isinstance(carried, CarriedRun):
             self.last = scene, segments, grasp, hold, carried
         return carried
 

@@ -237,18 +237,20 @@ class NoPlanError(ApcError):
         super().__init__(f"no plan for {query}: {text or self.summary()}")
 
     @classmethod
-    def of_arms(cls, query: str, arms: Sequence[tuple[str, NoPlanError | None]]) -> NoPlanError:
-        """Return the error of several arms without a plan, with a line per arm.
+    def of_alternatives(
+        cls, query: str, alternatives: Sequence[tuple[str, NoPlanError | None]]
+    ) -> NoPlanError:
+        """Return the error of several alternatives (arms, bins) without a plan, with a line for each.
 
         Args:
             query: The query.
-            arms: In their order, the suitability of each, and its error; None for an arm that was not tried.
+            alternatives: In their order, each in words, and its error; None for one that was not tried.
 
         Returns:
-            The error, with the reasons of all arms.
+            The error, with the reasons of all.
         """
-        lines = [f"{arm}{'' if error is None else f': {error.summary()}'}" for arm, error in arms]
-        reasons = (reason for _, error in arms if error is not None for reason in error.reasons)
+        lines = [f"{each}{'' if error is None else f': {error.summary()}'}" for each, error in alternatives]
+        reasons = (reason for _, error in alternatives if error is not None for reason in error.reasons)
         return cls(query, reasons, "".join(f"\n  {line}" for line in lines))
 
     @property

@@ -47,7 +47,7 @@ def plan_with_first_able(scene: Scene, query: PickQuery, options: PlanOptions) -
         except NoPlanError as error:
             failed[arm] = error
     what = next(iter(failed.values())).query
-    raise NoPlanError.of_arms(what, [(str(each), failed.get(each.arm)) for each in ranked])
+    raise NoPlanError.of_alternatives(what, [(str(each), failed.get(each.arm)) for each in ranked])
 
 
 def _plan_with(

@@ -31,4 +31,4 @@ def first_plan(query: str, alternatives: Iterable[tuple[str, Callable[[], T]]]) 
             failed.append((name, error))
     if len(failed) == 1:
         raise failed[0][1]
-    raise NoPlanError.of_arms(query, failed)
+    raise NoPlanError.of_alternatives(query, failed)

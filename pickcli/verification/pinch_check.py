@@ -32,7 +32,7 @@ N_PAD_POINTS = 15  # along each side of a pad
 PAD_COMPRESSION = 0.0005  # m that the rubber of a pad gives way
 LEAST_PATCH = 0.1  # of a pad that has to touch the item; round items touch little of it
 OFF_WIDTH = 0.001  # m between the stated width and that of the item
-ASIDE, TURNED = 0.002, np.radians(1.0)  # between grasp and tip when the fingers close
+MAX_GRASP_OFFSET, MAX_GRASP_TURN = 0.002, np.radians(1.0)  # between grasp and tip when the fingers close
 SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N or Nm at least: the planner samples differently
 
 
@@ -186,7 +186,7 @@ def _meets(plan: Plan, scene: Scene, grasp: Grasp, contact: Segment, where: str)
 def _as_grasped(grasp: Grasp, T_item_tip: Array, where: str) -> Iterator[Reason]:
     off = inverse(grasp.T_item_tip) @ T_item_tip
     aside, turned = float(np.linalg.norm(off[:3, 3])), rotation_angle(off[:3, :3])
-    if aside > ASIDE or turned > TURNED:
+    if aside > MAX_GRASP_OFFSET or turned > MAX_GRASP_TURN:
         detail = f"{aside * 1e3:.1f} mm off, turned {np.degrees(turned):.1f} deg"
         yield Reason("misses the item", where, detail)
 

@@ -15,7 +15,7 @@ from pickcli.geometry import pose
 from pickcli.io_events.resolve import ResolvedEvents
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.assembly import certified_timing, events
-from pickcli.planning.assembly.certified_timing import CertifiedRun, carried_run, proven_run
+from pickcli.planning.assembly.certified_timing import CarriedRun, carried_run, proven_run
 from pickcli.planning.blockers import blocking_items
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -133,7 +133,7 @@ def test_what_a_timed_run_with_an_item_meets(
     plan_pick(planner, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
     context, scene, segments, grasp, hold = carried[0]
     run = carried_run(context, scene, segments, grasp, hold)
-    assert isinstance(run, CertifiedRun)
+    assert isinstance(run, CarriedRun)
     transfer = next(segment for segment in segments if segment.kind is SegmentKind.TRANSFER)
     longest = int(np.argmax(np.linalg.norm(np.diff(transfer.waypoints, axis=0), axis=1)))
     T = planner.arm.tip(transfer.waypoints[longest : longest + 2].mean(axis=0), grasp.tool_state)

@@ -34,7 +34,7 @@ MENDS = 5  # times that a run is timed again, with narrower blends or slower, to
 
 
 @dataclass(frozen=True, eq=False)
-class CertifiedRun:
+class CarriedRun:
     """A timed run with an item, and the load on the cup.
 
     Attributes:
@@ -74,7 +74,7 @@ def proven_run(
 
 def carried_run(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
-) -> CertifiedRun | Failures:
+) -> CarriedRun | Failures:
     """Time one run with an item so that the cup holds under gravity and acceleration.
 
     If the run timed without regard to the load keeps within what the cup bears, it is returned. Else it is
@@ -114,7 +114,7 @@ def carried_run(
             continue
         unproven = prove(run, segments, checkers)
         if unproven is None:
-            return CertifiedRun(run, load)
+            return CarriedRun(run, load)
         failures += unproven
         if are_blends_proven:
             return failures
@@ -123,7 +123,7 @@ def carried_run(
 
 def carried_runs(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
-) -> tuple[CertifiedRun, ...] | Failures:
+) -> tuple[CarriedRun, ...] | Failures:
     """Time the motion with the item, as two runs if the cup must take up the weight slowly.
 
     Args:
@@ -138,7 +138,7 @@ def carried_runs(
     """
     divided = divided_lift(context.arm, context.method, segments[0], hold)
     parts = (segments,) if divided is None else (divided[:1], (divided[1], *segments[1:]))
-    runs: list[CertifiedRun] = []
+    runs: list[CarriedRun] = []
     for part in parts:
         run = carried_run(context, scene, part, grasp, hold)
         if isinstance(run, Failures):
