@@ -186,7 +186,7 @@ class _Search:
 
         fcl is used only if gaps between parallel planes, which take less time, do not prove the clearance.
         """
-        states, solids = self._states.finer(i, FINER), SolidArrays.of((pair.a, pair.b))
+        states, solids = self._states.finer(i, FINER), pair.solids
         one = np.zeros(FINER + 1, dtype=np.int64)
         gaps = solids.gaps(states, one, one + 1, np.arange(FINER + 1))
         low = float((gaps[:-1] + gaps[1:] - np.diff(states.travel @ pair.reach)).min()) / 2

@@ -15,6 +15,7 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import States
 
 FINER = 16  # parts that a step between two states is cut into if they do not prove the clearance
@@ -45,6 +46,11 @@ class Pair:
     def travel(self) -> Array:
         """(N,) m, upper bound of how far the two moved relative to each other up to each state."""
         return np.asarray(self.states.travel @ self.reach)
+
+    @cached_property
+    def solids(self) -> SolidArrays:
+        """Both solids, a first."""
+        return SolidArrays.of((self.a, self.b))
 
     @property
     def names(self) -> str:

@@ -15,6 +15,7 @@ from pickcli.verification.quintic import motion, variation
 
 MAX_STEP = 0.002  # m, farthest that any point of robot or held item moves between two states
 MAX_STATES = 100_000
+NEIGHBOURS = 16  # intervals that are split together: those next to one that has to be split are split, too
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,7 @@ class States:
     times: Array  # (N,) s
     Q: Array  # (N, n)
     links: Array  # (L, N, 4, 4)
-    travel: Array  # (N, n) rad or m, an upper bound of each joint's travel since the start
+    travel: Array  # (N, n) rad or m, an upper bound of each joint's travel since the first of them
     max_step: float  # m, largest step between two states
     robot: Robot
     trajectory: Trajectory
@@ -54,9 +55,29 @@ class States:
             The states.
         """
         if (i, n) not in self._finer:
-            times = np.linspace(self.times[i], self.times[i + 1], n + 1)
-            self._finer[i, n] = _states_at(times, self.robot, self.trajectory, self.max_step)
+            first = i - i % NEIGHBOURS
+            starts, ends = (self.times[first : first + NEIGHBOURS + 1][k] for k in (slice(-1), slice(1, None)))
+            times = np.append(np.linspace(starts, ends, n, endpoint=False, axis=1).ravel(), ends[-1])
+            split = _states_at(times, self.robot, self.trajectory, self.max_step)
+            for k in range(len(starts)):
+                self._finer[first + k, n] = split.part(k * n, (k + 1) * n)
         return self._finer[i, n]
+
+    def part(self, i: int, j: int) -> States:
+        """Return the states from one to another.
+
+        Args:
+            i: Index of the first state.
+            j: Index of the last.
+
+        Returns:
+            The states.
+        """
+        k = slice(i, j + 1)
+        travel = self.travel[k] - self.travel[i]
+        return States(
+            self.times[k], self.Q[k], self.links[:, k], travel, self.max_step, self.robot, self.trajectory
+        )
 
 
 def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Array) -> States:
