@@ -23,6 +23,7 @@ N_TRIED, N_KEPT = 60, 8  # samples of a round, and the best of them, around whic
 N_CHECKED = 3  # of these whose start is checked: the others are much alike
 LEAST_SPREAD = 1e-4  # m or rad around those
 MAX_MISSING_CLEARANCE = 0.02  # m of clearance that may be missing half-way through a climb
+MAX_FAILED_CLIMBS = 2  # that reach no free displacement; in 16 new scenes no search succeeded after two
 
 
 def drawn(
@@ -70,6 +71,7 @@ def climbed(
         Displacements (6,), in m and rad, after which the item touches nothing; [] if none was found.
     """
     found: list[Array] = []
+    n_failed = 0
     for _ in range(CLIMBS):
         mean, spread = MOST_CLIMBED * (0.0, 0.0, 0.33, 0.0, 0.0, 0.0), MOST_CLIMBED / 1.5
         for k in range(ROUNDS):
@@ -83,6 +85,10 @@ def climbed(
             if k == ROUNDS // 2 and clearances[best[0]] < carrying.margin - MAX_MISSING_CLEARANCE:
                 return found
             mean, spread = D[best].mean(axis=0), D[best].std(axis=0) + LEAST_SPREAD
+        else:
+            n_failed += bool(clearances[best[0]] < carrying.margin)
+        if n_failed == MAX_FAILED_CLIMBS:
+            return found
     return found
 
 
