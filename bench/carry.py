@@ -64,83 +64,83 @@ class Recorder:
 
     def __call__(
         self,
-        planner: PlanningContext,
+        context: PlanningContext,
         scene: Scene,
         segments: Sequence[MotionSegment],
         grasp: Grasp,
         hold: Hold,
     ) -> CarriedRun | Failures:
-        carried = carried_run(planner, scene, segments, grasp, hold)
+        carried = carried_run(context, scene, segments, grasp, hold)
         if isinstance(carried, CarriedRun):
             self.last = scene, segments, grasp, hold, carried
         return carried
 
 
 def scaled_run(
-    planner: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], hold: Hold, scale: float
+    context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], hold: Hold, scale: float
 ) -> tuple[float, float] | None:
     """Seconds and load ratio of a carry with all limits scaled, or None where it is not proven."""
-    run = proven_run(planner, scene, [segment.scaled(scale) for segment in segments])
+    run = proven_run(context, scene, [segment.scaled(scale) for segment in segments])
     if isinstance(run, Failures):
         return None
-    load = carried_load(planner.arm, segments[0].mode.tool_state, run.trajectory, hold)
+    load = carried_load(context.arm, segments[0].mode.tool_state, run.trajectory, hold)
     return run.trajectory.duration, load.ratio
 
 
-def compared(planner: PlanningContext, recorder: Recorder, item: str, planning_ms: float) -> Carry | None:
+def compared(context: PlanningContext, recorder: Recorder, item: str, planning_ms: float) -> Carry | None:
     """The last carry timed in all three ways."""
     assert recorder.last is not None
     scene, segments, _, hold, carried = recorder.last
     scale = 1.0
-    most, timed = planner.settings.load_ratio, carried.run.trajectory.duration
-    free = scaled_run(planner, scene, segments, hold, scale)
+    most, timed = context.settings.load_ratio, carried.run.trajectory.duration
+    free = scaled_run(context, scene, segments, hold, scale)
     if free is None:
         return None
     duration, ratio = free
     slowed: tuple[float, float] | None = free
     while slowed is not None and slowed[1] > most and scale >= SLOWEST:
         scale *= SLOWER
-        slowed = scaled_run(planner, scene, segments, hold, scale)
+        slowed = scaled_run(context, scene, segments, hold, scale)
     held = slowed[0] if slowed is not None and slowed[1] <= most else None
     return Carry(item, ratio, duration, held, timed, planning_ms)
 
 
-def carries(planner: PlanningContext, year: int, seeds: Sequence[int], n_grasps: int) -> Iterator[Carry]:
+def carries(context: PlanningContext, year: int, seeds: Sequence[int], n_grasps: int) -> Iterator[Carry]:
     """Every target of fresh orders with every grasp that a plan was found for."""
     for seed in seeds:
         order = make_order(OrderKind.PICK, year, seed)
-        scene = make_scene(order.bin_contents, planner.cell, seed, year)
+        scene = make_scene(order.bin_contents, context.cell, seed, year)
         for target in order.work_order:
-            yield from _of_target(planner, scene, target, seed, n_grasps)
+            yield from _of_target(context, scene, target, seed, n_grasps)
 
 
 def _of_target(
-    planner: PlanningContext, scene: Scene, target: Target, seed: int, n_grasps: int
+    context: PlanningContext, scene: Scene, target: Target, seed: int, n_grasps: int
 ) -> Iterator[Carry]:
     """One target with one grasp after the other."""
-    home = Start(planner.cell.configurations["home"].q, planner.cell.robot.tool.default_state)
+    home = Start(context.cell.configurations["home"].q, context.cell.robot.tool.default_state)
     tried: list[Grasp] = []
     for _ in range(n_grasps):
         recorder, began = Recorder(), time.process_time()
         with mock.patch.object(certified_timing, "carried_run", recorder):
             try:
                 plan = plan_pick(
-                    planner, scene, PickQuery(target.bin, target.item, exclude=tuple(tried)), home, seed
+                    context, scene, PickQuery(target.bin, target.item, exclude=tuple(tried)), home, seed
                 )
             except NoPlanError:
                 return
         assert plan.grasp is not None
         tried.append(plan.grasp)
-        carry = compared(planner, recorder, target.item, 1e3 * (time.process_time() - began))
+        carry = compared(context, recorder, target.item, 1e3 * (time.process_time() - began))
         if carry is not None:
             yield carry
 
 
 def measure(year: int = 2016, seeds: Sequence[int] = range(12), n_grasps: int = 3) -> dict[str, Any]:
     """All carries, and what those gain whose load binds."""
-    planner = PlanningContext(load_cell("apc2016_delft"))
-    found = list(carries(planner, year, seeds, n_grasps))
-    most = planner.settings.load_ratio
+    context = PlanningContext(load_cell("apc2016_delft"))
+    found = list(carries(context, year, seeds, n_grasps))
+    most = context.settings.load_ratio
     bound = [c for c in found if c.load_ratio > most]
     both = [c for c in bound if c.slowed is not None]
     return {

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from bench.warm import fresh_scene, planner
+from bench.warm import context, fresh_scene
 from pickcli.cell.cell import Cell
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
@@ -229,7 +229,7 @@ def _as_they_lie(engine: Engine, items: Sequence[PlacedItem]) -> tuple[PlacedIte
 
 def measure(seeds: Sequence[int], most: int, anywhere: bool = False) -> dict[str, Any]:
     """All releases of some totes, and how near they came."""
-    warm = planner()
+    warm = context()
     drops: list[Drop] = []
     for seed in seeds:
         drops += fill(warm, fresh_scene(warm.cell, seed)[1], seed, most, anywhere)

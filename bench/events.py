@@ -12,7 +12,7 @@ import json
 from typing import Any
 
 from bench.paces import LAGGING, paused, slowed
-from bench.warm import fresh_scene, planner
+from bench.warm import context, fresh_scene
 from pickcli.errors import NoPlanError
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -34,7 +34,7 @@ N_PICKS = 3
 
 def measure(warm: PlanningContext | None = None) -> dict[str, Any]:
     """Largest distance and missed events by robot, over the first picks of a fresh order."""
-    warm = warm or planner()
+    warm = warm or context()
     order, scene = fresh_scene(warm.cell, seed=0)
     home = warm.cell.configurations["home"]
     figures: dict[str, dict[str, float]] = {name: {"distance_mm": 0.0, "missed": 0} for name in ROBOTS}

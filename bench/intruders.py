@@ -21,7 +21,7 @@ from functools import partial
 
 import numpy as np
 
-from bench.warm import fresh_scene, planner
+from bench.warm import context, fresh_scene
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import displaced
 from pickcli.cell.shapes import Shape, ShapeKind, box
@@ -194,7 +194,7 @@ def measure(
     seeds: Sequence[int], tool_speed: float | None = None, is_supervised: bool = True
 ) -> list[Meeting]:
     """One meeting of every kind per seed."""
-    warm = planner(tool_speed)
+    warm = context(tool_speed)
     found = []
     for seed in seeds:
         for kind in Kind:

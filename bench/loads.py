@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.warm import fresh_scene, planner
+from bench.warm import context, fresh_scene
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, Plan
@@ -176,7 +176,7 @@ def measure(
     seeds: Sequence[int] = range(2), reality: Reality | None = None, only: Sequence[str] = ()
 ) -> dict[str, Any]:
     """All holds, or those of some kinds of grasps, and what they have in common."""
-    found = list(picks(planner(), seeds, reality or read_reality(None), only))
+    found = list(picks(context(), seeds, reality or read_reality(None), only))
     held = [h for h in found if isinstance(h, Held)]
     ratios = np.array([h.measured / h.planned for h in held])
     return {

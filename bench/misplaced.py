@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.warm import fresh_scene, planner
+from bench.warm import context, fresh_scene
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
@@ -153,7 +153,7 @@ def _direction(axis: Array, scene: Scene) -> str:
 
 def measure(n_picks: int, seed: int) -> list[Met]:
     """Every pick with every offset."""
-    warm, found = planner(), list[Met]()
+    warm, found = context(), list[Met]()
     for pick in picks(warm, n_picks, seed):
         for nearer in OFFSETS:
             if (met := meet(warm, pick, nearer)) is not None:

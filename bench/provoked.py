@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 from rich.console import Console
 from rich.table import Table
 
-from bench.warm import fresh_scene, planner
+from bench.warm import context, fresh_scene
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
@@ -173,7 +173,7 @@ def picks(warm: PlanningContext, seed: int) -> Iterator[tuple[str, Plan, Scene, 
 
 def measure(seed: int) -> list[dict[str, Any]]:
     """One row per pick and lie."""
-    warm = planner()
+    warm = context()
     home = warm.cell.configurations["home"]
     found = []
     for kind, plan, scene, target in picks(warm, seed):

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.warm import planner
+from bench.warm import context
 from pickcli.errors import InputError, NoPlanError
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -123,7 +123,7 @@ def tally(warm: PlanningContext, scene: Scene, seed: int, into: Tally) -> None:
 
 def measure(seeds: Sequence[int]) -> dict[str, Any]:
     """Figures for exact and for noisy poses."""
-    warm = planner()
+    warm = context()
     exact, noisy = Tally(), Tally()
     for seed, scene in fresh_scenes(warm, seeds):
         if seed == seeds[0]:  # not counted: models are made, and libraries imported, by who needs them first

@@ -28,7 +28,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from bench.warm import fresh_scene, planner
+from bench.warm import context, fresh_scene
 from pickcli.cell.cell_file import load_cell
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.progress import Progress
@@ -66,7 +66,7 @@ def play(seed: int, time_limit: float | None, takes_pictures: bool, is_bare: boo
 
     is_bare: whether the planner goes without the cell's precomputed files
     """
-    warm = PlanningContext(load_cell("apc2016_delft")) if is_bare else planner()
+    warm = PlanningContext(load_cell("apc2016_delft")) if is_bare else context()
     order, scene = fresh_scene(warm.cell, seed)
     arena = SimulatedArena(scene, seed=seed)
 

@@ -16,7 +16,7 @@ from pickcli.trial.make_order import make_order
 from pickcli.trial.order import Order, OrderKind
 
 
-def planner(max_tool_speed: float | None = None) -> PlanningContext:
+def context(max_tool_speed: float | None = None) -> PlanningContext:
     """A planner with the default cell's own roadmap and trajectory database, built if they are missing.
 
     max_tool_speed: m/s, a limit that the cell states on top; the stored paths are free at any speed

@@ -262,8 +262,8 @@ def _trial_texts(of: Sound, order: Order) -> tuple[bytes, bytes]:
 
     recorder = MotionRecorder()
     arena = SimulatedArena(of.scene, recorder=recorder)
-    planner = TrialArm(PlanningContext(of.cell, None, None))
-    result = run_trial(order, interfaces_of([planner], arena), TrialSettings(0, PoseNoise()))
+    context = TrialArm(PlanningContext(of.cell, None, None))
+    result = run_trial(order, interfaces_of([context], arena), TrialSettings(0, PoseNoise()))
     arena.close()
     record = trial_record(result, "order.json", 0.0)
     return as_json(record), as_json(motion_values(recorder, of.cell))
@@ -278,8 +278,8 @@ def _use(cell: Cell) -> None:
     """What every command does with a cell first."""
     from pickcli.planning.planning_context import PlanningContext
 
-    planner = PlanningContext(cell, None, None)
-    del planner
+    context = PlanningContext(cell, None, None)
+    del context
 
 
 def _extreme(plan: Plan, rng: np.random.Generator) -> Plan:

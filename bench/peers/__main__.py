@@ -75,9 +75,9 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=Path("runs/peers.json"), metavar="FILE")
     parser.add_argument("--write", type=Path, default=ROOT / "docs" / "benchmarks.md", metavar="FILE")
     given = parser.parse_args()
-    planner = _planner()
-    in_scenes, asked = _asked(planner, given.scenes)
-    rows, margin = _measured(planner, in_scenes, asked, given.limit)
+    context = _planner()
+    in_scenes, asked = _asked(context, given.scenes)
+    rows, margin = _measured(context, in_scenes, asked, given.limit)
     _judged(rows, in_scenes, asked)
     figures = [row.figures() for row in rows]
     meta = {
@@ -117,21 +117,21 @@ def _planner() -> PlanningContext:
         return PlanningContext(cell, roadmap)
 
 
-def _asked(planner: PlanningContext, count: int) -> tuple[list[Scene], list[Query]]:
+def _asked(context: PlanningContext, count: int) -> tuple[list[Scene], list[Query]]:
     in_scenes: list[Scene] = []
     asked: list[Query] = []
-    for number, scene in enumerate(scenes(planner.cell, count)):
+    for number, scene in enumerate(scenes(context.cell, count)):
         _note(f"scene {number + 1} of {count}")
         in_scenes.append(scene)
-        asked += queries(planner, scene, number)
+        asked += queries(context, scene, number)
     return in_scenes, asked
 
 
 def _measured(
-    planner: PlanningContext, in_scenes: list[Scene], asked: list[Query], limit: float
+    context: PlanningContext, in_scenes: list[Scene], asked: list[Query], limit: float
 ) -> tuple[list[Row], float]:
     """Every query to every planner, in turns, each time another one first."""
-    content = exchange(planner.cell, in_scenes, asked, limit)
+    content = exchange(context.cell, in_scenes, asked, limit)
     mine, rows = Row(OURS, HOW_OURS, versions={"apc": __version__}), [Row(*PEERS[name]) for name in PEERS]
     with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
         json.dump(content, file)
@@ -141,7 +141,7 @@ def _measured(
             _note(f"query {number + 1} of {len(asked)}")
             for k in np.roll(np.arange(len(peers) + 1), number):
                 if k == len(peers):
-                    mine.answers.append(ours.answer(planner, query, number))
+                    mine.answers.append(ours.answer(context, query, number))
                 else:
                     rows[k].answers.append(peers[k].ask(number))
         for row, peer in zip(rows, peers, strict=True):

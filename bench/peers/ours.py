@@ -12,17 +12,17 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import plan_coarse
 
 
-def answer(planner: PlanningContext, query: Query, seed: int) -> dict[str, Any]:
+def answer(context: PlanningContext, query: Query, seed: int) -> dict[str, Any]:
     """One answer like a peer's (see ``worker``), and who found it.
 
     The whole answer does not begin with the first path: it is asked for again.
     """
     began, began_cpu = time.perf_counter(), time.process_time()
-    first = plan(query.checker, planner.space, query.q_start, query.q_goal[None], seed=seed)
+    first = plan(query.checker, context.space, query.q_start, query.q_goal[None], seed=seed)
     first_s, first_cpu_s = time.perf_counter() - began, time.process_time() - began_cpu
     began = time.perf_counter()
     whole = plan_coarse(
-        planner, query.checker, query.q_start, query.q_goal[None], [0.0], seed, "coarse motion"
+        context, query.checker, query.q_start, query.q_goal[None], [0.0], seed, "coarse motion"
     )
     whole_s = time.perf_counter() - began
     path = None if isinstance(whole, Failures) else whole

@@ -71,38 +71,38 @@ def _scene(cell: Cell, order: Order, seed: int) -> Scene:
             seed += 1
 
 
-def queries(planner: PlanningContext, scene: Scene, number: int) -> list[Query]:
+def queries(context: PlanningContext, scene: Scene, number: int) -> list[Query]:
     """The queries of the scene of that number."""
     rng = derived_rng("peers", number)
     targets = [scene.items[i] for i in rng.permutation(len(scene.items))]
-    found = (_of_pick(planner, scene, number, target.id, rng) for target in targets)
+    found = (_of_pick(context, scene, number, target.id, rng) for target in targets)
     return [query for pick in islice((pick for pick in found if pick), N_PICKS) for query in pick]
 
 
 def _of_pick(
-    planner: PlanningContext, scene: Scene, number: int, target: str, rng: np.random.Generator
+    context: PlanningContext, scene: Scene, number: int, target: str, rng: np.random.Generator
 ) -> list[Query]:
     """The way to the item and the way with it; none where no grasp leads out of the bin and into the tote."""
     placed = scene.find(target)
-    cell_bin = planner.cell.pod.bins[placed.location]
-    asked = PickProblem(planner, scene, cell_bin, placed, planner.cell.places["tote"], seed=number)
+    cell_bin = context.cell.pod.bins[placed.location]
+    asked = PickProblem(context, scene, cell_bin, placed, context.cell.places["tote"], seed=number)
     feasible, _ = feasible_grasps(asked, ())
     if not feasible:
         return []
     tool_state = feasible[0].grasp.tool_state
     kin = [f for f in feasible if f.grasp.tool_state == tool_state]
-    start = _start(planner, scene, tool_state, rng)
-    there = _nearest(planner, start, [f.start for f in kin])
+    start = _start(context, scene, tool_state, rng)
+    there = _nearest(context, start, [f.start for f in kin])
     chosen = kin[there]
     landings = plan_placement(asked, chosen)
     if isinstance(landings, Failures):
         return []
     out = chosen.end
-    over = _nearest(planner, out, [landing.start for landing in landings])
-    transit = planner.checker_for(scene, Mode(tool_state, reserve=COARSE_RESERVE))
+    over = _nearest(context, out, [landing.start for landing in landings])
+    transit = context.checker_for(scene, Mode(tool_state, reserve=COARSE_RESERVE))
     gone = frozenset({target})
     carrying = Mode(tool_state, chosen.attached, asked.contacts.while_transferring(), COARSE_RESERVE)
-    transfer = planner.checker_for(scene, carrying)
+    transfer = context.checker_for(scene, carrying)
     to, above, held = chosen.start, landings[over].start, chosen.attached
     made = [
         Query(f"{number} to {target}", number, tool_state, None, frozenset(), start, to, transit),
@@ -111,17 +111,17 @@ def _of_pick(
     return [q for q in made if q.checker.is_valid(q.q_start) and q.checker.is_valid(q.q_goal)]
 
 
-def _start(planner: PlanningContext, scene: Scene, tool_state: ToolState, rng: np.random.Generator) -> Array:
+def _start(context: PlanningContext, scene: Scene, tool_state: ToolState, rng: np.random.Generator) -> Array:
     """One of the named configurations that a pick starts from, meant for that state of the cup, and free."""
-    checker = planner.checker_for(scene, Mode(tool_state, reserve=COARSE_RESERVE))
-    named = [c.q for c in planner.cell.configurations.values() if c.tool_state == tool_state]
+    checker = context.checker_for(scene, Mode(tool_state, reserve=COARSE_RESERVE))
+    named = [c.q for c in context.cell.configurations.values() if c.tool_state == tool_state]
     free = [q for q in named if checker.is_valid(q)]
     return free[int(rng.integers(len(free)))]
 
 
-def _nearest(planner: PlanningContext, q: Array, goals: list[Array]) -> int:
+def _nearest(context: PlanningContext, q: Array, goals: list[Array]) -> int:
     """Index of the goal that would take least time if nothing were in the way."""
-    return int(np.argmin([estimated_duration(planner.space, np.stack([q, goal])) for goal in goals]))
+    return int(np.argmin([estimated_duration(context.space, np.stack([q, goal])) for goal in goals]))
 
 
 def exchange(cell: Cell, in_scenes: list[Scene], asked: list[Query], time_limit: float) -> dict[str, Any]:

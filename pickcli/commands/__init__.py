@@ -10,12 +10,12 @@ Read in this order:
 - Content and checks of files: `inspect`, `show` and `check`.
 - Items: `show_grasps` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
-  `scene_options`, `plan_options`, `build_options`, `trial_options`, `pod_shift`; `logs` has --verbose and
-  --debug.
+  `artifact_options`, `scene_options`, `plan_options`, `build_options`, `trial_options`, `pod_shift`; `logs`
+  has --verbose and --debug.
 - Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow
   and --move.
-- Functions that commands share: `plan_steps`, `pick_request` and `experience_session` for
-  queries, `building` for builds, `progress_bar`.
+- Functions that commands share: `plan_verification`, `pick_request` and `experience_session` for queries,
+  `building` for builds, `progress_bar`.
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
   inspect`, `checked_texts` for `apc check`, `execution_report` and `trial_table` for executions.
 """

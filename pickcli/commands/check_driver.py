@@ -10,11 +10,11 @@ import click
 
 from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import stand
+from pickcli.commands.configuration_option import start_state_of
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
-from pickcli.commands.plan_steps import trusted
+from pickcli.commands.plan_verification import trusted
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
 from pickcli.simulation.installed_drivers import driver_factory
 
@@ -51,7 +51,7 @@ def command(
     scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
     refuse_held(scene, scene_path)
     plan = trusted(plan, plan_path, scene, "plan it again", scene_path)
-    q, tool_state = stand(plan, scene, None)
+    q, tool_state = start_state_of(plan, scene, None)
     with stage("check of the driver"):
         report = check_driver(connected(driver_name, connect, DriverRequest(scene, q, tool_state)), plan)
     if as_json:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
 
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.name_suggestion import shortened, suggestion
@@ -14,6 +17,43 @@ if TYPE_CHECKING:
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.scene.scene import Scene
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+CONFIGURATION = "NAME|q"
+CONFIGURATION_HELP = (
+    "a configuration of the cell (apc inspect lists them), or joint positions with commas, rad and m."
+)
+
+
+def start_option(function: F) -> F:
+    """Give a command the option --from NAME|q, by default home.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--from", "start", metavar=CONFIGURATION, default="home", show_default=True,
+        help=f"Start of the robot: {CONFIGURATION_HELP}",
+    )(function)  # fmt: skip
+
+
+def tool_state_option(function: F) -> F:
+    """Give a command the option --tool-state STATE.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--tool-state", metavar="STATE", default=None, show_default="the first of the cell",
+        help="State of the tool at the poses, e.g. straight.",
+    )(function)  # fmt: skip
 
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]:
@@ -69,7 +109,7 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState]:
+def start_state_of(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState]:
     """Return the state of the robot before a plan is executed.
 
     Args:
@@ -91,3 +131,21 @@ def stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState
         return plan.trajectory.positions[0], at_start
     q, tool_state = parse_configuration(scene.cell, start)
     return q, tool_state or at_start
+
+
+def named_state(cell: Cell, text: str | None) -> ToolState:
+    """Find a state of the cell's tool by its name.
+
+    Args:
+        cell: The cell.
+        text: The name; None for the default state.
+
+    Returns:
+        The state.
+
+    Raises:
+        UnknownNameError: The tool has no such state.
+    """
+    from pickcli.api.configurations import state_named
+
+    return cell.robot.tool.default_state if text is None else state_named(cell, text)

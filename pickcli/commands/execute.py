@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 import click
 
 from pickcli.commands.arm_options import ArmRequest, standing_option
+from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.command import Command, emit_json, in_order_given
-from pickcli.commands.configuration_option import stand
+from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, start_state_of
 from pickcli.commands.logs import stage
 from pickcli.commands.motion_queries import (
     answers_summary,
@@ -30,14 +31,7 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
-from pickcli.commands.plan_steps import (
-    CONFIGURATION,
-    CONFIGURATION_HELP,
-    artifact_options,
-    certified,
-    load_context,
-    trusted,
-)
+from pickcli.commands.plan_verification import certified, trusted
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_or_cell_options, scene_or_empty
 from pickcli.simulation.installed_drivers import SIMULATED, driver_factory, driver_names
@@ -145,7 +139,7 @@ def command(
     if planned_in is not None:
         _compare(plan, plan_path, (scene, scene_path), (believed, planned_in))
     plan = _judged(plan, plan_path, (scene, scene_path), (believed, planned_in), no_verify)
-    q, tool_state = stand(plan, scene, start)
+    q, tool_state = start_state_of(plan, scene, start)
     plans = [plan]
     driver = connected(driver_name, connect, DriverRequest(scene, q, tool_state, reality, seed))
     with closing(driver if driver_name == SIMULATED else GuardedDriver(driver_name, driver)) as driver:

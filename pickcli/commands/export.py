@@ -12,7 +12,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, RenamedOption, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output
-from pickcli.commands.plan_steps import trusted
+from pickcli.commands.plan_verification import trusted
 from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
 from pickcli.export.formats import format_names
 

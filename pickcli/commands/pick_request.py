@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pickcli.commands.arm_options import preferences_of, seen_by_others
+from pickcli.commands.artifact_options import load_context
 from pickcli.commands.configuration_option import parse_configuration
 from pickcli.commands.experience_session import experience_session
 from pickcli.commands.logs import stage
-from pickcli.commands.plan_steps import load_context, timed_certifier
+from pickcli.commands.plan_verification import timed_certifier
 
 if TYPE_CHECKING:
     from pickcli.commands.plan_options import PlanOptions

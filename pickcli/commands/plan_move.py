@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import click
 
+from pickcli.commands.artifact_options import load_context
 from pickcli.commands.command import Command
-from pickcli.commands.configuration_option import parse_configuration
+from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_configuration
 from pickcli.commands.experience_session import experience_session
 from pickcli.commands.logs import stage
 from pickcli.commands.plan_options import PlanOptions, plan_options
-from pickcli.commands.plan_steps import CONFIGURATION, CONFIGURATION_HELP, load_context
 from pickcli.commands.scene_options import scene_or_cell_options
 
 

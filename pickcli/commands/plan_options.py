@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import click
+
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.artifact_options import artifact_options
+from pickcli.commands.command import emit_json
+from pickcli.commands.configuration_option import start_option
 from pickcli.commands.experience_session import learn_option
 from pickcli.commands.options import json_option, output_option, passed_as, refuse_output, seed_option
-from pickcli.commands.plan_steps import artifact_options, deliver, start_option, verify_option
+from pickcli.commands.plan_verification import certified
+from pickcli.commands.report import plan_summary, plan_text
 from pickcli.commands.scene_options import refuse_held, scene_or_empty
 
 if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
     from pickcli.motion.plan import Plan
     from pickcli.planning.arm_choice import ArmSuitability
     from pickcli.scene.scene import Scene
@@ -103,8 +110,30 @@ class PlanOptions:
             RejectedError: The verifier rejects the plan; nothing is written.
             InputError: The file cannot be written.
         """
-        verify_now = not (is_judged or self.no_verify)
-        deliver(plan, scene, self.output, verify_now, self.as_json, self.overwrite, ranked)
+        from pickcli.motion.plan_file import write_plan
+
+        if not (is_judged or self.no_verify):
+            plan = certified(plan, scene, _advice(plan, scene.cell))
+        write_plan(plan, self.output, self.overwrite)
+        if self.as_json:
+            why = [{**asdict(arm), "against": arm.against and str(arm.against)} for arm in ranked]
+            emit_json({**plan_summary(plan, self.output), **({"arms_ranked": why} if why else {})})
+        else:
+            click.echo("\n".join([*map(str, ranked), plan_text(plan, self.output)]))
+
+
+def verify_option(function: F) -> F:
+    """Give a command the option --no-verify.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--no-verify", is_flag=True, help="Write the plan unverified, without a certificate."
+    )(function)
 
 
 def plan_options(default_arm: str) -> Callable[[F], F]:
@@ -128,3 +157,13 @@ def plan_options(default_arm: str) -> Callable[[F], F]:
         return function
 
     return decorate
+
+
+def _advice(plan: Plan, cell: Cell) -> str:
+    """Return advice for a plan that the verifier rejects."""
+    from pickcli.motion.plan import MAX_DURATION
+
+    speed = cell.max_tool_speed
+    if speed is not None and plan.trajectory.duration > MAX_DURATION:
+        return f"the cell's max_tool_speed of {speed:g} m/s makes it too long; raise that"
+    return "try another --seed, or look at the plan with --no-verify"

@@ -10,10 +10,10 @@ import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.command import Command, emit_json
+from pickcli.commands.configuration_option import named_state, tool_state_option
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, NumberType
 from pickcli.commands.options import cell_option, json_option, overwrite_option, refuse_output, seed_option
-from pickcli.commands.plan_steps import named_state, tool_state_option
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import table_lines
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.arm_options import arm_option
+from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.options import cell_option, items_option, passed_as, reality_option, stow_rule_option
-from pickcli.commands.plan_steps import artifact_options, load_context
 from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.errors import InputError
 

@@ -55,7 +55,7 @@ def _mean(statistics: TrialStatistics) -> str:
     """Mean score with its interval, and the worst score."""
     test, worst = statistics.mean_share, min(statistics.shares)
     between = f" (95 %: {test.low:.0%} to {test.high:.0%})" if test.n >= FEWEST else ""
-    return f"{test.mean:.0%} of the most in the mean{between}, {worst:.0%} in the worst"
+    return f"mean {test.mean:.0%} of the maximum score{between}, worst {worst:.0%}"
 
 
 def _share(rate: SuccessRate) -> str:

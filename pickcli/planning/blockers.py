@@ -136,7 +136,7 @@ def with_blockers(error: NoPlanError, plan_in: PlanIn, scene: Scene, query: Pick
     stuck = [name for name in names if not _has_plan(plan_in, scene, PickQuery(query.out_of, name, away))]
     advice = f"{error.summary()}\nwithout {' and '.join(names)} there is a plan"
     if stuck:
-        advice += f", but {' and '.join(stuck)} {'has' if len(stuck) == 1 else 'have'} none either"
+        advice += f", but {' and '.join(stuck)} cannot be picked either"
     return NoPlanError(error.query, error.reasons, advice, names)
 
 

@@ -132,7 +132,7 @@ def _warn_of_reach(warnings: FileWarnings, cell: Cell, reaches: Sequence[PlaceRe
     for place in cell.places:
         each = max((r for r in reaches if r.place == place), key=lambda r: r.share)
         if not len(each.tips):
-            text = f"the tool fits into {place} nowhere; correct the size of the place, or of the tool"
+            text = f"the tool fits at no pose in {place}; correct the size of the place or of the tool"
             far[place] = (_key_of(cell, place), text)
         elif each.share < MIN_REACHED_SHARE:
             text = f"the arm reaches {each.share:.0%} of {len(each.tips)} tool poses in {place}"

@@ -103,7 +103,7 @@ class PlacePoseSampler:
         free = self._taken([self._pose(d[:3], d[3], d[4]) for d in drawn], n)
         if len(free) < n:
             raise InputError(
-                f"{self.place.name}: the tool fits in with the cup {self.tool_state} nowhere to speak of"
+                f"{self.place.name}: the tool in its state {self.tool_state} fits at hardly any pose in it"
             )
         return free
 

@@ -53,7 +53,7 @@ class PlaceReachability:
 
     @property
     def share(self) -> float:
-        """Share of the poses that are reached; 0 if the tool fits in nowhere."""
+        """Share of the poses that are reached; 0 if the tool fits at none of them."""
         return float(self.is_reached.mean()) if len(self.is_reached) else 0.0
 
     @property

@@ -57,5 +57,7 @@ def tool_poses(cell: Cell, place: Place, tool_state: ToolState, n: int, rng: np.
     sampler = PlacePoseSampler(CollisionModel(mounted(cell, _AWAY)), place, tool_state)
     free = sampler.over_floor(rng, n)
     if not len(free):
-        raise InputError(f"{place.name}: the tool fits in nowhere in its state {tool_state}; try another one")
+        raise InputError(
+            f"{place.name}: the tool in its state {tool_state} fits at no pose in it; try another state"
+        )
     return free

@@ -209,8 +209,7 @@ def surveyed(path: Path, cell: Cell | None = None) -> IntegrityReport:
         check_intact(found, cell)
     except SYMPTOMS as error:
         raise DamagedError(
-            f"{path}: its checksums are right, but what it holds makes no sense ({cause_of(error)}); "
-            "build it again"
+            f"{path}: its checksums are right, but its content is invalid ({cause_of(error)}); build it again"
         ) from None
     return found
 

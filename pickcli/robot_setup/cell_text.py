@@ -198,8 +198,8 @@ class CellText:
     def _places(self) -> Iterator[str]:
         """The pod and the other places, each followed by a blank line."""
         if self.places:
-            yield "# What holds items. Where each stands was found by what the arm reaches: move it to yours;"
-            yield "# apc check tells what is reached there. Frames of places: docs/formats/cell.md."
+            yield "# Places of items. Their poses were chosen for the arm's reach: enter the real ones;"
+            yield "# apc check prints what is reached there. Frames of places: docs/formats/cell.md."
         for pod in (place for place in self.places if place.kind == POD):
             yield from (*pod.lines(), "")
         own = [place for place in self.places if place.kind != POD]

@@ -117,7 +117,7 @@ def _fingers(robot: Urdf, ends: Sequence[str]) -> tuple[Joint, Joint]:
         )
     listed = "; ".join(f"{', '.join(j.name for j in joints)} in {link}" for link, joints in sliding.items())
     raise _no_gripper(
-        f"expected two fingers in one hand, got {listed}; leave out what is none with --without LINK"
+        f"expected two fingers in one hand, got {listed}; leave out the other links with --without LINK"
     )
 
 

@@ -82,9 +82,8 @@ class Balance:
         """
         placed = self.graph.items[item_id]
         centre, weight = placed.T_world_item[:3, 3], placed.item.lightest * GRAVITY * _UP
-        both = (-weight, centre), (force, point)
-        for contact in self.graph.touching[item_id]:  # usually a single contact bears both
-            if contact.carries and all(bears(self._patch(contact), -contact.normal, *at) for at in both):
+        for contact in self._bearing_weight(item_id):  # usually one of these bears both forces by itself
+            if bears(self._patch(contact), -contact.normal, force, point):
                 return True
         borne = weight - force
         wrench = np.concatenate([borne, np.cross(point - centre, -force)]) / np.linalg.norm(borne)
@@ -182,9 +181,24 @@ class Balance:
         return {}
 
     @cached_property
+    def _bearing(self) -> dict[str, tuple[SolidContact, ...]]:
+        return {}
+
+    @cached_property
     def _patches(self) -> dict[tuple[str, str, bytes], Array]:
         """Cache of contact patches."""
         return {}
+
+    def _bearing_weight(self, item_id: str) -> tuple[SolidContact, ...]:
+        """Return the contacts each of which could bear an item's weight by itself."""
+        if item_id not in self._bearing:
+            centre = self.graph.items[item_id].T_world_item[:3, 3]
+            self._bearing[item_id] = tuple(
+                contact
+                for contact in self.graph.touching[item_id]
+                if contact.carries and bears(self._patch(contact), -contact.normal, -_UP, centre)
+            )
+        return self._bearing[item_id]
 
     def _patch(self, contact: SolidContact) -> Array:
         """Corners (N, 3) of the patch in which a presses on b."""

@@ -103,7 +103,7 @@ def damaged(path: Path, cause: str) -> DamagedError:
         The error, to be raised.
     """
     return DamagedError(
-        f"{path}: damaged ({cause}); apc check {shlex.quote(str(path))} tells what is lost and whether it "
+        f"{path}: damaged ({cause}); apc check {shlex.quote(str(path))} prints what is lost and whether it "
         "can be repaired, else build it again"
     )
 

@@ -56,7 +56,9 @@ class States:
         """
         if (i, n) not in self._finer:
             first = i - i % NEIGHBOURS
-            starts, ends = (self.times[first : first + NEIGHBOURS + 1][k] for k in (slice(-1), slice(1, None)))
+            starts, ends = (
+                self.times[first : first + NEIGHBOURS + 1][k] for k in (slice(-1), slice(1, None))
+            )
             times = np.append(np.linspace(starts, ends, n, endpoint=False, axis=1).ravel(), ends[-1])
             split = _states_at(times, self.robot, self.trajectory, self.max_step)
             for k in range(len(starts)):

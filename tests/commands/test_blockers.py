@@ -53,9 +53,9 @@ def planning(free_without: set[str], stuck: set[str], *blame: str):  # type: ign
         ({BOX}, (BOX,), set(), f"without {BOX} there is a plan"),
         ({BOX}, (HOOKS, BOX), set(), f"without {BOX} there is a plan"),
         ({BOX, HOOKS}, (BOX, HOOKS), set(), f"without {BOX} and {HOOKS} there is a plan"),
-        ({BOX}, (BOX,), {BOX}, f"without {BOX} there is a plan, but {BOX} has none either"),
+        ({BOX}, (BOX,), {BOX}, f"without {BOX} there is a plan, but {BOX} cannot be picked either"),
         ({BOX, HOOKS}, (BOX, HOOKS), {BOX, HOOKS},
-         f"without {BOX} and {HOOKS} there is a plan, but {BOX} and {HOOKS} have none either"),
+         f"without {BOX} and {HOOKS} there is a plan, but {BOX} and {HOOKS} cannot be picked either"),
     ],
 )  # fmt: skip
 def test_the_items_that_matter_are_named_and_those_that_are_stuck_themselves(

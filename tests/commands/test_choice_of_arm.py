@@ -81,8 +81,8 @@ def test_an_arm_that_is_named_is_taken(cell: Path, scene: Path, tmp_path: Path) 
 def test_where_no_arm_has_a_plan_each_is_told_with_its_own_reasons(
     cell: Path, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def no_plan(planner: PlanningContext, *_: object) -> Plan:
-        raise NoPlanError("pick it", [Reason("joint limit", detail=planner.cell.arm)] * 3)
+    def no_plan(context: PlanningContext, *_: object) -> Plan:
+        raise NoPlanError("pick it", [Reason("joint limit", detail=context.cell.arm)] * 3)
 
     monkeypatch.setattr("pickcli.planning.pick.plan_pick", no_plan)
     told = apc(*pick(cell, scene, "bin_E", MIDDLE, tmp_path / "plan.json"))

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pickcli.commands import plan_steps
+from pickcli.commands import artifact_options
 from pickcli.errors import DamagedError
 from pickcli.precompute.experience import ExperienceFiles
 from support.command_line import ITEM, Made, apc, refused
@@ -78,7 +78,7 @@ def test_what_was_asked_for_is_written_before_learning_fails(
         raise DamagedError("roadmap.learned.h5: damaged meanwhile")
 
     monkeypatch.setattr(ExperienceFiles, "learn_edges", damaged)
-    monkeypatch.setattr(plan_steps, "_build_missing", lambda cell, jobs: None)
+    monkeypatch.setattr(artifact_options, "_build_missing", lambda cell, jobs: None)
     out = tmp_path / "out"
     argv = {
         "plan-pick": ("--scene", made.scene, "--bin", "bin_C", "--item", ITEM),

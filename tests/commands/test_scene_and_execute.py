@@ -15,7 +15,7 @@ from pickcli.cell.pod_tolerance import displaced
 from pickcli.commands.execute import command as execute_command
 from pickcli.commands.inspect import command as inspect_command
 from pickcli.commands.make_scene import command as make_scene_command
-from pickcli.commands.plan_steps import deliver
+from pickcli.commands.plan_options import PlanOptions
 from pickcli.errors import InputError, RejectedError, TrialAbortedError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
@@ -170,8 +170,13 @@ def test_a_plan_that_the_speed_limit_makes_too_long_is_refused_with_that_advice(
     scene = Scene(slow, slow.T_world_pod, (), PoseNoise())
     plan = replace(rail_move(slow), scene_hash=scene_hash(scene))
     long = replace(plan, trajectory=replace(plan.trajectory, times=np.array([0.0, 301.0])))
+    options = PlanOptions(
+        scene_path=None, cell_name=None, items_path=None, start="home", arm=None, standing=(),
+        no_verify=False, roadmap=None, trajectories=None, learn=False, seed=0, as_json=False,
+        output=tmp_path / "out.json", overwrite=False,
+    )  # fmt: skip
     with pytest.raises(RejectedError, match=r"max_tool_speed of 0\.01 m/s makes it too long; raise that"):
-        deliver(long, scene, tmp_path / "out.json", verify_now=True, as_json=False, overwrite=False)
+        options.deliver(long, scene)
 
 
 def test_a_plan_that_was_sealed_again_is_not_executed(files: tuple[Path, Path], cell: Cell) -> None:

@@ -98,7 +98,7 @@ def test_a_senseless_file_is_refused(
         path.write_bytes(damaged)
     before = path.read_bytes()
     name, *options = command
-    refused(apc(name, path, *options), 4, path, "makes no sense", told, "build it again")
+    refused(apc(name, path, *options), 4, path, "its content is invalid", told, "build it again")
     assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
 
 

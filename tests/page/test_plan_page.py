@@ -106,7 +106,7 @@ def test_reasons_become_marks_with_bodies_depth_time_and_grasp() -> None:
         Reason("does not hold", "top-down grasp on face +z, lift", "2.10 of what the cup bears"),
         Reason("collision", "frontal grasp on face -x, contact", "lance against pod post_left, 7 mm deep"),
         Reason("collision", "frontal grasp on face -x, contact", "lance against pod post_left, 9 mm deep"),
-        Reason("no free place in the tote", "place", "40 spots tried"),
+        Reason("no free place in the tote", "place", "40 placements tried"),
     ]
     marks = failure_marks(reasons, {"cup", "lance", "post_left"}, "soap")
     assert [(m.title, m.names, m.depth, m.t, m.count) for m in marks] == [

@@ -17,7 +17,7 @@ SceneWith = Callable[..., Scene]
 
 
 @pytest.fixture(scope="session")
-def planner(cell: Cell) -> PlanningContext:
+def context(cell: Cell) -> PlanningContext:
     return PlanningContext(cell)
 
 

@@ -49,7 +49,7 @@ def own(tmp_path_factory: pytest.TempPathFactory) -> Cell:
 
 
 @pytest.fixture(scope="module")
-def planner(own: Cell) -> PlanningContext:
+def context(own: Cell) -> PlanningContext:
     return PlanningContext(own)
 
 
@@ -117,11 +117,11 @@ def test_drops_go_along_with_a_crate_that_was_moved(own: Cell, held: AttachedIte
 
 @pytest.mark.parametrize(("name", "at"), [("bench", (0.05, -0.1)), ("rack_1_2", (0.2, 0.05))])
 def test_what_is_set_down_is_wholly_there_clear_of_the_rest_and_stays(
-    own: Cell, planner: PlanningContext, name: str, at: tuple[float, float]
+    own: Cell, context: PlanningContext, name: str, at: tuple[float, float]
 ) -> None:
     other, item = lying(own, name, at), lying(own, "crate_left", (0.0, 0.0))
     scene, place = scene_of(own, other, item), own.places[name]
-    spots = floor_placements(planner, scene, item, rotation_axis_angle((0.0, 0.0, 1.0), 0.3), place, 6)
+    spots = floor_placements(context, scene, item, rotation_axis_angle((0.0, 0.0, 1.0), 0.3), place, 6)
     assert not isinstance(spots, Failures) and len(spots) == 6
     for spot in spots:
         low, high = box_in(scene, place, spot)
@@ -146,18 +146,18 @@ WAYS = [
 ]
 
 
-def moved(planner: PlanningContext, scene: Scene, into: str) -> Plan:
+def moved(context: PlanningContext, scene: Scene, into: str) -> Plan:
     home, placed = scene.cell.configurations["home"], scene.items[0]
     start = Start(home.q, home.tool_state)
-    return plan_pick(planner, scene, PickQuery(placed.location, placed.id, into=into), start)
+    return plan_pick(context, scene, PickQuery(placed.location, placed.id, into=into), start)
 
 
 @pytest.mark.parametrize(("out_of", "into", "at"), WAYS)
 def test_an_item_goes_from_any_place_into_any_other(
-    own: Cell, planner: PlanningContext, out_of: str, into: str, at: tuple[float, float]
+    own: Cell, context: PlanningContext, out_of: str, into: str, at: tuple[float, float]
 ) -> None:
     scene = scene_of(own, lying(own, out_of, at))
-    plan = moved(planner, scene, into)
+    plan = moved(context, scene, into)
     assert verify(plan, scene).reasons == ()
     world = World(scene, own.configurations["home"].q)
     try:
@@ -172,13 +172,13 @@ def test_an_item_goes_from_any_place_into_any_other(
 def test_what_leans_in_a_crate_stands_straight_in_a_shelf() -> None:
     """Its top leans by 35 degrees to any side; the cup leans with it, and points straight into the bin."""
     cell = load_cell("ur5e_crates")
-    planner, crate = PlanningContext(cell), cell.places["crate_left"]
+    context, crate = PlanningContext(cell), cell.places["crate_left"]
     for yaw in (0.3, 2.0):
         R = rotation_axis_angle((0.0, 0.0, 1.0), yaw) @ rotation_axis_angle((1.0, 0.0, 0.0), 0.6)
         item = cell.item("soft_white_lightbulb")
         at = pose((0.0, 0.0, float(item.shape.reach(R)[2])), R=R)
         scene = scene_of(cell, PlacedItem("bulb", item, "crate_left", cell.T_world_place(crate) @ at))
-        plan = moved(planner, scene, "shelf_1_1")
+        plan = moved(context, scene, "shelf_1_1")
         assert verify(plan, scene).reasons == ()
         held, k = pose_in_tool(plan, scene), max(k for k, s in enumerate(plan.segments) if s.held is not None)
         assert plan.grasp is not None and held is not None
@@ -201,7 +201,7 @@ def reasons_where_it_is_let_go(plan: Plan, scene: Scene, T_place_moved: Array, p
 
 
 def test_a_release_beyond_walls_edge_or_mouth_or_too_high_is_refused(
-    own: Cell, planner: PlanningContext
+    own: Cell, context: PlanningContext
 ) -> None:
     scene = scene_of(own, lying(own, "crate_left", (0.02, 0.01)))
     for into, faults in {
@@ -217,7 +217,7 @@ def test_a_release_beyond_walls_edge_or_mouth_or_too_high_is_refused(
             (0.0, 0.0, 0.04): ["released too high"],
         },
     }.items():  # fmt: skip
-        plan = moved(planner, scene, into)
+        plan = moved(context, scene, into)
         for shift, told in faults.items():
             assert reasons_where_it_is_let_go(plan, scene, pose(shift), into) == told, (into, shift)
 

@@ -19,14 +19,14 @@ from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 BIN = "bin_E"
 
 
-def ways_out(planner: PlanningContext, *placed: tuple[str, Array], seed: int = 0) -> Extraction:
+def ways_out(context: PlanningContext, *placed: tuple[str, Array], seed: int = 0) -> Extraction:
     """Of the first of the items (name, pose in the bin's frame)."""
-    cell = planner.cell
+    cell = context.cell
     T_bin = cell.T_world_place(cell.pod.bins[BIN])
     items = tuple(PlacedItem(name, cell.item(name), BIN, T_bin @ T) for name, T in placed)
     scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
     return PickProblem(
-        planner, scene, cell.pod.bins[BIN], items[0], cell.places["tote"], seed=seed
+        context, scene, cell.pod.bins[BIN], items[0], cell.places["tote"], seed=seed
     ).extraction
 
 
@@ -49,11 +49,11 @@ def planned(ways: Extraction, seed: int = 0) -> list[Array]:
 
 
 @pytest.fixture(scope="module")
-def behind(planner: PlanningContext) -> Extraction:
+def behind(context: PlanningContext) -> Extraction:
     """A bottle that stands too tall to be lifted over the can that lies across in front of it."""
-    cell = planner.cell
+    cell = context.cell
     bottle = standing(cell, "up_glucose_bottle", 0.33, 0.0)
-    return ways_out(planner, bottle, lying_across(cell, "folgers_classic_roast_coffee", 0.2, 0.0))
+    return ways_out(context, bottle, lying_across(cell, "folgers_classic_roast_coffee", 0.2, 0.0))
 
 
 def is_proven(leaving: FreeItemChecker, carrying: FreeItemChecker, D: Array) -> bool:
@@ -76,10 +76,10 @@ def test_a_bottle_is_rolled_over_where_it_is_too_tall_to_be_lifted(behind: Extra
         assert max(abs(d[5]) for d in corridor.retreat) > np.radians(30.0)
 
 
-def test_the_seed_of_a_query_decides_which_ways_are_planned(planner: PlanningContext) -> None:
-    bottle = standing(planner.cell, "up_glucose_bottle", 0.33, 0.0)
-    can = lying_across(planner.cell, "folgers_classic_roast_coffee", 0.2, 0.0)
-    first, again, other = (ways_out(planner, bottle, can, seed=seed).corridors for seed in (1, 1, 2))
+def test_the_seed_of_a_query_decides_which_ways_are_planned(context: PlanningContext) -> None:
+    bottle = standing(context.cell, "up_glucose_bottle", 0.33, 0.0)
+    can = lying_across(context.cell, "folgers_classic_roast_coffee", 0.2, 0.0)
+    first, again, other = (ways_out(context, bottle, can, seed=seed).corridors for seed in (1, 1, 2))
     assert (
         not isinstance(first, Failures)
         and not isinstance(again, Failures)
@@ -95,27 +95,27 @@ def test_the_same_seed_gives_the_same_ways(behind: Extraction) -> None:
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
 
 
-def test_what_is_built_in_has_no_way_out_and_says_by_what(planner: PlanningContext) -> None:
-    cell = planner.cell
+def test_what_is_built_in_has_no_way_out_and_says_by_what(context: PlanningContext) -> None:
+    cell = context.cell
     target = standing(cell, "crayola_24_ct", 0.3, 0.0)
     cover = standing(cell, "peva_shower_curtain_liner", 0.25, 0.0)
     cover[1][2, 3] += float(cell.item("crayola_24_ct").shape.extents[2]) + 0.001
-    failures = ways_out(planner, target, cover).corridors
+    failures = ways_out(context, target, cover).corridors
     assert isinstance(failures, Failures)
     assert failures.in_the_way == ("peva_shower_curtain_liner",)
 
 
 @pytest.fixture(scope="module")
-def mailer(planner: PlanningContext) -> Extraction:
+def mailer(context: PlanningContext) -> Extraction:
     """A mailer wider than the mouth of its bin, between walls that are 11 mm away."""
-    cell = planner.cell
+    cell = context.cell
     cell_bin = cell.pod.bins["bin_I"]
     T_bin = cell.T_world_place(cell_bin)
     item = cell.item("scotch_bubble_mailer")
     at = [0.33, sum(cell_bin.room.y_range) / 2, cell_bin.room.floor_back + item.shape.extents[2] / 2 + 0.0005]
     placed = PlacedItem(item.name, item, cell_bin.name, T_bin @ pose(at, rpy=[0.0, 0.0, np.pi / 2]))
     scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
-    return PickProblem(planner, scene, cell_bin, placed, planner.cell.places["tote"]).extraction
+    return PickProblem(context, scene, cell_bin, placed, context.cell.places["tote"]).extraction
 
 
 def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mailer: Extraction) -> None:

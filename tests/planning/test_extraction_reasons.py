@@ -21,13 +21,13 @@ APART = re.compile(r"([\d.]+) mm apart \(([\d.]+) mm are needed")
 
 
 @pytest.fixture(scope="module")
-def reasons(cell: Cell, planner: PlanningContext) -> list[str]:
+def reasons(cell: Cell, context: PlanningContext) -> list[str]:
     """Every reason against the ways out of the items of two full bins."""
     scene = make_scene(make_order(OrderKind.PICK, 2016, 4410).bin_contents, cell, 4410)
     seen = Scene(cell, scene.T_world_pod, scene.items, PoseNoise(0.002, float(np.radians(1.0))))
     found = []
     for placed in seen.items:
-        problem = PickProblem(planner, seen, cell.places[placed.location], placed, cell.places["tote"])
+        problem = PickProblem(context, seen, cell.places[placed.location], placed, cell.places["tote"])
         ways = problem.extraction.transforms(CorridorSet.FEW)
         if isinstance(ways, Failures):
             found += [str(reason) for reason in ways]

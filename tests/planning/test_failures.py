@@ -38,90 +38,90 @@ def with_crate(
     return replace(scene, items=(*scene.items, PlacedItem(BLOCKER, item, place, T)))
 
 
-def refusal(planner: PlanningContext, scene: Scene, query: PickQuery, start: Start) -> NoPlanError:
+def refusal(context: PlanningContext, scene: Scene, query: PickQuery, start: Start) -> NoPlanError:
     """Why a pick fails that succeeds without the blocker."""
-    assert plan_pick(planner, scene.without(BLOCKER), query, start).segments
+    assert plan_pick(context, scene.without(BLOCKER), query, start).segments
     with pytest.raises(NoPlanError) as caught:
-        plan_pick(planner, scene, query, start)
+        plan_pick(context, scene, query, start)
     return caught.value
 
 
 def test_a_start_that_is_not_free_is_the_only_reason(
-    planner: PlanningContext, scene_with: SceneWith, home: Start
+    context: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
     scene = scene_with((ITEM, FROM, 0.2, 0.0))
     tip = PlanningContext(scene.cell).arm.tip(home.q, home.tool_state)[:3, 3]
     T_place_world = np.linalg.inv(scene.T_world_place(scene.cell.places[INTO]))
     x, y, z = (T_place_world @ (*tip, 1.0))[:3].tolist()
     with pytest.raises(NoPlanError) as caught:
-        plan_pick(planner, with_crate(scene, INTO, (x, y, z), (0.1, 0.1, 0.1)), PickQuery(FROM, ITEM), home)
+        plan_pick(context, with_crate(scene, INTO, (x, y, z), (0.1, 0.1, 0.1)), PickQuery(FROM, ITEM), home)
     (reason,) = caught.value.reasons
     assert reason.what == "collision" and reason.where == "start" and BLOCKER in str(reason)
 
 
 def test_what_fills_the_floor_of_the_destination(
-    planner: PlanningContext, scene_with: SceneWith, home: Start
+    context: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
-    room = planner.cell.places[INTO].room
+    room = context.cell.places[INTO].room
     size = (room.depth - 0.06, room.y_range[1] - room.y_range[0] - 0.02, 0.1)
     at = (room.depth / 2, sum(room.y_range) / 2, room.floor_front + 0.052)
     scene = with_crate(scene_with((ITEM, FROM, 0.2, 0.0)), INTO, at, size)
-    error = refusal(planner, scene, PickQuery(FROM, ITEM, into=INTO), home)
+    error = refusal(context, scene, PickQuery(FROM, ITEM, into=INTO), home)
     assert error.in_the_way == (BLOCKER,)
     assert "no free place on the floor" in {r.what for r in error.reasons if r.in_the_way == BLOCKER}
 
 
-def test_what_fills_the_tote(planner: PlanningContext, scene_with: SceneWith, home: Start) -> None:
-    x, y, _ = planner.cell.places[TOTE].room.size
+def test_what_fills_the_tote(context: PlanningContext, scene_with: SceneWith, home: Start) -> None:
+    x, y, _ = context.cell.places[TOTE].room.size
     scene = with_crate(scene_with((ITEM, FROM, 0.2, 0.0)), TOTE, (0.0, 0.0, 0.25), (x - 0.02, y - 0.02, 0.5))
-    error = refusal(planner, scene, PickQuery(FROM, ITEM), home)
+    error = refusal(context, scene, PickQuery(FROM, ITEM), home)
     assert "would drop too far" in {reason.what for reason in error.reasons}
     assert error.in_the_way == (BLOCKER,)
 
 
-def test_what_hangs_over_the_tote(planner: PlanningContext, scene_with: SceneWith, home: Start) -> None:
+def test_what_hangs_over_the_tote(context: PlanningContext, scene_with: SceneWith, home: Start) -> None:
     """It is no part of the pile, and met by the arm alone."""
-    x, y, z = planner.cell.places[TOTE].room.size
+    x, y, z = context.cell.places[TOTE].room.size
     piled = with_crate(scene_with((ITEM, FROM, 0.2, 0.0)), TOTE, (0.0, 0.0, z + 0.17), (x, y, 0.3))
     crate = replace(piled.find(BLOCKER), location=INTO)
     scene = replace(piled, items=(*piled.without(BLOCKER).items, crate))
-    error = refusal(planner, scene, PickQuery(FROM, ITEM), home)
+    error = refusal(context, scene, PickQuery(FROM, ITEM), home)
     assert "no free place in the tote" in {reason.what for reason in error.reasons}
     assert error.in_the_way == (BLOCKER,)
 
 
 def test_what_stands_before_the_target_is_cleared(
-    planner: PlanningContext, scene_with: SceneWith, home: Start
+    context: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
     scene = with_crate(scene_with((ITEM, FROM, 0.3, 0.0)), FROM, (0.12, 0.0, 0.07), (0.08, 0.24, 0.12))
     query = PickQuery(FROM, ITEM)
-    assert BLOCKER in refusal(planner, scene, query, home).in_the_way
-    cleared = blocking_items(lambda seen: plan_pick(planner, seen, query, home), scene, scene.find(ITEM))
+    assert BLOCKER in refusal(context, scene, query, home).in_the_way
+    cleared = blocking_items(lambda seen: plan_pick(context, seen, query, home), scene, scene.find(ITEM))
     assert cleared == (BLOCKER,)
 
 
-def in_front(planner: PlanningContext, scene: Scene) -> tuple[MotionSegment, Scene]:
+def in_front(context: PlanningContext, scene: Scene) -> tuple[MotionSegment, Scene]:
     """An edge between two named configurations, and the scene with a crate around the tool half-way."""
-    named = planner.cell.configurations
+    named = context.cell.configurations
     edge = np.stack([named["bin_D"].q, named["bin_G"].q])
-    T = planner.arm.tip(edge.mean(axis=0), STRAIGHT)
+    T = context.arm.tip(edge.mean(axis=0), STRAIGHT)
     item = replace(scene.cell.item(BLOCKER), shape=Shape(ShapeKind.BOX, (0.1, 0.1, 0.1)))
     blocked = replace(scene, items=(*scene.items, PlacedItem(BLOCKER, item, FROM, T)))
     return MotionSegment(SegmentKind.TRANSIT, edge, mode=Mode(STRAIGHT)), blocked
 
 
-def test_what_a_timed_run_meets(planner: PlanningContext, scene_with: SceneWith) -> None:
+def test_what_a_timed_run_meets(context: PlanningContext, scene_with: SceneWith) -> None:
     """The proof after the timing names it; that no blend is free says nothing of what stands there."""
     scene = scene_with()
-    segment, blocked = in_front(planner, scene)
-    assert not isinstance(proven_run(planner, scene, [segment]), Failures)
-    failures = proven_run(planner, blocked, [segment])
+    segment, blocked = in_front(context, scene)
+    assert not isinstance(proven_run(context, scene, [segment]), Failures)
+    failures = proven_run(context, blocked, [segment])
     assert isinstance(failures, Failures)
     assert failures.in_the_way == (BLOCKER,)
 
 
 def test_what_a_timed_run_with_an_item_meets(
-    planner: PlanningContext, scene_with: SceneWith, home: Start, monkeypatch: pytest.MonkeyPatch
+    context: PlanningContext, scene_with: SceneWith, home: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     carried = []
 
@@ -130,13 +130,13 @@ def test_what_a_timed_run_with_an_item_meets(
         return carried_run(*args)
 
     monkeypatch.setattr(certified_timing, "carried_run", kept)
-    plan_pick(planner, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
+    plan_pick(context, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
     context, scene, segments, grasp, hold = carried[0]
     run = carried_run(context, scene, segments, grasp, hold)
     assert isinstance(run, CarriedRun)
     transfer = next(segment for segment in segments if segment.kind is SegmentKind.TRANSFER)
     longest = int(np.argmax(np.linalg.norm(np.diff(transfer.waypoints, axis=0), axis=1)))
-    T = planner.arm.tip(transfer.waypoints[longest : longest + 2].mean(axis=0), grasp.tool_state)
+    T = context.arm.tip(transfer.waypoints[longest : longest + 2].mean(axis=0), grasp.tool_state)
     item = replace(scene.cell.item(BLOCKER), shape=Shape(ShapeKind.BOX, (0.1, 0.1, 0.1)))
     blocked = replace(scene, items=(*scene.items, PlacedItem(BLOCKER, item, TOTE, T)))
     failures = carried_run(context, blocked, segments, grasp, hold)
@@ -145,10 +145,10 @@ def test_what_a_timed_run_with_an_item_meets(
 
 
 def test_every_event_that_cannot_be_bound(
-    planner: PlanningContext, scene_with: SceneWith, home: Start, monkeypatch: pytest.MonkeyPatch
+    context: PlanningContext, scene_with: SceneWith, home: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     unbound = (Reason("anchor off the path", "pump on"), Reason("anchor off the path", "valve off", "", "x"))
     monkeypatch.setattr(events, "resolve", lambda *args: ResolvedEvents((), 0.0, unbound))
     with pytest.raises(NoPlanError) as caught:
-        plan_pick(planner, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
+        plan_pick(context, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
     assert set(unbound) <= set(caught.value.reasons)

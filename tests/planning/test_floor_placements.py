@@ -45,9 +45,9 @@ def scene(scene_with: SceneWith) -> Scene:
 
 
 @pytest.fixture(scope="module")
-def moved(planner: PlanningContext, cell: Cell, scene: Scene) -> Plan:
+def moved(context: PlanningContext, cell: Cell, scene: Scene) -> Plan:
     home = cell.configurations["home"]
-    return plan_pick(planner, scene, PickQuery(FROM, ITEM, into=INTO), Start(home.q, home.tool_state), seed=2)
+    return plan_pick(context, scene, PickQuery(FROM, ITEM, into=INTO), Start(home.q, home.tool_state), seed=2)
 
 
 def with_segment(plan: Plan, k: int, **changes: object) -> Plan:
@@ -57,7 +57,7 @@ def with_segment(plan: Plan, k: int, **changes: object) -> Plan:
 
 
 def test_what_would_not_stay_where_it_is_let_go_is_refused(
-    planner: PlanningContext, scene: Scene, moved: Plan
+    context: PlanningContext, scene: Scene, moved: Plan
 ) -> None:
     """Over the floor it is set down; half over a box of 17 mm, as far over the floor, it would tumble."""
     T = pose_in_tool(moved, scene)
@@ -78,14 +78,14 @@ def release(plan: Plan) -> int:
     return max(k for k, segment in enumerate(plan.segments) if segment.held is not None)
 
 
-def set_down(planner: PlanningContext, plan: Plan) -> Array:
+def set_down(context: PlanningContext, plan: Plan) -> Array:
     """Pose (4, 4) in the world of the item when it is let go."""
     contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
     last = plan.segments[release(plan)]
     assert plan.grasp is not None
 
     def tip(s: Segment) -> Array:
-        return planner.arm.tip(plan.trajectory.sample(s.t_end)[0], s.tool_state)
+        return context.arm.tip(plan.trajectory.sample(s.t_end)[0], s.tool_state)
 
     # It has not moved relative to the cup since the contact.
     return np.asarray(tip(last) @ inverse(tip(contact)))
@@ -102,10 +102,10 @@ def test_it_goes_in_straight_and_comes_out_empty_certified(moved: Plan, scene: S
 
 
 def test_it_is_let_go_just_over_the_floor_inside_the_bin(
-    planner: PlanningContext, moved: Plan, scene: Scene
+    context: PlanningContext, moved: Plan, scene: Scene
 ) -> None:
     cell_bin, placed = scene.cell.pod.bins[INTO], scene.find(ITEM)
-    T = inverse(scene.T_world_place(cell_bin)) @ set_down(planner, moved) @ placed.T_world_item
+    T = inverse(scene.T_world_place(cell_bin)) @ set_down(context, moved) @ placed.T_world_item
     reach = placed.item.shape.reach(T[:3, :3])
     low, high = T[:3, 3] - reach, T[:3, 3] + reach
     assert low[0] > 0.02 and high[0] < cell_bin.room.depth
@@ -130,14 +130,14 @@ def test_nothing_may_be_touched_before_the_last_stretch(moved: Plan, scene: Scen
     assert [r.what for r in reasons] == ["touching not allowed"] * len(reasons) != []
 
 
-def test_every_place_is_clear_of_what_lies_there(planner: PlanningContext, scene_with: SceneWith) -> None:
+def test_every_place_is_clear_of_what_lies_there(context: PlanningContext, scene_with: SceneWith) -> None:
     scene = scene_with(
         (ITEM, FROM, 0.2, 0.0),
         ("dove_beauty_bar", INTO, 0.2, 0.05),
         ("expo_dry_erase_board_eraser", INTO, 0.35, -0.05),
     )
     placed = scene.items[0]
-    spots = floor_placements(planner, scene, placed, np.eye(3), scene.cell.pod.bins[INTO], n_most=50)
+    spots = floor_placements(context, scene, placed, np.eye(3), scene.cell.pod.bins[INTO], n_most=50)
     assert not isinstance(spots, Failures) and len(spots) > 5
     for spot in spots:
         reach = spot.item.shape.reach(spot.T_world_item[:3, :3])
@@ -147,13 +147,13 @@ def test_every_place_is_clear_of_what_lies_there(planner: PlanningContext, scene
             assert gap.max() > scene.cell.clearance
 
 
-def test_a_full_bin_and_a_thin_thing_say_why(planner: PlanningContext, scene_with: SceneWith) -> None:
+def test_a_full_bin_and_a_thin_thing_say_why(context: PlanningContext, scene_with: SceneWith) -> None:
     full = scene_with(
         (ITEM, FROM, 0.2, 0.0),
         *(("dove_beauty_bar", INTO, x, y) for x in (0.1, 0.22, 0.34) for y in (-0.08, 0.0, 0.08)),
     )
     cell_bin = full.cell.pod.bins[INTO]
-    none = floor_placements(planner, full, full.items[0], np.eye(3), cell_bin)
+    none = floor_placements(context, full, full.items[0], np.eye(3), cell_bin)
     assert isinstance(none, Failures)
     assert {reason.what for reason in none} == {"no free place on the floor"}
     assert set(none.in_the_way) == {"dove_beauty_bar"}
@@ -163,7 +163,7 @@ def test_a_full_bin_and_a_thin_thing_say_why(planner: PlanningContext, scene_wit
     R = np.roll(np.eye(3), 2 - (thinnest + 1), axis=0)  # another axis than the thinnest upwards
     reach = thin.item.shape.reach(R)
     assert reach[:2].min() < LEAST_SLENDERNESS * reach[2]
-    falls = floor_placements(planner, full.moved(thin), thin, R, cell_bin)
+    falls = floor_placements(context, full.moved(thin), thin, R, cell_bin)
     assert isinstance(falls, Failures)
     assert "would fall over" in [reason.what for reason in falls]
 
@@ -182,12 +182,12 @@ def facing(scene: Scene, name: str) -> Array:
 
 @pytest.mark.parametrize("bin_name", ["bin_B", "bin_F", "bin_H", "bin_J"])
 def test_what_is_thin_leans_back_on_the_wall_and_stays_there(
-    planner: PlanningContext, scene_with: SceneWith, bin_name: str
+    context: PlanningContext, scene_with: SceneWith, bin_name: str
 ) -> None:
     """Physics is the judge: what is let go there leans where it is, and does not slide down."""
     scene = scene_with((CARDS, "bin_A", 0.2, 0.0))
     placed, place = scene.items[0], scene.cell.pod.bins[bin_name]
-    spots = floor_placements(planner, scene, placed, facing(scene, CARDS), place)
+    spots = floor_placements(context, scene, placed, facing(scene, CARDS), place)
     assert not isinstance(spots, Failures) and spots
     for spot in spots[:2]:
         rested = settle(scene, (spot,))
@@ -198,11 +198,11 @@ def test_what_is_thin_leans_back_on_the_wall_and_stays_there(
 
 
 def test_what_is_thin_leans_on_an_item_that_is_behind_it(
-    planner: PlanningContext, scene_with: SceneWith
+    context: PlanningContext, scene_with: SceneWith
 ) -> None:
     scene = scene_with((CARDS, "bin_A", 0.2, 0.0), ("kleenex_tissue_box", INTO, 0.35, 0.0))
     placed, place = scene.items[0], scene.cell.pod.bins[INTO]
-    spots = floor_placements(planner, scene, placed, facing(scene, CARDS), place, n_most=50)
+    spots = floor_placements(context, scene, placed, facing(scene, CARDS), place, n_most=50)
     assert not isinstance(spots, Failures)
     box = scene.items[1]
     before = [s for s in spots if (inverse(scene.T_world_place(place)) @ s.T_world_item)[0, 3] < 0.3]
@@ -214,14 +214,14 @@ def test_what_is_thin_leans_on_an_item_that_is_behind_it(
 
 @pytest.mark.parametrize("name", ["rawlings_baseball", "dasani_water_bottle"])
 def test_what_rolls_is_set_down_on_level_ground_or_nowhere(
-    planner: PlanningContext, scene_with: SceneWith, name: str
+    context: PlanningContext, scene_with: SceneWith, name: str
 ) -> None:
     """Physics is the judge: on the slopes of the floors balls roll, and bottles that lie across them."""
     scene = scene_with((name, FROM, 0.2, 0.0))
     (placed,) = scene.items
     lying = rotation_axis_angle((1.0, 0.0, 0.0), np.pi / 2)
     for bin_name in ("bin_A", INTO, "bin_L"):
-        spots = floor_placements(planner, scene, placed, lying, scene.cell.pod.bins[bin_name], n_most=3)
+        spots = floor_placements(context, scene, placed, lying, scene.cell.pod.bins[bin_name], n_most=3)
         if isinstance(spots, Failures):
             assert [reason.what for reason in spots] == ["would fall over or roll"]
             continue
@@ -232,9 +232,9 @@ def test_what_rolls_is_set_down_on_level_ground_or_nowhere(
             assert np.linalg.norm(rested[0].T_world_item[:3, 3] - spot.T_world_item[:3, 3]) < 0.01
 
 
-def test_an_item_that_leans_is_set_down_level(planner: PlanningContext, scene: Scene) -> None:
+def test_an_item_that_leans_is_set_down_level(context: PlanningContext, scene: Scene) -> None:
     leaning = pose(rpy=(0.1, 0.0, 0.4))[:3, :3]
-    spots = floor_placements(planner, scene, scene.find(ITEM), leaning, scene.cell.pod.bins[INTO])
+    spots = floor_placements(context, scene, scene.find(ITEM), leaning, scene.cell.pod.bins[INTO])
     assert not isinstance(spots, Failures) and spots
     T_world_bin = scene.T_world_place(scene.cell.pod.bins[INTO])
     for spot in spots:
@@ -242,10 +242,10 @@ def test_an_item_that_leans_is_set_down_level(planner: PlanningContext, scene: S
         assert abs(R[1, 2]) < 1e-9  # no roll; its pitch is that of the floor
 
 
-def test_a_place_that_is_not_in_the_cell_is_named(planner: PlanningContext, cell: Cell, scene: Scene) -> None:
+def test_a_place_that_is_not_in_the_cell_is_named(context: PlanningContext, cell: Cell, scene: Scene) -> None:
     home = Start(cell.configurations["home"].q, cell.configurations["home"].tool_state)
     with pytest.raises(UnknownNameError, match="unknown place 'bin_X'"):
-        plan_pick(planner, scene, PickQuery(FROM, ITEM, into="bin_X"), home)
+        plan_pick(context, scene, PickQuery(FROM, ITEM, into="bin_X"), home)
 
 
 @pytest.mark.parametrize(
@@ -269,12 +269,12 @@ def test_what_is_set_down_stays_behind_the_lip_and_where_there_is_none_just_behi
 
 
 def test_what_is_set_down_may_stand_as_near_to_the_walls_as_they_have_to_be_kept_clear(
-    planner: PlanningContext, cell: Cell
+    context: PlanningContext, cell: Cell
 ) -> None:
     place, tote = cell.places["bin_F"], cell.places["tote"]
     placed = PlacedItem(ITEM, cell.item(ITEM), "tote", cell.T_world_place(tote))
     scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise())
-    spots = floor_placements(planner, scene, placed, np.eye(3), place, n_most=1000)
+    spots = floor_placements(context, scene, placed, np.eye(3), place, n_most=1000)
     assert not isinstance(spots, Failures)
     (_, back), (low, high) = place.room.x_range, place.room.y_range
     half = placed.item.shape.extents / 2
@@ -284,7 +284,7 @@ def test_what_is_set_down_may_stand_as_near_to_the_walls_as_they_have_to_be_kept
 
 
 def test_a_gap_between_items_that_the_coarse_grid_misses_is_found(
-    planner: PlanningContext, cell: Cell
+    context: PlanningContext, cell: Cell
 ) -> None:
     """A bin full of boxes but for one gap, 20 mm longer and wider than the item."""
     place, tote = cell.places["bin_F"], cell.places["tote"]
@@ -304,7 +304,7 @@ def test_a_gap_between_items_that_the_coarse_grid_misses_is_found(
             at = pose([(x0 + x1) / 2, (y0 + y1) / 2, place.room.floor_back + tall / 2 + 0.001])
             boxes.append(PlacedItem(f"box{k}", replace(item, shape=shape), "bin_F", T @ at))
         scene = Scene(cell, cell.T_world_pod, (placed, *boxes), PoseNoise())
-        spots = floor_placements(planner, scene, placed, np.eye(3), place)
+        spots = floor_placements(context, scene, placed, np.eye(3), place)
         assert not isinstance(spots, Failures), list(spots)
         found = (inverse(T) @ spots[0].T_world_item)[:2, 3]
         assert np.abs(found - (x, y)).max() < 0.01

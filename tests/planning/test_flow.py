@@ -49,7 +49,7 @@ def floor(module: str) -> int:
 
 
 @pytest.fixture(scope="module")
-def passed(cell: Cell, planner: PlanningContext, scene_with: SceneWith) -> list[tuple[str, str]]:
+def passed(cell: Cell, context: PlanningContext, scene_with: SceneWith) -> list[tuple[str, str]]:
     """(module, name) of what is called in the room, in the order of the first calls.
 
     Every function and every method is there, private ones and properties too, but the methods of VALUES.
@@ -69,7 +69,7 @@ def passed(cell: Cell, planner: PlanningContext, scene_with: SceneWith) -> list[
     before = sys.getprofile()
     sys.setprofile(note)
     try:
-        plan = plan_pick(planner, scene, PickQuery("bin_B", "crayola_24_ct"), Start(home.q, home.tool_state))
+        plan = plan_pick(context, scene, PickQuery("bin_B", "crayola_24_ct"), Start(home.q, home.tool_state))
     finally:
         sys.setprofile(before)
     assert np.isfinite(plan.trajectory.duration)

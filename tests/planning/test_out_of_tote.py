@@ -40,9 +40,9 @@ def in_tote(cell: Cell) -> InTote:
     return make
 
 
-def test_the_simulated_robot_takes_it_out(planner: PlanningContext, in_tote: InTote, home: Start) -> None:
+def test_the_simulated_robot_takes_it_out(context: PlanningContext, in_tote: InTote, home: Start) -> None:
     scene = in_tote((CRAYONS, 0.1, 0.0, 0.0), (BAR, -0.15, 0.0, 0.0))
-    plan = certify(plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home), scene)
+    plan = certify(plan_pick(context, scene, PickQuery(TOTE, CRAYONS), home), scene)
     world = World(scene, home.q)
     run = execute(plan, world)
     assert run.has_item and not run.stopped
@@ -51,10 +51,10 @@ def test_the_simulated_robot_takes_it_out(planner: PlanningContext, in_tote: InT
 
 
 def test_it_is_stowed_in_a_bin_with_its_upper_side_to_the_front(
-    planner: PlanningContext, in_tote: InTote, home: Start
+    context: PlanningContext, in_tote: InTote, home: Start
 ) -> None:
     scene = in_tote((BAR, 0.1, 0.0, 0.0))
-    plan = certify(plan_pick(planner, scene, PickQuery(TOTE, BAR, into="bin_E"), home), scene)
+    plan = certify(plan_pick(context, scene, PickQuery(TOTE, BAR, into="bin_E"), home), scene)
     assert plan.grasp is not None and plan.grasp.face == "+z"
     world = World(scene, home.q)
     execute(plan, world)
@@ -67,28 +67,28 @@ def test_it_is_stowed_in_a_bin_with_its_upper_side_to_the_front(
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.2, 0.1)])
 def test_it_comes_out_upwards_and_is_certified(
-    planner: PlanningContext, in_tote: InTote, home: Start, x: float, y: float
+    context: PlanningContext, in_tote: InTote, home: Start, x: float, y: float
 ) -> None:
     scene = in_tote((CRAYONS, x, y, 0.0), (BAR, -0.15, 0.0, 0.0))
-    plan = plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home)
+    plan = plan_pick(context, scene, PickQuery(TOTE, CRAYONS), home)
     assert verify(plan, scene).reasons == ()
     assert plan.grasp is not None and (plan.grasp.kind, plan.grasp.tool_state) == ("top-down", STRAIGHT)
     kinds = [segment.kind for segment in plan.segments]
     assert kinds[:4] == ["transit", "pre-approach", "approach", "contact"] and "retreat" in kinds
     out = next(s for s in plan.segments if s.kind is SegmentKind.RETREAT)
-    a, b = planner.arm.tips(plan.trajectory.sample(np.array([out.t_start, out.t_end])), STRAIGHT)[:, :3, 3]
+    a, b = context.arm.tips(plan.trajectory.sample(np.array([out.t_start, out.t_end])), STRAIGHT)[:, :3, 3]
     assert b[2] - a[2] > 0.05
     assert np.linalg.norm((b - a)[:2]) < 0.01
 
 
 def test_beside_a_wall_it_moves_away_from_it_before_it_rises(
-    planner: PlanningContext, in_tote: InTote
+    context: PlanningContext, in_tote: InTote
 ) -> None:
-    item = planner.cell.item(CRAYONS)
-    x = float(planner.cell.places[TOTE].room.size[0] - item.shape.extents[0]) / 2 - 0.002
+    item = context.cell.item(CRAYONS)
+    x = float(context.cell.places[TOTE].room.size[0] - item.shape.extents[0]) / 2 - 0.002
     scene = in_tote((CRAYONS, x, 0.0, 0.0))
-    tote = planner.cell.places[TOTE]
-    problem = PickProblem(planner, scene, tote, scene.find(CRAYONS), tote)
+    tote = context.cell.places[TOTE]
+    problem = PickProblem(context, scene, tote, scene.find(CRAYONS), tote)
     ways = problem.extraction.corridors
     assert not isinstance(ways, Failures) and ways
     for way in ways:
@@ -96,28 +96,28 @@ def test_beside_a_wall_it_moves_away_from_it_before_it_rises(
         assert moved[0] < -0.005 and moved[2] > 0.05
 
 
-def test_what_lies_on_it_is_named(planner: PlanningContext, in_tote: InTote, home: Start) -> None:
+def test_what_lies_on_it_is_named(context: PlanningContext, in_tote: InTote, home: Start) -> None:
     scene = in_tote(
-        (BOOK, 0.0, 0.0, 0.0), (CRAYONS, 0.0, 0.0, float(planner.cell.item(BOOK).shape.extents[2]))
+        (BOOK, 0.0, 0.0, 0.0), (CRAYONS, 0.0, 0.0, float(context.cell.item(BOOK).shape.extents[2]))
     )
     with pytest.raises(NoPlanError) as caught:
-        plan_pick(planner, scene, PickQuery(TOTE, BOOK), home)
+        plan_pick(context, scene, PickQuery(TOTE, BOOK), home)
     assert caught.value.in_the_way == (CRAYONS,)
 
 
 def test_its_own_place_in_the_tote_is_free_for_it(
-    planner: PlanningContext, in_tote: InTote, home: Start
+    context: PlanningContext, in_tote: InTote, home: Start
 ) -> None:
     """Alone in the tote it can be let go where it lay: no pile is counted but of what stays there."""
     scene = in_tote((CRAYONS, 0.0, 0.0, 0.0))
-    plan = plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home)
+    plan = plan_pick(context, scene, PickQuery(TOTE, CRAYONS), home)
     release = [s.t_end for s in plan.segments if s.held is not None][-1]
     assert plan.grasp is not None
-    tip = planner.arm.tips(plan.trajectory.sample(np.array([release])), STRAIGHT)[0]
+    tip = context.arm.tips(plan.trajectory.sample(np.array([release])), STRAIGHT)[0]
     bottom = (tip @ inverse(plan.grasp.T_item_tip))[2, 3] - scene.items[0].item.shape.extents.max() / 2
-    assert bottom < planner.cell.T_world_place(planner.cell.places[TOTE])[2, 3] + 0.06
+    assert bottom < context.cell.T_world_place(context.cell.places[TOTE])[2, 3] + 0.06
 
 
-def test_a_place_that_is_not_there_is_refused(planner: PlanningContext, in_tote: InTote, home: Start) -> None:
+def test_a_place_that_is_not_there_is_refused(context: PlanningContext, in_tote: InTote, home: Start) -> None:
     with pytest.raises(UnknownNameError, match="bin_Z"):
-        plan_pick(planner, in_tote((CRAYONS, 0.0, 0.0, 0.0)), PickQuery("bin_Z", CRAYONS), home)
+        plan_pick(context, in_tote((CRAYONS, 0.0, 0.0, 0.0)), PickQuery("bin_Z", CRAYONS), home)

@@ -171,15 +171,15 @@ def test_a_gripper_that_opens_too_little_says_so(gripper_cell: Cell) -> None:
 
 
 def test_an_approach_with_open_fingers_that_is_too_fast_is_slowed_down(gripper_cell: Cell) -> None:
-    planner, scene, mode = PlanningContext(gripper_cell), scene_of(gripper_cell), Mode(OPEN)
+    context, scene, mode = PlanningContext(gripper_cell), scene_of(gripper_cell), Mode(OPEN)
     q = gripper_cell.configurations["bin_E"].q
-    T = planner.arm.tip(q, OPEN)
-    checker = planner.checker_for(scene, mode)
-    line = follow_line(planner.arm, checker, T, shifted(T, np.array([-0.05, 0.0, 0.0])), OPEN, q, "here")
+    T = context.arm.tip(q, OPEN)
+    checker = context.checker_for(scene, mode)
+    line = follow_line(context.arm, checker, T, shifted(T, np.array([-0.05, 0.0, 0.0])), OPEN, q, "here")
     assert not isinstance(line, Failures)
     approach = MotionSegment(SegmentKind.APPROACH, line, SegmentLimits(1.0, 0.2, 1e-4), mode=mode)
-    run = proven_run(planner, scene, [approach])
+    run = proven_run(context, scene, [approach])
     assert not isinstance(run, Failures)
-    p = planner.arm.tips(run.trajectory.sample(np.arange(0.0, run.part_times[-1], 1e-3)), OPEN)[:, :3, 3]
+    p = context.arm.tips(run.trajectory.sample(np.arange(0.0, run.part_times[-1], 1e-3)), OPEN)[:, :3, 3]
     fastest = gripper_cell.robot.tool.contact_speed
     assert 0.5 * fastest < np.linalg.norm(np.diff(p, axis=0), axis=1).max() / 1e-3 <= fastest

@@ -42,37 +42,37 @@ def told_to_touch(plan: Plan, scene: Scene, name: str) -> Plan:
 
 
 def test_the_planner_refuses_to_lift_under_something(
-    planner: PlanningContext, under: Scene, home: Start
+    context: PlanningContext, under: Scene, home: Start
 ) -> None:
     with pytest.raises(NoPlanError, match="rests on the target") as caught:
-        plan_pick(planner, under, PickQuery(BIN, CASE), home)
+        plan_pick(context, under, PickQuery(BIN, CASE), home)
     assert caught.value.in_the_way == (BOOK,)
 
 
 def test_the_second_opinion_refuses_it_by_the_depth_alone(
-    planner: PlanningContext, under: Scene, home: Start
+    context: PlanningContext, under: Scene, home: Start
 ) -> None:
     alone = under.without(BOOK)
-    plan = plan_pick(planner, alone, PickQuery(BIN, CASE), home)
+    plan = plan_pick(context, alone, PickQuery(BIN, CASE), home)
     assert verify(plan, alone).certificate is not None
     reasons = verify(told_to_touch(plan, under, BOOK), under).reasons
     assert any(r.what == "planned contact too deep" and BOOK in r.detail for r in reasons)
 
 
 def test_the_second_opinion_refuses_to_take_away_what_others_need(
-    planner: PlanningContext, under: Scene, home: Start
+    context: PlanningContext, under: Scene, home: Start
 ) -> None:
     alone = under.without(BOOK)
-    plan = plan_pick(planner, alone, PickQuery(BIN, CASE), home)
+    plan = plan_pick(context, alone, PickQuery(BIN, CASE), home)
     reasons = verify(replace(plan, scene_hash=scene_hash(under)), under).reasons
     assert BOOK in {r.in_the_way for r in reasons if r.what == "takes away what others need"}
 
 
 def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
-    planner: PlanningContext, under: Scene, cell: Cell
+    context: PlanningContext, under: Scene, cell: Cell
 ) -> None:
     """Nothing but the depth rule: no way out among those along which the case may touch the book."""
-    problem = PickProblem(planner, under, cell.pod.bins[BIN], under.find(CASE), cell.places["tote"])
+    problem = PickProblem(context, under, cell.pod.bins[BIN], under.find(CASE), cell.places["tote"])
     assert BOOK in problem.contacts.near_off_floor
     flying = problem.extraction.leaving
     up = np.array([0.0, 0.0, 0.02, 0.0, 0.0, 0.0])
@@ -81,10 +81,10 @@ def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
 
 
 def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(
-    planner: PlanningContext, cell: Cell, home: Start
+    context: PlanningContext, cell: Cell, home: Start
 ) -> None:
     thin = lying_on(cell, BIN, BOOK, None, PoseNoise())
-    plan = plan_pick(planner, thin, PickQuery(BIN, BOOK), home)
+    plan = plan_pick(context, thin, PickQuery(BIN, BOOK), home)
     assert verify(plan, thin).certificate is not None
     for stroke, is_too_deep in ((0.008, False), (0.001, True)):  # the floor 3 mm inside of the pressed cup
         tool = replace(cell.robot.tool, grip=replace(cell.robot.tool.cup, stroke=stroke))
@@ -96,17 +96,17 @@ def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(
 
 
 def test_poses_that_contradict_each_other_are_not_planned_with(
-    planner: PlanningContext, cell: Cell, home: Start
+    context: PlanningContext, cell: Cell, home: Start
 ) -> None:
     scene = lying_on(cell, BIN, CASE, None, PoseNoise(0.001, 0.0))
     (case,) = scene.items
     sunk = scene.moved(replace(case, T_world_item=pose((0.0, 0.0, -0.01)) @ case.T_world_item))
     with pytest.raises(NoPlanError, match="poses contradict each other"):
-        plan_pick(planner, sunk, PickQuery(BIN, CASE), home)
+        plan_pick(context, sunk, PickQuery(BIN, CASE), home)
 
 
 def test_beside_a_neighbour_it_is_lifted_without_being_pushed_into_it(
-    planner: PlanningContext, cell: Cell, home: Start
+    context: PlanningContext, cell: Cell, home: Start
 ) -> None:
     """Two neighbours that overlap the target as far as poses may be off: it comes out, certified."""
     noise = PoseNoise(0.002, float(np.radians(1.0)))
@@ -120,7 +120,7 @@ def test_beside_a_neighbour_it_is_lifted_without_being_pushed_into_it(
         T = pose((0.0, side * away, low)) @ target.T_world_item
         beside.append(replace(target, id=f"bar{side}", item=bar, T_world_item=T))
     scene = replace(scene, items=(target, *beside))
-    plan = plan_pick(planner, scene, PickQuery(BIN, target.id), home)
+    plan = plan_pick(context, scene, PickQuery(BIN, target.id), home)
     assert verify(plan, scene).reasons == ()
     lift = next(s for s in plan.segments if s.kind is SegmentKind.LIFT)
     assert {"bar-1", "bar1"} <= set(lift.touching)

@@ -29,18 +29,18 @@ SceneWith = Callable[..., Scene]
 
 
 def stopped_at_contact(
-    planner: PlanningContext, scene: Scene, home: Start, bin_name: str, item: str
+    context: PlanningContext, scene: Scene, home: Start, bin_name: str, item: str
 ) -> Start:
-    plan = plan_pick(planner, scene, PickQuery(bin_name, item), home)
+    plan = plan_pick(context, scene, PickQuery(bin_name, item), home)
     contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
     return Start(plan.trajectory.sample(contact.t_end)[0], contact.tool_state)
 
 
 def test_the_way_out_of_a_bin_leads_home(
-    planner: PlanningContext, scene_with: SceneWith, home: Start
+    context: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
-    out = plan_recovery(planner, scene, stopped_at_contact(planner, scene, home, "bin_B", "crayola_24_ct"))
+    out = plan_recovery(context, scene, stopped_at_contact(context, scene, home, "bin_B", "crayola_24_ct"))
     np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
     assert out.segments[0].kind is SegmentKind.DEPART
     assert verify(out, scene).reasons == ()
@@ -48,7 +48,7 @@ def test_the_way_out_of_a_bin_leads_home(
 
 @pytest.mark.parametrize("moved", [0.0, 0.004])
 def test_beside_a_tall_item_the_cup_goes_back_first(
-    planner: PlanningContext,
+    context: PlanningContext,
     scene_with: SceneWith,
     home: Start,
     monkeypatch: pytest.MonkeyPatch,
@@ -62,25 +62,25 @@ def test_beside_a_tall_item_the_cup_goes_back_first(
 
     monkeypatch.setattr(suction_grasping, "sample_suctions", from_the_side)
     scene = scene_with(("kleenex_tissue_box", "bin_D", 0.2, 0.04))
-    stuck = stopped_at_contact(planner, scene, home, "bin_D", "kleenex_tissue_box")
-    tip = planner.arm.tip(stuck.q, stuck.tool_state)
+    stuck = stopped_at_contact(context, scene, home, "bin_D", "kleenex_tissue_box")
+    tip = context.arm.tip(stuck.q, stuck.tool_state)
     (box,) = scene.items
     T = pose(-moved * tip[:3, 2]) @ box.T_world_item
     scene = replace(scene, items=(replace(box, T_world_item=T),))
-    out = plan_recovery(planner, scene, stuck)
+    out = plan_recovery(context, scene, stuck)
     np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
-    freed = planner.arm.tip(out.trajectory.sample(out.segments[0].t_end)[0], stuck.tool_state)
+    freed = context.arm.tip(out.trajectory.sample(out.segments[0].t_end)[0], stuck.tool_state)
     assert (freed - tip)[:3, 3] @ tip[:3, 2] < -0.015
     assert verify(out, scene).reasons == ()
 
 
 @pytest.fixture(scope="module")
 def squeezed(
-    planner: PlanningContext, scene_with: SceneWith, home: Start
+    context: PlanningContext, scene_with: SceneWith, home: Start
 ) -> tuple[Scene, StoppedMotion, Start]:
     """Stopped at contact, with a soap bar seen 1 mm from the lance, where 3 mm are wanted."""
     free = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
-    plan = plan_pick(planner, free, PickQuery("bin_B", "crayola_24_ct"), home)
+    plan = plan_pick(context, free, PickQuery("bin_B", "crayola_24_ct"), home)
     contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0), ("dove_beauty_bar", "bin_B", 0.16, 0.043))
     bar = scene.find("dove_beauty_bar")
@@ -92,26 +92,26 @@ def squeezed(
 
 
 def test_what_is_nearer_than_the_clearance_stops_only_the_strictest_level(
-    planner: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
+    context: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
 ) -> None:
     scene, stopped, start = squeezed
     with pytest.raises(NoPlanError, match="dove_beauty_bar"):
-        plan_recovery(planner, scene, start)
+        plan_recovery(context, scene, start)
     for level in RecoveryLevel:
         if level is RecoveryLevel.AS_PLANNED:
             continue
-        out = plan_recovery(planner, scene, start, level=level, stopped=stopped)
+        out = plan_recovery(context, scene, start, level=level, stopped=stopped)
         assert out.recovery is level
         assert verify(out, scene).reasons == ()
 
 
 @pytest.mark.parametrize("level", [RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING])
 def test_the_strict_levels_lead_home(
-    planner: PlanningContext, scene_with: SceneWith, home: Start, level: RecoveryLevel
+    context: PlanningContext, scene_with: SceneWith, home: Start, level: RecoveryLevel
 ) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
-    stuck = stopped_at_contact(planner, scene, home, "bin_B", "crayola_24_ct")
-    out = plan_recovery(planner, scene, stuck, level=level)
+    stuck = stopped_at_contact(context, scene, home, "bin_B", "crayola_24_ct")
+    out = plan_recovery(context, scene, stuck, level=level)
     np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
 
 
@@ -124,43 +124,43 @@ def test_a_motion_that_stopped_where_it_began_has_not_moved(
 
 
 def test_backwards_is_the_way_it_came(
-    planner: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
+    context: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
 ) -> None:
     scene, stopped, start = squeezed
-    back = plan_recovery(planner, scene, start, level=RecoveryLevel.BACKWARDS, stopped=stopped)
+    back = plan_recovery(context, scene, start, level=RecoveryLevel.BACKWARDS, stopped=stopped)
     np.testing.assert_allclose(back.trajectory.positions[0], start.q, atol=1e-9)
     np.testing.assert_allclose(back.trajectory.positions[-1], stopped.plan.trajectory.positions[0], atol=1e-9)
     way = stopped.plan.trajectory.sample(np.linspace(0.0, stopped.path_time, 20_000))
     for q in back.trajectory.sample(np.linspace(0.0, back.trajectory.duration, 60)):
         assert np.abs(way - q).max(axis=1).min() < 2e-4
     with pytest.raises(NoPlanError, match="nothing to go back along"):
-        plan_recovery(planner, scene, start, level=RecoveryLevel.BACKWARDS)
+        plan_recovery(context, scene, start, level=RecoveryLevel.BACKWARDS)
 
 
 def test_a_jog_is_short_and_takes_what_is_nearest_apart(
-    planner: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
+    context: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
 ) -> None:
     scene, _, start = squeezed
-    jog = plan_recovery(planner, scene, start, level=RecoveryLevel.JOG)
-    nearest = planner.checker_for(scene, Mode(start.tool_state))
+    jog = plan_recovery(context, scene, start, level=RecoveryLevel.JOG)
+    nearest = context.checker_for(scene, Mode(start.tool_state))
     before, after = (nearest.clearance(q).distance for q in jog.trajectory.positions[[0, -1]])
     assert after > before
-    tips = planner.arm.tips(jog.trajectory.positions, start.tool_state)[:, :3, 3]
+    tips = context.arm.tips(jog.trajectory.positions, start.tool_state)[:, :3, 3]
     assert np.linalg.norm(np.diff(tips, axis=0), axis=1).sum() < 0.03
 
 
 @pytest.mark.parametrize("bringing", list(ItemRecovery))
 @pytest.mark.parametrize("after", [0.3, 1.0, 1.6])
 def test_what_may_be_in_the_cup_is_brought_on_or_back(
-    planner: PlanningContext, scene_with: SceneWith, home: Start, bringing: ItemRecovery, after: float
+    context: PlanningContext, scene_with: SceneWith, home: Start, bringing: ItemRecovery, after: float
 ) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
-    plan = plan_pick(planner, scene, PickQuery("bin_B", "crayola_24_ct"), home)
+    plan = plan_pick(context, scene, PickQuery("bin_B", "crayola_24_ct"), home)
     taken = next(s.t_start for s in plan.segments if s.held is not None)
     stopped = StoppedMotion(plan, taken + after)
     placed = scene.find("crayola_24_ct")
-    scene = replace(scene.without(placed.id), held=stopped.held_item(planner.cell.robot, placed))
-    brought = bring_item(stopped, bringing, scene, planner.arm.limits, 0)
+    scene = replace(scene.without(placed.id), held=stopped.held_item(context.cell.robot, placed))
+    brought = bring_item(stopped, bringing, scene, context.arm.limits, 0)
     assert verify(brought, scene, plan.trajectory).reasons == ()
     assert {segment.held for segment in brought.segments} == {"crayola_24_ct"} and brought.events == ()
     np.testing.assert_allclose(
@@ -172,8 +172,8 @@ def test_what_may_be_in_the_cup_is_brought_on_or_back(
 
 
 def test_where_nothing_is_carried_there_is_nothing_to_bring(
-    planner: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
+    context: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
 ) -> None:
     scene, stopped, _ = squeezed
     with pytest.raises(NoPlanError, match="not carried"):
-        bring_item(stopped, ItemRecovery.BACK, scene, planner.arm.limits, 0)
+        bring_item(stopped, ItemRecovery.BACK, scene, context.arm.limits, 0)

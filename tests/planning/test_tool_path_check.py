@@ -30,16 +30,16 @@ def scene(cell: Cell) -> Scene:
 
 
 def corner(
-    planner: PlanningContext, scene: Scene, blend: float, kind: SegmentKind, speed: float
+    context: PlanningContext, scene: Scene, blend: float, kind: SegmentKind, speed: float
 ) -> list[MotionSegment]:
     """Out of a bin and up before it: two lines with a corner between them."""
     mode = Mode(STRAIGHT)
-    checker, limits = planner.checker_for(scene, mode), SegmentLimits(1.0, speed, blend)
+    checker, limits = context.checker_for(scene, mode), SegmentLimits(1.0, speed, blend)
     q: Array = scene.cell.configurations["bin_E"].q
     segments = []
     for name, along in ((kind, [-0.05, 0.0, 0.0]), (SegmentKind.RETREAT, [0.0, 0.0, 0.08])):
-        T = planner.arm.tip(q, STRAIGHT)
-        line = follow_line(planner.arm, checker, T, shifted(T, np.array(along)), STRAIGHT, q, "here")
+        T = context.arm.tip(q, STRAIGHT)
+        line = follow_line(context.arm, checker, T, shifted(T, np.array(along)), STRAIGHT, q, "here")
         assert not isinstance(line, Failures)
         segments.append(MotionSegment(name, line, limits, mode=mode))
         q = line[-1]
@@ -47,24 +47,24 @@ def corner(
 
 
 def test_lines_that_are_rounded_too_much_are_mended(
-    planner: PlanningContext, scene: Scene, monkeypatch: pytest.MonkeyPatch
+    context: PlanningContext, scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
-    run = proven_run(planner, scene, segments)
+    segments = corner(context, scene, 0.05, SegmentKind.APPROACH, 0.3)
+    run = proven_run(context, scene, segments)
     assert not isinstance(run, Failures)
-    assert broken_promise(planner.arm, planner.method.contact_limit, run, segments) is None
+    assert broken_promise(context.arm, context.method.contact_limit, run, segments) is None
     monkeypatch.setattr(certified_timing, "MENDS", 0)
-    unmended = proven_run(planner, scene, segments)
+    unmended = proven_run(context, scene, segments)
     assert isinstance(unmended, Failures) and [r.what for r in unmended] == ["not straight"]
 
 
 def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(
-    planner: PlanningContext, scene: Scene
+    context: PlanningContext, scene: Scene
 ) -> None:
-    segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
-    run = certified_timing._timed_once(planner, segments, None, None)
+    segments = corner(context, scene, 0.05, SegmentKind.APPROACH, 0.3)
+    run = certified_timing._timed_once(context, segments, None, None)
     assert not isinstance(run, Failures)
-    better = mended(planner.arm, ContactLimit(SegmentKind.CONTACT, 1.0), run, segments)
+    better = mended(context.arm, ContactLimit(SegmentKind.CONTACT, 1.0), run, segments)
     assert better is not None
     assert len(better) == len(segments) == 2
     for new, old in zip(better, segments, strict=True):
@@ -73,26 +73,26 @@ def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(
 
 
 def test_a_contact_that_is_too_fast_is_slowed_down(
-    planner: PlanningContext, cell: Cell, scene: Scene
+    context: PlanningContext, cell: Cell, scene: Scene
 ) -> None:
-    segments = corner(planner, scene, 1e-4, SegmentKind.CONTACT, 0.2)
+    segments = corner(context, scene, 1e-4, SegmentKind.CONTACT, 0.2)
     fastest = cell.robot.tool.cup.contact_speed
-    run = proven_run(planner, scene, segments)
+    run = proven_run(context, scene, segments)
     assert not isinstance(run, Failures)
-    assert broken_promise(planner.arm, planner.method.contact_limit, run, segments) is None
+    assert broken_promise(context.arm, context.method.contact_limit, run, segments) is None
     times = np.arange(0.0, run.part_times[1], 1e-3)
-    p = planner.arm.tips(run.trajectory.sample(times), STRAIGHT)[:, :3, 3]
+    p = context.arm.tips(run.trajectory.sample(times), STRAIGHT)[:, :3, 3]
     speeds = np.linalg.norm(np.diff(p, axis=0), axis=1) / 1e-3
     assert 0.5 * fastest < speeds.max() <= fastest
 
 
-def test_coarse_motions_promise_no_line(planner: PlanningContext, scene: Scene) -> None:
+def test_coarse_motions_promise_no_line(context: PlanningContext, scene: Scene) -> None:
     segments = [
-        replace(p, kind=SegmentKind.TRANSIT) for p in corner(planner, scene, 0.05, SegmentKind.LIFT, 0.3)
+        replace(p, kind=SegmentKind.TRANSIT) for p in corner(context, scene, 0.05, SegmentKind.LIFT, 0.3)
     ]
-    run = certified_timing._timed_once(planner, segments, None, None)
+    run = certified_timing._timed_once(context, segments, None, None)
     assert not isinstance(run, Failures)
-    assert mended(planner.arm, ContactLimit(SegmentKind.CONTACT, 1e-3), run, segments) is None
+    assert mended(context.arm, ContactLimit(SegmentKind.CONTACT, 1e-3), run, segments) is None
 
 
 @pytest.mark.parametrize("bow", [0.0, 0.001, 0.003])

@@ -28,25 +28,25 @@ def limited(cell: Cell, speed: float) -> Cell:
     return replace(slow, fingerprint=fingerprint(slow))
 
 
-def moved(planner: PlanningContext, tool_state: ToolState = STRAIGHT) -> tuple[Plan, Scene]:
-    cell = planner.cell
+def moved(context: PlanningContext, tool_state: ToolState = STRAIGHT) -> tuple[Plan, Scene]:
+    cell = context.cell
     scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
     start = Start(cell.configurations["home"].q, tool_state)
-    return plan_move(planner, scene, start, cell.configurations["midway"].q), scene
+    return plan_move(context, scene, start, cell.configurations["midway"].q), scene
 
 
-def fastest(planner: PlanningContext, plan: Plan, tool_state: ToolState) -> float:
+def fastest(context: PlanningContext, plan: Plan, tool_state: ToolState) -> float:
     """By the Jacobian at every half millisecond, unlike planner and verifier."""
     t = np.arange(0.0, plan.trajectory.duration, 5e-4)
     states = zip(plan.trajectory.sample(t), plan.trajectory.sample(t, 1), strict=True)
-    return max(float(np.linalg.norm(planner.arm.jacobian(q, tool_state)[:3] @ dq)) for q, dq in states)
+    return max(float(np.linalg.norm(context.arm.jacobian(q, tool_state)[:3] @ dq)) for q, dq in states)
 
 
 @pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_no_motion_is_faster_and_the_limit_is_used(cell: Cell, tool_state: ToolState) -> None:
-    planner = PlanningContext(limited(cell, LIMIT))
-    plan, scene = moved(planner, tool_state)
-    speeds = [fastest(planner, plan, place) for place in (STRAIGHT, DOWN)]
+    context = PlanningContext(limited(cell, LIMIT))
+    plan, scene = moved(context, tool_state)
+    speeds = [fastest(context, plan, place) for place in (STRAIGHT, DOWN)]
     assert 0.9 * LIMIT < max(speeds) <= LIMIT
     verdict = verify(plan, scene)
     assert verdict.certificate is not None, verdict.reasons
@@ -60,19 +60,19 @@ def test_the_lower_the_limit_the_longer_the_motion(cell: Cell) -> None:
 
 
 def test_the_way_back_after_a_stop_keeps_the_limit_too(cell: Cell) -> None:
-    planner = PlanningContext(limited(cell, LIMIT))
-    plan, scene = moved(planner)
+    context = PlanningContext(limited(cell, LIMIT))
+    plan, scene = moved(context)
     stopped = StoppedMotion(plan, 0.8 * plan.trajectory.duration)
-    back = back_to_start(stopped, stopped.plan.segments[0].tool_state, scene, planner.arm.limits, 0)
+    back = back_to_start(stopped, stopped.plan.segments[0].tool_state, scene, context.arm.limits, 0)
     assert isinstance(back, Plan)
-    assert fastest(planner, back, STRAIGHT) <= LIMIT
+    assert fastest(context, back, STRAIGHT) <= LIMIT
     verdict = verify(back, scene)
     assert verdict.certificate is not None, verdict.reasons
 
 
-def test_the_verifier_refuses_what_is_faster(cell: Cell, planner: PlanningContext) -> None:
-    free, _ = moved(planner)
-    most = max(fastest(planner, free, place) for place in (STRAIGHT, DOWN))
+def test_the_verifier_refuses_what_is_faster(cell: Cell, context: PlanningContext) -> None:
+    free, _ = moved(context)
+    most = max(fastest(context, free, place) for place in (STRAIGHT, DOWN))
     for limit, is_accepted in ((1.01 * most, True), (0.99 * most, False)):
         slow = limited(cell, limit)
         scene = Scene(slow, slow.T_world_pod, (), PoseNoise())

@@ -28,36 +28,36 @@ def carton(name: str) -> Item:
 
 
 @pytest.fixture(scope="module")
-def blocked(cell: Cell, planner: PlanningContext) -> Scene:
+def blocked(cell: Cell, context: PlanningContext) -> Scene:
     """An item around the tip of the tool in each of two configurations."""
-    tips = [planner.arm.tip(cell.configurations[name].q, STRAIGHT) for name in GOALS]
+    tips = [context.arm.tip(cell.configurations[name].q, STRAIGHT) for name in GOALS]
     items = (PlacedItem(f"at_{g}", carton("carton"), g, T) for g, T in zip(GOALS, tips, strict=True))
     return Scene(cell, cell.T_world_pod, tuple(items), PoseNoise())
 
 
 def test_what_stands_at_any_of_the_goals_is_named(
-    cell: Cell, planner: PlanningContext, blocked: Scene
+    cell: Cell, context: PlanningContext, blocked: Scene
 ) -> None:
-    checker = planner.checker_for(blocked, Mode(STRAIGHT))
+    checker = context.checker_for(blocked, Mode(STRAIGHT))
     goals = np.stack([cell.configurations[name].q for name in GOALS])
-    found = plan_coarse(planner, checker, cell.configurations["home"].q, goals, [0.0, 0.0], 1, "transit")
+    found = plan_coarse(context, checker, cell.configurations["home"].q, goals, [0.0, 0.0], 1, "transit")
     assert isinstance(found, Failures)
     assert set(found.in_the_way) == {"at_bin_A", "at_bin_L"}
     assert {reason.where for reason in found} == {"transit, goal 0", "transit, goal 1"}
 
 
 def test_what_stands_where_a_move_begins_is_named(
-    cell: Cell, planner: PlanningContext, blocked: Scene
+    cell: Cell, context: PlanningContext, blocked: Scene
 ) -> None:
     start = Start(cell.configurations["bin_A"].q, STRAIGHT)
     with pytest.raises(NoPlanError) as caught:
-        plan_move(planner, blocked, start, cell.configurations["home"].q)
+        plan_move(context, blocked, start, cell.configurations["home"].q)
     assert caught.value.in_the_way == ("at_bin_A",)
     assert [reason.where for reason in caught.value.reasons] == ["move, start"]
 
 
-def test_no_path_is_told_with_one_place(planner: PlanningContext, cell: Cell) -> None:
-    hasty = replace(planner, settings=replace(planner.settings, rrt_iterations=1))
+def test_no_path_is_told_with_one_place(context: PlanningContext, cell: Cell) -> None:
+    hasty = replace(context, settings=replace(context.settings, rrt_iterations=1))
     scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
     start, goal = (cell.configurations[name].q for name in ("bin_A", "drop_12_down"))
     checker = hasty.checker_for(scene, Mode(STRAIGHT))

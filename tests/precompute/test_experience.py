@@ -117,10 +117,10 @@ def test_another_cell_does_not_learn_from_it(
 
 @pytest.mark.slow
 def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner: ExperienceFiles) -> None:
-    planner = PlanningContext(cell)
-    straight = _planned(planner, "home", "bin_E")
+    context = PlanningContext(cell)
+    straight = _planned(context, "home", "bin_E")
     assert straight.source == "straight edge" and straight.experience == ()
-    found = _planned(planner, "bin_L", "drop_00")
+    found = _planned(context, "bin_L", "drop_00")
     assert found.source == "planner"
     (key,) = learner.missed([*found.experience, *found.experience], None)
     assert key == MotionKey("bin_L", "drop_00", PayloadClass.EMPTY)
@@ -136,9 +136,9 @@ def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner:
 
 def test_learned_edges_answer_where_the_planner_had_to(cell: Cell, learner: ExperienceFiles) -> None:
     recorder = ExperienceRecorder()
-    planner = PlanningContext(cell)
+    context = PlanningContext(cell)
     for start, goal in product(BINS, DROPS):
-        recorder.record(_planned(planner, start, goal).experience)
+        recorder.record(_planned(context, start, goal).experience)
     assert recorder.recorded
     kept = learner.learn_edges(recorder.recorded)
     assert kept.edges >= 1
@@ -220,12 +220,12 @@ def test_a_kill_loses_at_most_what_is_in_hand(learner: ExperienceFiles) -> None:
         kept = len(there)
 
 
-def _planned(planner: PlanningContext, start: str, goal: str) -> CoarsePath:
-    q_start, q_goal = (planner.cell.configurations[name].q for name in (start, goal))
-    found = plan_coarse(planner, _checker(planner), q_start, q_goal[None], [0.0], 1, f"{start} to {goal}")
+def _planned(context: PlanningContext, start: str, goal: str) -> CoarsePath:
+    q_start, q_goal = (context.cell.configurations[name].q for name in (start, goal))
+    found = plan_coarse(context, _checker(context), q_start, q_goal[None], [0.0], 1, f"{start} to {goal}")
     assert isinstance(found, CoarsePath)
     return found
 
 
-def _checker(planner: PlanningContext) -> SceneChecker:
-    return planner.checker_for(empty_scene(planner.cell), Mode(STRAIGHT))
+def _checker(context: PlanningContext) -> SceneChecker:
+    return context.checker_for(empty_scene(context.cell), Mode(STRAIGHT))

@@ -30,7 +30,7 @@ REALITY = replace(DEFAULT, pod_shift=False)
 
 
 @pytest.fixture(scope="module")
-def planner(cell: Cell) -> PlanningContext:
+def context(cell: Cell) -> PlanningContext:
     return PlanningContext(cell)
 
 
@@ -94,9 +94,9 @@ def with_box(arena: SimulatedArena, lower: tuple[float, float, float]) -> Simula
     return arena
 
 
-def play(planner: PlanningContext, arena: SimulatedArena) -> TrialResult:
+def play(context: PlanningContext, arena: SimulatedArena) -> TrialResult:
     settings = TrialSettings(seed=1, reality=REALITY, time_limit=TIME)
-    return run_trial(ORDER, interfaces_of([TrialArm(planner)], arena), settings)
+    return run_trial(ORDER, interfaces_of([TrialArm(context)], arena), settings)
 
 
 def check_plausible(result: TrialResult) -> None:
@@ -149,10 +149,10 @@ FAULTS: dict[str, tuple[Callable[[Scene], SimulatedArena], frozenset[Outcome]]] 
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", list(FAULTS))
 def test_a_provoked_failure_is_reported_and_ends_no_trial(
-    cell: Cell, planner: PlanningContext, fault: str
+    cell: Cell, context: PlanningContext, fault: str
 ) -> None:
     build, expected = FAULTS[fault]
-    result = play(planner, build(scene_of(cell)))
+    result = play(context, build(scene_of(cell)))
     check_plausible(result)
     if fault in ("none", "the sensor denies"):
         assert result.n_collisions == 0  # what is let go on the floor of its bin may touch it
@@ -163,9 +163,9 @@ def test_a_provoked_failure_is_reported_and_ends_no_trial(
 
 @pytest.mark.slow
 def test_what_was_not_let_go_over_the_tote_is_brought_back_there(
-    cell: Cell, planner: PlanningContext
+    cell: Cell, context: PlanningContext
 ) -> None:
-    result = play(planner, clinging(MisleadingArena(scene_of(cell))))
+    result = play(context, clinging(MisleadingArena(scene_of(cell))))
     check_plausible(result)
     (attempt,) = result.attempts
     assert [step.what for step in attempt.recovery] == ["bring on", LET_GO, RecoveryLevel.AS_PLANNED]
@@ -176,13 +176,13 @@ def test_what_was_not_let_go_over_the_tote_is_brought_back_there(
 
 @pytest.mark.slow
 def test_what_stands_in_the_way_stops_the_arm_and_never_the_trial(
-    cell: Cell, planner: PlanningContext
+    cell: Cell, context: PlanningContext
 ) -> None:
     """A box before the bin's mouth: every way in meets it; the arm comes out each time."""
     (item,) = scene_of(cell).items
     y, z = (float(v) for v in item.T_world_item[1:3, 3])
     arena = with_box(MisleadingArena(scene_of(cell)), (-0.20, y - 0.05, z - 0.02))
-    result = play(planner, arena)
+    result = play(context, arena)
     check_plausible(result)
     met = [a for a in result.attempts if a.execution is not None and a.execution.stopped]
     assert met and result.n_collisions > 0

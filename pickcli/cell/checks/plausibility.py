@@ -144,10 +144,10 @@ def _limits(warnings: FileWarnings, cell: Cell) -> None:
         fast, steep = FAST[unit]
         wrong = "mm" if unit == "m" else "degrees"
         if velocity > fast:
-            text = f"{velocity:g} {unit}/s is quicker than arms that are sold; is it in {unit}, not {wrong}?"
+            text = f"{velocity:g} {unit}/s is faster than any commercial arm; is it in {unit}, not {wrong}?"
             warnings.add("fast_joint", name, ("joint_limits", name, "max_velocity"), text)
         if acceleration > steep:
-            text = f"{acceleration:g} {unit}/s2 is more than arms that are sold have; "
+            text = f"{acceleration:g} {unit}/s2 is more than any commercial arm reaches; "
             text += f"is it in {unit}, not {wrong}?"
             warnings.add("fast_joint", name, ("joint_limits", name, "max_acceleration"), text)
     for name, force in robot.motor_forces.items():

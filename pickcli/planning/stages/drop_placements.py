@@ -139,25 +139,25 @@ def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
     named = context.configurations_at(destination)
     found: list[PlaceMotion] = []
     failures = Failures()
-    for spot in placements:
+    for placement in placements:
         seeds = np.vstack([chosen.end, *named, context.arm.random_seeds(rng, 4)])
-        motion = _dropped(problem, spot, seeds, carrying, chosen.grasp.tool_state)
+        motion = _dropped(problem, placement, seeds, carrying, chosen.grasp.tool_state)
         if isinstance(motion, Failures):
             failures += motion
             continue
         found.append(motion)
         if len(found) >= N_MOTIONS:
             break
-    none = Reason(f"no free place in the {destination.name}", "place", f"{len(placements)} spots tried")
+    none = Reason(f"no free place in the {destination.name}", "place", f"{len(placements)} placements tried")
     return tuple(found) or failures + none
 
 
 def _dropped(
-    problem: PickProblem, spot: DropPlacement, seeds: Array, carrying: Mode, empty: ToolState
+    problem: PickProblem, placement: DropPlacement, seeds: Array, carrying: Mode, empty: ToolState
 ) -> PlaceMotion | Failures:
     """Plan down to one placement and up again, from the first feasible arm configuration above it."""
     context, checker = problem.context, problem.context.checker_for(problem.scene, carrying)
-    solutions = context.arm.solve(spot.above, carrying.tool_state, seeds)
+    solutions = context.arm.solve(placement.above, carrying.tool_state, seeds)
     if len(solutions) == 0:
         return Failures.of(Reason("no inverse-kinematics solution", "place"))
     are_valid = checker.are_valid(solutions)
@@ -165,7 +165,7 @@ def _dropped(
         return Failures((lambda: (checker.explain(solutions[0]).at("place"),),))
     failures = Failures()
     for q in solutions[are_valid]:
-        motion = _lowered(problem, spot, q, carrying, empty)
+        motion = _lowered(problem, placement, q, carrying, empty)
         if not isinstance(motion, Failures):
             return motion
         failures += motion
@@ -173,12 +173,12 @@ def _dropped(
 
 
 def _lowered(
-    problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode, empty: ToolState
+    problem: PickProblem, placement: DropPlacement, q: Array, carrying: Mode, empty: ToolState
 ) -> PlaceMotion | Failures:
     """Plan down to one placement and up again, from q (n,) above it. empty: tool state on the way up."""
     context, state = problem.context, carrying.tool_state
     checker = context.checker_for(problem.scene, carrying)
-    down = follow_line(context.arm, checker, spot.above, spot.release, state, q, "place")
+    down = follow_line(context.arm, checker, placement.above, placement.release, state, q, "place")
     if isinstance(down, Failures):
         return down
     limits = SegmentLimits(max_tool_speed=context.settings.place_speed)
@@ -186,13 +186,13 @@ def _lowered(
     after = problem.contacts.after_dropping()
     depart = replace(place.backwards(SegmentKind.DEPART), mode=Mode(empty, None, after))
     if empty == state:  # then it is the way down without the item, in volume that was just proven free
-        return PlaceMotion(problem.scene, (place,), (depart,), DROP_COST * spot.cost)
+        return PlaceMotion(problem.scene, (place,), (depart,), DROP_COST * placement.cost)
     opening = at_rest(SegmentKind.DEPART, depart.start, Mode(MOVING, None, after))
     for segment in (opening, depart):
         checker = context.checker_for(problem.scene, segment.mode)
         if not checker.is_valid_path(segment.waypoints):
             return _why_not_opened(checker, depart)
-    return PlaceMotion(problem.scene, (place,), (opening, depart), DROP_COST * spot.cost)
+    return PlaceMotion(problem.scene, (place,), (opening, depart), DROP_COST * placement.cost)
 
 
 def _why_not_opened(checker: SceneChecker, depart: MotionSegment) -> Failures:

@@ -30,19 +30,19 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_rng
 from pickcli.statics.supports import supports_of
 
-STEP, FINE_STEP = 0.02, 0.01  # m between tried spots, and where none of those is free
+STEP, FINE_STEP = 0.02, 0.01  # m between tried placements, and where none of those is free
 FROM_WALLS = 0.006  # m to walls and to the back, besides the uncertainty of the item's pose
 FROM_MOUTH = 0.01  # m that stay free behind the mouth
 BEHIND_LIP = 0.03  # m that stay free behind a 20 mm deep lip in front of the floor
 HOVER = 0.001  # m over the floor, besides how much lower the item may be than its pose says
-WANTED = 2  # motions from which the best is chosen
+N_MOTIONS = 2  # motions from which the best is chosen
 NEXT_COST = 0.1  # s of additional cost of each next placement
-LEAN = np.radians(4.0)  # angle of a leaning item beyond the one at which its centre is over its edge
-BESIDE = 0.008  # m to the walls on either side of a leaning item, besides the uncertainty of its pose
+LEAN_ANGLE = np.radians(4.0)  # angle of a leaning item beyond the one at which its centre is over its edge
+WALL_GAP = 0.008  # m to the walls on either side of a leaning item, besides the uncertainty of its pose
 N_HALVINGS = 5  # bisections of the step in which it meets its support
 QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
-APART = 0.06  # m between the spots that are tried first
-N_EXPLAINED = 16  # about, of the spots if none is free
+SPREAD = 0.06  # m between the placements that are tried first
+N_EXPLAINED = 16  # about, of the placements if none is free
 LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: a thinner item falls over
 
 
@@ -79,7 +79,7 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
             failures += picked
             continue
         found.append(_set_down(back, picked, NEXT_COST * k))
-        if len(found) >= WANTED:
+        if len(found) >= N_MOTIONS:
             break
     return tuple(found) or failures
 
@@ -186,13 +186,13 @@ def floor_placements(
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], uncertainty)
     flying = FreeItemChecker(context.model, scene, free, while_resting_on(place.support, placed.id))
     for step in (STEP, FINE_STEP):
-        spots = _spots(place, reach, uncertainty, step)
-        fitting = [_placed(placed, place.name, T_world_place, R, d) for d in spots if flying.is_valid(d)]
+        placements = _grid_placements(place, reach, uncertainty, step)
+        fitting = [_placed(placed, place.name, T_world_place, R, d) for d in placements if flying.is_valid(d)]
         if fitting:
             break
     else:
-        return _occupied(place, spots, flying)
-    staying = tuple(islice((spot for spot in _spread(fitting) if _stays(scene, spot)), n_most))
+        return _occupied(place, placements, flying)
+    staying = tuple(islice((placement for placement in _spread(fitting) if _stays(scene, placement)), n_most))
     rolling = Reason("would fall over or roll", place.name, f"{placed.id} on all free places")
     return staying or Failures.of(rolling)
 
@@ -202,7 +202,7 @@ def _leaning(
 ) -> tuple[PlacedItem, ...] | Failures:
     """Find placements at which an item that would fall over can lean back on the wall or on another item.
 
-    From the last free spot before an obstacle, the item moves backwards until it would touch that.
+    From the last free placement before an obstacle, the item moves backwards until it would touch that.
     R: (3, 3) its orientation, levelled
     """
     reach = placed.item.shape.reach(R)
@@ -218,10 +218,12 @@ def _leaning(
         return FreeItemChecker(context.model, scene, free, touched)
 
     apart, touching = flying(), cache(flying)
-    spots = _leaning_spots(place, reach, gap)
-    are_free = np.array([[apart.is_valid(d) for d in column] for column in spots]).reshape(spots.shape[:2])
+    placements = _leaning_placements(place, reach, gap)
+    are_free = np.array([[apart.is_valid(d) for d in column] for column in placements]).reshape(
+        placements.shape[:2]
+    )
     found: list[Array] = []
-    for column, row in zip(spots, are_free, strict=True):
+    for column, row in zip(placements, are_free, strict=True):
         for k in np.flatnonzero(row[1:] & ~row[:-1]) + 1:  # the first of a column is behind the back wall
             behind = apart.clearance(column[k - 1]).b
             near, far = column[k], column[k - 1]
@@ -231,52 +233,52 @@ def _leaning(
             found.append(near)
     found.sort(key=lambda d: (-round(float(d[0]), 3), abs(float(d[1]))))
     stood = _spread([_placed(placed, place.name, T_world_place, R, d) for d in found])
-    staying = tuple(islice((spot for spot in stood if _stays(scene, spot)), n_most))
+    staying = tuple(islice((placement for placement in stood if _stays(scene, placement)), n_most))
     lean = Reason("nothing to lean on", place.name, f"{placed.id}, {len(found)} free places before something")
     return staying or Failures.of(falls, lean)
 
 
-def _leaning_spots(place: Place, half: Array, gap: float) -> Array:
+def _leaning_placements(place: Place, half: Array, gap: float) -> Array:
     """Return (J, K, 6) displacements of a leaning item: columns, each from behind the back wall to the mouth.
 
     half: (3,) of the box around the level item. gap: m between its lower edge and the floor
     """
     (front, back), (low, high) = place.room.x_range, place.room.y_range
-    pitch = float(np.arctan2(half[0], half[2])) + LEAN
+    pitch = float(np.arctan2(half[0], half[2])) + LEAN_ANGLE
     to_upper, to_lower = half[0] * np.cos(pitch) + np.array([1.0, -1.0]) * half[2] * np.sin(pitch)
     along_x = np.arange(back - to_upper + STEP, front + BEHIND_LIP + to_upper, -STEP)
-    along_y = _grid(low + half[1] + gap + BESIDE, high - half[1] - gap - BESIDE)
+    along_y = _grid(low + half[1] + gap + WALL_GAP, high - half[1] - gap - WALL_GAP)
     y, x = np.meshgrid(along_y, along_x, indexing="ij")
     z = place.room.floor_at(x + to_lower) + gap + half[2] * np.cos(pitch) + half[0] * np.sin(pitch)
     none = np.zeros_like(x)
     return np.stack([x, y, z, none, none + pitch, none], axis=-1)
 
 
-def _spread(spots: list[PlacedItem]) -> list[PlacedItem]:
-    """Reorder spots, those apart from all before them first: neighbouring spots fail for the same reason."""
-    at = np.array([spot.T_world_item[:3, 3] for spot in spots]).reshape(-1, 3)
+def _spread(placements: list[PlacedItem]) -> list[PlacedItem]:
+    """Reorder placements, those apart from all before them first: neighbours fail for the same reason."""
+    at = np.array([placement.T_world_item[:3, 3] for placement in placements]).reshape(-1, 3)
     first: list[int] = []
     for k, p in enumerate(at):
-        if (np.linalg.norm(at[first] - p, axis=1) >= APART).all():
+        if (np.linalg.norm(at[first] - p, axis=1) >= SPREAD).all():
             first.append(k)
-    return [spots[k] for k in (*first, *sorted(set(range(len(spots))) - set(first)))]
+    return [placements[k] for k in (*first, *sorted(set(range(len(placements))) - set(first)))]
 
 
-def _occupied(place: Place, spots: Array, flying: FreeItemChecker) -> Failures:
-    """Explain what occupies some of the spots (K, 6), none of which is free."""
-    what, tried = "no free place on the floor", f"{len(spots)} places tried"
-    met = [flying.clearance(d) for d in spots[:: 1 + len(spots) // N_EXPLAINED]]
+def _occupied(place: Place, placements: Array, flying: FreeItemChecker) -> Failures:
+    """Explain what occupies some of the placements (K, 6), none of which is free."""
+    what, tried = "no free place on the floor", f"{len(placements)} placements tried"
+    met = [flying.clearance(d) for d in placements[:: 1 + len(placements) // N_EXPLAINED]]
     if not met:
         return Failures.of(Reason(what, place.name, tried))
     details = [(f"{flying.description(contact)}, {tried}", contact.item) for contact in met]
     return Failures(tuple(Reason(what, place.name, detail, item) for detail, item in details))
 
 
-def _stays(scene: Scene, spot: PlacedItem) -> bool:
+def _stays(scene: Scene, placement: PlacedItem) -> bool:
     """Whether an item stays where it is released, within pose errors."""
-    beside = (p for p in scene.in_location(spot.location) if p.id != spot.id)
-    supports = supports_of(replace(scene, items=(*beside, spot)))
-    return supports.balance.stays(spot.id) or supports.balance.lies_level(spot.id)
+    beside = (p for p in scene.in_location(placement.location) if p.id != placement.id)
+    supports = supports_of(replace(scene, items=(*beside, placement)))
+    return supports.balance.stays(placement.id) or supports.balance.lies_level(placement.id)
 
 
 def _levelled(R: Array) -> Array:
@@ -290,11 +292,11 @@ def _levelled(R: Array) -> Array:
     return np.asarray(rotation_axis_angle(across / sine, float(np.arcsin(min(sine, 1.0)))) @ R)
 
 
-def _spots(place: Place, half: Array, uncertainty: float, step: float) -> Array:
-    """Return (K, 6) displacements from the place's origin to spots on its floor, as of a free flyer.
+def _grid_placements(place: Place, half: Array, uncertainty: float, step: float) -> Array:
+    """Return (K, 6) displacements from the place's origin to placements on its floor, as of a free flyer.
 
-    Behind a mouth, spots far back and near a wall come first; on a table, those near its middle, which are
-    the easiest to reach. half: (3,) of the box around the level item. uncertainty: m, of its pose
+    Behind a mouth, placements far back and near a wall come first; on a table, those near its middle,
+    which are the easiest to reach. half: (3,) of the box around the level item. uncertainty: m, of its pose
     """
     (front, back), (low, high) = place.room.x_range, place.room.y_range
     is_from_above = place.access.is_from_above

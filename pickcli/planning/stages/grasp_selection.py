@@ -23,6 +23,7 @@ from pickcli.seeds import derived_rng
 
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from a failed grasp
 MOST_UNFOLLOWED = 25  # grasps that the arm may fail to follow; in 596 picks none succeeded after the 22nd
+MOST_TRIED = 150  # grasps of one search; in 10 new scenes the first with a motion was the 94th at the latest
 
 
 def feasible_grasps(
@@ -81,7 +82,7 @@ def _tried(
     feasible: list[GraspMotion] = []
     roomy, failures = with_tool_clearance(problem, grasps, ways_out)
     n_unfollowed = 0
-    for grasp in roomy if search is USUAL else _in_turns(roomy):
+    for grasp in (roomy if search is USUAL else _in_turns(roomy))[:MOST_TRIED]:
         speed = problem.contact_speed(grasp)
         if speed is None:
             failures += Reason(

@@ -153,21 +153,41 @@ Deviation off_middle(const Pose& a, const Pose& middle, const Pose& b) {
   return {norm(middle.p - 0.5 * (a.p + b.p)), angle_between(before, after) / 2.0};
 }
 
-//! Whether the joint chord from row i to row j of Q keeps the tip near the line. Only the distance from the
-//! line counts, not the progress along it; the angle is to the pose at the same place.
+//! A straight line: the tip turns about one axis, in proportion to its progress.
+class Line {
+ public:
+  Line(const Pose& first, const Pose& last) : first_(first), along_(last.p - first.p) {
+    const Vec3 turn = rotation_vector(transposed(first.R) * last.R);
+    length_ = norm(along_);
+    angle_ = norm(turn);
+    axis_ = (1.0 / std::max(angle_, 1e-12)) * turn;
+  }
+
+  //! How far a pose is off: its distance from the line, and its angle to the line's pose at the same place.
+  //! A line without length has no places; there, the given progress (0 to 1) counts.
+  Deviation deviation(const Pose& T, double progress) const {
+    const Vec3 off = T.p - first_.p;
+    const double s =
+        length_ > 1e-6 ? std::clamp(dot(off, along_) / (length_ * length_), 0.0, 1.0) : progress;
+    return {norm(off - s * along_), angle_between(first_.R * rotation(axis_, s * angle_), T.R)};
+  }
+
+ private:
+  Pose first_;
+  Vec3 along_, axis_;
+  double length_, angle_;
+};
+
+//! Whether the joint chord from row i to row j of Q keeps the tip near the line between their poses.
 bool is_straight(const Chain& chain, const Pose& T_last_tip, const double* Q, const std::vector<Pose>& poses,
                  int i, int j, const Deviation& most) {
   const int n = chain.n();
-  const Vec3 along = poses[j].p - poses[i].p;
-  const double length = norm(along);
+  const Line line(poses[i], poses[j]);
   double q[kMaxJoints];
   for (int k = i + 1; k < j; ++k) {
     const double s = static_cast<double>(k - i) / (j - i);
     for (int a = 0; a < n; ++a) q[a] = Q[i * n + a] + s * (Q[j * n + a] - Q[i * n + a]);
-    const Pose T = tip(chain, T_last_tip, q);
-    Vec3 off = T.p - poses[i].p;
-    if (length > 1e-9) off = off - (dot(off, along) / (length * length)) * along;
-    if (!is_within({norm(off), angle_between(T.R, poses[k].R)}, most)) return false;
+    if (!is_within(line.deviation(tip(chain, T_last_tip, q), s), most)) return false;
   }
   return true;
 }
@@ -175,18 +195,13 @@ bool is_straight(const Chain& chain, const Pose& T_last_tip, const double* Q, co
 }  // namespace
 
 Deviation line_deviation(const std::vector<Pose>& poses) {
-  const Pose &first = poses.front(), &last = poses.back();
-  const Vec3 along = last.p - first.p, turn = rotation_vector(transposed(first.R) * last.R);
-  const double length = norm(along), angle = norm(turn);
-  const Vec3 axis = (1.0 / std::max(angle, 1e-12)) * turn;
+  const Line line(poses.front(), poses.back());
   Deviation most;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Vec3 off = poses[i].p - first.p;
-    // A tool that turns where it stands makes steady progress.
-    const double s = length > 1e-6 ? std::clamp(dot(off, along) / (length * length), 0.0, 1.0)
-                                   : static_cast<double>(i) / static_cast<double>(poses.size() - 1);
-    most.position = std::max(most.position, norm(off - s * along));
-    most.angle = std::max(most.angle, angle_between(first.R * rotation(axis, s * angle), poses[i].R));
+    const double steady = static_cast<double>(i) / static_cast<double>(poses.size() - 1);
+    const Deviation off = line.deviation(poses[i], steady);
+    most.position = std::max(most.position, off.position);
+    most.angle = std::max(most.angle, off.angle);
   }
   return most;
 }
