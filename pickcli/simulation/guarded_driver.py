@@ -166,6 +166,6 @@ def _guarded(name: str, call: Callable[[], Answer]) -> Answer:
 
 def _failure(name: str, fault: str) -> InputError:
     return InputError(
-        f"driver {name}: {fault}; no more set points are sent to the robot: make sure that it is at rest, then try "
-        f"apc check-driver {name}"
+        f"driver {name}: {fault}; no more set points are sent to the robot: make sure that it is at rest, "
+        f"then try apc check-driver {name}"
     )
