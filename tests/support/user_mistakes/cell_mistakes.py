@@ -321,7 +321,7 @@ CELL_MISTAKES = (
     ),
     _cell(
         "max_velocity in deg/s, a slow joint",
-        "joint_limits.joint_s.max_velocity: 45 rad/s … that are sold; is it in rad, not degrees?",
+        "joint_limits.joint_s.max_velocity: 45 rad/s … commercial arm; is it in rad, not degrees?",
         (JOINT_S, JOINT_S.replace("2.2", "45")),
         strict=True,
     ),
