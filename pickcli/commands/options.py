@@ -160,6 +160,21 @@ def stow_rule_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
+def strategy_option(function: F) -> F:
+    """Give a command the option --strategy NAME|FILE.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--strategy", "strategy_name", metavar="NAME|FILE", default="points", show_default=True,
+        help="Strategy that decides what is tried next; apc show-strategy lists them.",
+    )(function)  # fmt: skip
+
+
 def json_option(function: F) -> F:
     """Give a command the option --json.
 

@@ -80,8 +80,8 @@ def command(
     from pickcli.trial.played_trial import TrialRequest, play_trial, stowed_scene
 
     refuse_too_much(order.contents, cell, order.year, str(order_path))
-    contexts = options.planning_contexts(cells)
     request = TrialRequest(order, order_path.name, options.conditions(reality), seed)
+    contexts = options.planning_contexts(cells)
     with stage("stowing"), progress("placing the items") as report, of_file(order_path):
         scene = stowed_scene(request, cell, report)
     with ExitStack() as stack:

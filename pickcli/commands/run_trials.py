@@ -111,11 +111,12 @@ def command(
     from pickcli.jobs.job import sources_digest
     from pickcli.trial.trial_job import TrialJob
 
+    conditions = options.conditions(reality)
     contexts = options.planning_contexts(cells)
     stored = [path for each in cells for path in _stored_files(each, options.roadmap, options.trajectories)]
     job = TrialJob(
         orders, {path.stem: path.name for path in order_paths},
-        tuple(trial_arm(workcell, context) for context in contexts), options.conditions(reality),
+        tuple(trial_arm(workcell, context) for context in contexts), conditions,
         _digest([*files, *stored, *_cell_files(options.cell_name, options.items_path)]), sources_digest(),
     )  # fmt: skip
     report = _play(job, seeds, output, overwrite, (options.jobs, scheduler, as_json))
@@ -200,6 +201,7 @@ def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
         "cell_fingerprint": cell.scene_fingerprint,
         "pose_noise": {"position_mm": 1e3 * noise.position, "angle_deg": math.degrees(noise.angle)},
         "pod_shift": _shift(job.conditions),
+        "strategy": job.conditions.strategy.name,
         "stow_rule": str(job.conditions.stow_rule),
         "reality": job.conditions.reality.as_dict(),
         "inputs": job.inputs,

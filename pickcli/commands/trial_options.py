@@ -13,7 +13,14 @@ import click
 from pickcli.commands.arm_options import arm_option
 from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.build_options import jobs_option
-from pickcli.commands.options import cell_option, items_option, passed_as, reality_option, stow_rule_option
+from pickcli.commands.options import (
+    cell_option,
+    items_option,
+    passed_as,
+    reality_option,
+    stow_rule_option,
+    strategy_option,
+)
 from pickcli.commands.pod_shift import pod_shift_option
 from pickcli.errors import InputError
 
@@ -87,6 +94,7 @@ class TrialOptions:
 
     Attributes:
         pose_noise: Bounds of the error of item poses.
+        strategy_name: Name or file of the strategy.
         stow_rule: Name of the rule by which bins are chosen.
         pod_shift: Displacement of the pod in m and rad, "random" or "none"; None if not stated.
         reality_path: File of the levels of reality; None for the default levels.
@@ -99,6 +107,7 @@ class TrialOptions:
     """
 
     pose_noise: PoseNoise
+    strategy_name: str
     stow_rule: str
     pod_shift: Displacement | str | None
     reality_path: Path | None
@@ -112,7 +121,8 @@ class TrialOptions:
     @property
     def inputs(self) -> tuple[Path | str | None, ...]:
         """Files that the command reads besides orders, and the cell by its name or folder."""
-        return self.reality_path, self.cell_name, self.items_path, self.roadmap, self.trajectories
+        stored = self.roadmap, self.trajectories
+        return self.reality_path, self.cell_name, self.items_path, self.strategy_name, *stored
 
     def cells(self, workcell: Workcell) -> list[Cell]:
         """Select the arms that play.
@@ -158,11 +168,16 @@ class TrialOptions:
 
         Returns:
             The conditions.
+
+        Raises:
+            InputError: There is no such strategy, or its file is invalid.
         """
+        from pickcli.strategy.strategy_file import load_strategy
         from pickcli.trial.played_trial import TrialConditions
         from pickcli.trial.stow_assignment import StowRule
 
-        return TrialConditions(self.pose_noise, reality, self.pod_shift, StowRule(self.stow_rule))
+        strategy = load_strategy(self.strategy_name)
+        return TrialConditions(self.pose_noise, reality, self.pod_shift, StowRule(self.stow_rule), strategy)
 
 
 def trial_options(function: F) -> F:
@@ -178,7 +193,7 @@ def trial_options(function: F) -> F:
     for option in (  # the last is the first in the help
         jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
         cell_option, reality_option, pod_shift_option("random, unless --reality says otherwise"),
-        stow_rule_option, pose_noise_option,
+        stow_rule_option, strategy_option, pose_noise_option,
     ):  # fmt: skip
         function = option(function)
     return function

@@ -44,11 +44,12 @@ TSRS = FileKind("a file of task space regions", "KTH's .tsrs files are such list
 CELL = FileKind("a cell", "the folder of a cell.yaml, or a name under data/cells")
 ITEMS = FileKind("a file of items", "those of both years are under data/items")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
+STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
 PICTURE = FileKind("a picture", "--picture and --video make some")  # read by no command
-KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, REALITY, URDF, SRDF, JOINT_LIMITS)
+KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, REALITY, STRATEGY, URDF, SRDF, JOINT_LIMITS)
 
 _BY_FORMAT = {
     b"plan": PLAN,
@@ -56,6 +57,7 @@ _BY_FORMAT = {
     b"cell": CELL,
     b"items": ITEMS,
     b"reality": REALITY,
+    b"strategy": STRATEGY,
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
@@ -20,6 +20,8 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
+from pickcli.strategy.strategy_tree import Strategy
 from pickcli.trial.certifier import Certifier
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.trial.stow_assignment import StowRule
@@ -38,6 +40,7 @@ class TrialSettings:
         reality: Levels of the deviations of the simulated world from its model.
         time_limit: s; None for that of the order's year.
         stow_rule: Rule by which bins are chosen for stowed items.
+        strategy: Decides what is tried next.
     """
 
     seed: int = 0
@@ -45,6 +48,7 @@ class TrialSettings:
     reality: Reality = DEFAULT
     time_limit: float | None = None
     stow_rule: StowRule = StowRule.POINTS
+    strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
 
 
 class AttemptRunner:
@@ -86,15 +90,25 @@ class AttemptRunner:
         Returns:
             The perceived scene.
         """
-        return self._seen if self.has_seen else self.look_again()
+        if not self.has_seen:
+            self.look_again()
+        return self._seen
 
-    def look_again(self) -> Scene:
+    @property
+    def last_scene(self) -> Scene:
+        """The scene as last perceived, even if something may have moved since."""
+        return self._seen
+
+    def look_again(self) -> bool:
         """Look again if there is time.
 
         Returns:
-            The perceived scene; without time the last one.
+            Whether there was.
         """
-        return self.look() if self.clock.has_time_for(self.settings.reality.look_time) else self._seen
+        has_time = self.clock.has_time_for(self.settings.reality.look_time)
+        if has_time:
+            self.look()
+        return has_time
 
     def look(self) -> Scene:
         """Look at pod and tote, which takes time, and keep the result.

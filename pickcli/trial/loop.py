@@ -1,4 +1,4 @@
-"""Plays a whole trial: the most promising target next, until all are done or time is over.
+"""Plays a whole trial by a strategy, until all targets are done, the strategy ends or time is over.
 
 Randomness depends only on the seed, and time only on simulated time and the number of planning calls: two
 runs of a trial differ only in ``statistics``.
@@ -6,6 +6,7 @@ runs of a trial differ only in ``statistics``.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -14,6 +15,8 @@ from pickcli.planning.blockers import from_the_mouth
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.simulation.protective_stop import StopCause
+from pickcli.strategy.strategy_player import StrategyPlayer
+from pickcli.strategy.trial_actions import OpenTarget
 from pickcli.trial.attempt_execution import carry_out
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
 from pickcli.trial.clearing import Clearing, destinations
@@ -25,11 +28,9 @@ from pickcli.trial.score import Drop, Score, item_bonuses, score
 from pickcli.trial.stow_assignment import assign_bins
 from pickcli.trial.target_selection import (
     Experience,
-    Move,
     TargetState,
-    best_option,
     may_move_others,
-    options,
+    open_targets,
     target_states,
     time_limit,
 )
@@ -71,7 +72,7 @@ def run_trial(
 
 
 class _Trial:
-    """The state of a trial: open targets and what happened so far.
+    """The state of a trial, and the ``TrialActions`` of its strategy.
 
     homes: by id, the place in which each item was seen at the start
     delivered: ids of the items brought to their destinations
@@ -114,17 +115,37 @@ class _Trial:
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
         self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
         self.attempts: list[tuple[TargetState, Attempt]] = []
+        self.player = StrategyPlayer(settings.strategy, self)
 
     def play(self) -> None:
-        """Make the most promising attempt repeatedly, until all targets are done or tried or time is over."""
+        """Tick the strategy until nothing is left that it would try, or time is over."""
         self.homes = {placed.id: placed.location for placed in self.runner.scene().items}
-        while self.runner.has_time_to_plan:
-            may_clear = may_move_others(self.order)
-            best = best_option(options(self.open.values(), self.experience, may_clear))
-            if best is None:
-                break
-            (self._pick if best.move is Move.PICK else self._clear)(best.state)
+        self.player.play()
         self.on_progress(Progress(len(self.targets), len(self.targets), "done"))
+
+    @property
+    def now(self) -> float:
+        """Time on the trial's clock, s."""
+        return self.runner.clock.now
+
+    @property
+    def time_left(self) -> float:
+        """Time until the end of the trial, s."""
+        return self.runner.clock.left
+
+    @property
+    def has_time_to_plan(self) -> bool:
+        """Whether one more planning call would end in time."""
+        return self.runner.has_time_to_plan
+
+    def open_targets(self) -> tuple[OpenTarget, ...]:
+        """Return the targets for which something can still be tried, in the order of their lines."""
+        n_items = Counter(placed.location for placed in self.runner.last_scene.items)
+        return open_targets(self.open.values(), self.experience, may_move_others(self.order), n_items)
+
+    def look(self) -> bool:
+        """Look again; every look has different errors. False if there is no time."""
+        return self.runner.look_again()
 
     def so_far(self) -> str:
         """Describe what an interrupted trial loses, and how to repeat it."""
@@ -133,11 +154,9 @@ class _Trial:
         played = f"{n_in} of {len(self.targets)} targets were {where} after {len(self.attempts)} attempts"
         return f"{played}; a trial cannot be continued: the same command plays it again from the start"
 
-    def _pick(self, state: TargetState) -> None:
-        """Make one attempt at a target, and update the target by its outcome."""
-        if state.refusals:
-            self.runner.look_again()  # the scene has not changed, but every look has different errors
-        state = state.tried()
+    def pick(self, index: int) -> bool:
+        """Make one attempt at a target, and update its state; return whether it is delivered."""
+        state = self.open[index].tried()
         attempt = self._attempt(state)
         self._note(state, attempt)
         if attempt.outcome.is_delivered or attempt.outcome in (Outcome.MISSING, Outcome.NO_TIME):
@@ -148,6 +167,11 @@ class _Trial:
                 self.refused[state.index] = (self.runner.scene(), attempt.item, attempt.in_the_way)
         else:
             self.open[state.index] = self.open[state.index].failed()
+        return attempt.outcome.is_delivered
+
+    def give_up(self, index: int) -> None:
+        """Close a target."""
+        self.open.pop(index, None)
 
     def _attempt(self, state: TargetState) -> Attempt:
         scene = self.runner.scene()
@@ -224,13 +248,13 @@ class _Trial:
             if touched & {placed.location for placed in self._copies(self.runner.scene(), other)}:
                 self.open[index] = other.renewed()
 
-    def _clear(self, state: TargetState) -> None:
-        """Move one item aside that blocks a target."""
-        scene = self.runner.scene()
+    def clear(self, index: int) -> bool:
+        """Move one item aside that blocks a target; return whether the target may be tried again."""
+        state, scene = self.open[index], self.runner.scene()
         self.open[state.index] = replace(state, clearings=state.clearings + 1)
         placed = self._choose_copy(scene, state)
         if placed is None:
-            return
+            return False
         wanted = Attempt(
             state.target,
             placed.id,
@@ -247,14 +271,15 @@ class _Trial:
         clearing.blame(state.clearings > 0, blamed)
         if clearing.is_reachable:  # perceived again since the last failure: pick by the new poses
             self.open[state.index] = replace(self.open[state.index], refusals=0)
-            return
+            return True
         while self.runner.has_time_to_plan and (name := clearing.next_item()) is not None:
             aside = self._moved_aside(replace(wanted, item=name, is_aside=True), scene)
             self._note(self.open[state.index], aside)
             if aside.execution is not None:  # the scene has changed
                 self.open[state.index] = replace(self.open[state.index], cleared=state.cleared + 1)
-                return
+                return True
             clearing.also(aside.in_the_way)
+        return False
 
     def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt:
         """Try to move an item into another bin, or into the tote if none has room.
@@ -321,7 +346,8 @@ class _Trial:
             self.order, self.settings.seed, self.settings.noise, self.settings.reality,
             tuple(self._target_result(state, points) for state in self.targets), attempts, self.before, after,
             final, points, arena.collisions, runner.clock.simulated, runner.clock.now, runner.stuck,
-            runner.cut_short, disturbed_last,
+            runner.cut_short, disturbed_last, self.settings.strategy.name, tuple(self.player.ticks),
+            self.player.stuck,
         )  # fmt: skip
 
     def _target_result(self, state: TargetState, score: Score) -> TargetResult:

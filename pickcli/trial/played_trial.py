@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from pickcli.cell.cell import Cell
@@ -15,6 +15,8 @@ from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.stowing.make_scene import make_scene
+from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
+from pickcli.strategy.strategy_tree import Strategy
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.motion_record import motion_values
@@ -40,12 +42,14 @@ class TrialConditions:
         reality: Levels of the deviations of the simulated world from its model.
         pod_shift: Displacement of the pod, "random" or "none"; None to follow ``reality``.
         stow_rule: Rule by which bins are chosen in a stow.
+        strategy: Decides what is tried next.
     """
 
     noise: PoseNoise = DEFAULT_NOISE
     reality: Reality = DEFAULT
     pod_shift: Displacement | str | None = None
     stow_rule: StowRule = StowRule.POINTS
+    strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
 
 
 @dataclass(frozen=True)
@@ -125,7 +129,9 @@ def play_trial(
     recorder = MotionRecorder() if len(arms) == 1 else None  # the recorder supports a single arm
     with closing(SimulatedArena(scene, reality, seed, first.parked, recorder)) as arena:
         before, began = arena.picture(), time.perf_counter()
-        settings = TrialSettings(seed, conditions.noise, reality, stow_rule=conditions.stow_rule)
+        settings = TrialSettings(
+            seed, conditions.noise, reality, stow_rule=conditions.stow_rule, strategy=conditions.strategy
+        )
         interfaces = interfaces_of(arms, arena)
         result = run_trial(request.order, interfaces, settings, on_progress, after_attempt)
         record = trial_record(result, request.order_name, time.perf_counter() - began)

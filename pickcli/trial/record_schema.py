@@ -100,6 +100,13 @@ class _Attempt(_Part):
     parking: _Execution | None = None
 
 
+class _Tick(_Part):
+    t: Figure
+    node: Text
+    target: Text
+    status: Text
+
+
 class _ScoreLine(_Part):
     points: Points
     subject: Text
@@ -134,6 +141,7 @@ class _Record(_Part):
     aborted: Text
     pod_shift: _PodShift
     attempts: list[_Attempt]
+    ticks: list[_Tick] = []
     score_lines: list[_ScoreLine]
     made_from: _MadeFrom
 

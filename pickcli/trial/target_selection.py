@@ -1,21 +1,21 @@
-"""Selects the next attempt of a trial: the one with the most expected points per second.
+"""Values the possible attempts of a trial by their expected points per second, for its strategy.
 
-Delft retried failed picks at the end without limit, and moved items that hid a target. Here every target has
-a probability of success, which starts from a prior, decreases with failed attempts, and is updated by the
-outcomes for the same item and the same bin. A failed attempt is repeated only with something new: another
-grasp, a changed scene, or another look at an unchanged one.
+Every target has a probability of success, which starts from a prior, decreases with failed attempts, and is
+updated by the outcomes for the same item and the same bin. A failed attempt is repeated only with something
+new: another grasp, a changed scene, or another look at an unchanged one.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import Tool
 from pickcli.grasping.method_choice import may_hold
+from pickcli.strategy.node_types import ActionKind
+from pickcli.strategy.trial_actions import OpenTarget
 from pickcli.trial.order import ANY_BIN, Order, OrderKind, Target
 from pickcli.trial.score import target_points
 
@@ -35,13 +35,6 @@ MOST_FAILURES = 8  # failed motions for one target
 MOST_REFUSALS = 12  # looks at one unchanged scene without a plan
 MOST_CLEARED = 8  # items moved aside for one target
 MOST_CLEARINGS = 4  # looks at one unchanged scene without a movable blocking item
-
-
-class Move(StrEnum):
-    """Kind of action for a target."""
-
-    PICK = "pick"
-    CLEAR = "clear"  # move a blocking item aside
 
 
 @dataclass(frozen=True)
@@ -167,58 +160,45 @@ class Experience:
         return shares[0] * shares[1]
 
 
-@dataclass(frozen=True)
-class Option:
-    """A possible next action.
-
-    Attributes:
-        state: The target.
-        move: Kind of action.
-        rate: Expected points per second.
-    """
-
-    state: TargetState
-    move: Move
-    rate: float
-
-
-def options(targets: Iterable[TargetState], experience: Experience, may_clear: bool) -> Iterator[Option]:
-    """List all actions worth trying for the open targets.
+def open_targets(
+    targets: Iterable[TargetState], experience: Experience, may_clear: bool, n_items: Mapping[str, int]
+) -> tuple[OpenTarget, ...]:
+    """List the targets for which something is worth trying, with the value of each possible action.
 
     Args:
-        targets: The open targets.
+        targets: All targets that are not done.
         experience: Outcomes so far.
         may_clear: Whether items may be moved aside.
+        n_items: Number of perceived items by place; places without any are left out.
 
-    Yields:
-        The possible actions.
+    Returns:
+        The targets, in the order of the lines.
     """
     targets = tuple(targets)
     waiting = {state.target.bin for state in targets}
-    for state in targets:
+    found = []
+    for state in sorted(targets, key=lambda state: state.index):
         chance = experience.chance(state.target) * RETRY_CHANCE**state.failures if state.can_hold else 0.0
         if state.target.into in waiting:
             chance *= HIDING_FACTOR
+        rates = {}
         if state.can_pick:
-            seen = AGAIN_CHANCE**state.refusals
-            yield Option(state, Move.PICK, chance * seen * state.points / (state.seconds + PLANNING_CHARGE))
+            seconds = state.seconds + PLANNING_CHARGE
+            rates[ActionKind.PICK] = chance * AGAIN_CHANCE**state.refusals * state.points / seconds
         if may_clear and state.can_clear:
             seconds = 2 * state.seconds + CLEAR_CALLS * PLANNING_CHARGE
             left = CLEAR_CHANCE ** (1 + state.cleared + state.clearings)
-            yield Option(state, Move.CLEAR, chance * left * state.points / seconds)
+            rates[ActionKind.CLEAR] = chance * left * state.points / seconds
+        if rates:
+            here = n_items.get(state.target.bin, 0)
+            found.append(_open_target(state, here, rates))
+    return tuple(found)
 
 
-def best_option(found: Iterable[Option]) -> Option | None:
-    """Choose the option with the most points per second; if equal, that of the earlier line of the order.
-
-    Args:
-        found: The options.
-
-    Returns:
-        The option, or None without options.
-        The option, None if there is none.
-    """
-    return max(found, key=lambda o: (o.rate, -o.state.index, o.move is Move.PICK), default=None)
+def _open_target(state: TargetState, n_items: int, rates: Mapping[ActionKind, float]) -> OpenTarget:
+    item, place = state.target.item, state.target.bin
+    is_refused = state.refusals > 0
+    return OpenTarget(state.index, item, place, state.points, state.attempts, n_items, is_refused, rates)
 
 
 def time_limit(order: Order) -> float:

@@ -27,6 +27,7 @@ from pickcli.files.json_reader import parse_json
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
+from pickcli.strategy.strategy_player import Tick
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.record_schema import refuse_bad_record
 from pickcli.trial.trial_interfaces import ExecutionResult
@@ -82,6 +83,8 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "final_places": {item.id: item.end for item in result.final.items},
         "contacts": [dataclasses.asdict(collision) for collision in result.collisions],
         "attempts": [_attempt(attempt) for attempt in result.attempts],
+        "strategy": {"name": result.strategy, "stuck": result.strategy_stuck},
+        "ticks": [_tick(tick) for tick in result.ticks],
         "disturbed_last": [_disturbance(d) for d in result.disturbed_last],
         **_arms(result),
         "claim": CLAIM,
@@ -165,6 +168,11 @@ def _arms(result: TrialResult) -> dict[str, Any]:
     return (
         {"arms": {arm: dataclasses.asdict(work) for arm, work in result.arms.items()}} if result.arms else {}
     )
+
+
+def _tick(tick: Tick) -> dict[str, Any]:
+    outcome = "success" if tick.is_success else "failure"
+    return {"t": _rounded(tick.t), "node": tick.node, "target": tick.target, "status": outcome}
 
 
 def _pod_shift(scene: Scene) -> dict[str, float]:

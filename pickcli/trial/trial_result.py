@@ -10,6 +10,7 @@ from pickcli.errors import Reason
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
+from pickcli.strategy.strategy_player import Tick
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order import ANY_BIN, Order, Target
 from pickcli.trial.score import FinalState, Score
@@ -181,6 +182,9 @@ class TrialResult:
         aborted: Why the arm could not be brought to a safe place before the end of time, "" if it was.
         cut_short: What the end of time interrupted although it was possible, "" if nothing.
         disturbed_last: Items that moved unintentionally after the last execution.
+        strategy: Name of the strategy.
+        ticks: All ticks of the strategy's conditions and actions.
+        strategy_stuck: Why the strategy was ended before its tree failed, "" if it was not.
     """
 
     order: Order
@@ -199,6 +203,9 @@ class TrialResult:
     aborted: str
     cut_short: str = ""
     disturbed_last: tuple[Disturbance, ...] = ()
+    strategy: str = ""
+    ticks: tuple[Tick, ...] = ()
+    strategy_stuck: str = ""
 
     @property
     def executions(self) -> tuple[ExecutionResult, ...]:

@@ -1,0 +1,63 @@
+"""A strategy: a behaviour tree as data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from pickcli.strategy.node_types import NODE_TYPES, NodeType
+
+Argument: TypeAlias = int | float | str | tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class StrategyNode:
+    """One node of a strategy.
+
+    Attributes:
+        name: Name of its type.
+        arguments: Values of its parameters, by name; those that are not stated are missing.
+        children: Its children, in order; a decorator has one.
+    """
+
+    name: str
+    arguments: Mapping[str, Argument] = field(default_factory=dict)
+    children: tuple[StrategyNode, ...] = ()
+
+    @property
+    def type(self) -> NodeType:
+        """Its type."""
+        return NODE_TYPES[self.name]
+
+    def walk(self) -> Iterator[StrategyNode]:
+        """Iterate over the node and everything below it, parents before children."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+    def __str__(self) -> str:
+        stated = ", ".join(f"{name} {_text(value)}" for name, value in self.arguments.items())
+        return f"{self.name} ({stated})" if stated else self.name
+
+
+@dataclass(frozen=True)
+class Strategy:
+    """A strategy of trials.
+
+    Attributes:
+        name: Its name.
+        description: What it does and where it comes from.
+        root: The root of the tree.
+    """
+
+    name: str
+    description: str
+    root: StrategyNode
+
+
+def _text(value: Argument) -> str:
+    if not isinstance(value, tuple):
+        return f"{value:g}" if isinstance(value, float) else f"{value}"
+    few = value if len(value) <= 3 else (*value[:2], f"... {len(value)} in all")
+    return ", ".join(few)
