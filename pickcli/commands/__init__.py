@@ -7,7 +7,7 @@ Read in this order:
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
 - Online: `make_order`, `make_scene`, `plan_stow`, `plan_move`, `verify`, `execute`, `check_driver`, `export`
   and `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for many.
-- Content and checks of files: `inspect`, `show` and `check`.
+- Content and checks of files: `inspect`, `show`, `show_strategy` and `check`.
 - Items: `show_grasps` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
   `artifact_options`, `scene_options`, `plan_options`, `build_options`, `trial_options`, `pod_shift`; `logs`

@@ -49,7 +49,7 @@ COMMANDS: dict[str, str] = {
     "refresh": "Update a roadmap or trajectory database for a cell that changed.",
     "cache": "Show what is in the cache of built files, or delete it.",
     "show": "Make a page that shows a cell, scene, plan, trial, roadmap or database in 3-D.",
-    "show-strategy": "Show the behaviour tree by which trials are played, or write it as SVG or XML.",
+    "show-strategy": "Show the behaviour tree by which trials are played, or list the strategies.",
     "show-grasps": "Make a page of an item with its regions and candidate grasps.",
     "import-tsr": "Convert KTH's task space regions to a file of items.",
     "inspect": "Show what is in a roadmap, database, plan, scene or cell.",

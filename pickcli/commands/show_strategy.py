@@ -23,14 +23,13 @@ if TYPE_CHECKING:
 @click.option("--overwrite", is_flag=True, help="Replace an existing file.")
 @json_option
 def command(strategy_name: str | None, output: Path | None, overwrite: bool, as_json: bool) -> None:
-    """Show the behaviour tree by which a trial is played; without a name, list the strategies.
+    """Show the behaviour tree by which trials are played, or list the strategies.
 
     Conditions begin with a question mark, actions with an exclamation mark. The format of strategy files and
     all nodes: docs/formats/strategy.md.
 
     \b
-    Examples:
-      apc show-strategy
+    Example:
       apc show-strategy delft
       apc show-strategy kth -o kth.svg
     """

@@ -87,7 +87,7 @@ class ActionKind(StrEnum):
 
 
 _COUNT = Parameter(ParameterType.COUNT, is_required=True)
-_CRITERIA = Parameter(ParameterType.CRITERIA, tuple(Criterion), is_required=True)
+_CRITERIA = Parameter(ParameterType.CRITERIA, tuple(map(str, Criterion)), is_required=True)
 
 NODE_TYPES = {
     each.name: each
@@ -119,7 +119,7 @@ NODE_TYPES = {
         NodeType(
             "is_action", NodeKind.CONDITION, "IsAction",
             "Whether the chosen action is of a kind.",
-            {"kind": Parameter(ParameterType.CHOICE, tuple(ActionKind), is_required=True)},
+            {"kind": Parameter(ParameterType.CHOICE, tuple(map(str, ActionKind)), is_required=True)},
         ),
         NodeType(
             "has_no_plan", NodeKind.CONDITION, "HasNoPlan",

@@ -27,7 +27,7 @@ class StrategyNode:
 
     @property
     def type(self) -> NodeType:
-        """Its type."""
+        """The type of the node."""
         return NODE_TYPES[self.name]
 
     def walk(self) -> Iterator[StrategyNode]:

@@ -21,6 +21,7 @@ from pickcli.files.file_kind import (
     SCENE,
     SRDF,
     STORE,
+    STRATEGY,
     TRIAL,
     TRIALS,
     TSRS,
@@ -60,11 +61,11 @@ READ: dict[str, dict[str, FileKind | None]] = {
     },
     "run-trial": {
         "order_path": ORDER, "reality_path": REALITY, "cell_name": CELL, "items_path": ITEMS,
-        "roadmap": STORE, "trajectories": STORE,
+        "roadmap": STORE, "trajectories": STORE, "strategy_name": STRATEGY,
     },
     "run-trials": {
         "order_paths": ORDER, "reality_path": REALITY, "cell_name": CELL, "items_path": ITEMS,
-        "roadmap": STORE, "trajectories": STORE,
+        "roadmap": STORE, "trajectories": STORE, "strategy_name": STRATEGY,
     },
     "compare-trials": {"first": TRIALS, "second": TRIALS},
     "export": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
@@ -72,6 +73,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "check": {"path": STORE, "cell_name": CELL, "items_path": ITEMS},
     "refresh": {"path": STORE, "cell_name": CELL},
     "cache": {},
+    "show-strategy": {"strategy_name": STRATEGY},
     "show-grasps": {"cell_name": CELL, "items_path": ITEMS},
     "import-tsr": {"path": TSRS, "items_path": ITEMS},
     "inspect": {"path": None, "cell_name": CELL, "items_path": ITEMS},
@@ -109,7 +111,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     return found | {
         PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
         ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf, TRIALS: folder,
-        TSRS: tsrs,
+        TSRS: tsrs, STRATEGY: data_path() / "strategies" / "delft.yaml",
     }  # fmt: skip
 
 
@@ -129,6 +131,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     needed = {"scene_path", "urdf"}
     if command == "show-grasps":
         right["output"] = out.with_suffix(".html")
+    if command == "show-strategy":
+        right["output"] = out.with_suffix(".svg")
     if command == "show":
         needed -= {"scene_path"} if name == "path" else set()  # only a plan is shown in a scene
         right["output"] = out.with_suffix(".html")
@@ -152,7 +156,11 @@ def test_the_table_names_every_file_that_a_command_reads() -> None:
     assert set(READ) == set(cli.COMMANDS)
     for command, read in READ.items():
         parameters = _parameters(command).values()
-        paths = {p.name for p in parameters if isinstance(p.type, click.Path) or p.name == "cell_name"}
+        paths = {
+            p.name
+            for p in parameters
+            if isinstance(p.type, click.Path) or p.name in ("cell_name", "strategy_name")
+        }
         assert paths - set(WRITTEN) == set(read), command
 
 

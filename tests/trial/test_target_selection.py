@@ -8,17 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pickcli.strategy.node_types import ActionKind
+from pickcli.strategy.target_choice import best_action
 from pickcli.trial.order import Target
 from pickcli.trial.target_selection import (
     MOST_CLEARINGS,
     MOST_FAILURES,
     MOST_REFUSALS,
     Experience,
-    Move,
     TargetState,
     TrialClock,
-    best_option,
-    options,
+    open_targets,
 )
 
 JOB = TargetState(0, Target("bin_A", "crayola_24_ct"), 10, 12.0)
@@ -42,19 +42,29 @@ targets = st.builds(
 def chosen(
     *candidates: TargetState, experience: Experience | None = None, may_clear: bool = True
 ) -> TargetState:
-    best = best_option(options(candidates, experience or Experience(), may_clear))
+    best = best_action(open_targets(candidates, experience or Experience(), may_clear, {}))
     assert best is not None
-    return best.state
+    return next(state for state in candidates if state.index == best[0].index)
 
 
-@given(st.lists(targets, min_size=1, max_size=8, unique_by=lambda state: state.index), st.booleans())
-def test_nothing_beats_what_is_chosen_in_whatever_order_it_is_asked(
+def rates(state: TargetState, may_clear: bool = True) -> dict[ActionKind, float]:
+    """Expected points per second of each action for a target by itself."""
+    return {
+        kind: rate
+        for found in open_targets([state], Experience(), may_clear, {})
+        for kind, rate in found.rates.items()
+    }
+
+
+@given(st.lists(targets, max_size=8, unique_by=lambda state: state.index), st.booleans())
+def test_open_targets_are_those_with_an_action_in_the_order_of_their_lines(
     candidates: list[TargetState], may: bool
 ) -> None:
-    found = list(options(candidates, Experience(), may))
-    best = best_option(found)
-    assert best == best_option(reversed(found))
-    assert best is None or all(option.rate <= best.rate for option in found)
+    found = open_targets(candidates, Experience(), may, {"bin_A": 3})
+    assert found == open_targets(list(reversed(candidates)), Experience(), may, {"bin_A": 3})
+    possible = [state.index for state in candidates if state.can_pick or (may and state.can_clear)]
+    assert [target.index for target in found] == sorted(possible)
+    assert all(target.n_items == (3 if target.bin == "bin_A" else 0) for target in found)
 
 
 def test_more_points_or_less_time_come_first_and_what_failed_waits() -> None:
@@ -80,15 +90,15 @@ def test_what_happened_to_the_same_item_or_in_the_same_bin_counts() -> None:
 
 
 @given(targets)
-def test_every_job_comes_to_an_end_of_options(state: TargetState) -> None:
-    """Whatever is tried in vain in a scene that does not change, in the end nothing is left."""
+def test_in_a_scene_that_does_not_change_nothing_is_left_in_the_end(state: TargetState) -> None:
     for _ in range(MOST_FAILURES + MOST_REFUSALS + MOST_CLEARINGS + 20):
-        best = best_option(options([state], Experience(), True))
+        best = best_action(open_targets([state], Experience(), True, {}))
         if best is None:
             return
-        clearings = state.clearings + (best.move is Move.CLEAR)
-        state = replace(state.tried().refused() if best.move is Move.PICK else state, clearings=clearings)
-    pytest.fail("options without end")
+        is_pick = best[1] is ActionKind.PICK
+        clearings = state.clearings + (not is_pick)
+        state = replace(state.tried().refused() if is_pick else state, clearings=clearings)
+    pytest.fail("actions without end")
 
 
 def test_a_changed_scene_gives_new_looks_but_no_new_failures() -> None:
@@ -99,16 +109,15 @@ def test_a_changed_scene_gives_new_looks_but_no_new_failures() -> None:
 
 
 def test_something_is_moved_aside_only_for_what_was_refused_and_where_the_rules_let_it() -> None:
-    moves = {option.move for option in options([JOB.refused()], Experience(), True)}
-    assert moves == {Move.PICK, Move.CLEAR}
-    assert {option.move for option in options([JOB], Experience(), True)} == {Move.PICK}
-    assert {option.move for option in options([JOB.refused()], Experience(), False)} == {Move.PICK}
+    assert set(rates(JOB.refused())) == {ActionKind.PICK, ActionKind.CLEAR}
+    assert set(rates(JOB)) == {ActionKind.PICK}
+    assert set(rates(JOB.refused(), may_clear=False)) == {ActionKind.PICK}
 
 
 def test_what_the_tool_cannot_hold_is_asked_for_once_and_last() -> None:
     hopeless = replace(JOB, points=23, can_hold=False)
     assert chosen(hopeless, replace(JOB, index=1).failed().refused()).index == 1
-    assert list(options([hopeless.tried().refused()], Experience(), True)) == []
+    assert rates(hopeless.tried().refused()) == {}
 
 
 def test_what_would_lie_on_waiting_targets_waits_for_three_looks_at_each_of_them() -> None:
