@@ -225,6 +225,7 @@ class QueryAnswer:
         runs: Their executions.
         item: Id of the query's item; "" if it has none.
         item_is_in: Place of the item afterwards; "" if the query has none.
+        is_complete: Whether all its steps were done.
     """
 
     query: MotionQuery
@@ -232,6 +233,7 @@ class QueryAnswer:
     runs: list[Execution] = field(default_factory=list)
     item: str = ""
     item_is_in: str = ""
+    is_complete: bool = False
 
     @property
     def is_clean(self) -> bool:
@@ -277,6 +279,7 @@ class QuerySequence:
                 self._do(step, answer, derived_seed(self.seed, "query", str(number), str(k)), carry_out)
                 if not answer.is_clean or self.world.held is not None:
                     return
+            answer.is_complete = True
 
     def _do(self, step: QueryStep, answer: QueryAnswer, seed: int, carry_out: CarryOut) -> None:
         world = self.world

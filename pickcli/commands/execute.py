@@ -230,11 +230,11 @@ def _answer(request: _QueryRequest, scene: Scene, load: Callable[[], PlanningCon
 
 
 def _print_answers(request: _QueryRequest, queries: list[MotionQuery], sequence: QuerySequence) -> None:
-    """Print the results of queries; nothing if no motion was executed."""
+    """Print the results of queries; nothing if the first one failed before any motion."""
     answers, world = sequence.answers, sequence.world
     if request.as_json:
         emit_json({"driver": SIMULATED, **answers_summary(queries, answers, world)})
-    elif any(answer.runs for answer in answers):
+    elif any(answer.runs or answer.is_complete for answer in answers):
         click.echo(answers_text(queries, answers, world))
 
 

@@ -72,6 +72,10 @@ def queries_of(given: Sequence[tuple[str, str]], scene: Scene) -> list[MotionQue
             if error.kind != "item" or error.name not in brought:
                 raise
             raise InputError(f"{option}: {brought[error.name]}; name that place") from None
+        except InputError:
+            if kind != "stows" or (item := words.partition(":")[0]) not in brought:
+                raise
+            raise InputError(f"{option}: {brought[item]}, not in the tote; leave this query out") from None
         before = {placed.id: placed.location for placed in scene.items}
         for step in queries[-1].steps:
             scene = step.after(scene)
@@ -218,6 +222,8 @@ def answers_text(queries: Sequence[MotionQuery], answers: Sequence[QueryAnswer],
 
     lines = []
     for answer in answers:
+        if answer.is_complete and not answer.plans:
+            lines.append(f"{answer.query.label}: the arm is there already, nothing is executed")
         for plan, run in zip(answer.plans, answer.runs, strict=False):
             lines += run_lines(plan, run, world)
         if answer.item:

@@ -20,7 +20,15 @@ from pickcli.commands.table import table_lines
 if TYPE_CHECKING:
     from pickcli.reachability.ranked_configuration import RankedConfiguration
 
-HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip x y z in the bin frame, m")
+HEAD = (
+    "",
+    "reach",
+    "manipulability",
+    "margin",
+    "clear mm",
+    "from home s",
+    "tip x y z in the place's frame, m",
+)
 
 
 @click.command("suggest-configurations", cls=Command)

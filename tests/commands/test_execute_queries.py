@@ -75,6 +75,11 @@ def test_the_first_move_tells_where_the_arm_stands(made: Made) -> None:
     assert [m["plan"] for m in away["queries"][0]["motions"]] == ["move to bin_C", "move to home"]
     still = answered(made, "--move", "home:home")
     assert still["queries"][0]["motions"] == []
+    answer = apc("execute", "--scene", made.scene, "--move", "home:home")
+    assert (
+        answer.code == 0
+        and answer.out == "move from home to home: the arm is there already, nothing is executed\n"
+    )
 
 
 def test_what_was_picked_into_the_tote_is_stowed_from_there(made: Made) -> None:
@@ -168,6 +173,10 @@ def test_queries_of_another_form_are_wrong_usage(argv: tuple[str, ...], told: st
         (
             ("--pick", f"bin_C:{ITEM}", "--pick", f"bin_C:{ITEM}"),
             f"after --pick bin_C:{ITEM} {ITEM} is in tote",
+        ),
+        (
+            ("--pick", f"bin_C:{ITEM}", "--stow", f"{ITEM}:bin_H", "--stow", ITEM),
+            f"after --stow {ITEM}:bin_H {ITEM} is in bin_H, not in the tote; leave this query out",
         ),
     ],
 )
