@@ -1,10 +1,10 @@
 """What happens where an item is nearer to the cup, or farther from it, than it was seen.
 
-    python -m bench.misplaced [--picks 10] [--seed 0] [--json FILE]
+    python -m bench.misplaced [--picks 10] [--seed 0] [--cell apc2016_delft] [--json FILE]
 
 Picks from fresh orders, as many as can be of every direction in which the cup is put on (from above, from the
 front, from the side), are planned with the target seen off by so much along the tool's axis, and carried out
-where it truly is. One pose in fifty is off by more than planning knows (``pose_outlier_share``), by up to
+where it truly is, by the arm of the cell that acts first. One pose in fifty is off by more than planning knows (``pose_outlier_share``), by up to
 6 mm.
 """
 
@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.warm import context, fresh_scene
+from bench.warm import fresh_scene, planners
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
@@ -151,9 +151,9 @@ def _direction(axis: Array, scene: Scene) -> str:
     return FRONTAL if axis @ scene.T_world_pod[:3, 0] > STEEP else SIDE
 
 
-def measure(n_picks: int, seed: int) -> list[Met]:
+def measure(n_picks: int, seed: int, cell_name: str) -> list[Met]:
     """Every pick with every offset."""
-    warm, found = context(), list[Met]()
+    warm, found = planners(cell_name)[0], list[Met]()
     for pick in picks(warm, n_picks, seed):
         for nearer in OFFSETS:
             if (met := meet(warm, pick, nearer)) is not None:
@@ -181,9 +181,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--picks", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0, help="of the first order")
+    parser.add_argument("--cell", default="apc2016_delft")
     parser.add_argument("--json", type=Path, metavar="FILE")
     given = parser.parse_args()
-    met = measure(given.picks, given.seed)
+    met = measure(given.picks, given.seed, given.cell)
     for line in table(met):
         print(line)
     if given.json is not None:
