@@ -4,8 +4,8 @@
 
 Picks from fresh orders, as many as can be of every direction in which the cup is put on (from above, from the
 front, from the side), are planned with the target seen off by so much along the tool's axis, and carried out
-where it truly is, by the arm of the cell that acts first. One pose in fifty is off by more than planning knows (``pose_outlier_share``), by up to
-6 mm.
+where it truly is, by the arm of the cell that acts first. One pose in fifty is off by more than planning
+knows (``pose_outlier_share``), by up to 6 mm.
 """
 
 from __future__ import annotations

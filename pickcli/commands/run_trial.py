@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ import click
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH
+from pickcli.commands.option_types import PATH, NumberType
 from pickcli.commands.options import (
     json_option,
     of_file,
@@ -24,9 +24,12 @@ from pickcli.commands.options import (
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import stdout_console
 from pickcli.commands.trial_options import TrialOptions, trial_arm, trial_options
-from pickcli.errors import TrialAbortedError
+from pickcli.errors import InputError, TrialAbortedError
 
 if TYPE_CHECKING:
+    from pickcli.page.live_page import LivePage
+    from pickcli.scene.scene import Scene
+    from pickcli.trial.played_trial import TrialSnapshot
     from pickcli.trial.trial_result import TrialResult
 
 
@@ -39,13 +42,17 @@ if TYPE_CHECKING:
 @click.option("--overwrite", is_flag=True,
               help="Replace scene.json, after.json, trial.json, motion.json.gz, output.json, before.png and "
                    "after.png in a folder that exists; its other files stay.")  # fmt: skip
+@click.option("--live", is_flag=True, help="Serve the trial's page at 127.0.0.1 while it is played.")
+@click.option(
+    "--live-port", type=NumberType(1, 65535), help="Port of --live, which it implies.  [default: a free one]"
+)
 @trial_options
 @learn_option
 @seed_option
 @json_option
 def command(
-    order_path: Path, output: Path | None, overwrite: bool, options: TrialOptions, learn: bool, seed: int,
-    as_json: bool,
+    order_path: Path, output: Path | None, overwrite: bool, live: bool, live_port: int | None,
+    options: TrialOptions, learn: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order in simulation, by the rules, and score it.
 
@@ -73,6 +80,9 @@ def command(
     standing(
         options.pod_shift, reality, cell, seed
     )  # a shift beyond the cell's bounds is refused before any work
+    is_live = live or live_port is not None
+    if is_live and len(cells) > 1:
+        raise InputError("--live: the motion of several arms is not recorded; name one with --arm")
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     _refuse_outputs(folder, overwrite, (order_file(order_path, cell), *options.inputs))
 
@@ -95,8 +105,9 @@ def command(
             for session in sessions:
                 session.keep_edges()
 
+        watch = _watched(stack.enter_context(_live(live_port or 0)), scene) if is_live else None
         with stage("trial"), progress("playing") as report:
-            played = play_trial(request, scene, trial_arms, report, keep_edges)
+            played = play_trial(request, scene, trial_arms, report, keep_edges, watch)
         result = played.result
         if as_json:  # before files are written, which may fail
             emit_json(played.record)
@@ -118,6 +129,26 @@ def _refuse_outputs(folder: Path, overwrite: bool, inputs: Sequence[Path | str |
     refuse_same(*outputs)
     for path in outputs:
         refuse_reading(path, *inputs)
+
+
+def _live(port: int) -> LivePage:
+    """Start the server of the live page, and print its address."""
+    from pickcli.page.live_page import LivePage
+
+    live = LivePage(port)
+    click.echo(f"watch the trial at {live.url}", err=True)
+    return live
+
+
+def _watched(live: LivePage, scene: Scene) -> Callable[[TrialSnapshot], None]:
+    """Return a function that offers each state of the trial to the live page."""
+    from pickcli.page.html_page import page_bytes
+    from pickcli.page.trial_page import trial_page
+
+    def watch(snapshot: TrialSnapshot) -> None:
+        live.update(lambda: page_bytes(trial_page(snapshot.record, scene, snapshot.motion())))
+
+    return watch
 
 
 def _show(result: TrialResult) -> None:

@@ -8,5 +8,5 @@ Read in this order:
 - One module for each kind of page: `scene_page`, `plan_page`, `picture_page`, `trial_page` (with
   `trial_clearance`), `trials_page` and `grasps_page`.
 - Output: `html_page`, which combines the document, the app (readable sources in the folder app) and three.js
-  (in the folder vendor, with its licence) in one file.
+  (in the folder vendor, with its licence) in one file; `live_page`, which serves the page of a running trial.
 """

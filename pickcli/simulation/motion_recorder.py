@@ -95,6 +95,14 @@ class MotionRecorder:
         self._still: dict[str, tuple[float, Array]] = {}  # s and pose of the last sample at rest
         self._n_looks = 0
 
+    def snapshot(self) -> MotionRecorder:
+        """Return a copy of what was recorded so far, which does not grow."""
+        copy = MotionRecorder()
+        copy.times, copy.joints, copy.vacuum = list(self.times), list(self.joints), list(self.vacuum)
+        copy.items = {name: list(rows) for name, rows in self.items.items()}
+        copy.runs = list(self.runs)
+        return copy
+
     def look(self, world: World) -> None:
         """Record the current state if a sample is due.
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from typing import TypeAlias
 
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.blockers import from_the_mouth
@@ -37,13 +39,23 @@ from pickcli.trial.target_selection import (
 from pickcli.trial.trial_interfaces import TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult
 
+ResultObserver: TypeAlias = Callable[[Callable[[], TrialResult]], None]
+
+
+def nobody_asks(result: Callable[[], TrialResult]) -> None:
+    """Ignore the result of an attempt.
+
+    Args:
+        result: Returns the result so far.
+    """
+
 
 def run_trial(
     order: Order,
     interfaces: TrialInterfaces,
     settings: TrialSettings | None = None,
     on_progress: ProgressObserver = nobody,
-    after_attempt: Callable[[], None] = lambda: None,
+    after_attempt: ResultObserver = nobody_asks,
 ) -> TrialResult:
     """Play an order to its end. Failures are part of the result.
 
@@ -52,7 +64,8 @@ def run_trial(
         interfaces: Planner, verifier and arena.
         settings: Settings of the trial; None for the default.
         on_progress: Called with the number of finished targets and the present action.
-        after_attempt: Called after every attempt, at a target or at a blocking item.
+        after_attempt: Called after every attempt, at a target or at a blocking item, with a function that
+            returns the result so far.
 
     Returns:
         The events and the score.
@@ -68,7 +81,7 @@ def run_trial(
     except KeyboardInterrupt as stop:
         stop.add_note(trial.so_far())
         raise
-    return trial.result()
+    return trial.result(trial.runner.scene())  # may take another look, before counting
 
 
 class _Trial:
@@ -87,7 +100,7 @@ class _Trial:
         interfaces: TrialInterfaces,
         settings: TrialSettings,
         on_progress: ProgressObserver,
-        after_attempt: Callable[[], None] = lambda: None,
+        after_attempt: ResultObserver = nobody_asks,
     ) -> None:
         self.order, self.interfaces, self.settings, self.on_progress = (
             order,
@@ -227,7 +240,7 @@ class _Trial:
     def _note(self, state: TargetState, attempt: Attempt) -> None:
         """Record an attempt and update the experience."""
         self.attempts.append((state, attempt))
-        self.after_attempt()
+        self.after_attempt(partial(self.result, self.runner.last_scene))
         self.open[state.index] = state
         if attempt.plan is None:
             return
@@ -327,10 +340,9 @@ class _Trial:
         text = f"{attempt.target.bin} {what}: {doing}, {left}"
         self.on_progress(Progress(n_done, len(self.targets), text))
 
-    def result(self) -> TrialResult:
-        """Return all results, with the score of the true final state."""
+    def result(self, belief: Scene) -> TrialResult:
+        """Return all results, with the score of the true state; belief: the scene as last perceived."""
         arena, runner = self.interfaces.arena, self.runner
-        belief = runner.scene()  # may take another look, before counting
         after = arena.now()
         attempts = tuple(attempt for _, attempt in self.attempts)
         executions = [e for attempt in attempts for e in attempt.executions]

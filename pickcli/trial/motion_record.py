@@ -168,6 +168,18 @@ def read_motion(path: Path) -> RecordedMotion:
     return motion
 
 
+def parse_motion(values: Mapping[str, Any]) -> RecordedMotion:
+    """Convert JSON values to a recorded motion, as if they had been written and read.
+
+    Args:
+        values: Values by name, of ``motion_values``.
+
+    Returns:
+        The motion.
+    """
+    return _read(MotionModel.model_validate_json(json.dumps(values)))
+
+
 def refuse_other_motion(motion: RecordedMotion, scene: Scene, where: str) -> None:
     """Refuse a motion with names that a scene and its cell do not have, as it is from another trial.
 

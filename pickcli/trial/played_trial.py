@@ -19,7 +19,7 @@ from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
 from pickcli.strategy.strategy_tree import Strategy
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
-from pickcli.trial.motion_record import motion_values
+from pickcli.trial.motion_record import RecordedMotion, motion_values, parse_motion
 from pickcli.trial.order import Order
 from pickcli.trial.pod_shift import standing
 from pickcli.trial.pose_noise import DEFAULT_NOISE
@@ -86,6 +86,25 @@ class PlayedTrial:
     motion: Mapping[str, Any] | None
 
 
+@dataclass(frozen=True, eq=False)
+class TrialSnapshot:
+    """A trial while it is played.
+
+    Attributes:
+        record: The result so far as JSON values.
+        recorder: The motion so far.
+        cell: The cell.
+    """
+
+    record: dict[str, Any]
+    recorder: MotionRecorder
+    cell: Cell
+
+    def motion(self) -> RecordedMotion:
+        """Return the motion so far, as it would be read from its file."""
+        return parse_motion(motion_values(self.recorder, self.cell))
+
+
 def stowed_scene(request: TrialRequest, cell: Cell, on_progress: ProgressObserver = nobody) -> Scene:
     """Create the scene at the start of a trial, with the items of the order in their places.
 
@@ -111,6 +130,7 @@ def play_trial(
     arms: Sequence[TrialArm],
     on_progress: ProgressObserver = nobody,
     after_attempt: Callable[[], None] = lambda: None,
+    watch: Callable[[TrialSnapshot], None] | None = None,
 ) -> PlayedTrial:
     """Play an order in simulation to its end.
 
@@ -120,6 +140,7 @@ def play_trial(
         arms: All arms, that of the arm that moves first in front.
         on_progress: Called with the number of finished targets.
         after_attempt: Called after every attempt.
+        watch: Called after every attempt with the trial so far, unless several arms play.
 
     Returns:
         The trial.
@@ -133,7 +154,14 @@ def play_trial(
             seed, conditions.noise, reality, stow_rule=conditions.stow_rule, strategy=conditions.strategy
         )
         interfaces = interfaces_of(arms, arena)
-        result = run_trial(request.order, interfaces, settings, on_progress, after_attempt)
+
+        def attempted(so_far: Callable[[], TrialResult]) -> None:
+            after_attempt()
+            if watch is not None and recorder is not None:
+                record = trial_record(so_far(), request.order_name, time.perf_counter() - began)
+                watch(TrialSnapshot(record, recorder.snapshot(), first.context.cell))
+
+        result = run_trial(request.order, interfaces, settings, on_progress, attempted)
         record = trial_record(result, request.order_name, time.perf_counter() - began)
         pictures = {"before": before, "after": arena.picture()}
     motion = None if recorder is None else motion_values(recorder, first.context.cell)

@@ -365,7 +365,7 @@ def test_the_table_has_a_row_per_target_and_the_summary_names_the_noise(cell: Ce
 def test_the_hook_is_called_after_every_attempt(cell: Cell) -> None:
     calls: list[int] = []
     interfaces = ScriptedTrial(scene_of(ORDER, cell)).interfaces()
-    result = run_trial(ORDER, interfaces, after_attempt=lambda: calls.append(len(calls)))
+    result = run_trial(ORDER, interfaces, after_attempt=lambda _: calls.append(len(calls)))
     assert len(calls) == len(result.attempts) > 0
 
 
@@ -382,7 +382,7 @@ def test_an_interrupted_trial_says_what_is_lost_with_it(cell: Cell) -> None:
     fake = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"}))
     n_left = 2
 
-    def stop() -> None:
+    def stop(_: object) -> None:
         nonlocal n_left
         n_left -= 1
         if not n_left:
