@@ -25,7 +25,7 @@ from pickcli.strategy.strategy_tree import Strategy
 from pickcli.trial.certifier import Certifier
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.trial.stow_assignment import StowRule
-from pickcli.trial.target_selection import TrialClock
+from pickcli.trial.trial_clock import TrialClock
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult, TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome
 

@@ -19,23 +19,16 @@ from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.strategy.strategy_player import StrategyPlayer
 from pickcli.strategy.trial_actions import OpenTarget
+from pickcli.trial.action_values import Experience, TargetState, open_targets, target_states
 from pickcli.trial.attempt_execution import carry_out
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
 from pickcli.trial.clearing import Clearing, destinations
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.final_state import final_state
-from pickcli.trial.order import ANY_BIN, Order, OrderKind, require_playable
+from pickcli.trial.order import ANY_BIN, Order, OrderKind, may_move_others, require_playable, time_limit
 from pickcli.trial.score import Drop, Score, item_bonuses, score
 from pickcli.trial.stow_assignment import assign_bins
-from pickcli.trial.target_selection import (
-    Experience,
-    TargetState,
-    may_move_others,
-    open_targets,
-    target_states,
-    time_limit,
-)
 from pickcli.trial.trial_interfaces import TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult
 

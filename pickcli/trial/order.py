@@ -10,6 +10,9 @@ from pickcli.errors import InputError
 
 ANY_BIN = "any bin"  # destination of each item of a stow
 
+TIME_LIMIT = {2015: 20 * 60.0, 2016: 15 * 60.0}  # s
+MOVE_TIME = 60.0  # s for each of an order's moves, which no rules limit
+
 
 class OrderKind(StrEnum):
     """Kind of an order."""
@@ -104,3 +107,28 @@ def require_playable(order: Order, where: str = "the order") -> Order:
             'empty tote, as in the official orders: write "tote_contents": []'
         )
     return order
+
+
+def time_limit(order: Order) -> float:
+    """Return the time limit of a trial.
+
+    Args:
+        order: The order of the trial.
+
+    Returns:
+        s, by the rules of the order's year; for moves a fixed time each.
+    """
+    return MOVE_TIME * len(order.work_order) if order.kind is OrderKind.MOVE else TIME_LIMIT[order.year]
+
+
+def may_move_others(order: Order) -> bool:
+    """Whether items that are no targets may be moved to other places.
+
+    Args:
+        order: The order of the trial.
+
+    Returns:
+        False in 2015, when the rules took 12 points for each, and for moves, which list everything to be
+        moved. In a stow other items are moved within the tote.
+    """
+    return order.kind is OrderKind.STOW or (order.kind is OrderKind.PICK and order.year != 2015)

@@ -12,7 +12,7 @@ from pickcli.motion.plan import RecoveryLevel
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
-from pickcli.trial.target_selection import PLANNING_CHARGE
+from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import ArmSummary, Outcome, TrialResult

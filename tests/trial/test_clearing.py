@@ -18,10 +18,10 @@ from pickcli.planning.blockers import MOST_BLOCKERS, blocking_items, from_the_mo
 from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.trial.action_values import MOST_CLEARINGS
 from pickcli.trial.clearing import destinations
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Target
-from pickcli.trial.target_selection import MOST_CLEARINGS
 from pickcli.trial.trial_result import Outcome
 from support.order_builders import pick_order
 from support.scripted_trial import ScriptedTrial, scene_of

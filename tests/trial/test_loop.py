@@ -17,11 +17,12 @@ from pickcli.scene.scene import Scene
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT, IDEAL
+from pickcli.trial.action_values import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import _Trial, run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.score import Drop
-from pickcli.trial.target_selection import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS, PLANNING_CHARGE
+from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import record_text, trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult

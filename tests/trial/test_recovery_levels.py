@@ -17,7 +17,7 @@ from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order
 from pickcli.trial.recovery_levels import FIRST_WAIT, LET_GO, MOST_STOPPED, WAIT
-from pickcli.trial.target_selection import PLANNING_CHARGE
+from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult

@@ -7,12 +7,12 @@ import json
 from pickcli.cell.cell import Cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
+from pickcli.trial.action_values import MOST_REFUSALS
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import BINS
 from pickcli.trial.output_file import claim
-from pickcli.trial.target_selection import MOST_REFUSALS
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import Outcome, TrialResult

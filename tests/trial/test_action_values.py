@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 
 from pickcli.strategy.node_types import ActionKind
 from pickcli.strategy.target_choice import best_action
-from pickcli.trial.order import Target
-from pickcli.trial.target_selection import (
+from pickcli.trial.action_values import (
     MOST_CLEARINGS,
     MOST_FAILURES,
     MOST_REFUSALS,
     Experience,
     TargetState,
-    TrialClock,
     open_targets,
 )
+from pickcli.trial.order import Target
+from pickcli.trial.trial_clock import TrialClock
 
 JOB = TargetState(0, Target("bin_A", "crayola_24_ct"), 10, 12.0)
 TARGETS = [Target(f"bin_{b}", item) for b in "ABC" for item in ("crayola_24_ct", "jane_eyre_dvd")]

@@ -16,13 +16,11 @@ from pickcli.cell.tool import Tool
 from pickcli.grasping.method_choice import may_hold
 from pickcli.strategy.node_types import ActionKind
 from pickcli.strategy.trial_actions import OpenTarget
-from pickcli.trial.order import ANY_BIN, Order, OrderKind, Target
+from pickcli.trial.order import ANY_BIN, Order, Target
 from pickcli.trial.score import target_points
+from pickcli.trial.trial_clock import PLANNING_CHARGE
 
 PICK_SECONDS = 12.0  # s for an item without a plan: the target time from start to release
-TIME_LIMIT = {2015: 20 * 60.0, 2016: 15 * 60.0}  # s
-MOVE_TIME = 60.0  # s for each of an order's moves, which no rules limit
-PLANNING_CHARGE = 1.5  # s per planning call: at most 0.5 s of planning and 1 s of verification
 
 PRIOR_SUCCESSES = 4.0  # successes assumed at the start for every item and every bin
 RETRY_CHANCE = 0.5  # factor on the chance for each failed attempt at a target
@@ -201,31 +199,6 @@ def _open_target(state: TargetState, n_items: int, rates: Mapping[ActionKind, fl
     return OpenTarget(state.index, item, place, state.points, state.attempts, n_items, is_refused, rates)
 
 
-def time_limit(order: Order) -> float:
-    """Return the time limit of a trial.
-
-    Args:
-        order: The order of the trial.
-
-    Returns:
-        s, by the rules of the order's year; for moves a fixed time each.
-    """
-    return MOVE_TIME * len(order.work_order) if order.kind is OrderKind.MOVE else TIME_LIMIT[order.year]
-
-
-def may_move_others(order: Order) -> bool:
-    """Whether items that are no targets may be moved to other places.
-
-    Args:
-        order: The order of the trial.
-
-    Returns:
-        False in 2015, when the rules took 12 points for each, and for moves, which list everything to be
-        moved. In a stow other items are moved within the tote.
-    """
-    return order.kind is OrderKind.STOW or (order.kind is OrderKind.PICK and order.year != 2015)
-
-
 def target_states(
     order: Order, cell: Cell, bonus: Mapping[str, int], tools: Sequence[Tool]
 ) -> tuple[TargetState, ...]:
@@ -253,60 +226,3 @@ def target_states(
 def _counting(order: Order, target: Target) -> Iterable[str]:
     """Bins whose contents determine a target's points: its own, or for a stow all possible destinations."""
     return order.bin_contents if target.into == ANY_BIN else (target.bin,)
-
-
-@dataclass(frozen=True)
-class TrialClock:
-    """Clock of a trial: simulated time plus a fixed charge per planning call, independent of wall time.
-
-    Attributes:
-        limit: s, end of the trial.
-        simulated: s of simulated time so far.
-        n_plans: Number of planning calls so far.
-        charge: s per planning call.
-    """
-
-    limit: float
-    simulated: float = 0.0
-    n_plans: int = 0
-    charge: float = PLANNING_CHARGE
-
-    @property
-    def now(self) -> float:
-        """Time since the start of the trial, s."""
-        return self.simulated + self.n_plans * self.charge
-
-    @property
-    def left(self) -> float:
-        """Time until the limit, s; never negative."""
-        return max(0.0, self.limit - self.now)
-
-    def planned(self) -> TrialClock:
-        """Count one more planning call.
-
-        Returns:
-            The updated clock.
-        """
-        return replace(self, n_plans=self.n_plans + 1)
-
-    def moved(self, seconds: float) -> TrialClock:
-        """Add simulated time.
-
-        Args:
-            seconds: Simulated s.
-
-        Returns:
-            The updated clock.
-        """
-        return replace(self, simulated=self.simulated + seconds)
-
-    def has_time_for(self, seconds: float) -> bool:
-        """Whether an action would end within the limit.
-
-        Args:
-            seconds: Its duration, s.
-
-        Returns:
-            True if it would.
-        """
-        return self.now + seconds <= self.limit
