@@ -54,8 +54,8 @@ def command(strategy_name: str | None, output: Path | None, overwrite: bool, as_
         _write(strategy, output, overwrite)
     if as_json:
         written = {} if output is None else {"output": str(output)}
-        nodes = sum(1 for _ in strategy.root.walk())
-        emit_json({"name": strategy.name, "description": strategy.description, "nodes": nodes, **written})
+        tree = strategy.root.values()
+        emit_json({"name": strategy.name, "description": strategy.description, "tree": tree, **written})
     else:
         click.echo(strategy_text(strategy) if output is None else str(output))
 

@@ -111,7 +111,8 @@ class PlaceMotion:
     """One way to place the item. Each segment starts at the end of the one before.
 
     Attributes:
-        scene: The scene after the release.
+        scene: Scene in which ``away`` is proven: after the release, the item at its new pose; of an item that
+            is dropped, whose new pose is unknown, the scene before the pick.
         inward: With the item, to the release.
         away: With the empty tool, in ``scene``. For fingers, the first has no length.
         cost: s, penalty of the placement.

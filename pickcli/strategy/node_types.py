@@ -27,7 +27,7 @@ class ParameterType(StrEnum):
     """Type of a parameter's value."""
 
     COUNT = "an integer from 1 to 1000"
-    SECONDS = "seconds"
+    SECONDS = "seconds from 0 to 100000"
     CHOICE = "one of some words"
     CRITERIA = "a list of criteria"
     NAMES = "a list of names"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,7 @@ from pickcli.strategy.node_types import (
     MAX_COUNT,
     MAX_SECONDS,
     NODE_TYPES,
+    Criterion,
     NodeKind,
     NodeType,
     Parameter,
@@ -28,6 +31,8 @@ SUFFIXES = (".yaml", ".yml", ".json")
 MAX_TEXT = 2000  # characters
 MAX_NODES = 500
 CHILD = "child"  # key of a decorator's child
+LISTS = {"items": Criterion.ITEM_PRIORITY, "bins": Criterion.BIN_PRIORITY}  # criteria that use a list
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
 
 
 def packaged_strategies() -> tuple[str, ...]:
@@ -102,8 +107,10 @@ class _Reader:
         return Strategy(texts[0], texts[1], root)
 
     def _text(self, key: Key, value: Any) -> str:
-        if key[0] in self._source.data and not (isinstance(value, str) and 0 < len(value) <= MAX_TEXT):
-            self._source.add(key, f"expected a text of 1 to {MAX_TEXT} characters")
+        if key[0] in self._source.data and not (
+            isinstance(value, str) and 0 < len(value) <= MAX_TEXT and not _CONTROL.search(value)
+        ):
+            self._source.add(key, f"expected one line of text, 1 to {MAX_TEXT} characters")
         return str(value)
 
     def _node(self, key: Key, value: Any) -> StrategyNode | None:
@@ -160,7 +167,18 @@ class _Reader:
                     found[name] = value
             elif parameter.is_required:
                 self._source.add(key, f"the parameter {name} is missing: expected {_example(type_)}")
+        self._check_lists(key, found)
         return found
+
+    def _check_lists(self, key: Key, arguments: Mapping[str, Argument]) -> None:
+        """Report a criterion without its list, and a list without its criterion."""
+        by = arguments.get("by", ())
+        for name, criterion in LISTS.items():
+            is_used = isinstance(by, tuple) and criterion in by
+            if is_used and name not in arguments:
+                self._source.add(key, f"the criterion {criterion} needs a list `{name}: [...]`")
+            if name in arguments and not is_used:
+                self._source.add((*key, name), f"is used only by the criterion {criterion}: add that to `by`")
 
     def _argument(self, key: Key, parameter: Parameter, value: Any) -> Argument | None:
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
@@ -177,13 +195,15 @@ class _Reader:
         if parameter.choices and parameter.type is ParameterType.CHOICE:
             self._source.add(key, f"expected one of {', '.join(parameter.choices)}, got {got}")
         else:
-            self._source.add(key, f"expected {parameter.type}, got {got}")
+            self._source.add(key, f"expected {parameter.type.value}, got {got}")
         return None
 
     def _names(self, key: Key, parameter: Parameter, values: list[Any]) -> tuple[str, ...]:
         for k, value in enumerate(values):
-            if not isinstance(value, str):
+            if not isinstance(value, str) or _CONTROL.search(value):
                 self._source.add((*key, k), f"expected a name, got {shortened(repr(value))}")
+            elif value in values[:k]:
+                self._source.add((*key, k), f"{shortened(value)} is listed twice")
             elif parameter.choices and value not in parameter.choices:
                 what = f"unknown criterion {shortened(value)!r}; {suggestion(value, parameter.choices)}"
                 self._source.add((*key, k), what)

@@ -30,7 +30,7 @@ class Tick:
     Attributes:
         t: Time on the trial's clock when it began, s.
         node: The node, with its arguments.
-        target: The chosen target at its end; "" if none is chosen.
+        target: The chosen target at its end, also if the action closed it; "" if none is chosen.
         is_success: Whether it succeeded.
     """
 
@@ -155,10 +155,9 @@ class _Leaf(Behaviour):
 
     def update(self) -> Status:
         """Carry it out, and record it."""
-        t = self._choice.actions.now
-        before = self._choice.target
+        t, index, before = self._choice.actions.now, self._choice.index, self._choice.target
         is_success = bool(self._function(**self._arguments))
-        target = self._choice.target or before
+        target = self._choice.target or (before if self._choice.index == index else None)
         self._ticks.append(Tick(t, self.name, "" if target is None else str(target), is_success))
         return Status.SUCCESS if is_success else Status.FAILURE
 

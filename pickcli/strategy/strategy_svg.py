@@ -72,7 +72,8 @@ def _placed(node: StrategyNode, left: float, y: float) -> tuple[_Drawn, float]:
         children = [_moved(child, missing / 2) for child in children]
         x += missing
     middle = (children[0].x + children[-1].x) / 2
-    return _Drawn(node, max(middle, left + own / 2), y, tuple(children)), x
+    middle = min(max(middle, left + own / 2), x - GAP - own / 2)
+    return _Drawn(node, middle, y, tuple(children)), x
 
 
 def _moved(drawn: _Drawn, by: float) -> _Drawn:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from pickcli.strategy.node_types import NODE_TYPES, NodeType
 
@@ -35,6 +35,11 @@ class StrategyNode:
         yield self
         for child in self.children:
             yield from child.walk()
+
+    def values(self) -> dict[str, Any]:
+        """Return the node as JSON values: ``node``, ``arguments`` and ``children``."""
+        children = [child.values() for child in self.children]
+        return {"node": self.name, "arguments": dict(self.arguments), "children": children}
 
     def __str__(self) -> str:
         stated = ", ".join(f"{name} {_text(value)}" for name, value in self.arguments.items())

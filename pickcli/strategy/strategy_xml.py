@@ -42,14 +42,14 @@ def strategy_xml(strategy: Strategy) -> str:
 
 def _add(parent: Element, node: StrategyNode) -> None:
     """Add the element of a node, with everything below it."""
-    is_built_in = node.type.kind in (NodeKind.CONTROL, NodeKind.DECORATOR)
+    is_compact = node.type.kind in (NodeKind.CONTROL, NodeKind.DECORATOR)  # its tag is its name
     ports = {
         PORTS.get(name, name) if node.type.xml_name in BUILT_IN else name: _value(value)
         for name, value in node.arguments.items()
     }
     element = (
         SubElement(parent, node.type.xml_name, ports)
-        if is_built_in
+        if is_compact
         else SubElement(parent, node.type.kind.capitalize(), {"ID": node.type.xml_name, **ports})
     )
     for child in node.children:
@@ -59,4 +59,4 @@ def _add(parent: Element, node: StrategyNode) -> None:
 def _value(value: Argument) -> str:
     if isinstance(value, tuple):
         return ";".join(value)  # BehaviorTree.CPP's separator of lists
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return str(value)

@@ -32,6 +32,7 @@ from pickcli.trial.stow_assignment import assign_bins
 from pickcli.trial.trial_interfaces import TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult
 
+NO_TIME_TO_PLAN = "no time is left to plan it"
 ResultObserver: TypeAlias = Callable[[Callable[[], TrialResult]], None]
 
 
@@ -200,6 +201,8 @@ class _Trial:
 
         After the first bin without room, check whether the item can be extracted from its place at all.
         """
+        if not self.runner.has_time_to_plan:
+            return replace(attempt, outcome=Outcome.NO_TIME, reason=NO_TIME_TO_PLAN)
         first: Attempt | None = None
         for name in self.bins[attempt.target.item]:
             if not self.runner.has_time_to_plan:
@@ -218,7 +221,7 @@ class _Trial:
     def _planned(self, attempt: Attempt, scene: Scene) -> Attempt:
         """Plan with a kind of grasp that has not failed, else with another grasp of a kind that has."""
         if not self.runner.has_time_to_plan:
-            return replace(attempt, outcome=Outcome.NO_TIME, reason="no time is left to plan it")
+            return replace(attempt, outcome=Outcome.NO_TIME, reason=NO_TIME_TO_PLAN)
         self.runner.say(attempt, "planning")
         in_vain = self.in_vain.get(attempt.item, ())
         kinds = tuple(dict.fromkeys(GraspKind(grasp.kind, grasp.face) for grasp in in_vain))
@@ -360,7 +363,10 @@ class _Trial:
         picks = [attempt for attempt in own if not attempt.is_aside]
         points = score.lines[state.index].points  # the lines of the targets come first, in their order
         if not picks:
-            return TargetResult(state.target, Outcome.NO_TIME, "the time was over", points, own)
+            outcome, why = Outcome.NOT_TRIED, "the strategy made no attempt"
+            if not self.runner.has_time_to_plan:
+                outcome, why = Outcome.NO_TIME, "the time was over"
+            return TargetResult(state.target, outcome, why, points, own)
         attempted = (a for a in reversed(picks) if a.outcome is not Outcome.NO_TIME or a.executions)
         last = next(attempted, picks[-1])
         return TargetResult(state.target, last.outcome, last.reason, points, own)

@@ -32,6 +32,7 @@ class Outcome(StrEnum):
     NOT_PICKED = "not picked"  # no item was measured in the tool after the retreat
     LOST = "lost"  # the item was held but did not arrive
     MISSING = "missing"  # no such item is left in its bin
+    NOT_TRIED = "not tried"  # the strategy made no attempt
     NO_TIME = "no time"
 
     @property

@@ -173,7 +173,7 @@ class _Search:
         if near <= max(0.0, needed - MEASUREMENT_TOLERANCE) or (
             is_last and low <= max(0.0, needed - BOUND_TOLERANCE)
         ):
-            self._reasons[pair.segment, pair.names] = _reason(self._plan, pair, i, j, needed)
+            self._reasons[pair.segment, pair.names] = _reason(self._plan, pair, (i, j), near, needed)
             return False
         if is_last:
             self._proven = min(self._proven, low)
@@ -193,17 +193,27 @@ class _Search:
         return (float(gaps.min()), low) if low >= self._needed else pair.finer(i)
 
 
-def _reason(plan: Plan, pair: Pair, i: int, j: int, needed: float) -> Reason:
-    """Describe a fault: where it is, and the depth, the distance, or that the proof does not reach."""
-    i = min((i, j), key=pair.distance)
+def _reason(plan: Plan, pair: Pair, stretch: tuple[int, int], near: float, needed: float) -> Reason:
+    """Describe a fault: where it is, and the depth, the distance, or that the proof does not reach.
+
+    Args:
+        plan: The plan.
+        pair: The pair.
+        stretch: Indices of the states at the ends of the stretch.
+        near: m, smallest distance that was measured at its ends and between them.
+        needed: m, the clearance.
+    """
+    i = min(stretch, key=pair.distance)
     where = f"segment {pair.segment} ({plan.segments[pair.segment].kind})"
     at = f"{pair.names} at {pair.states.times[i]:.3f} s"
     if pair.b.name in plan.segments[pair.segment].touching and (pair.a.is_cup or pair.a.is_held):
         at += " (named as touched, but not near where the item or the cup is at rest)"
     if pair.distance(i) <= 0.0:
         return Reason("collision", where, f"{at}, {pair.depth(i) * 1e3:.1f} mm deep")
-    apart = f"{pair.distance(i) * 1e3:.2f} mm apart"
-    if pair.distance(i) < needed:
+    if near <= 0.0:
+        return Reason("collision", where, f"{at}, shortly before or after")
+    apart = f"{near * 1e3:.2f} mm apart"
+    if near < needed:
         return Reason("too close", where, f"{at}, {apart}, {needed * 1e3:.1f} mm are kept")
     return Reason("too close to prove", where, f"{at}, {apart}")
 

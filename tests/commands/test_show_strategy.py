@@ -21,7 +21,9 @@ def test_without_a_name_the_strategies_are_listed() -> None:
 def test_a_strategy_is_printed_as_a_tree_or_counted() -> None:
     answer = apc("show-strategy", "delft")
     assert answer.code == 0 and "! choose_target (by fewest_attempts, fewest_items, order)" in answer.out
-    assert json.loads(apc("show-strategy", "delft", "--json").out)["nodes"] == 15
+    tree = json.loads(apc("show-strategy", "delft", "--json").out)["tree"]
+    assert tree["node"] == "sequence"
+    assert tree["children"][1]["arguments"] == {"by": ["fewest_attempts", "fewest_items", "order"]}
 
 
 @pytest.mark.parametrize("suffix", ["svg", "xml"])

@@ -7,13 +7,15 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pickcli.errors import InputError
 from pickcli.strategy.node_types import NODE_TYPES, NodeKind
 from pickcli.strategy.strategy_file import load_strategy, packaged_strategies, read_strategy
 from pickcli.strategy.strategy_svg import strategy_svg
 from pickcli.strategy.strategy_text import strategy_text
-from pickcli.strategy.strategy_tree import StrategyNode
+from pickcli.strategy.strategy_tree import Strategy, StrategyNode
 from pickcli.strategy.strategy_xml import strategy_xml
 
 GOOD = """format: apc strategy
@@ -49,8 +51,17 @@ CHILD = "force_success: {child: pick}"
         (CHILD, "is_action: {kind: push}", "expected one of pick, clear, got 'push'"),
         (CHILD, "pick: 3", "expected only the name, `pick`"),
         (CHILD, "pick: {fast: true}", "unknown parameter of pick; it has no parameters"),
+        ("by: [order]", "by: [item_priority]", "the criterion item_priority needs a list `items: [...]`"),
+        ("[order]", "[order], items: [a]", "is used only by the criterion item_priority: add that to `by`"),
+        ("by: [order]", "by: [order, order]", "by[1]: order is listed twice"),
+        ("name: own", 'name: "a\\x01b"', "name: expected one line of text, 1 to 2000 characters"),
+        (
+            CHILD,
+            "deadline: {seconds_left: 200000, child: pick}",
+            "expected seconds from 0 to 100000, got 200000",
+        ),
         ("version: 1", "version: 2", "2:1: version: expected 1, got '2'"),
-        ("name: own", "name: ''", "name: expected a text of 1 to 2000 characters"),
+        ("name: own", "name: ''", "name: expected one line of text, 1 to 2000 characters"),
         ("description: mine", "descripton: mine", "unknown key; did you mean 'description'?"),
         (CHILD, "pick: , look: ", "expected one node: a name such as pick, or `sequence: [...]`"),
     ],
@@ -120,9 +131,32 @@ def test_xml_has_the_nodes_of_the_tree_in_their_order(name: str) -> None:
             assert set(element.attrib) - {"ID"} <= ports[element.attrib["ID"]]
 
 
+def trees() -> st.SearchStrategy[StrategyNode]:
+    leaf = st.sampled_from(
+        [StrategyNode("look"), StrategyNode("pick"), StrategyNode("attempts_below", {"count": 100})]
+    )
+    control = st.sampled_from(["sequence", "fallback"])
+    return st.recursive(
+        leaf,
+        lambda inner: st.builds(
+            lambda name, children: StrategyNode(name, {}, tuple(children)),
+            control, st.lists(inner, min_size=1, max_size=3),
+        ) | st.builds(lambda child: StrategyNode("deadline", {"seconds_left": 12345.5}, (child,)), inner),
+        max_leaves=12,
+    )  # fmt: skip
+
+
+@given(trees())
+def test_no_drawing_has_boxes_that_overlap(root: StrategyNode) -> None:
+    check_drawing(Strategy("own", "", root))
+
+
 @pytest.mark.parametrize("name", packaged_strategies())
 def test_the_drawing_has_a_box_for_each_node_and_none_overlap(name: str) -> None:
-    strategy = load_strategy(name)
+    check_drawing(load_strategy(name))
+
+
+def check_drawing(strategy: Strategy) -> None:
     root = ElementTree.fromstring(strategy_svg(strategy))
     boxes = [
         tuple(float(box.attrib[key]) for key in ("x", "y", "width", "height"))

@@ -17,6 +17,7 @@ from pickcli.scene.scene import Scene
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT, IDEAL
+from pickcli.strategy.strategy_tree import Strategy, StrategyNode
 from pickcli.trial.action_values import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import _Trial, run_trial
@@ -361,6 +362,15 @@ def test_the_table_has_a_row_per_target_and_the_summary_names_the_noise(cell: Ce
     assert "the pod stood +0.0 mm in x, +0.0 mm in y, +0.00 degrees off its place" in summary(result)
     exact = play(ScriptedTrial(scene_of(ORDER, cell)), reality=IDEAL)
     assert any(line.endswith("1 degrees") for line in summary(exact))
+
+
+def test_targets_that_the_strategy_gave_up_were_not_missed_for_time(cell: Cell) -> None:
+    choose = StrategyNode("choose_target", {"by": ("order",)})
+    giving_up = Strategy("own", "", StrategyNode("sequence", {}, (choose, StrategyNode("give_up"))))
+    result = play(ScriptedTrial(scene_of(ORDER, cell)), strategy=giving_up)
+    assert {t.outcome for t in result.targets} == {Outcome.NOT_TRIED} and not result.attempts
+    assert [tick.node for tick in result.ticks[:2]] == ["choose_target (by order)", "give_up"]
+    assert result.ticks[-1].target == "" and not result.ticks[-1].is_success  # nothing is left to choose
 
 
 def test_the_hook_is_called_after_every_attempt(cell: Cell) -> None:

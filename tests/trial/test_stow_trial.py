@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from pickcli.cell.cell import Cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
+from pickcli.strategy.strategy_file import load_strategy, packaged_strategies
 from pickcli.trial.action_values import MOST_REFUSALS
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
@@ -52,6 +55,16 @@ def test_what_does_not_come_out_of_the_tote_is_not_asked_of_every_bin(cell: Cell
     assert {into for item, into in fake.asked if item == DVD} == {"bin_C", TOTE}
     assert result.targets[0].outcome is Outcome.NO_PLAN and result.score.total == 40
     assert [a.item for a in result.attempts].count(DVD) <= 4 * MOST_REFUSALS
+
+
+@pytest.mark.parametrize("strategy", packaged_strategies())
+@pytest.mark.parametrize("time_limit", [5.0, 10.0, 14.0])
+def test_an_item_for_which_no_time_is_left_is_not_called_too_large(
+    strategy: str, time_limit: float, cell: Cell
+) -> None:
+    fake = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({DVD}))
+    result = play(fake, strategy=load_strategy(strategy), time_limit=time_limit)
+    assert not any("large enough" in attempt.reason for attempt in result.attempts)
 
 
 def test_a_plan_that_the_verifier_refuses_leads_to_the_next_bin(cell: Cell) -> None:

@@ -158,8 +158,22 @@ def test_twenty_reasons_are_told_one_of_each_pair(n: int, told: int) -> None:
     ],
 )
 def test_a_reason_tells_the_nearer_state(distances: tuple[float, float], what: str, detail: str) -> None:
-    reason = _reason(PLAN, pair_of(distances, 1e-4), 0, 1, NEEDED)
+    reason = _reason(PLAN, pair_of(distances, 1e-4), (0, 1), min(distances), NEEDED)
     assert (reason.what, reason.where, reason.detail) == (what, "segment 0 (transit)", detail)
+
+
+@pytest.mark.parametrize(
+    ("near", "what", "detail"),
+    [
+        (0.0, "collision", "cup and ball at 0.000 s, shortly before or after"),
+        (0.001, "too close", "cup and ball at 0.000 s, 1.00 mm apart, 3.0 mm are kept"),
+    ],
+)
+def test_a_reason_is_that_of_measurements_between_two_states(
+    near: float, what: str, detail: str
+) -> None:
+    reason = _reason(PLAN, pair_of((0.003, 0.004), 1e-4), (0, 1), near, NEEDED)
+    assert (reason.what, reason.detail) == (what, detail)
 
 
 @pytest.mark.parametrize("touched", [("ball",), ("other",), ()])
@@ -170,5 +184,5 @@ def test_a_reason_tells_of_a_touch_that_is_named_and_not_planned(
     plan = replace(PLAN, segments=(replace(PLAN.segments[0], touching=touched),))
     pair = pair_of((0.0, 0.0), 1e-4)
     pair.a = replace(CUP, is_cup=is_cup, is_held=is_held)
-    is_told = "named as touched, but" in _reason(plan, pair, 0, 1, 0.0).detail
+    is_told = "named as touched, but" in _reason(plan, pair, (0, 1), 0.0, 0.0).detail
     assert is_told is ("ball" in touched and (is_cup or is_held))
