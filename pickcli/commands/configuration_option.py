@@ -85,7 +85,7 @@ def _numbers(cell: Cell, text: str) -> Array:
 
     names = cell.robot.joint_names
     how = f"write {len(names)} numbers with commas ({','.join(names)})"
-    if not re.search(r"[-+.,;\d]", text[:2]):
+    if not re.search(r"^[-+.\d]|[,;]", text):
         known, hint = list(cell.configurations), suggestion(text, cell.configurations)
         if hint.startswith("known"):
             hint = f"apc inspect {cell.name} lists the names; or {how}"

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
-from pickcli.errors import Failures, NoPlanError
+from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
@@ -200,7 +200,9 @@ class AttemptRunner:
             return self.interfaces.plan(scene, query, self._start(scene.cell), seed, certifier.within(scene))
         failures = Failures(tuple(arm.reason for arm in attempt.arms if not arm.is_able))
         for arm in attempt.arms:
-            if arm.is_able and self.has_time_to_plan:
+            if arm.is_able and not self.has_time_to_plan:
+                failures += Reason("no time", f"arm {arm.arm}", "no time is left to plan with it")
+            elif arm.is_able:
                 self.charge()
                 seen = self._seen_by(arm.arm, scene)
                 try:

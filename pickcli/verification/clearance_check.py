@@ -46,7 +46,7 @@ class Clearance:
     """Result of the clearance check.
 
     Attributes:
-        minimum: m, proven for all times; at most DISTANCE_CAP.
+        minimum: m, proven for all times if there are no faults; at most DISTANCE_CAP.
         reasons: Faults.
     """
 

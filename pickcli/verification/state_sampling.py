@@ -56,9 +56,8 @@ class States:
         """
         if (i, n) not in self._finer:
             first = i - i % NEIGHBOURS
-            starts, ends = (
-                self.times[first : first + NEIGHBOURS + 1][k] for k in (slice(-1), slice(1, None))
-            )
+            block = self.times[first : first + NEIGHBOURS + 1]
+            starts, ends = block[:-1], block[1:]
             times = np.append(np.linspace(starts, ends, n, endpoint=False, axis=1).ravel(), ends[-1])
             split = _states_at(times, self.robot, self.trajectory, self.max_step)
             for k in range(len(starts)):
@@ -83,7 +82,7 @@ class States:
 
 
 def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Array) -> States:
-    """Split a trajectory until no point moves more than MAX_STEP between two states.
+    """Split a trajectory until no point moves more than MAX_STEP between two states, or there are too many.
 
     Args:
         robot: The robot.
@@ -92,7 +91,7 @@ def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Arra
         reach: (n,) m per unit of each joint, of the part that reaches farthest.
 
     Returns:
-        The states.
+        The states; their ``max_step`` is above MAX_STEP if more than MAX_STATES would be needed.
     """
     times = merged(np.concatenate([trajectory.times, also]))
     while True:

@@ -169,9 +169,7 @@ def test_a_reason_tells_the_nearer_state(distances: tuple[float, float], what: s
         (0.001, "too close", "cup and ball at 0.000 s, 1.00 mm apart, 3.0 mm are kept"),
     ],
 )
-def test_a_reason_is_that_of_measurements_between_two_states(
-    near: float, what: str, detail: str
-) -> None:
+def test_a_reason_is_that_of_measurements_between_two_states(near: float, what: str, detail: str) -> None:
     reason = _reason(PLAN, pair_of((0.003, 0.004), 1e-4), (0, 1), near, NEEDED)
     assert (reason.what, reason.detail) == (what, detail)
 

@@ -17,17 +17,9 @@ from pickcli.cell.place import Place
 from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.collision.stage_contacts import while_resting_on
 from pickcli.errors import Failures, Reason
-from pickcli.geometry import Array, least_turn, pose, rotation_axis_angle
-from pickcli.motion.plan import Grasp
-from pickcli.motion.segment import SegmentKind, SegmentLimits
-from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
-from pickcli.planning.pick_problem import PickProblem
+from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.extraction import CorridorSet
-from pickcli.planning.stages.grasp_motion import plan_grasp_motion
-from pickcli.planning.stages.tool_clearance import tool_lines
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.seeds import derived_rng
 from pickcli.statics.supports import supports_of
 
 STEP, FINE_STEP = 0.02, 0.01  # m between tried placements, and where none of those is free
@@ -35,125 +27,12 @@ FROM_WALLS = 0.006  # m to walls and to the back, besides the uncertainty of the
 FROM_MOUTH = 0.01  # m that stay free behind the mouth
 BEHIND_LIP = 0.03  # m that stay free behind a 20 mm deep lip in front of the floor
 HOVER = 0.001  # m over the floor, besides how much lower the item may be than its pose says
-N_MOTIONS = 2  # motions from which the best is chosen
-NEXT_COST = 0.1  # s of additional cost of each next placement
 LEAN_ANGLE = np.radians(4.0)  # angle of a leaning item beyond the one at which its centre is over its edge
 WALL_GAP = 0.008  # m to the walls on either side of a leaning item, besides the uncertainty of its pose
 N_HALVINGS = 5  # bisections of the step in which it meets its support
-QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
 SPREAD = 0.06  # m between the placements that are tried first
 N_EXPLAINED = 16  # about, of the placements if none is free
 LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: a thinner item falls over
-
-
-def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
-    """Find motions that set the item down on the floor of its destination.
-
-    A pick from there is planned and reversed: a motion that leads to an item lying there and takes it out
-    also brings it in, so lines, proofs and reasons for failures are those of a pick.
-
-    Args:
-        problem: The pick.
-        chosen: Motion of the chosen grasp.
-
-    Returns:
-        The motions, the best placement first; or every reason for failure.
-    """
-    target, destination = problem.target, problem.destination
-    backs: list[PickProblem] = []
-    failures = Failures()
-    for R_place_item in _orientations(problem, chosen):
-        there = _picks_from(problem, R_place_item)
-        if isinstance(there, Failures):
-            failures += there
-        else:
-            backs += there
-    rng = derived_rng(problem.seed, "set down", target.id, destination.name)
-    found: list[PlaceMotion] = []
-    for k, back in enumerate(backs):
-        if too_close := back.contacts.near_off_floor - _leant_on(back):
-            failures += _too_close(back, too_close, f"place {k} in {destination.name}")
-            continue
-        picked = _picked_back(back, chosen.grasp, rng)
-        if isinstance(picked, Failures):
-            failures += picked
-            continue
-        found.append(_set_down(back, picked, NEXT_COST * k))
-        if len(found) >= N_MOTIONS:
-            break
-    return tuple(found) or failures
-
-
-def _picks_from(problem: PickProblem, R_place_item: Array) -> tuple[PickProblem, ...] | Failures:
-    """Return the picks from all placements with an orientation (3, 3), computed once for all grasps."""
-    known, key = problem.picks_back, np.round(_levelled(R_place_item), 6).tobytes()
-    if key not in known:
-        context, scene, target = problem.context, problem.scene, problem.target
-        placed = floor_placements(context, scene, target, R_place_item, problem.destination)
-        known[key] = placed if isinstance(placed, Failures) else tuple(map(problem.back_from, placed))
-    return known[key]
-
-
-def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> GraspMotion | Failures:
-    """Plan the lines of a pick from where the item is set down, with the same grasp."""
-    ways_out = back.extraction.transforms(CorridorSet.FEW)
-    if isinstance(ways_out, Failures):
-        return ways_out
-    lines = tool_lines(back, grasp, ways_out)
-    if isinstance(lines, Failures):
-        return lines
-    return plan_grasp_motion(back, lines, back.context.cell.robot.tool.contact_speed, rng)
-
-
-def _orientations(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
-    """Return orientations (3, 3) for the target at its destination; by default its current one.
-
-    An item taken from above is put into a bin with the grasped side to the front, turned about the way in by
-    any quarter turn. On a table that side is up.
-    """
-    if problem.destination.access.is_from_above:
-        return _hanging(problem, chosen)
-    R_entry_item = problem.T_entry_item[:3, :3]
-    if not problem.place.access.is_from_above:
-        return [R_entry_item]
-    inward = np.array([1.0, 0.0, 0.0])
-    straight = least_turn(R_entry_item @ chosen.grasp.T_item_tip[:3, 2], inward) @ R_entry_item
-    return [rotation_axis_angle(inward, turn) @ straight for turn in QUARTER_TURNS]
-
-
-def _hanging(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
-    """Return orientations for a cup that points down: the least turn, and quarter turns from it."""
-    R_place_world = problem.scene.T_world_place(problem.destination)[:3, :3].T
-    R_place_item = R_place_world @ problem.target.T_world_item[:3, :3]
-    down = np.array([0.0, 0.0, -1.0])
-    upright = least_turn(R_place_item @ chosen.grasp.T_item_tip[:3, 2], down) @ R_place_item
-    return [rotation_axis_angle(down, turn) @ upright for turn in QUARTER_TURNS]
-
-
-def _leant_on(back: PickProblem) -> frozenset[str]:
-    """Return names of solids beside the item that it needs for balance; it may touch them when set down."""
-    balance, item = back.contacts.supports.balance, back.target.id
-    if not back.contacts.near_off_floor or not balance.stays(item):
-        return frozenset()
-    return frozenset(name for name in back.contacts.near_off_floor if not balance.stays(item, {name}))
-
-
-def _too_close(back: PickProblem, names: frozenset[str], where: str) -> Failures:
-    """Return a reason for each solid, except floor and those it leans on, that the item would touch."""
-    items = frozenset(placed.id for placed in back.scene.items)
-    return Failures(
-        tuple(Reason("too close", where, name, name if name in items else "") for name in sorted(names))
-    )
-
-
-def _set_down(back: PickProblem, picked: GraspMotion, cost: float) -> PlaceMotion:
-    """Reverse the segments of a pick from the placement."""
-    kinds = {SegmentKind.RETREAT: SegmentKind.INSERT, SegmentKind.LIFT: SegmentKind.PLACE}
-    inward = tuple(segment.backwards(kinds[segment.kind]) for segment in reversed(picked.outward))
-    off, *rest = (segment.backwards(SegmentKind.DEPART) for segment in reversed(picked.inward))
-    # Away from the item the cup need not be as slow as during contact.
-    off = replace(off, limits=SegmentLimits(max_tool_speed=back.context.settings.approach_speed))
-    return PlaceMotion(back.scene, inward, (off, *rest), cost)
 
 
 def floor_placements(
@@ -177,7 +56,7 @@ def floor_placements(
     Returns:
         The item at each placement, the best first; or the reasons for failure.
     """
-    R = _levelled(R_place_item)
+    R = levelled(R_place_item)
     reach = placed.item.shape.reach(R)
     if 2 * float(reach[:2].min()) < LEAST_SLENDERNESS * 2 * float(reach[2]):
         return _leaning(context, scene, placed, R, place, n_most)
@@ -281,8 +160,15 @@ def _stays(scene: Scene, placement: PlacedItem) -> bool:
     return supports.balance.stays(placement.id) or supports.balance.lies_level(placement.id)
 
 
-def _levelled(R: Array) -> Array:
-    """Return R (3, 3) after the least turn that makes the item's most vertical axis vertical."""
+def levelled(R: Array) -> Array:
+    """Turn an orientation by the least angle that makes the item's most vertical axis vertical.
+
+    Args:
+        R: (3, 3) orientation.
+
+    Returns:
+        (3, 3) the turned orientation.
+    """
     axis = int(np.argmax(np.abs(R[2])))
     up = np.sign(R[2, axis]) * np.array([0.0, 0.0, 1.0])
     across = np.cross(R[:, axis], up)

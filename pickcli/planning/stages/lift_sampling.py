@@ -27,14 +27,14 @@ MAX_FAILED_CLIMBS = 2  # that reach no free displacement; in 16 new scenes no se
 
 
 def drawn(
-    leaving: FreeItemChecker, carrying: FreeItemChecker, first: float, rng: np.random.Generator
+    leaving: FreeItemChecker, carrying: FreeItemChecker, max_length: float, rng: np.random.Generator
 ) -> list[Array]:
     """Sample first stretches at random.
 
     Args:
         leaving: Checker of the item while it may touch its support.
         carrying: Checker of the item when it may touch nothing.
-        first: m, most length of the first stretch.
+        max_length: m, of the first stretch.
         rng: Source of the samples.
 
     Returns:
@@ -43,7 +43,7 @@ def drawn(
     D = rng.uniform(-1.0, 1.0, size=(N_SAMPLES, 6)) * MOST_DRAWN
     D[:, 2] = np.abs(D[:, 2])
     D[::2, 5] = 0.0
-    D = D[np.linalg.norm(D[:, :3], axis=1) <= first]
+    D = D[np.linalg.norm(D[:, :3], axis=1) <= max_length]
     found: list[Array] = []
     for d in D[carrying.are_valid(D)][:N_LEAVING]:
         if _leads(leaving, d):
@@ -54,7 +54,7 @@ def drawn(
 
 
 def climbed(
-    leaving: FreeItemChecker, carrying: FreeItemChecker, first: float, rng: np.random.Generator
+    leaving: FreeItemChecker, carrying: FreeItemChecker, max_length: float, rng: np.random.Generator
 ) -> list[Array]:
     """Find first stretches by climbing to displacements with the largest clearance.
 
@@ -64,7 +64,7 @@ def climbed(
     Args:
         leaving: Checker of the item while it may touch its support.
         carrying: Checker of the item when it may touch nothing.
-        first: m, most length of the first stretch.
+        max_length: m, of the first stretch.
         rng: Source of the samples.
 
     Returns:
@@ -75,7 +75,7 @@ def climbed(
     for _ in range(CLIMBS):
         mean, spread = MOST_CLIMBED * (0.0, 0.0, 0.33, 0.0, 0.0, 0.0), MOST_CLIMBED / 1.5
         for k in range(ROUNDS):
-            D = _within(mean + spread * rng.standard_normal((N_TRIED, 6)), first)
+            D = _within(mean + spread * rng.standard_normal((N_TRIED, 6)), max_length)
             clearances = carrying.clearances(D)
             best = np.argsort(-clearances, kind="stable")[:N_KEPT]
             free = D[best][carrying.are_valid(D[best])]
@@ -97,9 +97,9 @@ def _leads(leaving: FreeItemChecker, d: Array) -> bool:
     return leaving.is_valid_path(np.stack([np.zeros(6), d]))
 
 
-def _within(D: Array, first: float) -> Array:
-    """Clip displacements (N, 6) to the range of the climb and to a length of ``first`` m; none goes down."""
+def _within(D: Array, max_length: float) -> Array:
+    """Clip displacements (N, 6) to the range of the climb and to ``max_length`` m; none goes down."""
     D = np.clip(D, -MOST_CLIMBED, MOST_CLIMBED)
     D[:, 2] = np.maximum(D[:, 2], 0.0)
-    D[:, :3] *= (first / np.maximum(np.linalg.norm(D[:, :3], axis=1), first))[:, None]
+    D[:, :3] *= (max_length / np.maximum(np.linalg.norm(D[:, :3], axis=1), max_length))[:, None]
     return D

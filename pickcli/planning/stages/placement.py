@@ -6,7 +6,7 @@ from pickcli.errors import Failures
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.drop_placements import plan_drops
-from pickcli.planning.stages.floor_placements import plan_set_downs
+from pickcli.planning.stages.set_down import plan_set_downs
 
 
 def plan_placement(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:

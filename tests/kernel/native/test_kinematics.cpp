@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "kinematics/ik.hpp"
+#include "kinematics/line_following.hpp"
 #include "random_cases.hpp"
 
 using namespace apc;

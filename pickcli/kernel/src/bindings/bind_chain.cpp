@@ -3,7 +3,7 @@
 #include "bindings/bindings.hpp"
 
 #include "bindings/arrays.hpp"
-#include "kinematics/ik.hpp"
+#include "kinematics/line_following.hpp"
 
 namespace apc {
 namespace {

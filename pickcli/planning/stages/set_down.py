@@ -1,0 +1,133 @@
+"""Motions that set an item down on the floor of a place: picks from where it is to lie, reversed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.errors import Failures, Reason
+from pickcli.geometry import Array, least_turn, rotation_axis_angle
+from pickcli.motion.plan import Grasp
+from pickcli.motion.segment import SegmentKind, SegmentLimits
+from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
+from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.stages.extraction import CorridorSet
+from pickcli.planning.stages.floor_placements import floor_placements, levelled
+from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.tool_clearance import tool_lines
+from pickcli.seeds import derived_rng
+
+N_MOTIONS = 2  # motions from which the best is chosen
+NEXT_COST = 0.1  # s of additional cost of each next placement
+QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
+
+
+def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
+    """Find motions that set the item down on the floor of its destination.
+
+    A pick from there is planned and reversed: a motion that leads to an item lying there and takes it out
+    also brings it in, so lines, proofs and reasons for failures are those of a pick.
+
+    Args:
+        problem: The pick.
+        chosen: Motion of the chosen grasp.
+
+    Returns:
+        The motions, the best placement first; or every reason for failure.
+    """
+    target, destination = problem.target, problem.destination
+    backs: list[PickProblem] = []
+    failures = Failures()
+    for R_place_item in _orientations(problem, chosen):
+        there = _picks_from(problem, R_place_item)
+        if isinstance(there, Failures):
+            failures += there
+        else:
+            backs += there
+    rng = derived_rng(problem.seed, "set down", target.id, destination.name)
+    found: list[PlaceMotion] = []
+    for k, back in enumerate(backs):
+        if too_close := back.contacts.near_off_floor - _leant_on(back):
+            failures += _too_close(back, too_close, f"place {k} in {destination.name}")
+            continue
+        picked = _picked_back(back, chosen.grasp, rng)
+        if isinstance(picked, Failures):
+            failures += picked
+            continue
+        found.append(_set_down(back, picked, NEXT_COST * k))
+        if len(found) >= N_MOTIONS:
+            break
+    return tuple(found) or failures
+
+
+def _picks_from(problem: PickProblem, R_place_item: Array) -> tuple[PickProblem, ...] | Failures:
+    """Return the picks from all placements with an orientation (3, 3), computed once for all grasps."""
+    known, key = problem.picks_back, np.round(levelled(R_place_item), 6).tobytes()
+    if key not in known:
+        context, scene, target = problem.context, problem.scene, problem.target
+        placed = floor_placements(context, scene, target, R_place_item, problem.destination)
+        known[key] = placed if isinstance(placed, Failures) else tuple(map(problem.back_from, placed))
+    return known[key]
+
+
+def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> GraspMotion | Failures:
+    """Plan the lines of a pick from where the item is set down, with the same grasp."""
+    ways_out = back.extraction.transforms(CorridorSet.FEW)
+    if isinstance(ways_out, Failures):
+        return ways_out
+    lines = tool_lines(back, grasp, ways_out)
+    if isinstance(lines, Failures):
+        return lines
+    return plan_grasp_motion(back, lines, back.context.cell.robot.tool.contact_speed, rng)
+
+
+def _orientations(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
+    """Return orientations (3, 3) for the target at its destination; by default its current one.
+
+    An item taken from above is put into a bin with the grasped side to the front, turned about the way in by
+    any quarter turn. On a table that side is up.
+    """
+    if problem.destination.access.is_from_above:
+        return _hanging(problem, chosen)
+    R_entry_item = problem.T_entry_item[:3, :3]
+    if not problem.place.access.is_from_above:
+        return [R_entry_item]
+    inward = np.array([1.0, 0.0, 0.0])
+    straight = least_turn(R_entry_item @ chosen.grasp.T_item_tip[:3, 2], inward) @ R_entry_item
+    return [rotation_axis_angle(inward, turn) @ straight for turn in QUARTER_TURNS]
+
+
+def _hanging(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
+    """Return orientations for a cup that points down: the least turn, and quarter turns from it."""
+    R_place_world = problem.scene.T_world_place(problem.destination)[:3, :3].T
+    R_place_item = R_place_world @ problem.target.T_world_item[:3, :3]
+    down = np.array([0.0, 0.0, -1.0])
+    upright = least_turn(R_place_item @ chosen.grasp.T_item_tip[:3, 2], down) @ R_place_item
+    return [rotation_axis_angle(down, turn) @ upright for turn in QUARTER_TURNS]
+
+
+def _leant_on(back: PickProblem) -> frozenset[str]:
+    """Return names of solids beside the item that it needs for balance; it may touch them when set down."""
+    balance, item = back.contacts.supports.balance, back.target.id
+    if not back.contacts.near_off_floor or not balance.stays(item):
+        return frozenset()
+    return frozenset(name for name in back.contacts.near_off_floor if not balance.stays(item, {name}))
+
+
+def _too_close(back: PickProblem, names: frozenset[str], where: str) -> Failures:
+    """Return a reason for each solid, except floor and those it leans on, that the item would touch."""
+    items = frozenset(placed.id for placed in back.scene.items)
+    return Failures(
+        tuple(Reason("too close", where, name, name if name in items else "") for name in sorted(names))
+    )
+
+
+def _set_down(back: PickProblem, picked: GraspMotion, cost: float) -> PlaceMotion:
+    """Reverse the segments of a pick from the placement."""
+    kinds = {SegmentKind.RETREAT: SegmentKind.INSERT, SegmentKind.LIFT: SegmentKind.PLACE}
+    inward = tuple(segment.backwards(kinds[segment.kind]) for segment in reversed(picked.outward))
+    off, *rest = (segment.backwards(SegmentKind.DEPART) for segment in reversed(picked.inward))
+    # Away from the item the cup need not be as slow as during contact.
+    off = replace(off, limits=SegmentLimits(max_tool_speed=back.context.settings.approach_speed))
+    return PlaceMotion(back.scene, inward, (off, *rest), cost)
