@@ -124,7 +124,8 @@ def _move(words: str, scene: Scene) -> MotionQuery:
 
     ends = words.split(":")
     if len(ends) != 2 or not all(ends):
-        raise click.UsageError(f"--move: expected FROM:TO, got {words!r}; e.g. home:parked")
+        known = ":".join(list(scene.cell.configurations)[:2])
+        raise click.UsageError(f"--move: expected FROM:TO, got {words!r}; e.g. {known}")
     steps = tuple(MoveStep(name, parse_configuration(scene.cell, name)[0]) for name in ends)
     return MotionQuery(f"move from {ends[0]} to {ends[1]}", steps)
 

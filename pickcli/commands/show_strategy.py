@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 def command(strategy_name: str | None, output: Path | None, overwrite: bool, as_json: bool) -> None:
     """Show the behaviour tree by which trials are played, or list the strategies.
 
-    Conditions begin with a question mark, actions with an exclamation mark. The format of strategy files and
-    all nodes: docs/formats/strategy.md.
+    In the text, conditions begin with a question mark, actions with an exclamation mark. The format of
+    strategy files and all nodes: docs/formats/strategy.md.
 
     \b
     Example:

@@ -98,8 +98,8 @@ class _Reader:
             if key not in data:
                 self._source.add((), f"the key {key} is missing")
         for key, wanted in (("format", FORMAT), ("version", VERSION)):
-            if key in data and data[key] != wanted:
-                self._source.add((key,), f"expected {wanted!r}, got {shortened(str(data[key]))!r}")
+            if key in data and (data[key] != wanted or type(data[key]) is not type(wanted)):
+                self._source.add((key,), f"expected {wanted!r}, got {shortened(repr(data[key]))}")
         texts = [self._text((key,), data.get(key)) for key in ("name", "description")]
         root = self._node(("tree",), data.get("tree")) if "tree" in data else None
         self._source.check()

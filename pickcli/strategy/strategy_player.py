@@ -77,7 +77,10 @@ class StrategyPlayer:
         is_idle = self._actions.now == before and len(self._actions.open_targets()) == n_before
         self._n_idle = self._n_idle + 1 if is_idle else 0
         if self._n_idle >= MAX_IDLE_TICKS:
-            self.stuck = f"the strategy tried nothing in {MAX_IDLE_TICKS} ticks"
+            self.stuck = (
+                f"the trial was ended early: the strategy tried nothing in {MAX_IDLE_TICKS} ticks; let its "
+                "tree fail if nothing is left, or look again"
+            )
         return not self.stuck
 
 

@@ -50,6 +50,7 @@ def strategy_svg(strategy: Strategy) -> str:
     root, width = _placed(strategy.root, float(GAP), 2 * BOX)
     height = max(drawn.y for drawn in _all(root)) + BOX
     shapes = [shape for drawn in _all(root) for shape in _shapes(drawn)]
+    width = max(width, _width(strategy.name) + 2 * GAP)
     title = f'<text x="{GAP}" y="{BOX - 6}" font-weight="bold">{escape(strategy.name)}</text>'
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '

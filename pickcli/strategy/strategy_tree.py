@@ -8,6 +8,8 @@ from typing import Any, TypeAlias
 
 from pickcli.strategy.node_types import NODE_TYPES, NodeType
 
+MAX_LISTED = 7  # names of a list that a text has in full
+
 Argument: TypeAlias = int | float | str | tuple[str, ...]
 
 
@@ -64,5 +66,5 @@ class Strategy:
 def _text(value: Argument) -> str:
     if not isinstance(value, tuple):
         return f"{value:g}" if isinstance(value, float) else f"{value}"
-    few = value if len(value) <= 3 else (*value[:2], f"... {len(value)} in all")
+    few = value if len(value) <= MAX_LISTED else (*value[:2], f"... {len(value)} in all")
     return ", ".join(few)

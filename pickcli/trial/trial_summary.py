@@ -86,7 +86,7 @@ def summary(result: TrialResult) -> tuple[str, ...]:
         f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
     ]
     lines += [_described(d) for d in result.disturbed if d.kind is not DisturbanceKind.PUSHED]
-    lines += [line for line in (result.aborted, result.cut_short) if line]
+    lines += [line for line in (result.aborted, result.cut_short, result.strategy_stuck) if line]
     return tuple(lines)
 
 

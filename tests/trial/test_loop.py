@@ -364,6 +364,12 @@ def test_the_table_has_a_row_per_target_and_the_summary_names_the_noise(cell: Ce
     assert any(line.endswith("1 degrees") for line in summary(exact))
 
 
+def test_a_strategy_that_tries_nothing_is_named_in_the_summary(cell: Cell) -> None:
+    idle = Strategy("own", "", StrategyNode("sequence", {}, (StrategyNode("has_time_to_plan"),)))
+    result = play(ScriptedTrial(scene_of(ORDER, cell)), strategy=idle)
+    assert any("the strategy tried nothing in 100 ticks" in line for line in summary(result))
+
+
 def test_targets_that_the_strategy_gave_up_were_not_missed_for_time(cell: Cell) -> None:
     choose = StrategyNode("choose_target", {"by": ("order",)})
     giving_up = Strategy("own", "", StrategyNode("sequence", {}, (choose, StrategyNode("give_up"))))
