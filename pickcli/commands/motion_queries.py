@@ -71,7 +71,7 @@ def queries_of(given: Sequence[tuple[str, str]], scene: Scene) -> list[MotionQue
         except UnknownNameError as error:
             if error.kind != "item" or error.name not in brought:
                 raise
-            raise InputError(f"{option}: {brought[error.name]}; name that place") from None
+            raise InputError(f"{option}: {brought[error.name]}; name that place, or leave it out") from None
         except InputError:
             if kind != "stows" or (item := words.partition(":")[0]) not in brought:
                 raise
