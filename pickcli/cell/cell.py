@@ -19,6 +19,7 @@ from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
 
 SAME_POSITION = 1e-9  # rad or m
+HOME = "home"  # name of the configuration at which trials start and recoveries end
 COMMAND = "this command"  # what needs places, unless it is one of several queries
 
 
@@ -193,6 +194,16 @@ class Cell:
             if each.name == place.name
             or (place.name == TOTE and each.kind in (TOTE, "drop") and each.name not in self.places)
         ]
+
+    @property
+    def home(self) -> NamedConfiguration:
+        """The configuration at which trials start and recoveries end; raises InputError without one."""
+        if HOME not in self.configurations:
+            raise InputError(
+                f"cell {self.name}: no configuration is named {HOME}, at which trials start and recoveries "
+                "end; add one to its configurations (kind: home)"
+            )
+        return self.configurations[HOME]
 
     @property
     def tote_bodies(self) -> tuple[Body, ...]:

@@ -146,6 +146,7 @@ class TrialOptions:
         cells = [workcell.cell(self.arm)] if is_one else list(workcell.arms.values())
         for cell in cells:
             cell.require_places()
+            _ = cell.home  # refused before any work if the cell has none
         return cells
 
     def planning_contexts(self, cells: Sequence[Cell]) -> list[PlanningContext]:

@@ -18,11 +18,11 @@ class SegmentKind(StrEnum):
     """Kinds after Delft (section 2.1); coarse motions are distinguished by whether an item is held."""
 
     TRANSIT = "transit"  # coarse, empty
-    PREAPPROACH = "pre-approach"  # straight along the bin's axis into the bin (KTH Fig. 5)
+    PREAPPROACH = "pre-approach"  # a straight line through the mouth of the place (KTH Fig. 5)
     APPROACH = "approach"  # straight along the tool axis to just before the item
     CONTACT = "contact"  # straight along the tool axis until the cup is pressed on
-    LIFT = "lift"  # straight up
-    RETREAT = "retreat"  # straight out of the bin
+    LIFT = "lift"  # a straight line off the support
+    RETREAT = "retreat"  # straight lines out of the place
     TRANSFER = "transfer"  # coarse, item held
     INSERT = "insert"  # straight into a bin, item held
     PLACE = "place"  # straight down into the tote, or onto the floor of a bin

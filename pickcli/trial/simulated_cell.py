@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.simulation.contacts import Collision
 
-HOME = "home"
 LONGEST_FALL = 2.0  # s: a fall from the top row of the shelf to the floor of the hall, until rest
 FALL_STEP = 0.02  # s
 FALLING_SPEED = 0.2  # m/s
@@ -87,7 +86,7 @@ class SimulatedArena:
         parked: ArmState | None = None,
         recorder: MotionRecorder | None = None,
     ) -> None:
-        start = parked or scene.cell.configurations[HOME]
+        start = parked or scene.cell.home
         self._world = World(scene, start.q, start.tool_state, reality=reality, seed=seed)
         self._recorder = recorder or MotionRecorder()
         if recorder is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.cell.data_path import data_path
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.commands.pod_shift import parse_pod_shift
 from pickcli.commands.run_trial import command
@@ -139,3 +141,13 @@ def test_a_bad_reality_is_refused_before_any_work(tmp_path: Path) -> None:
     order, levels = TASKS / "jsk_pick_sample.json", tmp_path / "hall.yaml"
     assert "hall.yaml:3:1: look_tme" in refused(run(order, "--reality", levels, "-o", tmp_path / "out"))
     assert not (tmp_path / "out").exists()
+
+
+def test_a_trial_in_a_cell_without_home_is_refused_before_any_work(tmp_path: Path) -> None:
+    cell = tmp_path / "crates"
+    shutil.copytree(data_path() / "cells" / "ur5e_crates", cell)
+    text = (cell / "cell.yaml").read_text().replace("{name: home, kind: home", "{name: rest, kind: midway")
+    (cell / "cell.yaml").write_text(text)
+    out = tmp_path / "trial"
+    answer = apc("run-trial", cell / "moves_24.json", "--cell", cell, "-o", out)
+    assert answer.code == 3 and "no configuration is named home" in answer.err and not out.exists()

@@ -34,8 +34,6 @@ from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.seeds import derived_seed
 
-SAFE = "home"
-
 # m up, or back along the tool, in which the cup may still touch its contacts. Up is the shortest way off a
 # support; a cup that came from the side would scrape along.
 FIRST_UP = (0.02,)
@@ -127,7 +125,7 @@ def _home(
     if not context.checker_for(rules.scene, mode).is_valid(q):
         mode = rules.mode()
     checker = context.checker_for(rules.scene, mode)
-    goal = turned_towards(context.arm.limits, context.cell.configurations[SAFE].q, q)
+    goal = turned_towards(context.arm.limits, context.cell.home.q, q)
     coarse = plan_coarse(context, checker, q, goal[None], [0.0], seed, "way home")
     if isinstance(coarse, Failures):
         return coarse
