@@ -20,6 +20,7 @@ from pickcli.commands.trial_options import parse_noise
 from pickcli.errors import ApcError
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.pod_shift import NONE, RANDOM, standing
+from support.command_line import apc
 
 TASKS = Path(__file__).parents[2] / "data" / "tasks"
 
