@@ -100,7 +100,7 @@ def read_arm(name: str) -> QueryArm:
         np.array([joint.axis for joint in joints]),
         frames,
     )
-    covers = [cover_bodies(urdf.links[joint.child].shapes, _excess) for joint in joints]
+    covers = [cover_bodies(urdf.links[joint.child].bodies, _excess) for joint in joints]
     return QueryArm(
         chain,
         np.concatenate([cover.centers for cover in covers]),

@@ -91,7 +91,7 @@ class _Tool:
         self._parts = [
             (T_tip_link @ body.T_parent_shape, Solid(body.shape))
             for link, T_tip_link in links
-            for body in robot.link(link).shapes
+            for body in robot.link(link).bodies
         ]
 
     def distance(self, T_world_tip: Array, items: Sequence[PlacedItem]) -> float:

@@ -157,7 +157,7 @@ class Judge:
             if link.name in meshes:
                 solids = [(T, _hierarchy(triangles)) for T, triangles in meshes[link.name]]
             else:
-                solids = [(body.T_parent_shape, _geometry(body.shape)) for body in link.shapes]
+                solids = [(body.T_parent_shape, _geometry(body.shape)) for body in link.bodies]
             self._solids += [(i, link.name, T, fcl.CollisionObject(solid)) for T, solid in solids]
         movers = [self._movers(link.name) for link in robot.links]
         spared = {frozenset((p.a, p.b)) for p in cell.allowed_pairs}

@@ -29,12 +29,12 @@ def robot_json(cell: Cell, tool_state: ToolState, held: AttachedItem | None) -> 
     """
     robot = cell.robot
     links: list[dict[str, Any]] = [
-        {"name": BASE, "joint": None, "shapes": _shapes(robot.links[0].shapes, robot.T_world_base)}
+        {"name": BASE, "joint": None, "shapes": _shapes(robot.links[0].bodies, robot.T_world_base)}
     ]
     origins = [joint.T_parent_joint @ _turned(cell, joint, tool_state) for joint in robot.joints]
     origins[0] = robot.T_world_base @ origins[0]
     for joint, link, T in zip(robot.joints, robot.links[1:], origins, strict=True):
-        shapes = _shapes(link.shapes, np.eye(4))
+        shapes = _shapes(link.bodies, np.eye(4))
         links.append({"name": link.name, "joint": _joint(cell, joint, T), "shapes": shapes})
     bodies = [0, *bodies_of_frames(robot)]
     allowed = {frozenset((pair.a, pair.b)) for pair in cell.allowed_pairs}

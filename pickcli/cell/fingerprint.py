@@ -118,7 +118,7 @@ def _robot(robot: Robot) -> dict[str, Any]:
     limits, tool = robot.limits, robot.tool
     return {
         "T_world_base": numbers(robot.T_world_base),
-        "links": [[link.name, _bodies(link.shapes)] for link in robot.links],
+        "links": [[link.name, _bodies(link.bodies)] for link in robot.links],
         "joints": [_joint(joint) for joint in robot.joints],
         "planned": list(robot.joint_names),
         "limits": [

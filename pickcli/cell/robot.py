@@ -54,13 +54,13 @@ class Link:
 
     Attributes:
         name: Unique in the robot.
-        shapes: Collision shapes in the link frame.
+        bodies: Collision shapes, each with its name and its pose in the link frame.
         mass: kg, for simulation only.
         T_link_inertia: (4, 4) pose of the frame in the centre of mass, for simulation only.
     """
 
     name: str
-    shapes: tuple[Body, ...]
+    bodies: tuple[Body, ...]
     mass: float
     T_link_inertia: Array
 

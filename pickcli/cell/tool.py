@@ -164,8 +164,8 @@ class Tool:
         return tuple(self.positions)
 
     @property
-    def shapes(self) -> tuple[ToolState, ...]:
-        """All states that change the robot's shape: ``states`` and MOVING."""
+    def states_and_moving(self) -> tuple[ToolState, ...]:
+        """All states for which the robot has a collision shape: ``states`` and MOVING."""
         return (*self.positions, MOVING)
 
     @property

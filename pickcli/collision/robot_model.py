@@ -175,7 +175,7 @@ class CollisionModel:
         return tuple(
             (link.name, T_world_link, body)
             for link, T_world_link in self._static_links()
-            for body in link.shapes
+            for body in link.bodies
             if body.shape.kind is not ShapeKind.HULL
         )
 
@@ -187,7 +187,7 @@ class CollisionModel:
         """
         found = []
         for link, T_world_link in self._static_links():
-            cover = _cover_hulls(link.shapes)
+            cover = _cover_hulls(link.bodies)
             centers = zip(cover.centers, cover.radii, strict=True)
             found += [(link.name, T_world_link @ pose(center), float(radius)) for center, radius in centers]
         return tuple(found)
@@ -209,7 +209,7 @@ class CollisionModel:
 
     @cached_property
     def _joined(self) -> frozenset[frozenset[str]]:
-        has_shape = {link.name for link in self.robot.links if link.shapes}
+        has_shape = {link.name for link in self.robot.links if link.bodies}
         parents = {joint.child: joint.parent for joint in self.robot.joints}
         found = set()
         for link in parents:
@@ -223,13 +223,13 @@ class CollisionModel:
     def _covers(self) -> tuple[Cover, ...]:
         """Sphere covers of the frames; empty for frames that are fixed to the base."""
         links = zip(self.robot.links[1:], self.bodies, strict=True)
-        return tuple(_cover(link.shapes if body > 0 else ()) for link, body in links)
+        return tuple(_cover(link.bodies if body > 0 else ()) for link, body in links)
 
     @cached_property
     def _fine_covers(self) -> tuple[Cover, ...]:
         """Tighter covers of the frames with meshes; empty for all others."""
         links = zip(self.robot.links[1:], self.bodies, strict=True)
-        return tuple(_fine_cover(link.shapes if body > 0 else ()) for link, body in links)
+        return tuple(_fine_cover(link.bodies if body > 0 else ()) for link, body in links)
 
     def _build(self, tool_state: ToolState) -> KernelRobot:
         coarse, fine = (

@@ -60,7 +60,7 @@ def _of_one_arm(cell: Cell) -> dict[str, Any]:
         "robot": robot.name,
         "joints": list(robot.joint_names),
         "links": len(robot.links),
-        "link_shapes": sum(len(link.shapes) for link in robot.links),
+        "link_shapes": sum(len(link.bodies) for link in robot.links),
         "tool": _tool(robot.tool),
         "spheres": _spheres(cell),
         "bins": list(cell.pod.bins),

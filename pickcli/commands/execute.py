@@ -281,10 +281,10 @@ def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
 
     tool = scene.cell.robot.tool
     for k, segment in enumerate(plan.segments):
-        if segment.tool_state not in tool.shapes:
+        if segment.tool_state not in tool.states_and_moving:
             raise InputError(
                 f"{path}: segments.{k}.tool_state: the tool has no state {str(segment.tool_state)!r}, only "
-                f"{', '.join(map(str, tool.shapes))}; plan it again"
+                f"{', '.join(map(str, tool.states_and_moving))}; plan it again"
             )
 
 

@@ -69,7 +69,7 @@ def arm_solids(cell: Cell, arm: Arm) -> tuple[DrawnSolid, ...]:
     return tuple(
         _convex(transform_points(T @ body.T_parent_shape, _outline(body.shape)))
         for link, T in zip(robot.links, poses, strict=True)
-        for body in link.shapes
+        for body in link.bodies
     )
 
 

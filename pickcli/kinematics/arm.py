@@ -53,7 +53,7 @@ class Arm:
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self._chains = {state: build_chain(robot, state) for state in robot.tool.shapes}
+        self._chains = {state: build_chain(robot, state) for state in robot.tool.states_and_moving}
         self._T_last_tip = np.ascontiguousarray(robot.tool.T_last_tip, dtype=np.float64)
         planned = {joint.name: joint for joint in robot.joints if is_planned(robot, joint)}
         self._is_prismatic = np.array([planned[n].type is JointType.PRISMATIC for n in robot.joint_names])

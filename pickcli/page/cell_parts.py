@@ -90,7 +90,7 @@ def robot_part(cell: Cell, q: Array | None = None, tool_state: ToolState | None 
 
 def _shapes(link: Link, colour: str) -> tuple[PageBody, ...]:
     """Convert the collision shapes of a link."""
-    return tuple(drawn_body(body, colour) for body in link.shapes)
+    return tuple(drawn_body(body, colour) for body in link.bodies)
 
 
 def rest_configuration(cell: Cell) -> NamedConfiguration | None:

@@ -90,7 +90,7 @@ def checkers(
         (pod_poses, tool_state, load): SceneChecker(
             model, scenes[pod_poses], tool_state, representative_item(load), margin=margin
         )
-        for pod_poses, tool_state, load in product(PodPoses, model.robot.tool.shapes, PayloadClass)
+        for pod_poses, tool_state, load in product(PodPoses, model.robot.tool.states_and_moving, PayloadClass)
     }
 
 

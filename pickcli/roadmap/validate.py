@@ -98,7 +98,7 @@ def tool_states(states: Set[ToolState], cell: Cell | None) -> None:
     Raises:
         ValueError: The tool does not have one of them.
     """
-    known = states if cell is None else cell.robot.tool.shapes
+    known = states if cell is None else cell.robot.tool.states_and_moving
     for state in sorted(states):
         if state not in known:
             raise ValueError(f"the tool of the cell has no state {state.name!r}")

@@ -72,7 +72,7 @@ def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | N
             f"end: {listed}"
         )
     chosen = tip or _likeliest_tip(robot, srdf, group, ends)
-    frames = tuple(link for link in ends if not robot.links[link].shapes and link != chosen)
+    frames = tuple(link for link in ends if not robot.links[link].bodies and link != chosen)
     return PlannedChain(joints, chosen, group, frames)
 
 
@@ -235,7 +235,7 @@ def _likeliest_tip(robot: Urdf, srdf: Srdf | None, group: str, ends: tuple[str, 
         for link in ends:
             if name in link.lower():
                 return link
-    bare = [link for link in ends if not robot.links[link].shapes]
+    bare = [link for link in ends if not robot.links[link].bodies]
     return (bare or list(ends))[-1]
 
 

@@ -150,7 +150,7 @@ def _distances(cell: Cell, a: str, b: str, poses: Array) -> Array:
     """Distances (N,) in m between the shapes of two links, at link poses (L, N, 4, 4)."""
     names = [link.name for link in cell.robot.links]
     one, other = (
-        [(Solid(body.shape), body, names.index(name)) for body in cell.robot.link(name).shapes]
+        [(Solid(body.shape), body, names.index(name)) for body in cell.robot.link(name).bodies]
         for name in (a, b)
     )
     distances = []

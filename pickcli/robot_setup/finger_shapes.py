@@ -30,7 +30,7 @@ def with_whole_fingers(text: str, robot: Urdf, ends: Sequence[str]) -> str:
         pad: (finger, T_finger_pad)
         for finger in sliding
         for pad, T_finger_pad in _fixed_to(robot, finger)
-        if robot.links[pad].shapes
+        if robot.links[pad].bodies
     }
     if not pads:
         return text

@@ -76,8 +76,8 @@ def mean_excess(link: Link, cover: Cover) -> float:
         m.
     """
     points = _outer_points(cover)
-    solids = [Solid(body.shape) for body in link.shapes]
-    for solid, body in zip(solids, link.shapes, strict=True):
+    solids = [Solid(body.shape) for body in link.bodies]
+    for solid, body in zip(solids, link.bodies, strict=True):
         solid.place(body.T_parent_shape)
     probe, distances = Solid(POINT), []
     for point in points:

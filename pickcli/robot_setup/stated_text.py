@@ -79,7 +79,7 @@ def _refuse_middle(robot: Urdf, chain: PlannedChain) -> None:
     hanging = [
         link
         for link in robot.links
-        if robot.links[link].shapes and chain.tip in {joint.parent for joint in robot.way(link)}
+        if robot.links[link].bodies and chain.tip in {joint.parent for joint in robot.way(link)}
     ]
     if hanging:
         first = next(joint.child for joint in robot.way(hanging[0]) if joint.parent == chain.tip)
@@ -123,7 +123,7 @@ def _unshaped(robot: Urdf, chain: PlannedChain, flange: str | None) -> tuple[str
         if movers:
             moved.setdefault(movers[-1], []).append(link)
     for links in moved.values():
-        is_shaped = flange in links or any(robot.links[link].shapes for link in links)
+        is_shaped = flange in links or any(robot.links[link].bodies for link in links)
         if not is_shaped and not set(links) & set(found):
             found.append(links[0])
     return tuple(found)

@@ -126,9 +126,9 @@ def _check_finger(robot: Urdf, joint: Joint) -> None:
 
     Shapes of links fixed to it have been moved onto it (``finger_shapes``).
     """
-    if not robot.links[joint.child].shapes:
+    if not robot.links[joint.child].bodies:
         raise _no_gripper(f"{joint.child} has no collision shape; add <collision> to the URDF")
-    hanging = [link for link in robot.links if robot.links[link].shapes and joint in robot.way(link)[:-1]]
+    hanging = [link for link in robot.links if robot.links[link].bodies and joint in robot.way(link)[:-1]]
     if hanging:
         raise _no_gripper(
             f"{', '.join(hanging)} moves against {joint.child}, and a finger is one rigid body; make its "
@@ -161,7 +161,7 @@ def _axes(robot: Urdf, fingers: Sequence[Joint], closing: Array) -> Array:
 def _shapes_in(robot: Urdf, joint: Joint, R_hand_axes: Array) -> list[Body]:
     """Shapes of a finger at joint position 0, in axes (3, 3) at the hand's origin."""
     T = pose(R=R_hand_axes.T) @ joint.T_parent_joint
-    return [replace(b, T_parent_shape=T @ b.T_parent_shape) for b in robot.links[joint.child].shapes]
+    return [replace(b, T_parent_shape=T @ b.T_parent_shape) for b in robot.links[joint.child].bodies]
 
 
 def _middle(shapes: Sequence[Body]) -> Array:

@@ -38,7 +38,7 @@ def write_urdf(robot: Robot, folder: Path) -> Path:
         # The engine uses a base's centre of mass as its frame; this base is fixed, so its inertia does not
         # matter.
         element = add_link(root, link, np.eye(4) if link is robot.links[0] else link.T_link_inertia)
-        shapes = link.shapes
+        shapes = link.bodies
         if robot.tool.grip.gives_way > 0.0 and link.name == robot.tool.last_link:
             _add_shapes(element, "visual", shapes, folder)  # pictures show the relaxed cup
             shapes = tuple(solid_cup(robot.tool, shapes))

@@ -118,7 +118,7 @@ def _is_rigid(a: Part, b: Part) -> bool:
 
 def _neighbours(robot: Robot) -> frozenset[frozenset[str]]:
     """Return pairs of links with at most one moving joint, and no shape, between them."""
-    shaped = {link.name for link in robot.links if link.shapes}
+    shaped = {link.name for link in robot.links if link.bodies}
     by_child = {joint.child: joint for joint in robot.joints}
     found = set()
     for first in robot.joints:

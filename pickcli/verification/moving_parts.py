@@ -120,10 +120,10 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
         _part(robot, i, replace(body, name=link.name))
         for i, link in enumerate(robot.links)
         if i < cup and i - 1 not in joints
-        for body in link.shapes
+        for body in link.bodies
     ]
     for joint in joints:
-        for body in robot.links[joint + 1].shapes:
+        for body in robot.links[joint + 1].bodies:
             named = replace(body, name=robot.links[joint + 1].name)
             found += _in_states(robot, joint, segment.tool_state, named)
     if segment.held is not None and T_tip_item is not None:

@@ -143,7 +143,7 @@ def test_every_allowed_pair_has_its_reason(cell: Cell) -> None:
 def extent(link: Link) -> tuple[Array, Array]:
     """Corners of the box around all shapes of a link, link frame."""
     lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
-    for body in link.shapes:
+    for body in link.bodies:
         T, size = body.T_parent_shape, body.shape.size
         if body.shape.kind is ShapeKind.CYLINDER:
             half = abs(T[:3, 2]) * size[1] / 2 + size[0] * np.sqrt(np.maximum(0.0, 1 - T[:3, 2] ** 2))

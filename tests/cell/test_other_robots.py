@@ -82,7 +82,7 @@ def test_no_point_of_a_branch_moves_farther_than_its_reach(branching: Cell) -> N
 
 
 def test_meshes_are_hulls_in_metres(branching: Cell) -> None:
-    (arm,) = branching.robot.link("upper").shapes
+    (arm,) = branching.robot.link("upper").bodies
     assert arm.shape.kind is ShapeKind.HULL
     np.testing.assert_allclose(arm.shape.size, [0.12, 0.12, 0.3])
     np.testing.assert_allclose(arm.T_parent_shape[:3, 3], [0.0, 0.0, 0.2], atol=1e-12)

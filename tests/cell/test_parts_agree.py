@@ -98,7 +98,7 @@ def test_what_a_planned_joint_moves_has_a_shape_or_is_named_as_having_none(
         content["robot"]["unshaped"] = [name]
         (path / "cell.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
         if is_named:
-            assert load_cell(path).robot.links[-1].shapes == ()
+            assert load_cell(path).robot.links[-1].bodies == ()
         else:
             assert problem in refused(lambda: load_cell(path))
 
@@ -132,7 +132,7 @@ def meshes(folder: Path) -> Path:
 
 def corners_of(robot: Urdf, link: str) -> Array:
     """Corners of the only shape of a link, in the link, sorted."""
-    (body,) = robot.links[link].shapes
+    (body,) = robot.links[link].bodies
     points = np.array(body.shape.vertices) @ body.T_parent_shape[:3, :3].T + body.T_parent_shape[:3, 3]
     return np.array(sorted(points.round(9).tolist()))
 

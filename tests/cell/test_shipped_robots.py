@@ -122,7 +122,7 @@ def test_the_shapes_contain_the_real_link(cell: str, link: str) -> None:
     T_carrier_mesh = np.linalg.inv(theirs(cell).pose(carrier, {})) @ theirs(cell).pose(link, {}) @ T_link_mesh
     points = transform_points(T_carrier_mesh, surface_points(path, N_POINTS, np.random.default_rng(3)))
     urdf = data_path() / "cells" / cell / "robot.urdf"
-    shapes = read_urdf(urdf, urdf.parent, {}).links[carrier].shapes
+    shapes = read_urdf(urdf, urdf.parent, {}).links[carrier].bodies
     assert outside(points, shapes).max() < ROUNDING
 
 
@@ -133,7 +133,7 @@ def test_links_shrunk_by_a_hand_would_not_contain_them(cell: str) -> None:
     path, _ = theirs(cell).mesh(link, OTHERS[cell].meshes[link])
     points = surface_points(path, N_POINTS, np.random.default_rng(3))
     urdf = data_path() / "cells" / cell / "robot.urdf"
-    shapes = read_urdf(urdf, urdf.parent, {}).links[link].shapes
+    shapes = read_urdf(urdf, urdf.parent, {}).links[link].bodies
     assert outside(1.2 * points, shapes).max() > 0.005
 
 

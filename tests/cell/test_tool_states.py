@@ -27,7 +27,7 @@ def test_a_tool_without_a_joint_has_one_state(cell: Cell, cell_copy: CellCopy) -
     rigid = with_tool(cell_copy, ONE_STATE).load()
     tool = rigid.robot.tool
     assert tool.states == (FIXED,) and tool.default_state == FIXED and tool.joint is None
-    assert tool.shapes == (FIXED, MOVING) and tool.range == (0.0, 0.0)
+    assert tool.states_and_moving == (FIXED, MOVING) and tool.range == (0.0, 0.0)
     assert rigid.configurations
     assert {named.tool_state for named in rigid.configurations.values()} == {FIXED}
     assert_allclose(tool.T_lance_tip[FIXED], cell.robot.tool.T_lance_tip[STRAIGHT])

@@ -133,7 +133,7 @@ def test_the_good_one_is_read(tmp_path: Path) -> None:
     assert turn.axis.tolist() == [0, 0, 1]
     assert turn.T_parent_joint[2, 3] == 1
     assert (slide.lower, slide.upper) == (0, 0.5)
-    assert robot.links["arm"].shapes[0].shape.size == (1, 2, 3)
+    assert robot.links["arm"].bodies[0].shape.size == (1, 2, 3)
     assert robot.links["arm"].mass == 2
 
 
@@ -184,11 +184,11 @@ def test_what_the_format_leaves_out_means_nothing(tmp_path: Path) -> None:
     assert [link.mass for link in robot.links.values()] == [0.0, 2.0, 0.0, 0.0]
     np.testing.assert_array_equal(turn.T_parent_joint, pose(rpy=(0.1, 0.0, 0.0)))
     np.testing.assert_array_equal(endless.T_parent_joint, np.eye(4))
-    np.testing.assert_array_equal(robot.links["arm"].shapes[0].T_parent_shape, pose((1.0, 2.0, 3.0)))
+    np.testing.assert_array_equal(robot.links["arm"].bodies[0].T_parent_shape, pose((1.0, 2.0, 3.0)))
     assert (endless.lower, endless.upper) == (-np.inf, np.inf)
     assert (fixed.lower, fixed.upper) == (0.0, 0.0)
     assert fixed.axis.tolist() == [0.0, 0.0, 1.0]
-    assert robot.name == "two" and robot.links["arm"].shapes[0].name == "arm_0"
+    assert robot.name == "two" and robot.links["arm"].bodies[0].name == "arm_0"
 
 
 def test_all_mistakes_are_told_at_once_in_the_order_of_the_file(tmp_path: Path, refused: Refused) -> None:
@@ -209,7 +209,7 @@ def test_shapes_are_told_by_name_or_else_by_number(tmp_path: Path) -> None:
         '<collision name="can"><geometry><cylinder radius="0.1" length="0.4"/></geometry></collision>'
         '<collision><geometry><sphere radius="0.2"/></geometry></collision>'
     )
-    shapes = read_urdf(write(tmp_path, GOOD.replace(solid, solid + more))).links["arm"].shapes
+    shapes = read_urdf(write(tmp_path, GOOD.replace(solid, solid + more))).links["arm"].bodies
     assert [(s.name, s.shape.kind.value, s.shape.size) for s in shapes] == [
         ("arm_0", "box", (1.0, 2.0, 3.0)), ("can", "cylinder", (0.1, 0.4)), ("arm_2", "sphere", (0.2,)),
     ]  # fmt: skip

@@ -82,9 +82,9 @@ def test_links_with_meshes_are_told_apart_where_their_shapes_are(tmp_path: Path)
     assert {names[k] for k in meshed} == {"upper", "lower"}
     rng = np.random.default_rng(2)
     for k in meshed:
-        corners = np.array(cell.robot.link(names[k]).shapes[0].shape.vertices)
+        corners = np.array(cell.robot.link(names[k]).bodies[0].shape.vertices)
         shares = rng.dirichlet(np.full(len(corners), 0.1), 400)
-        points = transform_points(cell.robot.link(names[k]).shapes[0].T_parent_shape, shares @ corners)
+        points = transform_points(cell.robot.link(names[k]).bodies[0].T_parent_shape, shares @ corners)
         for spheres in (coarse.of([k]), fine.of([k])):
             gaps = np.linalg.norm(points[:, None] - spheres.centers, axis=2) - spheres.radii
             assert gaps.min(axis=1).max() <= 1e-12
@@ -104,7 +104,7 @@ def _distance(cell: Cell, links: Sequence[str], q: Array) -> float:
     poses, names = link_poses(cell.robot, q[None]), [link.name for link in cell.robot.links]
     solids = []
     for link in links:
-        body = cell.robot.link(link).shapes[0]
+        body = cell.robot.link(link).bodies[0]
         solids.append(Solid(body.shape))
         solids[-1].place(poses[names.index(link), 0] @ body.T_parent_shape)
     return float(solids[0].distance(solids[1]))

@@ -65,8 +65,8 @@ def nearest(cell: Cell, q: Array) -> tuple[float, set[str]]:
         pair = {names[i], names[j]}
         if any(pair <= group for group in RIGID) or pair in JOINED:
             continue
-        for a in cell.robot.links[i].shapes:
-            for b in cell.robot.links[j].shapes:
+        for a in cell.robot.links[i].bodies:
+            for b in cell.robot.links[j].bodies:
                 one, other = Solid(a.shape), Solid(b.shape)
                 one.place(poses[i] @ a.T_parent_shape)
                 other.place(poses[j] @ b.T_parent_shape)

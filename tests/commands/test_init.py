@@ -273,7 +273,7 @@ def test_meshes_may_be_named_by_paths_that_lead_out_of_the_folder(urdf: Path, tm
     made = apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--motor-force", "9", "--accept-unshaped")
     assert made.code == 0, made.err
     assert sorted(p.name for p in (tmp_path / "arm" / "meshes").iterdir()) == ["arm.obj", "column.obj"]
-    assert load_cell(tmp_path / "arm").robot.link("upper").shapes
+    assert load_cell(tmp_path / "arm").robot.link("upper").bodies
 
 
 def test_meshes_of_visuals_are_copied_where_they_are(urdf: Path, tmp_path: Path) -> None:

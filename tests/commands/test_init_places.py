@@ -104,7 +104,7 @@ def test_nothing_that_is_placed_stands_in_the_robot(tmp_path: Path) -> None:
     cell = load_cell(path)
     assert list(cell.places) == ["table", "table_2"]
     base = [link for link in cell.robot.links if link.name == "base"] or [cell.robot.links[0]]
-    standing = [PosedSolid(b.shape, cell.robot.T_world_base @ b.T_parent_shape) for b in base[0].shapes]
+    standing = [PosedSolid(b.shape, cell.robot.T_world_base @ b.T_parent_shape) for b in base[0].bodies]
     around = [
         PosedSolid(b.shape, T @ b.T_parent_shape) for b, T in empty_scene(cell).standing if "table" in b.name
     ]

@@ -63,7 +63,7 @@ def test_the_cup_is_drawn_by_the_figures_that_are_stated(tmp_path: Path) -> None
     made = apc("init", tmp_path / "arm", *words, *figures)
     assert made.code == 0, made.err
     arm = load_cell(tmp_path / "arm")
-    cup = arm.robot.link(arm.robot.tool.last_link).shapes[0].shape
+    cup = arm.robot.link(arm.robot.tool.last_link).bodies[0].shape
     assert cup.size == (0.02, 0.05) and arm.robot.tool.suction_cup is not None
     assert tip_in_flange(arm)[2, 3] == pytest.approx(0.25)
 

@@ -97,7 +97,7 @@ def branching(tmp_path_factory: pytest.TempPathFactory) -> Cell:
 def test_the_arm_is_drawn_where_its_links_are_meshes_as_their_pieces(branching: Cell) -> None:
     robot, home = branching.robot, branching.configurations["home"]
     drawn = arm_solids(branching, Arm(robot))
-    shapes = [(i, body) for i, link in enumerate(robot.links) for body in link.shapes]
+    shapes = [(i, body) for i, link in enumerate(robot.links) for body in link.bodies]
     assert len(drawn) == len(shapes)
     poses = link_poses(robot, home.q[None])[:, 0]
     for solid, (i, body) in zip(drawn, shapes, strict=True):

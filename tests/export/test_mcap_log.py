@@ -208,7 +208,7 @@ def test_the_robot_is_described_with_the_frames_that_move(log: Log, cell: Cell) 
     told = {*frames.static, *next(iter(frames.moving.values()))}
     assert told == links and links - children == {cell.robot.links[0].name}
     shapes = {link.attrib["name"]: len(link.findall("visual")) for link in root.findall("link")}
-    assert shapes == {link.name: len(link.shapes) for link in cell.robot.links}
+    assert shapes == {link.name: len(link.bodies) for link in cell.robot.links}
 
 
 def test_everything_that_stands_is_shown_where_it_stands(log: Log) -> None:

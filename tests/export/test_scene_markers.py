@@ -46,7 +46,7 @@ def test_a_cloud_is_shown_where_its_points_are(cell: Cell) -> None:
 
 def test_a_link_of_meshes_is_described_by_boxes_around_their_pieces(cell: Cell) -> None:
     body = hull("piece", TETRAHEDRON)
-    link = replace(cell.robot.links[1], shapes=(body,))
+    link = replace(cell.robot.links[1], bodies=(body,))
     robot = replace(cell.robot, links=(cell.robot.links[0], link, *cell.robot.links[2:]))
     root = ElementTree.fromstring(robot_description(robot))
     described = next(each for each in root.findall("link") if each.attrib["name"] == link.name)

@@ -36,7 +36,7 @@ def test_a_pick_is_certified_and_carried_out(
     start = Start(home.q, home.tool_state)
     plan = certify(plan_pick(PlanningContext(cell), scene, PickQuery("bin_E", item), start, seed=3), scene)
     assert sum(event.device == "cup_pivot" for event in plan.events) == n_turns
-    assert {segment.tool_state for segment in plan.segments} <= set(cell.robot.tool.shapes)
+    assert {segment.tool_state for segment in plan.segments} <= set(cell.robot.tool.states_and_moving)
     assert kind != ONE_STATE or MOVING not in {segment.tool_state for segment in plan.segments}
     world = World(scene, home.q)
     execute(plan, world)

@@ -41,7 +41,7 @@ def test_a_roadmap_holds_in_every_state_and_comes_back_from_its_file(
     roadmap, report = build_roadmap(RoadmapEdgeJob(cell, QUICK))
     assert roadmap.n_edges > 0 and report.n_components == 1
     assert set(roadmap.tool_states) <= set(cell.robot.tool.states) and roadmap.proven_for == MOVING
-    for state in cell.robot.tool.shapes:
+    for state in cell.robot.tool.states_and_moving:
         tests = checker(CollisionModel(cell), state, PayloadClass.EMPTY)
         assert all(tests.is_valid_path(roadmap.edge_path(edge)) for edge in range(roadmap.n_edges))
     path = tmp_path / "roadmap.h5"
@@ -57,7 +57,7 @@ def test_a_coarse_motion_is_made_and_comes_back_from_its_file(
     key = MotionKey("home", "bin_A", PayloadClass.EMPTY)
     motion = CoarseMotionPlanner(cell, LEAST_EFFORT).make(key)
     assert isinstance(motion, CoarseMotion), motion
-    assert motion.tool_state in cell.robot.tool.shapes
+    assert motion.tool_state in cell.robot.tool.states_and_moving
     path = tmp_path / "trajectories.h5"
     database = TrajectoryDatabase.of(cell.robot.joint_names, [motion])
     write_database(path, database, cell.fingerprint, {})

@@ -236,7 +236,9 @@ def _cell(fingerprint: str, names: tuple[str, ...] = JOINTS, size: float = 1.0) 
     """As much of a cell as reading needs."""
     box = np.full(3, size)
     limits = SimpleNamespace(lower=-box, upper=box, velocity=box, acceleration=box)
-    robot = SimpleNamespace(joint_names=names, limits=limits, tool=SimpleNamespace(shapes=ALL_STATES))
+    robot = SimpleNamespace(
+        joint_names=names, limits=limits, tool=SimpleNamespace(states_and_moving=ALL_STATES)
+    )
     return cast(Cell, SimpleNamespace(fingerprint=fingerprint, robot=robot))
 
 

@@ -32,7 +32,9 @@ def _cell(names: Any = JOINTS, lower: Any = -1.0, upper: Any = 1.0) -> Cell:
     limits = SimpleNamespace(
         lower=np.full(3, lower), upper=np.full(3, upper), velocity=np.ones(3), acceleration=np.ones(3)
     )
-    robot = SimpleNamespace(joint_names=names, limits=limits, tool=SimpleNamespace(shapes=ALL_STATES))
+    robot = SimpleNamespace(
+        joint_names=names, limits=limits, tool=SimpleNamespace(states_and_moving=ALL_STATES)
+    )
     return cast(Cell, SimpleNamespace(robot=robot))
 
 

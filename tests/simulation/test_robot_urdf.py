@@ -65,7 +65,7 @@ def test_meshes_are_as_large_as_what_was_verified(world: World, branching: Cell)
     robot = branching.robot
     T = dict(zip((link.name for link in robot.links), link_poses(robot, world.q[None])[:, 0], strict=True))
     for name in ("upper", "lower"):
-        (piece,) = robot.link(name).shapes
+        (piece,) = robot.link(name).bodies
         mine, bodies = Solid(piece.shape), [*branching.tote_bodies, *branching.obstacles.bodies]
         mine.place(T[name] @ piece.T_parent_shape)
         for body in bodies:

@@ -26,7 +26,7 @@ def box_item(size: tuple[float, float, float], name: str = "carton") -> Item:
 def link_points(cell: Cell, name: str, rng: np.random.Generator, n: int = 400) -> Array:
     """Random points on and in the shapes of a link, in its frame."""
     clouds = []
-    for body in cell.robot.link(name).shapes:
+    for body in cell.robot.link(name).bodies:
         unit = rng.uniform(-1, 1, (n, 3))
         unit[::2] = np.where(rng.random((len(unit[::2]), 3)) < 0.5, np.sign(unit[::2]), unit[::2])
         points = unit * body.shape.extents / 2

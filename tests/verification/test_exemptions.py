@@ -84,7 +84,7 @@ def robot(*joints: tuple[str, str, bool], shaped: Sequence[str]) -> Robot:
     made = [SimpleNamespace(name=f"{p}-{c}", parent=p, child=c) for p, c, _ in joints]
     names = tuple(f"{p}-{c}" for p, c, moves in joints if moves)
     links = dict.fromkeys(name for p, c, _ in joints for name in (p, c))
-    with_shape = [SimpleNamespace(name=name, shapes=(BLOCK,) * (name in shaped)) for name in links]
+    with_shape = [SimpleNamespace(name=name, bodies=(BLOCK,) * (name in shaped)) for name in links]
     return cast(Robot, SimpleNamespace(joints=made, joint_names=names, links=with_shape))
 
 

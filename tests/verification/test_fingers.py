@@ -45,7 +45,7 @@ def test_planner_and_verifier_pose_fingers_and_tip_alike(gripper: Cell, state: T
     for n, q in enumerate(Q):
         frames = np.asarray(arm.chain(state).fk(q))
         for part in fingers(gripper, state):
-            body = robot.link(part.name).shapes[0]
+            body = robot.link(part.name).bodies[0]
             T_planner = frames[names.index(part.name)] @ body.T_parent_shape
             assert_allclose(links[part.link, n] @ part.T_link_shape, T_planner, atol=1e-9)
 
@@ -70,7 +70,7 @@ def test_what_the_closing_fingers_sweep_holds_them_at_every_width(gripper: Cell,
     for frame in model.tool_frames:
         mine = swept.spheres.frames == frame
         centers = swept.spheres.centers[mine] @ T_swept[frame, :3, :3].T + T_swept[frame, :3, 3]
-        body = gripper.robot.link(model.frame_names[frame]).shapes[0]
+        body = gripper.robot.link(model.frame_names[frame]).bodies[0]
         corners = np.array(np.meshgrid(*[(-0.5, 0.0, 0.5)] * 3)).reshape(3, -1).T * body.shape.extents
         at = T[frame] @ body.T_parent_shape
         for corner in corners @ at[:3, :3].T + at[:3, 3]:

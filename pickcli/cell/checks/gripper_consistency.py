@@ -52,7 +52,7 @@ def check_hand(source: Source, tool: GripperModel, robot: Urdf) -> None:
             got = "the root link" if joint is None else f"a {joint.type} joint on {joint.parent!r}"
             text = f"expected {link!r} to slide in {tool.hand_link!r} on a prismatic joint, got {got}"
             source.add(("tool", "fingers", k), f"{text}; only parallel grippers are known")
-        elif not robot.links[link].shapes:
+        elif not robot.links[link].bodies:
             source.add(
                 ("tool", "fingers", k), f"{link!r} has no collision shape; add <collision> to the URDF"
             )
@@ -153,7 +153,7 @@ def finger_sign(tool: GripperModel, robot: Urdf, link: str) -> float:
         +1 on the side of +y, else -1.
     """
     T_tip_finger = _T_tip_finger(tool, robot, link, 0.0)
-    middle = np.mean([(T_tip_finger @ body.T_parent_shape)[1, 3] for body in robot.links[link].shapes])
+    middle = np.mean([(T_tip_finger @ body.T_parent_shape)[1, 3] for body in robot.links[link].bodies])
     return 1.0 if middle > 0.0 else -1.0
 
 
@@ -231,7 +231,7 @@ def _check_pad(source: Source, tool: GripperModel, robot: Urdf, k: int, link: st
     """Check that a finger is solid behind its pad and does not reach over the pad's face."""
     T_finger_tip = inverse(_T_tip_finger(tool, robot, link, 0.0))
     side, half = finger_sign(tool, robot, link), np.array(tool.pad_size) / 2 - PAD_OVERHANG
-    face, shapes = side * tool.pad_gap / 2, robot.links[link].shapes
+    face, shapes = side * tool.pad_gap / 2, robot.links[link].bodies
 
     def is_solid(x: float, y: float, z: float) -> bool:
         p = T_finger_tip @ (x, y, z, 1.0)

@@ -105,7 +105,7 @@ def _cup(warnings: FileWarnings, tool: SuctionModel) -> None:
 
 def _drawn_cup(warnings: FileWarnings, tool: SuctionModel, cell: Cell) -> None:
     """Warn of a cup that is longer or wider than its collision shapes: what is over is never tested."""
-    shapes = next(link.shapes for link in cell.robot.links if link.name == tool.cup_link)
+    shapes = next(link.bodies for link in cell.robot.links if link.name == tool.cup_link)
     if not shapes:
         return
     middles = np.array([body.T_parent_shape[:3, 3] for body in shapes])
@@ -173,7 +173,7 @@ def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
             f"link {link.name!r} has no <inertial>: it weighs nothing in the simulation; state its mass",
         )
         for link in cell.robot.links
-        if link.name in moved and link.shapes and link.mass == 0.0
+        if link.name in moved and link.bodies and link.mass == 0.0
     }
     warnings.add_alike("no_mass", found, ("robot", "urdf"), "state the masses of the links in the URDF")
 

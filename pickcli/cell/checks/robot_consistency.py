@@ -93,7 +93,7 @@ def _check_shapes(source: Source, model: CellModel, robot: Urdf) -> None:
         if movers:
             moved.setdefault(movers[-1], []).append(name)
     for joint, links in moved.items():
-        if not any(robot.links[name].shapes for name in links) and not set(links) & set(accepted):
+        if not any(robot.links[name].bodies for name in links) and not set(links) & set(accepted):
             source.add(
                 ("robot", "urdf"),
                 f"nothing that {joint!r} moves has a collision shape ({', '.join(links)}); add <collision>, "

@@ -56,7 +56,7 @@ def with_tip(robot: Urdf, hand: str, tip: str, T_hand_tip: Array) -> Urdf:
     Returns:
         The robot with the link.
     """
-    link = Link(name=tip, shapes=(), mass=0.0, T_link_inertia=np.eye(4))
+    link = Link(name=tip, bodies=(), mass=0.0, T_link_inertia=np.eye(4))
     joint = Joint(
         name=f"{tip}_joint",
         type=JointType.FIXED,
@@ -124,7 +124,7 @@ def _outwards(robot: Urdf, link: str, on_chain: set[str]) -> Iterator[Joint]:
     """Yield the joints below a link, those of the chain after all others."""
     for joint in sorted(robot.children(link), key=lambda joint: joint.child in on_chain):
         behind = tuple(_outwards(robot, joint.child, on_chain))
-        if behind or joint.child in on_chain or robot.links[joint.child].shapes:
+        if behind or joint.child in on_chain or robot.links[joint.child].bodies:
             yield joint
             yield from behind
 

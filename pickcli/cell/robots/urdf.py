@@ -121,7 +121,7 @@ def read_urdf(path: Path, folder: Path | None = None, packages: Mapping[str, Pat
         unshaped={
             name: element.line
             for name, element in link_elements.items()
-            if element.all("visual") and not links[name].shapes
+            if element.all("visual") and not links[name].bodies
         },
     )
 

@@ -29,7 +29,7 @@ def add_link(root: ElementTree.Element, link: Link, T_link_inertia: Array) -> El
     element = ElementTree.SubElement(root, "link", name=link.name)
     inertial = ElementTree.SubElement(element, "inertial")
     _add_origin(inertial, T_link_inertia)
-    volume = sum(float(np.prod(body.shape.extents)) for body in link.shapes)
+    volume = sum(float(np.prod(body.shape.extents)) for body in link.bodies)
     mass = link.mass or max(LEAST_MASS, DENSITY * volume)
     ElementTree.SubElement(inertial, "mass", value=repr(mass))
     # Readers require an inertia but do not use it: they compute it from mass and shapes.
