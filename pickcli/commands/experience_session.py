@@ -122,7 +122,7 @@ class ExperienceSession:
             folder = next(folder for folder in path.parents if folder.exists())
             refuse_unwritable(folder, path, "--roadmap and --trajectories")
         known = with_polylines(context.roadmap, learner.edges())
-        learning = replace(context, stored=known, learned=learner.motions())
+        learning = replace(context, stored_roadmap=known, learned=learner.motions())
         return cls(learning, learner, ExperienceRecorder())
 
     def keep_edges(self) -> None:

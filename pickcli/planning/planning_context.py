@@ -30,14 +30,14 @@ class PlanningContext:
 
     Attributes:
         cell: The cell.
-        stored: The cell's roadmap; without one, coarse queries have no roadmap to search.
+        stored_roadmap: The cell's roadmap; without one, coarse queries have no roadmap to search.
         database: The cell's trajectory database, if it is built.
         settings: Settings of picks.
         learned: Motions that are looked up if ``database`` has none.
     """
 
     cell: Cell
-    stored: Roadmap | None = None
+    stored_roadmap: Roadmap | None = None
     database: TrajectoryDatabase | None = None
     settings: PickSettings = DEFAULTS
     learned: TrajectoryDatabase | None = None
@@ -45,7 +45,7 @@ class PlanningContext:
     @cached_property
     def roadmap(self) -> Roadmap:
         """The roadmap that coarse queries search, empty if none is stored."""
-        return self.stored or Roadmap.empty(self.cell.robot.joint_names)
+        return self.stored_roadmap or Roadmap.empty(self.cell.robot.joint_names)
 
     @cached_property
     def space(self) -> JointSpace:
