@@ -217,6 +217,23 @@ class Failures:
         found = Counter(reason.in_the_way for reason in self.reasons if reason.in_the_way)
         return tuple(name for name, _ in found.most_common())
 
+    def summary(self, n_most: int = 3) -> str:
+        """Summarise the most frequent causes with one example each.
+
+        Args:
+            n_most: Most causes.
+
+        Returns:
+            One line.
+        """
+        groups: dict[str, list[Reason]] = {}
+        for reason in self.reasons:
+            groups.setdefault(reason.what, []).append(reason)
+        ranked = sorted(groups.items(), key=lambda kv: (-len(kv[1]), kv[0]))[:n_most]
+        if not ranked:
+            return "no candidate was even tried"
+        return "; ".join(_reasons_text(reasons) for _, reasons in ranked)
+
 
 class NoPlanError(ApcError):
     """No motion was found. Carries all reasons, grouped in the message by frequency.
@@ -263,22 +280,13 @@ class NoPlanError(ApcError):
         """Ids of the blocking items, the most frequent first, ties in their order."""
         return self.failures.in_the_way
 
-    def summary(self, n_most: int = 3) -> str:
+    def summary(self) -> str:
         """Summarise the most frequent causes with one example each.
-
-        Args:
-            n_most: Most causes.
 
         Returns:
             One line.
         """
-        groups: dict[str, list[Reason]] = {}
-        for reason in self.reasons:
-            groups.setdefault(reason.what, []).append(reason)
-        ranked = sorted(groups.items(), key=lambda kv: (-len(kv[1]), kv[0]))[:n_most]
-        if not ranked:
-            return "no candidate was even tried"
-        return "; ".join(_reasons_text(reasons) for _, reasons in ranked)
+        return self.failures.summary()
 
 
 def _reasons_text(reasons: Sequence[Reason]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pickcli.errors import InputError, NoPlanError
+from pickcli.errors import Failures, InputError, NoPlanError
 from pickcli.planning.start_state import Start
 from pickcli.seeds import derived_seed
 from pickcli.trial.attempt_runner import AttemptRunner
@@ -37,8 +37,8 @@ def hand_over(runner: AttemptRunner, attempt: Attempt) -> Attempt:
     except NoPlanError as error:
         return _given_up(attempt, Outcome.NO_PLAN, f"arm {arm} cannot be parked: {error.summary()}")
     certified = runner.certified(parking, scene)
-    if isinstance(certified, str):
-        return _given_up(attempt, Outcome.REJECTED, f"parking arm {arm}: {certified}")
+    if isinstance(certified, Failures):
+        return _given_up(attempt, Outcome.REJECTED, f"parking arm {arm}: {certified.summary()}")
     afterwards = attempt.plan.trajectory.duration + ARRIVAL + runner.settings.reality.look_time
     if not runner.has_time_for(certified, afterwards):
         needed = certified.trajectory.duration + afterwards

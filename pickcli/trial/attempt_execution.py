@@ -50,7 +50,7 @@ def _judged(runner: AttemptRunner, attempt: Attempt, execution: ExecutionResult)
     """Determine the outcome as the robot perceives it, with the stop and the sensor as reasons."""
     seen = {placed.id: placed.location for placed in runner.scene().items}
     attempt = replace(attempt, truly_in=_true_place(runner, attempt.item))
-    if not runner.has_seen:
+    if not runner.is_current:
         reason = f"{execution.stopped or 'it was moved'}; the time was over before a look"
         return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
     attempt = replace(attempt, seen_in=seen.get(attempt.item, ""))

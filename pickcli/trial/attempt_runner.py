@@ -63,7 +63,7 @@ class AttemptRunner:
     Attributes:
         clock: The clock of the trial.
         n_looks: Number of looks so far.
-        has_seen: Whether nothing may have moved since the last look.
+        is_current: Whether the last perceived scene is current: nothing may have moved since the last look.
         stuck: Why the arm could not be brought to a safe place before the end of time, "" if it was.
         cut_short: What the end of time interrupted although it was possible, "" if nothing.
     """
@@ -79,7 +79,7 @@ class AttemptRunner:
         self.clock = TrialClock(limit)
         self.n_looks = 0
         self.stuck = self.cut_short = ""
-        self.has_seen = False  # whether nothing may have moved since the last look
+        self.is_current = False
         self._seen = self.look()
 
     def scene(self) -> Scene:
@@ -90,7 +90,7 @@ class AttemptRunner:
         Returns:
             The perceived scene.
         """
-        if not self.has_seen:
+        if not self.is_current:
             self.look_again()
         return self._seen
 
@@ -120,7 +120,7 @@ class AttemptRunner:
         self.n_looks += 1
         how = self.settings
         self._seen = perceive(self.interfaces.arena.now(), how.noise, how.seed, self.n_looks, how.reality)
-        self.has_seen = True
+        self.is_current = True
         return self._seen
 
     @property
@@ -166,7 +166,7 @@ class AttemptRunner:
         cell = self.interfaces.cells[arm]
         self.interfaces.arena.let_move(cell)
         self._seen = replace(self._seen, cell=cell)
-        self.has_seen = True
+        self.is_current = True
 
     def charge(self) -> None:
         """Charge one more planning call to the clock."""
@@ -278,7 +278,7 @@ class AttemptRunner:
         rejected = (*attempt.rejected, *certifier.rejected)
         return replace(attempt, rejected=rejected, statistics=statistics)
 
-    def certified(self, plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Plan | str:
+    def certified(self, plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Plan | Failures:
         """Request a certificate from the verifier.
 
         Args:
@@ -287,11 +287,11 @@ class AttemptRunner:
             stopped: Trajectory along which a recovery leads back after a stop; None for other plans.
 
         Returns:
-            The plan with its certificate, or why the verifier rejects it.
+            The plan with its certificate, or every reason why the verifier rejects it.
         """
         verdict = self.interfaces.verify(plan, scene, stopped)
         if verdict.certificate is None:
-            return NoPlanError(plan.query, verdict.reasons).summary()
+            return Failures(verdict.reasons)
         return replace(plan, certificate=verdict.certificate)
 
     def execute(self, plan: Plan) -> ExecutionResult:
@@ -318,7 +318,7 @@ class AttemptRunner:
 
     def _timed(self, execution: ExecutionResult) -> ExecutionResult:
         self.clock = self.clock.moved(execution.duration)
-        self.has_seen = False
+        self.is_current = False
         return execution
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.tool import MOVING
-from pickcli.errors import NoPlanError
+from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
@@ -209,8 +209,8 @@ class _Recovery:
         except NoPlanError as error:
             self.steps.append(RecoveryStep(what, error.summary()))
             return None
-        if isinstance(certified, str):
-            self.steps.append(RecoveryStep(what, f"rejected: {certified}"))
+        if isinstance(certified, Failures):
+            self.steps.append(RecoveryStep(what, f"rejected: {certified.summary()}"))
             return None
         if not runner.has_time_for(certified):
             self.late = (
