@@ -27,9 +27,9 @@ from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, NoPlanError
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
-from pickcli.planning.assembly import certified_timing
-from pickcli.planning.assembly.certified_timing import CarriedRun, carried_run, proven_run
+from pickcli.planning.assembly import proven_timing
 from pickcli.planning.assembly.grip_load import carried_load
+from pickcli.planning.assembly.proven_timing import CarriedRun, carried_run, proven_run
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -122,7 +122,7 @@ def _of_target(
     tried: list[Grasp] = []
     for _ in range(n_grasps):
         recorder, began = Recorder(), time.process_time()
-        with mock.patch.object(certified_timing, "carried_run", recorder):
+        with mock.patch.object(proven_timing, "carried_run", recorder):
             try:
                 plan = plan_pick(
                     context, scene, PickQuery(target.bin, target.item, exclude=tuple(tried)), home, seed

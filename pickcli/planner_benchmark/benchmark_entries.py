@@ -26,10 +26,10 @@ from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.empty_cell_checkers import STORED_RESERVE, checker
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.timing.timed_run import time_run
-from pickcli.trajopt.certified_clearance import is_proven
 from pickcli.trajopt.jerk_filter import filter_jerk
 from pickcli.trajopt.minimum_time_search import MinimumTimeSearch
 from pickcli.trajopt.parabolic_segment import parabolic_limits
+from pickcli.trajopt.proven_clearance import is_proven
 from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator

@@ -26,11 +26,11 @@ from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.empty_cell_checkers import STORED_RESERVE, CheckerKey, checkers
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey
 from pickcli.seeds import derived_seed
-from pickcli.trajopt.certified_clearance import is_proven, proven_clearance
 from pickcli.trajopt.jerk_filter import filter_jerk
 from pickcli.trajopt.minimum_time_search import MinimumTimeSearch
 from pickcli.trajopt.parabolic_segment import TICK, parabolic_limits
 from pickcli.trajopt.path_fitting import fit_polyline
+from pickcli.trajopt.proven_clearance import is_proven, proven_clearance
 from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator

@@ -31,7 +31,7 @@ from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.empty_cell_checkers import STORED_RESERVE, CheckerKey, checker, checkers
 from pickcli.roadmap.trajectory_database import CoarseMotion, PayloadClass
-from pickcli.trajopt.certified_clearance import keeps_clearance, proven_clearance
+from pickcli.trajopt.proven_clearance import keeps_clearance, proven_clearance
 
 
 @dataclass(frozen=True, eq=False)

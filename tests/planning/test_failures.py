@@ -14,8 +14,8 @@ from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import pose
 from pickcli.io_events.resolve import ResolvedEvents
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.assembly import certified_timing, events
-from pickcli.planning.assembly.certified_timing import CarriedRun, carried_run, proven_run
+from pickcli.planning.assembly import events, proven_timing
+from pickcli.planning.assembly.proven_timing import CarriedRun, carried_run, proven_run
 from pickcli.planning.blockers import blocking_items
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -129,7 +129,7 @@ def test_what_a_timed_run_with_an_item_meets(
         carried.append(args)
         return carried_run(*args)
 
-    monkeypatch.setattr(certified_timing, "carried_run", kept)
+    monkeypatch.setattr(proven_timing, "carried_run", kept)
     plan_pick(context, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
     context, scene, segments, grasp, hold = carried[0]
     run = carried_run(context, scene, segments, grasp, hold)

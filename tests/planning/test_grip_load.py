@@ -16,8 +16,8 @@ from pickcli.grasping.suction_grasping import SuctionGrasping
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.assembly.certified_timing import divided_lift
 from pickcli.planning.assembly.grip_load import carried_load
+from pickcli.planning.assembly.proven_timing import divided_lift
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.load_check import SAMPLE_TIME, wrenches
 from support.tool_states import DOWN, STRAIGHT

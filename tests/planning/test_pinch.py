@@ -17,7 +17,7 @@ from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind, SegmentLimits
-from pickcli.planning.assembly.certified_timing import proven_run
+from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext

@@ -16,8 +16,8 @@ from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.grasping.grasp_method import ContactLimit
 from pickcli.kernel import line_deviation
 from pickcli.motion.segment import SegmentKind, SegmentLimits
-from pickcli.planning.assembly import certified_timing
-from pickcli.planning.assembly.certified_timing import proven_run
+from pickcli.planning.assembly import proven_timing
+from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tool_path_check import OFF_ANGLE, OFF_LINE, broken_promise, mended
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PoseNoise, Scene
@@ -53,7 +53,7 @@ def test_lines_that_are_rounded_too_much_are_mended(
     run = proven_run(context, scene, segments)
     assert not isinstance(run, Failures)
     assert broken_promise(context.arm, context.method.contact_limit, run, segments) is None
-    monkeypatch.setattr(certified_timing, "MENDS", 0)
+    monkeypatch.setattr(proven_timing, "MENDS", 0)
     unmended = proven_run(context, scene, segments)
     assert isinstance(unmended, Failures) and [r.what for r in unmended] == ["not straight"]
 
@@ -62,7 +62,7 @@ def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(
     context: PlanningContext, scene: Scene
 ) -> None:
     segments = corner(context, scene, 0.05, SegmentKind.APPROACH, 0.3)
-    run = certified_timing._timed_once(context, segments, None, None)
+    run = proven_timing._timed_once(context, segments, None, None)
     assert not isinstance(run, Failures)
     better = mended(context.arm, ContactLimit(SegmentKind.CONTACT, 1.0), run, segments)
     assert better is not None
@@ -90,7 +90,7 @@ def test_coarse_motions_promise_no_line(context: PlanningContext, scene: Scene) 
     segments = [
         replace(p, kind=SegmentKind.TRANSIT) for p in corner(context, scene, 0.05, SegmentKind.LIFT, 0.3)
     ]
-    run = certified_timing._timed_once(context, segments, None, None)
+    run = proven_timing._timed_once(context, segments, None, None)
     assert not isinstance(run, Failures)
     assert mended(context.arm, ContactLimit(SegmentKind.CONTACT, 1e-3), run, segments) is None
 

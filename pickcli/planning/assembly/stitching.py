@@ -18,8 +18,8 @@ from pickcli.grasping.holding import GripLoad
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.assembly.certified_timing import carried_runs, proven_run
 from pickcli.planning.assembly.events import schedule
+from pickcli.planning.assembly.proven_timing import carried_runs, proven_run
 from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
