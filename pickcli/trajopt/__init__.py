@@ -1,4 +1,4 @@
-"""Trajectory optimisation: minimum-time, certified trajectories between two configurations.
+"""Trajectory optimisation: minimum-time, proven trajectories between two configurations.
 
 Parabolic segments, trajectories of them and steering between two states are in the kernel. Read
 `parabolic_segment`, `trajectory_validator`; then the moves of the search, `collision_descent`,

@@ -1,4 +1,4 @@
-"""Proof that a timed motion is free, and certification of its clearance."""
+"""Proof that a timed motion is free, and the clearance that it is proven to keep."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pickcli.path_planning.state_space import JointSpace
 from pickcli.timing.trajectory_chords import trajectory_chords
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
-_WIDEST = 0.128  # m: largest clearance that is certified
+_WIDEST = 0.128  # m: largest clearance that is proven
 _HALVINGS = 7  # to a millimetre
 
 

@@ -17,7 +17,7 @@ from pickcli.grasping.holding import GripLoad, Hold
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
 from pickcli.planning.assembly.grip_load import carried_load, path_load
-from pickcli.planning.assembly.timed_motion_validation import prove
+from pickcli.planning.assembly.timed_motion_validation import why_not_proven
 from pickcli.planning.assembly.tool_path_check import broken_promise, mended
 from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED
 from pickcli.planning.planning_context import PlanningContext
@@ -65,7 +65,7 @@ def proven_run(
         run = _timed(context, segments, checkers if are_blends_proven else None)
         if isinstance(run, Failures):
             return failures + run
-        unproven = prove(run, segments, checkers)
+        unproven = why_not_proven(run, segments, checkers)
         if unproven is None:
             return run
         failures += unproven
@@ -112,7 +112,7 @@ def carried_run(
                 return failures + Reason("does not hold", where, as_timed)
             limit = cup
             continue
-        unproven = prove(run, segments, checkers)
+        unproven = why_not_proven(run, segments, checkers)
         if unproven is None:
             return CarriedRun(run, load)
         failures += unproven

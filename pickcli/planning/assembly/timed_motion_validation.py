@@ -13,10 +13,10 @@ from pickcli.timing.timed_run import TimedRun
 from pickcli.timing.trajectory_chords import trajectory_chords
 
 
-def prove(
+def why_not_proven(
     run: TimedRun, segments: Sequence[MotionSegment], checkers: Sequence[SceneChecker]
 ) -> Reason | None:
-    """Prove the timed motion free, quintic by quintic, by the checker of its segment.
+    """Explain why a timed motion is not proven free; each quintic is proven by the checker of its segment.
 
     A quintic that extends into two segments is proven by both checkers.
 
@@ -26,7 +26,7 @@ def prove(
         checkers: Checker of each segment.
 
     Returns:
-        The first stretch that is not proven free, as a reason; None if all are.
+        The reason for the first stretch that is not proven free; None if all are.
     """
     chords, slack = trajectory_chords(run.trajectory)
     times = run.trajectory.times
