@@ -93,7 +93,7 @@ class GraspMethod(ABC):
         comes_in: The kind of segment in which the tool reaches an item.
         closes_at_rest: Whether the tool grasps by its own motion, while the arm rests.
         take_up: m of a lift in which the hold gives way until it bears the item's weight; 0 if it does not.
-        take_up_speed: m/s, limit in that stretch if the weight bends the hold.
+        take_up_speed: m/s, limit on that part if the weight bends the hold.
     """
 
     tool: Tool

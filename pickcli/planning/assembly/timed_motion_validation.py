@@ -26,7 +26,7 @@ def why_not_proven(
         checkers: Checker of each segment.
 
     Returns:
-        The reason for the first stretch that is not proven free; None if all are.
+        The reason for the first quintic that is not proven free; None if all are.
     """
     chords, slack = trajectory_chords(run.trajectory)
     times = run.trajectory.times

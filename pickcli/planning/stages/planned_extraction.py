@@ -28,7 +28,7 @@ UPPER = np.array([0.04, 0.15, 0.2, 0.5, 0.15, 1.7])
 SPEED = np.array([1.0, 1.0, 1.0, 3.0, 3.0, 6.0])
 ROLLS = (0.0, np.pi / 2, -np.pi / 2)  # orientations in which the item may come out
 SHORTCUTS = 60
-N_FINE = 3  # of the sampled first stretches, from which a narrow way is searched
+N_FINE = 3  # of the sampled starts, from which a narrow way is searched
 MAX_LINES = 5  # lines of the tool in one retreat; a retreat with more is rejected
 
 
@@ -42,7 +42,7 @@ def planned_corridors(
     shape: Shape,
     leaving: FreeItemChecker,
     carrying: FreeItemChecker,
-    first: float,
+    max_length: float,
     seed: int,
 ) -> tuple[Corridor, ...]:
     """Find corridors by RRT-Connect from several first stretches.
@@ -52,7 +52,7 @@ def planned_corridors(
         shape: Shape of the item, enlarged by its uncertainty.
         leaving: Checker of the item while it may touch its support.
         carrying: Checker of the item when it may touch nothing.
-        first: m, length of the stretch in which touching is allowed.
+        max_length: m, of the first stretch, in which touching is allowed.
         seed: Seed of all random choices: equal arguments give equal corridors.
 
     Returns:
@@ -62,10 +62,10 @@ def planned_corridors(
     if len(goals) == 0:
         return ()
     rng = np.random.default_rng(seed)
-    starts = drawn(leaving, carrying, first, rng)
+    starts = drawn(leaving, carrying, max_length, rng)
     found = _through(carrying, starts, goals, COARSE_SEARCH, seed)
     if not found:
-        starts = [*starts[:N_FINE], *climbed(leaving, carrying, first, rng)]
+        starts = [*starts[:N_FINE], *climbed(leaving, carrying, max_length, rng)]
         found = _through(carrying, starts, goals, FINE_SEARCH, seed)
     return found
 
@@ -76,13 +76,13 @@ def _through(
     """Plan corridors from the ends of first stretches (6,) to poses outside (G, 6), shortest first."""
     space = JointSpace(NAMES, LOWER, UPPER, SPEED, SPEED)
     found: list[tuple[float, Corridor]] = []
-    for k, first_stretch in enumerate(starts):
-        path = plan(carrying, space, first_stretch, goals, seed=seed + k, options=search)
+    for k, start in enumerate(starts):
+        path = plan(carrying, space, start, goals, seed=seed + k, options=search)
         if path is None:
             continue
         short = shorten(carrying, space, path, seed=seed + k, iterations=SHORTCUTS)
         if len(short.waypoints) <= MAX_LINES + 1:
-            found.append((_length(short), Corridor(first_stretch, first_stretch, tuple(short.waypoints[1:]))))
+            found.append((_length(short), Corridor(start, start, tuple(short.waypoints[1:]))))
     return tuple(corridor for _, corridor in sorted(found, key=lambda f: f[0]))
 
 
