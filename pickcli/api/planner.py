@@ -31,8 +31,7 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import COARSE_LIMITS, plan_coarse
 from pickcli.precompute.artifact_cache import read_stored
-from pickcli.precompute.empty_cell_checkers import empty_scene
-from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.scene import TOTE, Scene, empty_scene
 from pickcli.seeds import derived_seed
 from pickcli.verification.verify import certify
 

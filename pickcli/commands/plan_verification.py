@@ -90,7 +90,7 @@ def trusted(
         StaleError: It was made for another scene or cell.
     """
     from pickcli.errors import StaleError
-    from pickcli.precompute.empty_cell_checkers import empty_scene
+    from pickcli.scene.scene import empty_scene
     from pickcli.scene.scene_file import scene_hash
 
     refuse_arm_mismatch(plan, path, believed.cell)

@@ -80,7 +80,7 @@ def scene_or_empty(path: Path | None, cell_name: str | None, arms: ArmRequest = 
         InputError: The file or the cell cannot be read.
         StaleError: The scene was made for another cell.
     """
-    from pickcli.precompute.empty_cell_checkers import empty_scene
+    from pickcli.scene.scene import empty_scene
 
     if path is not None:
         return open_scene(path, cell_name, arms)

@@ -17,8 +17,7 @@ from pickcli.page.cell_parts import (
 )
 from pickcli.page.page_document import PageDocument, PageTable
 from pickcli.page.page_scene import Fact, Tone
-from pickcli.precompute.empty_cell_checkers import empty_scene
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import Scene, empty_scene
 
 
 def cell_page(cell: Cell) -> PageDocument:

@@ -16,7 +16,7 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import pose
 from pickcli.roadmap.trajectory_database import PayloadClass
-from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.scene.scene import empty_scene
 
 # Delft generated their motions with such a cube attached: a motion that is free with it is free with most
 # items.
@@ -28,22 +28,6 @@ CUBE_EDGE = 0.2  # m
 STORED_RESERVE = 0.001  # m
 
 CheckerKey: TypeAlias = tuple[PodPoses, ToolState, PayloadClass]  # key of a checker
-
-
-def empty_scene(cell: Cell, pod_poses: PodPoses = PodPoses.NOMINAL) -> Scene:
-    """Make a scene of a cell with nothing in its places.
-
-    Args:
-        cell: The cell.
-        pod_poses: Whether the carriers stand at their nominal poses or, for a proof, at all poses of the
-            tolerance.
-
-    Returns:
-        The scene.
-    """
-    if pod_poses is PodPoses.DISPLACED:
-        cell = cell.swept()
-    return Scene(cell, cell.T_world_pod, (), PoseNoise())
 
 
 def checker(

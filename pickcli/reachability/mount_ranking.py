@@ -20,11 +20,12 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.geometry import Array, pose, rotation_rpy, to_rpy
 from pickcli.kinematics.arm import Arm
-from pickcli.precompute.empty_cell_checkers import checker, empty_scene
+from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.base_solids import base_solids, overlaps
 from pickcli.reachability.tool_reachability import ROUNDS, TURNS, ToolReachability, reach_ball
 from pickcli.roadmap.trajectory_database import PayloadClass
+from pickcli.scene.scene import empty_scene
 from pickcli.scene.solid_overlap import PosedSolid
 from pickcli.seeds import derived_rng
 

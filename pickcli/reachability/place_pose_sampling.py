@@ -16,7 +16,7 @@ from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse, rotation_rpy, transform_points
-from pickcli.precompute.empty_cell_checkers import empty_scene
+from pickcli.scene.scene import empty_scene
 
 # Region of the tip while the arm waits: m before the mouth, and beside its middle. The pod may be displaced
 # by 50 mm, so nothing should wait nearer than that plus some clearance.

@@ -22,12 +22,13 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array, inverse, pose
 from pickcli.kinematics.arm import Arm
-from pickcli.precompute.empty_cell_checkers import checker, empty_scene
+from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.base_solids import base_solids, overlaps
 from pickcli.reachability.place_pose_sampling import PlacePoseSampler
 from pickcli.reachability.tool_pose_sampling import tool_poses
 from pickcli.reachability.tool_reachability import ToolReachability, reach_ball
 from pickcli.roadmap.trajectory_database import PayloadClass
+from pickcli.scene.scene import empty_scene
 from pickcli.scene.solid_overlap import PosedSolid
 from pickcli.seeds import derived_rng
 

@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
-from pickcli.cell.pod_tolerance import UNMOVED, Displacement
+from pickcli.cell.pod_tolerance import UNMOVED, Displacement, PodPoses
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import OBSTACLE, POD, Carrier
 from pickcli.cell.station import TOTE as TOTE
@@ -284,6 +284,22 @@ class Scene:
             The changed scene.
         """
         return replace(self, items=tuple(i for i in self.items if i.id != item_id))
+
+
+def empty_scene(cell: Cell, pod_poses: PodPoses = PodPoses.NOMINAL) -> Scene:
+    """Make a scene of a cell with nothing in its places.
+
+    Args:
+        cell: The cell.
+        pod_poses: Whether the carriers stand at their nominal poses or, for a proof, at all poses of the
+            tolerance.
+
+    Returns:
+        The scene.
+    """
+    if pod_poses is PodPoses.DISPLACED:
+        cell = cell.swept()
+    return Scene(cell, cell.T_world_pod, (), PoseNoise())
 
 
 @lru_cache(maxsize=64)

@@ -13,7 +13,8 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.geometry import inverse
 from pickcli.kinematics.arm import Arm
-from pickcli.precompute.empty_cell_checkers import empty_scene, why_not_free
+from pickcli.precompute.empty_cell_checkers import why_not_free
+from pickcli.scene.scene import empty_scene
 from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
 from support.command_line import apc, refused
 from support.new_robots import write_gripper_arm

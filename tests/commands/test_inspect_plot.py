@@ -10,9 +10,9 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.drawing.cell_picture import cell_picture
 from pickcli.drawing.picture import Colour
-from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import write_roadmap
+from pickcli.scene.scene import empty_scene
 from pickcli.scene.scene_file import write_scene
 from support.cell_copies import CellCopy
 from support.command_line import apc

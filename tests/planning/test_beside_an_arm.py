@@ -29,7 +29,7 @@ from pickcli.meshes.mesh_file import parse_triangles, read_mesh_bytes
 from pickcli.planning.move import plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
-from pickcli.precompute.empty_cell_checkers import empty_scene
+from pickcli.scene.scene import empty_scene
 from pickcli.verification.forward_kinematics import link_poses
 from pickcli.verification.verify import certify
 from support.other_robots import LIMIT

@@ -23,11 +23,11 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
-from pickcli.precompute.empty_cell_checkers import empty_scene, representative_item
+from pickcli.precompute.empty_cell_checkers import representative_item
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, validity_of
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import Scene, empty_scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.verification.verify import verify

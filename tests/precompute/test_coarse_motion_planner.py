@@ -12,8 +12,9 @@ from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
-from pickcli.precompute.empty_cell_checkers import checker, empty_scene
+from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
+from pickcli.scene.scene import empty_scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.verification.verify import verify

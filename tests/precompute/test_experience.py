@@ -24,7 +24,6 @@ from pickcli.errors import DamagedError, StaleError
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import CoarsePath, plan_coarse
 from pickcli.precompute import experience
-from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.precompute.experience import ExperienceFiles
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
@@ -33,6 +32,7 @@ from pickcli.roadmap.merge_edges import with_polylines
 from pickcli.roadmap.query_experience import ExperienceRecorder, QueryExperience
 from pickcli.roadmap.store import surveyed
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
+from pickcli.scene.scene import empty_scene
 from support.small_cell import LEAST_EFFORT, small_cell
 from support.tool_states import STRAIGHT
 
