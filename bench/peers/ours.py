@@ -8,8 +8,8 @@ from typing import Any
 from bench.peers.queries import Query
 from pickcli.errors import Failures
 from pickcli.path_planning.sampling_planner import plan
+from pickcli.planning.coarse_motion import plan_coarse
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.transit import plan_coarse
 
 
 def answer(context: PlanningContext, query: Query, seed: int) -> dict[str, Any]:

@@ -25,11 +25,11 @@ from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.assembly.stitching import stitch_run
+from pickcli.planning.coarse_motion import COARSE_LIMITS, plan_coarse
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.transit import COARSE_LIMITS, plan_coarse
 from pickcli.precompute.artifact_cache import read_stored
 from pickcli.scene.scene import TOTE, Scene, empty_scene
 from pickcli.seeds import derived_seed

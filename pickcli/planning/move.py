@@ -11,8 +11,8 @@ from pickcli.kinematics.continuous_joints import ways_round
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.assembly.stitching import stitch_run
+from pickcli.planning.coarse_motion import plan_coarse
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +24,7 @@ class QueryOptions:
     Attributes:
         planner: The planner that is used if the roadmap does not help.
         max_iterations: Iterations of each run of the planner.
+        n_first_goals: Goals that are searched first; the others only if none of these is reached.
         n_nearest: Most nodes that a start or goal is connected to.
         n_goals: Most goals that are connected to the roadmap, nearest first.
         n_planned_goals: Goals for which the planner searches a connection, if no goal has a straight one.
@@ -33,6 +35,7 @@ class QueryOptions:
 
     planner: PlannerName = PlannerName.RRT_CONNECT
     max_iterations: int = 3000
+    n_first_goals: int = 3
     n_nearest: int = 6
     n_goals: int = 24
     n_planned_goals: int = 2
@@ -53,9 +56,11 @@ class PlanningProblem:
         checker: Proves configurations and edges in the current scene.
         space: The joints, their limits and speeds.
         q_start: (n,) configuration.
-        goals: (G, n) configurations; the searches assume them free, and sorted by cost.
+        goals: (G, n) configurations; the searches assume them free, and the most promising first.
         seed: Seed from which those of the planner are derived.
         options: Effort of the search.
+        costs_to_go: (G,) s, cost of the rest of the motion after each goal; None if all are equal.
+        precomputed: Paths (K, n) from the start to a goal that were proven in another scene.
     """
 
     roadmap: Roadmap
@@ -65,6 +70,31 @@ class PlanningProblem:
     goals: Array
     seed: int
     options: QueryOptions = DEFAULT_OPTIONS
+    costs_to_go: Array | None = None
+    precomputed: tuple[Array, ...] = ()
+
+    def with_goals(self, indices: Sequence[int]) -> PlanningProblem:
+        """Return the problem with some of the goals.
+
+        Args:
+            indices: Indices of the goals to keep, in the new order.
+
+        Returns:
+            The smaller problem.
+        """
+        costs = None if self.costs_to_go is None else self.costs_to_go[list(indices)]
+        return replace(self, goals=self.goals[list(indices)], costs_to_go=costs)
+
+    def cost_to_go(self, goal: int) -> float:
+        """Return the cost of the rest of the motion after a goal.
+
+        Args:
+            goal: Index of the goal.
+
+        Returns:
+            s.
+        """
+        return 0.0 if self.costs_to_go is None else float(self.costs_to_go[goal])
 
     def plan(self, q: Array, goals: Array, task: str) -> Array | None:
         """Run the planner for a path to one of some goals.

@@ -16,8 +16,8 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Failures, InputError, NoPlanError
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
+from pickcli.planning.coarse_motion import CoarsePath, plan_coarse
 from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
-from pickcli.planning.stages.transit import CoarsePath, plan_coarse
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.configuration_ranking import ConfigurationRanking
 from pickcli.reachability.ranked_configuration import RankedConfiguration, RankingSettings

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -109,6 +111,43 @@ def test_of_several_goals_one_that_is_free_is_reached_and_named() -> None:
     route = query(PlanningProblem(_roadmap(), wall(), space(), START, goals, seed=1))
     assert route.goal in (1, 3)
     np.testing.assert_array_equal(route.path.end, goals[route.goal])
+
+
+@settings(max_examples=50, deadline=None)
+@given(costs=st.lists(st.floats(0.0, 3.0), min_size=4, max_size=4), seed=st.integers(0, 100))
+def test_no_straight_edge_is_better_than_the_motion_with_the_rest_after_it(
+    costs: list[float], seed: int
+) -> None:
+    goals = np.array([[-0.5, 0.2], GOAL, [-0.9, 0.7], [0.5, 0.9]])
+    posed = PlanningProblem(_roadmap(), wall(), space(), START, goals, seed, QueryOptions(), np.array(costs))
+    route = query(posed)
+    np.testing.assert_array_equal(route.path.end, goals[route.goal])
+    straight = [
+        estimated_duration(space(), np.stack([START, goal])) + cost
+        for goal, cost in zip(goals, costs, strict=True)
+        if wall().is_valid_edge(START, goal)
+    ]
+    assert len(straight) == 2
+    assert route.duration + costs[route.goal] <= min(straight)
+
+
+def test_a_dear_rest_sends_the_search_to_a_goal_that_is_farther() -> None:
+    goals = np.array([[-0.5, 0.2], GOAL])
+    posed = PlanningProblem(_roadmap(), wall(), space(), START, goals, 1, costs_to_go=np.array([60.0, 0.0]))
+    assert query(posed).goal == 1 and query(posed).source is not RouteSource.STRAIGHT
+    assert query(replace(posed, costs_to_go=np.array([0.0, 0.0]))).goal == 0
+
+
+def test_a_precomputed_path_is_proven_again_and_competes_with_straight_edges() -> None:
+    over = np.array([START, [-0.8, 0.9], [0.8, 0.9], GOAL])
+    posed = PlanningProblem(_roadmap(), wall(), space(), START, GOAL[None], 1, precomputed=(over,))
+    route = query(posed)
+    assert (route.source, route.new) == (RouteSource.DATABASE, ())
+    np.testing.assert_array_equal(route.path.waypoints, over)
+    through = replace(posed, precomputed=(np.array([START, [0.0, -0.4], GOAL]),))
+    assert query(through).source in (RouteSource.ROADMAP, RouteSource.PLANNER)
+    near = replace(posed, goals=np.array([GOAL, [-0.5, 0.2]]), costs_to_go=np.array([0.0, 0.5]))
+    assert query(near).source is RouteSource.STRAIGHT
 
 
 def test_the_links_of_start_and_goal_are_handed_out_and_nothing_that_is_stored() -> None:

@@ -23,11 +23,11 @@ from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.assembly.stitching import stitch_run
+from pickcli.planning.coarse_motion import plan_coarse
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.recovery.jog import plan_jog
 from pickcli.planning.recovery.recovery_rules import RecoveryRules, rules_at
 from pickcli.planning.recovery.retrace import StoppedMotion, back_to_start
-from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene

@@ -12,10 +12,10 @@ from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures
 from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.coarse_motion import plan_coarse
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import COARSE_RESERVE
-from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.seeds import derived_seed

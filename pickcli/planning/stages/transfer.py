@@ -9,11 +9,11 @@ import numpy as np
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures
 from pickcli.motion.segment import SegmentKind
+from pickcli.planning.coarse_motion import plan_coarse
 from pickcli.planning.pick_motion import GraspTransit, PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import COARSE_RESERVE
 from pickcli.planning.stages.placement import plan_placement
-from pickcli.planning.stages.transit import plan_coarse
 from pickcli.seeds import derived_seed
 
 

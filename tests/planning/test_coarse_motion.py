@@ -12,9 +12,9 @@ from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError
+from pickcli.planning.coarse_motion import plan_coarse
 from pickcli.planning.move import plan_move
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from support.tool_states import STRAIGHT

@@ -1,0 +1,114 @@
+"""Coarse motions outside the places, to that one of several goals with the fastest complete motion.
+
+A straight edge is tried first, then precomputed motions, then roadmap and planner (KTH, section IV-A.1;
+Delft, section 1); ``roadmap.query`` does so. This module poses the query, with the precomputed files of the
+planning context, and returns its result as a path for a plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.errors import Failures, NoPlanError
+from pickcli.geometry import Array
+from pickcli.motion.segment import SegmentKind, SegmentLimits
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.roadmap.connection import PlanningProblem, QueryOptions
+from pickcli.roadmap.query import RouteSource, query
+from pickcli.roadmap.query_experience import QueryExperience
+from pickcli.roadmap.trajectory_database import PayloadClass
+
+COARSE_LIMITS = SegmentLimits(blend_tolerance=0.05)
+
+
+@dataclass(frozen=True, eq=False)
+class CoarsePath:
+    """A proven path to one of several goals.
+
+    Attributes:
+        waypoints: (N, n) configurations.
+        goal: Index into the given goals.
+        duration: s, estimated.
+        source: Its origin: "straight edge", "database", "roadmap" or "planner".
+        experience: New experience of the search for it; empty if there was no search.
+    """
+
+    waypoints: Array
+    goal: int
+    duration: float
+    source: str
+    experience: tuple[QueryExperience, ...] = ()
+
+    def segment(self, kind: SegmentKind, mode: Mode) -> MotionSegment:
+        """Make a segment of the path.
+
+        Args:
+            kind: Kind of the segment.
+            mode: The mode in which it is proven free.
+
+        Returns:
+            The segment.
+        """
+        return MotionSegment(kind, self.waypoints, COARSE_LIMITS, mode=mode)
+
+
+def plan_coarse(
+    context: PlanningContext,
+    checker: SceneChecker,
+    q_start: Array,
+    goals: Array,
+    extra: Sequence[float],
+    seed: int,
+    where: str,
+) -> CoarsePath | Failures:
+    """Find a motion to any of several goals: of those found, the one with the fastest complete motion.
+
+    Args:
+        context: The cell, its models and its precomputed files.
+        checker: Checker that proves the motion.
+        q_start: (n,) configuration at the start.
+        goals: (G, n) configurations.
+        extra: (G,) s, cost of the rest of the motion after each goal.
+        seed: Seed of all random choices.
+        where: Name of the motion in reasons.
+
+    Returns:
+        The motion, or the reasons for failure.
+    """
+    settings, payload = context.settings, _payload(checker)
+    problem = PlanningProblem(
+        context.roadmap,
+        checker,
+        context.space,
+        q_start,
+        goals,
+        seed,
+        QueryOptions(max_iterations=settings.rrt_iterations, n_shortcuts=settings.shortcuts),
+        np.asarray(extra),
+        tuple(_precomputed(context, q_start, goals, payload)),
+    )
+    try:
+        route = query(problem, where)
+    except NoPlanError as error:
+        return error.failures.within(where)
+    is_new = route.source not in (RouteSource.STRAIGHT, RouteSource.DATABASE)
+    experience = (QueryExperience(q_start, goals[route.goal], payload, route.new),) if is_new else ()
+    return CoarsePath(route.path.waypoints, route.goal, route.duration, str(route.source), experience)
+
+
+def _precomputed(
+    context: PlanningContext, q_start: Array, goals: Array, payload: PayloadClass
+) -> Iterator[Array]:
+    """Yield the stored motions (K, n) between start and goals that are configurations with a name."""
+    for database in filter(None, (context.database, context.learned)):
+        motions = (database.between(q_start, goal, payload) for goal in goals)
+        yield from (motion.path.waypoints for motion in motions if motion is not None)
+
+
+def _payload(checker: SceneChecker) -> PayloadClass:
+    return PayloadClass.EMPTY if checker.held is None else PayloadClass.CUBE
