@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -49,16 +50,41 @@ class Grasp:
     load_ratio: float
 
     def __str__(self) -> str:
-        """Return the name of the grasp in reasons."""
-        return f"{self.kind} grasp on face {self.face}"
+        """Return the name of the grasp in reasons, that of all grasps of its kind."""
+        return str(GraspKind(self.kind, self.face))
 
 
 @dataclass(frozen=True)
 class GraspKind:
-    """All grasps of one kind on one face: after a failure, none of them is tried at a neighbouring point."""
+    """All grasps of one kind on one face: after a failure, none of them is tried at a neighbouring point.
+
+    Attributes:
+        kind: "frontal", "top-down" or "side".
+        face: Face of the item's shape, e.g. "-x", or the axis across which fingers close, e.g. "x".
+    """
 
     kind: str
     face: str
+
+    def __str__(self) -> str:
+        """Return the name in reasons."""
+        return f"{self.kind} grasp on face {self.face}"
+
+    @classmethod
+    def named_in(cls, text: str) -> GraspKind | None:
+        """Find the first name of grasps in the text of a reason, as written by ``str``.
+
+        Args:
+            text: The text, e.g. "top-down grasp on face +z, lift".
+
+        Returns:
+            The kind and face, or None if no grasp is named.
+        """
+        found = _NAME.search(text)
+        return None if found is None else cls(found["kind"], found["face"])
+
+
+_NAME = re.compile(r"(?P<kind>[\w-]+) grasp on face (?P<face>[+-]?\w+)")
 
 
 class RecoveryLevel(StrEnum):

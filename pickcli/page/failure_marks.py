@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Iterable
 
 from pickcli.errors import Reason
+from pickcli.motion.plan import GraspKind
 from pickcli.page.page_motion import Approach, Mark
 from pickcli.page.page_scene import Tone
 from pickcli.scene.scene import Scene
@@ -14,7 +15,6 @@ MAX_MARKS = 24  # largest number of marks per failure
 
 _WHEN = re.compile(r"\bat (\d+\.\d+) s\b")
 _DEEP = re.compile(r"(\d+(?:\.\d+)?) mm deep")
-_GRASP = re.compile(r"\b(frontal|top-down|side) grasp on face ([+-][xyz]|mantle|sphere)")
 _WORD = re.compile(r"[\w#.-]+")
 
 
@@ -63,7 +63,8 @@ def named_parts(scene: Scene) -> frozenset[str]:
 
 def _mark(reason: Reason, known: Collection[str], item: str, t: float | None) -> Mark:
     text = str(reason)
-    grasp, deep, when = (pattern.search(text) for pattern in (_GRASP, _DEEP, _WHEN))
+    grasp = GraspKind.named_in(reason.where)
+    deep, when = (pattern.search(text) for pattern in (_DEEP, _WHEN))
     words = [word.strip(".-") for word in _WORD.findall(reason.detail)]
     names = [word for word in (*words, reason.in_the_way) if word in known]
     depth = None if deep is None else round(float(deep[1]) / 1e3, 6)
@@ -73,6 +74,6 @@ def _mark(reason: Reason, known: Collection[str], item: str, t: float | None) ->
         t=float(when[1]) if when is not None else t,
         tone=Tone.BAD,
         names=tuple(dict.fromkeys(names)),
-        grasp=None if grasp is None or not item else Approach(item, grasp[2], grasp[1]),
+        grasp=None if grasp is None or not item else Approach(item, grasp.face, grasp.kind),
         depth=depth,
     )

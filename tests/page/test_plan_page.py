@@ -102,21 +102,23 @@ def test_a_plan_of_another_scene_is_refused() -> None:
 
 def test_reasons_become_marks_with_bodies_depth_time_and_grasp() -> None:
     reasons = [
+        Reason("collision", "top-down grasp on face x, approach", "finger against post_left, 3 mm deep"),
         Reason("collision", "segment 3 (lift)", "cup and post_left at 1.250 s, 4.2 mm deep"),
         Reason("does not hold", "top-down grasp on face +z, lift", "2.10 of what the cup bears"),
         Reason("collision", "frontal grasp on face -x, contact", "lance against pod post_left, 7 mm deep"),
         Reason("collision", "frontal grasp on face -x, contact", "lance against pod post_left, 9 mm deep"),
         Reason("no free place in the tote", "place", "40 placements tried"),
     ]
-    marks = failure_marks(reasons, {"cup", "lance", "post_left"}, "soap")
+    marks = failure_marks(reasons, {"cup", "lance", "finger", "post_left"}, "soap")
     assert [(m.title, m.names, m.depth, m.t, m.count) for m in marks] == [
+        ("collision", ("finger", "post_left"), 0.003, None, 1),
         ("collision", ("cup", "post_left"), 0.0042, 1.25, 1),
         ("does not hold", ("cup",), None, None, 1),
         ("collision", ("lance", "post_left"), 0.009, None, 2),
         ("no free place in the tote", (), None, None, 1),
     ]
     assert [None if m.grasp is None else (m.grasp.item, m.grasp.face, m.grasp.kind) for m in marks] == [
-        None, ("soap", "+z", "top-down"), ("soap", "-x", "frontal"), None,
+        ("soap", "x", "top-down"), None, ("soap", "+z", "top-down"), ("soap", "-x", "frontal"), None,
     ]  # fmt: skip
 
 
