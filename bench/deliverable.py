@@ -1,7 +1,7 @@
 """Which targets of a trial could have been delivered: the question that a share of deliveries is of.
 
 Deliverable is what a tool can hold and what can be planned, for any arm that plays, exactly where it stands,
-once everything that a tool can hold is gone from its bin: that could have been moved out of the way. Where
+once everything that a tool can hold is gone from its place: that could have been moved out of the way. Where
 nothing of the kind could go first, be it that the target or something that stays rests on it, that is
 reported apart. So is, of the rest, what no order of plans leads to, one item after another into the tote:
 with exact poses, and with what a plan has to allow for poses that are known as well as in a trial.
@@ -10,6 +10,7 @@ with exact poses, and with what a plan has to allow for poses that are known as 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +31,7 @@ from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.reality import Reality
 from pickcli.statics.supports import supports_of
@@ -137,9 +138,9 @@ def _as_known(scene: Scene) -> Scene:
 
 def _has_grasp(placed: PlacedItem, scene: Scene, tools: Iterable[Tool]) -> bool:
     """Whether a tool would hold an item as it lies, whatever is around it."""
-    cell_bin = scene.cell.pod.bins[placed.location]
-    T_entry_item = inverse(scene.T_world_place(cell_bin) @ cell_bin.T_place_entry) @ placed.T_world_item
-    target = GraspTarget(placed.id, placed.item, T_entry_item, cell_bin)
+    place = scene.cell.places[placed.location]
+    T_entry_item = inverse(scene.T_world_place(place) @ place.T_place_entry) @ placed.T_world_item
+    target = GraspTarget(placed.id, placed.item, T_entry_item, place)
     return any(
         grasp_method(tool).sample(target, derived_rng("has grasp", placed.id), WIDE_SEARCH, HOLDS).grasps
         for tool in tools
@@ -157,9 +158,11 @@ def _is_plannable(target: PlacedItem, scene: Scene, warm: Sequence[PlanningConte
 
 
 def _has_plan(target: PlacedItem, scene: Scene, context: PlanningContext) -> bool:
+    """Whether the target can be brought to the tote or, out of the tote, to any of the bins."""
     home = context.cell.configurations["home"]
-    try:
-        plan_pick(context, scene, PickQuery(target.location, target.id), Start(home.q, home.tool_state))
-    except NoPlanError:
-        return False
-    return True
+    start = Start(home.q, home.tool_state)
+    for into in (TOTE,) if target.location != TOTE else context.cell.pod.bins:
+        with suppress(NoPlanError):
+            plan_pick(context, scene, PickQuery(target.location, target.id, into), start)
+            return True
+    return False
