@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, wraps
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 
 from pickcli.cell.place import Place
-from pickcli.collision.free_flyer import FreeItem
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.errors import Failures, UnknownNameError
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.extraction import Extraction
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
-from pickcli.seeds import derived_seed
 
-SAME_PRESS = 1e-9  # m, and share of a unit vector: turns about the tool's axis do not change a press
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 Certify = Callable[[Plan], Plan | Failures]  # returns the certified plan, or why it is rejected
 
 
@@ -131,51 +130,35 @@ class PickProblem:
         return frozenset(placed.id for placed in here if placed.id != self.target.id)
 
     @cached_property
-    def picks_back(self) -> dict[bytes, tuple[PickProblem, ...] | Failures]:
-        """Cache of picks from set-down placements (or failures) by the target's orientation there."""
-        return {}
-
-    def contact_speed(self, grasp: Grasp) -> float | None:
-        """Return the highest speed at which the tool may meet the target, cached for all turns of the tool.
-
-        Args:
-            grasp: Grasp of the target.
-
-        Returns:
-            m/s; None if the tool tips the target at any useful speed.
-        """
-        at = np.rint(grasp.T_item_tip[:3, 2:] / SAME_PRESS).astype(np.int64).tobytes()
-        press = (grasp.kind, grasp.face, grasp.tool_state, at)
-        if press not in self._contact_speeds:
-            self._contact_speeds[press] = self.context.method.contact_speed(self.contacts, grasp)
-        return self._contact_speeds[press]
-
-    @cached_property
-    def _contact_speeds(self) -> dict[Hashable, float | None]:
-        return {}
-
-    @cached_property
     def contacts(self) -> PickContacts:
         """The allowed contacts of each stage."""
         floor, first_stretch = frozenset(self.place.support), self.context.settings.first_stretch
         return PickContacts(self.scene, self.target, floor, self.ignored, first_stretch)
 
     @cached_property
-    def extraction(self) -> Extraction:
-        """The extraction of the target, considered as a free flyer."""
-        shape = self.target.item.shape.inflated(self.uncertainty)
-        free = FreeItem(
-            self.target.item, self.target.T_world_item, self.T_world_entry[:3, :3], self.uncertainty
-        )
-        checkers, contacts, scene = self.context.checkers, self.contacts, self.scene
-        beside = tuple(checkers.item(scene, free, alone) for alone in contacts.rolling_along())
-        return Extraction(
-            self.place,
-            self.T_world_entry,
-            self.T_entry_item,
-            shape,
-            leaving=checkers.item(scene, free, contacts.item_while_lifting(), beside),
-            carrying=checkers.item(scene, free, contacts.while_carrying()),
-            first_stretch=self.context.settings.first_stretch,
-            seed=derived_seed(self.seed, "exit", self.target.id),
-        )
+    def _results(self) -> dict[Hashable, Any]:
+        """Results of ``once_per_problem`` functions, by function and arguments."""
+        return {}
+
+
+def once_per_problem(
+    stage: Callable[Concatenate[PickProblem, Arguments], Result],
+) -> Callable[Concatenate[PickProblem, Arguments], Result]:
+    """Decorate a function whose result is the same for many grasps of a target, so that it runs only once.
+
+    Args:
+        stage: A pure function of the problem and of hashable arguments.
+
+    Returns:
+        The function; the problem keeps its results.
+    """
+
+    @wraps(stage)
+    def kept(problem: PickProblem, /, *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        key = (stage, args, *kwargs.items())
+        if key not in problem._results:
+            problem._results[key] = stage(problem, *args, **kwargs)
+        result: Result = problem._results[key]
+        return result
+
+    return kept

@@ -11,7 +11,7 @@ from pickcli.errors import Failures
 from pickcli.geometry import Array, pose
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.extraction import Extraction
+from pickcli.planning.stages.extraction import Extraction, extraction_of
 from pickcli.planning.stages.lift_sampling import climbed
 from pickcli.planning.stages.planned_extraction import MAX_LINES, planned_corridors
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -25,9 +25,9 @@ def ways_out(context: PlanningContext, *placed: tuple[str, Array], seed: int = 0
     T_bin = cell.T_world_place(cell.pod.bins[BIN])
     items = tuple(PlacedItem(name, cell.item(name), BIN, T_bin @ T) for name, T in placed)
     scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
-    return PickProblem(
-        context, scene, cell.pod.bins[BIN], items[0], cell.places["tote"], seed=seed
-    ).extraction
+    return extraction_of(
+        PickProblem(context, scene, cell.pod.bins[BIN], items[0], cell.places["tote"], seed=seed)
+    )
 
 
 def standing(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]:
@@ -115,7 +115,7 @@ def mailer(context: PlanningContext) -> Extraction:
     at = [0.33, sum(cell_bin.room.y_range) / 2, cell_bin.room.floor_back + item.shape.extents[2] / 2 + 0.0005]
     placed = PlacedItem(item.name, item, cell_bin.name, T_bin @ pose(at, rpy=[0.0, 0.0, np.pi / 2]))
     scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
-    return PickProblem(context, scene, cell_bin, placed, context.cell.places["tote"]).extraction
+    return extraction_of(PickProblem(context, scene, cell_bin, placed, context.cell.places["tote"]))
 
 
 def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mailer: Extraction) -> None:

@@ -11,7 +11,7 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import Failures
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.extraction import CorridorSet
+from pickcli.planning.stages.extraction import CorridorSet, extraction_of
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
@@ -28,7 +28,7 @@ def reasons(cell: Cell, context: PlanningContext) -> list[str]:
     found = []
     for placed in seen.items:
         problem = PickProblem(context, seen, cell.places[placed.location], placed, cell.places["tote"])
-        ways = problem.extraction.transforms(CorridorSet.FEW)
+        ways = extraction_of(problem).transforms(CorridorSet.FEW)
         if isinstance(ways, Failures):
             found += [str(reason) for reason in ways]
     return found

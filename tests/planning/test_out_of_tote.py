@@ -14,6 +14,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.extraction import extraction_of
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.execute import execute
@@ -89,7 +90,7 @@ def test_beside_a_wall_it_moves_away_from_it_before_it_rises(
     scene = in_tote((CRAYONS, x, 0.0, 0.0))
     tote = context.cell.places[TOTE]
     problem = PickProblem(context, scene, tote, scene.find(CRAYONS), tote)
-    ways = problem.extraction.corridors
+    ways = extraction_of(problem).corridors
     assert not isinstance(ways, Failures) and ways
     for way in ways:
         moved = problem.T_world_entry[:3, :3] @ way.lift[:3]

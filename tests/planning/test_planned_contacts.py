@@ -15,6 +15,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.extraction import extraction_of
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
@@ -74,7 +75,7 @@ def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
     """Nothing but the depth rule: no way out among those along which the case may touch the book."""
     problem = PickProblem(context, under, cell.pod.bins[BIN], under.find(CASE), cell.places["tote"])
     assert BOOK in problem.contacts.near_off_floor
-    flying = problem.extraction.leaving
+    flying = extraction_of(problem).leaving
     up = np.array([0.0, 0.0, 0.02, 0.0, 0.0, 0.0])
     assert flying.is_valid(np.zeros(6))
     assert flying.first_blocked_edge(np.stack([np.zeros(6), up])) == 0

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, partial
 
 from pickcli.cartesian.corridor import Corridor, corridor_transforms, corridors
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
-from pickcli.collision.free_flyer import FreeItemChecker
+from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.errors import Failures
 from pickcli.geometry import Array
+from pickcli.planning.pick_problem import PickProblem, once_per_problem
 from pickcli.planning.stages.planned_extraction import planned_corridors
+from pickcli.seeds import derived_seed
 
 N_FEW, N_MANY = 4, 40  # most simple ways out
 
@@ -98,3 +100,30 @@ class Extraction:
         return planned_corridors(
             self.T_entry_item, self.shape, self.leaving, self.carrying, self.first_stretch, self.seed
         )
+
+
+@once_per_problem
+def extraction_of(problem: PickProblem) -> Extraction:
+    """Return the extraction of the target of a pick.
+
+    Args:
+        problem: The pick.
+
+    Returns:
+        The extraction, with the contacts allowed in the lift and after it.
+    """
+    scene, contacts, uncertainty = problem.scene, problem.contacts, problem.uncertainty
+    item = problem.target.item
+    free = FreeItem(item, problem.target.T_world_item, problem.T_world_entry[:3, :3], uncertainty)
+    checker = partial(problem.context.checkers.item, scene, free)
+    beside = tuple(map(checker, contacts.rolling_along()))
+    return Extraction(
+        problem.place,
+        problem.T_world_entry,
+        problem.T_entry_item,
+        item.shape.inflated(uncertainty),
+        leaving=checker(contacts.item_while_lifting(), beside),
+        carrying=checker(contacts.while_carrying()),
+        first_stretch=problem.context.settings.first_stretch,
+        seed=derived_seed(problem.seed, "exit", problem.target.id),
+    )

@@ -11,8 +11,8 @@ from pickcli.geometry import Array, least_turn, rotation_axis_angle
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
-from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.stages.extraction import CorridorSet
+from pickcli.planning.pick_problem import PickProblem, once_per_problem
+from pickcli.planning.stages.extraction import CorridorSet, extraction_of
 from pickcli.planning.stages.floor_placements import floor_placements, levelled
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
 from pickcli.planning.stages.tool_clearance import tool_lines
@@ -20,6 +20,7 @@ from pickcli.seeds import derived_rng
 
 N_MOTIONS = 2  # motions from which the best is chosen
 NEXT_COST = 0.1  # s of additional cost of each next placement
+SAME_TURN = 9  # decimals: orientations that differ only by rounding have the same placements
 QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
 
 
@@ -40,7 +41,7 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
     backs: list[PickProblem] = []
     failures = Failures()
     for R_place_item in _orientations(problem, chosen):
-        there = _picks_from(problem, R_place_item)
+        there = _picks_from(problem, tuple(levelled(R_place_item).round(SAME_TURN).ravel().tolist()))
         if isinstance(there, Failures):
             failures += there
         else:
@@ -61,19 +62,19 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
     return tuple(found) or failures
 
 
-def _picks_from(problem: PickProblem, R_place_item: Array) -> tuple[PickProblem, ...] | Failures:
-    """Return the picks from all placements with an orientation (3, 3), computed once for all grasps."""
-    known, key = problem.picks_back, np.round(levelled(R_place_item), 6).tobytes()
-    if key not in known:
-        context, scene, target = problem.context, problem.scene, problem.target
-        placed = floor_placements(context, scene, target, R_place_item, problem.destination)
-        known[key] = placed if isinstance(placed, Failures) else tuple(map(problem.back_from, placed))
-    return known[key]
+@once_per_problem
+def _picks_from(problem: PickProblem, orientation: tuple[float, ...]) -> tuple[PickProblem, ...] | Failures:
+    """Return the picks from all placements with an orientation, given row by row."""
+    R_place_item = np.reshape(orientation, (3, 3))
+    placed = floor_placements(
+        problem.context, problem.scene, problem.target, R_place_item, problem.destination
+    )
+    return placed if isinstance(placed, Failures) else tuple(map(problem.back_from, placed))
 
 
 def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> GraspMotion | Failures:
     """Plan the lines of a pick from where the item is set down, with the same grasp."""
-    ways_out = back.extraction.transforms(CorridorSet.FEW)
+    ways_out = extraction_of(back).transforms(CorridorSet.FEW)
     if isinstance(ways_out, Failures):
         return ways_out
     lines = tool_lines(back, grasp, ways_out)
