@@ -4,13 +4,13 @@ ApcError
 ├── InputError            3  a file, name or value from outside is not usable
 │   └── UnknownNameError  3  a name that is not in the cell, the items or the scene
 ├── ArtifactError         4  a stored file is stale, damaged or rejected
-│   ├── StaleError        4  made for another cell (both fingerprints are named)
+│   ├── StaleError        4  made for another cell, scene or version (the message names both)
 │   ├── DamagedError      4  truncated, flipped bits, wrong checksums
 │   └── RejectedError     4  the verifier said no
 ├── NoPlanError           5  no motion exists that the planner could find; carries every reason
-├── TrialAbortedError     6  a trial that had to stop
+├── TrialAbortedError     6  a trial, or an execution of plans, in which a motion went wrong
 ├── WorkerLostError       1  a task of a build that ended the processes which tried it
-└── LimitError            1  our own bug: a trajectory that breaks a limit reached the end of timing
+└── LimitError            1  our own bug: timing made no trajectory that keeps the limits
 
 The number is the exit code of a command that ends with the exception. Any other exception is a bug: exit 1.
 """
@@ -82,7 +82,7 @@ class ArtifactError(ApcError):
 
 
 class StaleError(ArtifactError):
-    """The file depends on something that has changed since."""
+    """The file was made for another cell, scene or version than the one that it is used with."""
 
 
 class DamagedError(ArtifactError):
@@ -297,7 +297,7 @@ def _reasons_text(reasons: Sequence[Reason]) -> str:
 
 
 class TrialAbortedError(ApcError):
-    """The trial could not continue."""
+    """A trial had to be aborted, or a motion of a trial or of executed plans collided or broke a limit."""
 
     exit_code = 6
 
@@ -307,4 +307,4 @@ class WorkerLostError(ApcError):
 
 
 class LimitError(ApcError):
-    """A timed trajectory breaks a limit; raised instead of returning it."""
+    """Timing made no trajectory that keeps the limits; raised instead of returning one that breaks them."""
