@@ -23,7 +23,7 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.attempt_runner import AttemptRunner
-from pickcli.trial.trial_interfaces import RELEASE_TIME
+from pickcli.trial.trial_interfaces import LONGEST_RELEASE
 from pickcli.trial.trial_result import Attempt, RecoveryStep
 
 LET_GO = "let go"  # step in which the valve is closed or the fingers are opened
@@ -79,7 +79,7 @@ class _Recovery:
         assert self.attempt.plan is not None
         if self.stopped is not None and self._may_hold():
             self._bring_item()
-        if not self.runner.clock.has_time_for(RELEASE_TIME):
+        if not self.runner.clock.has_time_for(LONGEST_RELEASE):
             self.runner.cut_short = "the time was over before the item had been let go"
             self.steps.append(RecoveryStep(LET_GO, self.runner.cut_short))
             return tuple(self.steps)

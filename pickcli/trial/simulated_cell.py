@@ -33,7 +33,7 @@ from pickcli.simulation.start_check import check_start
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind, disturbances
 from pickcli.trial.score import Drop, ScoringRules
-from pickcli.trial.trial_interfaces import RELEASE_TIME, ExecutionResult, TrialInterfaces
+from pickcli.trial.trial_interfaces import LONGEST_RELEASE, ExecutionResult, TrialInterfaces
 from pickcli.verification.verify import verify
 
 if TYPE_CHECKING:
@@ -185,9 +185,9 @@ class SimulatedArena:
         world = self._world
         began, n_releases = world.t, len(world.grip.releases)
         noted = self._recorder.begin(None, world)
-        _let_go(world, RELEASE_TIME, open_to)
+        _let_go(world, LONGEST_RELEASE, open_to)
         noted.t_end = world.t
-        return self._settled(ExecutionResult(RELEASE_TIME), began, world.grip.releases[n_releases:], "")
+        return self._settled(ExecutionResult(LONGEST_RELEASE), began, world.grip.releases[n_releases:], "")
 
     def _settled(
         self, run: ExecutionResult, began: float, releases: Iterable[Release], target: str

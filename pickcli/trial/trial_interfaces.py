@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 ARRIVAL = 0.1  # s from a plan's end to the end of its execution, without stops and falls
-RELEASE_TIME = 0.5  # s within which a closed valve has released any item
+LONGEST_RELEASE = 0.5  # s after which a closed valve, or open fingers, have released any item
 
 
 @dataclass(frozen=True)

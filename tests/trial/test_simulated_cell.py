@@ -22,7 +22,7 @@ from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.suction import NO_LOAD
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.simulated_cell import SimulatedArena
-from pickcli.trial.trial_interfaces import RELEASE_TIME
+from pickcli.trial.trial_interfaces import LONGEST_RELEASE
 from support.order_builders import pick_order
 from support.scripted_trial import ScriptedTrial, scene_of
 from support.tool_states import DOWN, STRAIGHT
@@ -129,7 +129,7 @@ def test_a_fall_is_over_before_it_is_told_and_told_once() -> None:
     world.act = act  # type: ignore[method-assign]
     (drop,) = told.drops
     assert drop.height == pytest.approx(height, abs=0.1) and told.disturbed == ()
-    assert told.duration > RELEASE_TIME
+    assert told.duration > LONGEST_RELEASE
     arena.wait(0.5)
     after = arena.release()
     assert after.drops == () and after.disturbed == ()
@@ -149,7 +149,7 @@ def test_what_falls_while_the_robot_stands_is_told_and_by_the_next_record_too() 
 
 
 def test_letting_go_takes_simulated_time(arena: SimulatedArena) -> None:
-    assert arena.release().duration == pytest.approx(RELEASE_TIME)
+    assert arena.release().duration == pytest.approx(LONGEST_RELEASE)
 
 
 def test_the_picture_shows_something(arena: SimulatedArena) -> None:
