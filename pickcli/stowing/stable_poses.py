@@ -12,7 +12,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 
 FREE_SLENDERNESS = 0.35  # narrowest side of the footprint over height, below which an item needs a neighbour
-LEAST_SLENDERNESS = 0.1  # below this an item falls over even next to a wall
+SUPPORTED_SLENDERNESS = 0.1  # below this an item falls over even next to a wall
 LEAST_EDGE = 0.01  # m, least thickness of an item on its edge: leaflets and bags do not stand
 WEIGHTS = (0.5, 0.3, 0.2)  # of the lowest pose, the next and the highest
 
@@ -63,7 +63,7 @@ def _stance(item: Item, up: int) -> StablePose | None:
     _, y, height = np.abs(R) @ shape.extents
     slenderness = y / height
     is_on_edge = slenderness < FREE_SLENDERNESS
-    if is_on_edge and (slenderness < LEAST_SLENDERNESS or y < LEAST_EDGE or item.folded):
+    if is_on_edge and (slenderness < SUPPORTED_SLENDERNESS or y < LEAST_EDGE or item.folded):
         return None
     is_round = shape.kind is ShapeKind.SPHERE or (shape.kind is ShapeKind.CYLINDER and up == 0)
     return StablePose(R, float(height), not is_round, bool(is_on_edge), is_round)

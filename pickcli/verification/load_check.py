@@ -30,7 +30,10 @@ SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N, Nm or ratio at least: t
 # Share of what the cup bears. If the weight's torque takes more, it must be taken up slowly: an overshoot by
 # a third would add more than a tenth of the limits.
 SLOW_TAKE_UP_TORQUE = 0.3
-SIDE_HOLD_SLOPE = 0.7  # sine of a slope: a cup whose axis slopes less than that holds the item by its side
+# Sine of a slope: a cup whose axis slopes less than that holds the item by its side. It is a little less than
+# the sine of 45 degrees from which on the planner is careful: a cup at 45 degrees, as computed here, may go
+# either way.
+SIDE_HOLD_SLOPE = 0.7
 
 
 def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) -> Iterator[Reason]:

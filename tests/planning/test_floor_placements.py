@@ -20,9 +20,9 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.floor_placements import (
     BEHIND_LIP,
+    FREE_SLENDERNESS,
     FROM_MOUTH,
     FROM_WALLS,
-    LEAST_SLENDERNESS,
     STEP,
     floor_placements,
 )
@@ -162,7 +162,7 @@ def test_a_full_bin_and_a_thin_thing_say_why(context: PlanningContext, scene_wit
     thinnest = int(np.argmin(extents))
     R = np.roll(np.eye(3), 2 - (thinnest + 1), axis=0)  # another axis than the thinnest upwards
     reach = thin.item.shape.reach(R)
-    assert reach[:2].min() < LEAST_SLENDERNESS * reach[2]
+    assert reach[:2].min() < FREE_SLENDERNESS * reach[2]
     falls = floor_placements(context, full.moved(thin), thin, R, cell_bin)
     assert isinstance(falls, Failures)
     assert "would fall over" in [reason.what for reason in falls]

@@ -27,8 +27,10 @@ from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.wrench_limit import WrenchLimit
 
 BETWEEN = 1e-3  # share of the load by which it may exceed the limit between the states that timing checks
-SIDE_HOLD_SLOPE = np.sin(np.radians(45.0))  # sine of a cup's slope under which it holds an item by its side
-# share of what the cup bears from which on the torque of the weight must be taken up slowly
+# An item's weight is taken up slowly if the cup holds it by its side, the cup's axis sloping less than this
+# sine, and the torque of the weight is at least this share of what the cup bears. Both include a little more
+# than the verifier's rules, so that differences in computation leave no plan between the two.
+SIDE_HOLD_SLOPE = np.sin(np.radians(45.0))
 SLOW_TAKE_UP_TORQUE = 0.25
 MENDS = 5  # times that a run is timed again, with narrower blends or slower, to keep its promises
 

@@ -32,7 +32,9 @@ WALL_GAP = 0.008  # m to the walls on either side of a leaning item, besides the
 N_HALVINGS = 5  # bisections of the step in which it meets its support
 SPREAD = 0.06  # m between the placements that are tried first
 N_EXPLAINED = 16  # about, of the placements if none is free
-LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: a thinner item falls over
+# Narrowest side of the base over the height, below which an item does not stand free and must lean on
+# something. Random scenes (stowing.stable_poses) let items stand by the same figure.
+FREE_SLENDERNESS = 0.35
 
 
 def floor_placements(
@@ -58,7 +60,7 @@ def floor_placements(
     """
     R = levelled(R_place_item)
     reach = placed.item.shape.reach(R)
-    if 2 * float(reach[:2].min()) < LEAST_SLENDERNESS * 2 * float(reach[2]):
+    if 2 * float(reach[:2].min()) < FREE_SLENDERNESS * 2 * float(reach[2]):
         return _leaning(context, scene, placed, R, place, n_most)
     T_world_place = scene.T_world_place(place)
     uncertainty = scene.noise.bound(placed.item)
