@@ -1,6 +1,6 @@
-"""Queries answered one after the other in one simulated world: planned, verified and executed in turn.
+"""Queries that are answered in turn in one simulated world: each is planned, verified and executed.
 
-Each is planned from the arm's configuration and the scene after the one before.
+Each query is planned for the state of the arm and the scene that the previous query left.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pickcli.simulation.execution import Execution
     from pickcli.simulation.world import World
 
-THERE = 0.01  # rad or m, per joint, within which the arm counts as at its goal
+AT_GOAL = 0.01  # rad or m, per joint, within which the arm counts as at its goal
 
 
 class QueryStep(Protocol):
@@ -94,12 +94,12 @@ class MoveStep:
             RejectedError: The verifier rejects it.
         """
         goal = turned_towards(context.cell.robot.limits, self.q, start.q)
-        if abs(goal - start.q).max() <= THERE:
+        if abs(goal - start.q).max() <= AT_GOAL:
             return None
         return certify(plan_move(context, scene, start, self.q, seed, f"move to {self.name}"), scene)
 
     def after(self, scene: Scene) -> Scene:
-        """Leave the scene as it is.
+        """Return the scene, which a move does not change.
 
         Args:
             scene: The scene before.
@@ -112,7 +112,7 @@ class MoveStep:
 
 @dataclass(frozen=True)
 class PickStep:
-    """A pick.
+    """A pick of one item.
 
     Attributes:
         query: The requested pick.
@@ -138,7 +138,7 @@ class PickStep:
         return plan_pick(context, scene, self.query, start, seed, certify=certifier(scene))
 
     def after(self, scene: Scene) -> Scene:
-        """Move the item to its destination.
+        """Predict the scene with the item at its destination.
 
         Args:
             scene: The scene before.
@@ -170,8 +170,8 @@ class StowStep:
 
         Args:
             context: The cell, its models and its precomputed files.
-            scene: The scene as it is now.
-            start: Where the arm stands.
+            scene: The current scene.
+            start: State of the arm.
             seed: Seed of all random choices.
 
         Returns:
@@ -188,7 +188,7 @@ class StowStep:
         return first_plan(f"stow {self.item}", [(name, partial(plan_into, name)) for name in self.bins])
 
     def after(self, scene: Scene) -> Scene:
-        """Bring the item to the first of the bins.
+        """Predict the scene with the item in the first of the bins.
 
         Args:
             scene: The scene before.
@@ -204,11 +204,11 @@ class StowStep:
 
 @dataclass(frozen=True)
 class MotionQuery:
-    """A query, with its text.
+    """A query as the steps that answer it.
 
     Attributes:
-        label: The text.
-        steps: The steps, in turn.
+        label: The query in words, e.g. "pick dove_beauty_bar from bin_C to tote".
+        steps: Its steps, in the order of their execution.
     """
 
     label: str
@@ -221,8 +221,8 @@ class QueryAnswer:
 
     Attributes:
         query: The query.
-        plans: Verified plans, in the order of time.
-        runs: Their executions.
+        plans: Verified plans, in the order of their execution.
+        runs: The executions of ``plans``.
         item: Id of the query's item; "" if it has none.
         item_is_in: Place of the item afterwards; "" if the query has none.
         is_complete: Whether all its steps were done.
@@ -246,7 +246,7 @@ CarryOut: TypeAlias = Callable[[Plan], "Execution"]
 
 @dataclass(eq=False)
 class QuerySequence:
-    """Queries that are answered in one world.
+    """Queries that are answered in turn in one world.
 
     Attributes:
         context: Planning context.
@@ -276,12 +276,12 @@ class QuerySequence:
             answer = QueryAnswer(query)
             self.answers.append(answer)
             for k, step in enumerate(query.steps):
-                self._do(step, answer, derived_seed(self.seed, "query", str(number), str(k)), carry_out)
+                self._execute(step, answer, derived_seed(self.seed, "query", str(number), str(k)), carry_out)
                 if not answer.is_clean or self.world.held is not None:
                     return
             answer.is_complete = True
 
-    def _do(self, step: QueryStep, answer: QueryAnswer, seed: int, carry_out: CarryOut) -> None:
+    def _execute(self, step: QueryStep, answer: QueryAnswer, seed: int, carry_out: CarryOut) -> None:
         world = self.world
         scene = world.now()
         plan = step.plan(self.context, scene, Start(world.q, world.tool_state), seed)

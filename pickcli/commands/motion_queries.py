@@ -6,6 +6,7 @@ A further kind of query is an entry of ``KINDS``, which converts its text to a `
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -97,10 +98,11 @@ def _pick(words: str, scene: Scene) -> MotionQuery:
     out_of, item = parts[:2]
     into = destination(scene, parts[2] if len(parts) == 3 else None, out_of, "as in --pick PLACE:ITEM:TO")
     option = f"--pick {words}"
-    refuse_impossible(scene, (out_of, item, into), (option, option))
+    query = PickQuery(out_of, item, into=into)
+    refuse_impossible(scene, query, out_of_option=option, into_option=option)
     label = f"pick {item} from {out_of} to {into}"
     # By its id, because an item of the same name may be brought there before.
-    return MotionQuery(label, (PickStep(PickQuery(out_of, scene.find(item, out_of).id, into=into)),))
+    return MotionQuery(label, (PickStep(replace(query, item=scene.find(item, out_of).id)),))
 
 
 def _stow(words: str, scene: Scene) -> MotionQuery:

@@ -50,8 +50,9 @@ def command(
     scene.cell.require_places()
     out_of, item = _taken(pick, bin_name, item, scene)
     into = destination(scene, into, out_of)
-    refuse_impossible(scene, (out_of, item, into), ("--bin" if pick is None else "--pick", "--into"))
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
+    out_of_option = "--bin" if pick is None else "--pick"
+    refuse_impossible(scene, query, out_of_option=out_of_option, into_option="--into")
     plan_with_first_able(scene, query, options)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pickcli.errors import InputError, UnknownNameError
 
 if TYPE_CHECKING:
+    from pickcli.planning.pick_problem import PickQuery
     from pickcli.scene.scene import Scene
 
 _NO_OTHER = "it has only one place: add another one under places in its cell.yaml (docs/formats/cell.md)"
@@ -48,32 +49,32 @@ def destination(scene: Scene, place: str | None, out_of: str, how: str = "with -
     return place or TOTE
 
 
-def refuse_impossible(scene: Scene, pick: tuple[str, str, str], stated: tuple[str, str]) -> None:
+def refuse_impossible(scene: Scene, query: PickQuery, *, out_of_option: str, into_option: str) -> None:
     """Refuse, before any work, a pick that is impossible in the scene.
 
     Args:
         scene: The scene.
-        pick: The place to pick from, the item's name or id, and the place to bring it to.
-        stated: The options that state the first place and the other one, for messages.
+        query: The requested pick.
+        out_of_option: The option that states the place that is picked from, for messages.
+        into_option: The option that states the place that the item is brought to.
 
     Raises:
         InputError: A name is unknown, the item is already at its destination, or is too large for it.
     """
     from pickcli.scene.scene import TOTE
 
-    out_of, item, into = pick
-    places = scene.cell.places
-    for name, option in zip((out_of, into), stated, strict=True):
+    out_of, into, places = query.out_of, query.into, scene.cell.places
+    for name, option in ((out_of, out_of_option), (into, into_option)):
         if name not in places:
             raise UnknownNameError("place", name, list(places), option)
-    placed = scene.find(item, out_of)
+    placed = scene.find(query.item, out_of)
     if into == out_of:
         names = ", ".join(_other_places(scene, out_of))
         remedy = f"name another place: {names}" if names else _NO_OTHER
-        raise InputError(f"{stated[1]}: the item is in {into} already; {remedy}")
+        raise InputError(f"{into_option}: the item is in {into} already; {remedy}")
     if into != TOTE and (sizes := places[into].room.too_small_for(placed.item.shape.extents)):
         raise InputError(
-            f"{stated[1]}: {placed.id} does not fit into {into}: it has {sizes}; name another place"
+            f"{into_option}: {placed.id} does not fit into {into}: it has {sizes}; name another place"
         )
 
 

@@ -351,12 +351,26 @@ class _Trial:
         final = final_state(self.order, self.before, after, belief, arena.held, drops, hit)
         points = score(self.order, final, self.bonus)
         return TrialResult(
-            self.order, self.settings.seed, self.settings.noise, self.settings.reality,
-            tuple(self._target_result(state, points) for state in self.targets), attempts, self.before, after,
-            final, points, arena.collisions, runner.clock.simulated, runner.clock.now, runner.stuck,
-            runner.cut_short, disturbed_last, self.settings.strategy.name, tuple(self.player.ticks),
-            self.player.stuck,
-        )  # fmt: skip
+            order=self.order,
+            seed=self.settings.seed,
+            noise=self.settings.noise,
+            reality=self.settings.reality,
+            targets=tuple(self._target_result(state, points) for state in self.targets),
+            attempts=attempts,
+            before=self.before,
+            after=after,
+            final=final,
+            score=points,
+            collisions=arena.collisions,
+            simulated=runner.clock.simulated,
+            clock=runner.clock.now,
+            aborted=runner.stuck,
+            cut_short=runner.cut_short,
+            disturbed_last=disturbed_last,
+            strategy=self.settings.strategy.name,
+            ticks=tuple(self.player.ticks),
+            strategy_stuck=self.player.stuck,
+        )
 
     def _target_result(self, state: TargetState, score: Score) -> TargetResult:
         own = tuple(attempt for j, attempt in self.attempts if j.index == state.index)

@@ -15,6 +15,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.commands.stated_pick import refuse_impossible
 from pickcli.errors import InputError
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.scene.scene_file import read_scene
 from support.command_line import ITEM, Made, apc, misused, pick, refused
 
@@ -83,9 +84,11 @@ def test_a_bin_that_is_too_small_is_refused_at_once(made: Made, out: Path) -> No
     scene = read_scene(made.scene)
     placed = scene.find(ITEM)
     large = replace(placed, item=replace(placed.item, shape=Shape(ShapeKind.BOX, (0.3, 0.3, 0.3))))
+    scene = replace(scene, items=(large,))
+    options = {"out_of_option": "--bin", "into_option": "--into"}
     with pytest.raises(InputError, match=r"does not fit into bin_A: it has 300 x 300 x 300 mm, the place"):
-        refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "bin_A"), ("--bin", "--into"))
-    refuse_impossible(replace(scene, items=(large,)), ("bin_C", ITEM, "tote"), ("--bin", "--into"))
+        refuse_impossible(scene, PickQuery("bin_C", ITEM, "bin_A"), **options)
+    refuse_impossible(scene, PickQuery("bin_C", ITEM, "tote"), **options)
 
 
 def test_a_goal_in_collision_has_no_plan(made: Made, out: Path) -> None:
