@@ -36,6 +36,7 @@ class Item:
         source: Source of the figures.
         areas: By face, [least, greatest] m along axes of the item frame within which it seals.
         mass_error: Bound of the relative error of the stated mass.
+        is_fragile: Whether smaller forces than on other items count as damage.
     """
 
     name: str
@@ -54,6 +55,7 @@ class Item:
     # By face, least and greatest coordinate in m along axes of the item frame, which bound the sealing area.
     areas: Mapping[str, Mapping[str, tuple[float, float]]] = field(default_factory=dict, hash=False)
     mass_error: float = 0.1
+    is_fragile: bool = False
 
     @property
     def heaviest(self) -> float:

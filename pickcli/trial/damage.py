@@ -49,7 +49,6 @@ class ForceLimits:
 ITEM_LIMITS = ForceLimits(150.0, 500.0)
 SHELF_LIMITS = ForceLimits(500.0, 2000.0)
 FRAGILE_LIMITS = ForceLimits(50.0, 150.0)
-FRAGILE = ("oreo_mega_stuf", "soft_white_lightbulb")
 
 
 def damages(scene: Scene, collisions: Iterable[Collision]) -> tuple[tuple[str, Damage], ...]:
@@ -62,7 +61,7 @@ def damages(scene: Scene, collisions: Iterable[Collision]) -> tuple[tuple[str, D
     Returns:
         Ids of damaged items, or the name of the shelf, each once with the worst grade; sorted.
     """
-    limits = {p.id: FRAGILE_LIMITS if p.item.name in FRAGILE else ITEM_LIMITS for p in scene.items}
+    limits = {p.id: FRAGILE_LIMITS if p.item.is_fragile else ITEM_LIMITS for p in scene.items}
     pod = {body.name for body in scene.cell.pod.bodies}
     worst: dict[str, Damage] = {}
     for collision in collisions:

@@ -99,6 +99,11 @@ def test_slow_and_unholdable_items_are_those_of_the_sources() -> None:
     }
 
 
+def test_fragile_items_are_stated_in_their_files() -> None:
+    fragile = {key for key, item in ITEMS.items() if item.is_fragile}
+    assert fragile == {("oreo_mega_stuf", 2015), ("soft_white_lightbulb", 2016)}
+
+
 def test_shapes_follow_the_sources() -> None:
     bottle, ball = ITEMS["dasani_water_bottle", 2016].shape, ITEMS["rawlings_baseball", 2016].shape
     assert (bottle.kind, bottle.size) == (ShapeKind.CYLINDER, (0.0335, 0.195))

@@ -50,6 +50,7 @@ class ItemModel(FileModel):
     why_not: str = Field("", description="the reason where no face seals")
     seal_inset: Annotated[float, Field(ge=0, le=0.5)] = Field(description="m")
     speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(1.0, description="a factor in (0, 1]")
+    fragile: bool = Field(False, description="whether smaller forces than on other items are damage")
     folded: str = Field("", description="how cloth or a bag was folded")
     source: Annotated[str, Field(min_length=3)] = Field(description="where the figures come from")
 
@@ -210,4 +211,5 @@ def _item(name: str, year: int, model: ItemModel) -> Item:
         folded=model.folded,
         source=model.source,
         mass_error=model.mass_error,
+        is_fragile=model.fragile,
     )

@@ -46,6 +46,8 @@ def _lines(item: Item) -> Iterator[str]:
     yield f"seal_inset: {item.seal_inset!r}"
     if item.speed_scale != 1.0:
         yield f"speed_scale: {item.speed_scale!r}"
+    if item.is_fragile:
+        yield "fragile: true"
     for key in _OPTIONAL:
         if text := getattr(item, key):
             yield f"{key}: {_text(text)}"
