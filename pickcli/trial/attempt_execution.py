@@ -8,8 +8,8 @@ from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.arm_turns import hand_over
 from pickcli.trial.attempt_runner import AttemptRunner
+from pickcli.trial.final_state import HELD
 from pickcli.trial.recovery_levels import recover
-from pickcli.trial.score import HELD
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_result import Attempt, Outcome
 

@@ -9,15 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from pickcli.scene.scene import Scene
-from pickcli.trial.score import Damage
 
 if TYPE_CHECKING:
     from pickcli.simulation.contacts import Collision
 
 SHELF = "shelf"
+
+
+class Damage(StrEnum):
+    """Damage to an item or the shelf, as a referee would grade it."""
+
+    MINOR = "minor"
+    MAJOR = "major"
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,68 @@
-"""Computes the final state for the rules from the scenes before and after a trial."""
+"""The final state of a trial: all that the rules judge, from the scenes before and after it."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 from pickcli.geometry import inverse
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.places import OUTSIDE, bounds
+from pickcli.trial.damage import Damage
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.output_file import claim
-from pickcli.trial.score import HELD, Damage, Drop, FinalItem, FinalState
+
+HELD = "held"  # place of an item held by the tool at the end of the trial
+
+
+@dataclass(frozen=True)
+class FinalItem:
+    """Final place of one instance. Places are bin names, TOTE, HELD or OUTSIDE.
+
+    Attributes:
+        id: Id of the instance.
+        name: Name of the item.
+        start: Place before the trial.
+        end: Place after it.
+        protrusion: m by which it protrudes from its bin, beyond the front face.
+    """
+
+    id: str
+    name: str
+    start: str
+    end: str
+    protrusion: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drop:
+    """One free fall of an item.
+
+    Attributes:
+        item: Its id.
+        height: m.
+        is_release: Whether it was released intentionally, over the tote.
+    """
+
+    item: str
+    height: float
+    is_release: bool = False
+
+
+@dataclass(frozen=True)
+class FinalState:
+    """All quantities that the rules judge.
+
+    Attributes:
+        items: Final places of all items.
+        claim: The task output file, or None.
+        drops: Free falls of items.
+        damages: Damaged items or the shelf, with grades.
+    """
+
+    items: tuple[FinalItem, ...]
+    claim: Order | None = None
+    drops: tuple[Drop, ...] = ()
+    damages: tuple[tuple[str, Damage], ...] = ()
 
 
 def final_state(

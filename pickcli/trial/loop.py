@@ -25,9 +25,9 @@ from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
 from pickcli.trial.clearing import Clearing, destinations
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import DisturbanceKind
-from pickcli.trial.final_state import final_state
+from pickcli.trial.final_state import Drop, final_state
 from pickcli.trial.order import ANY_BIN, Order, OrderKind, may_move_others, require_playable, time_limit
-from pickcli.trial.score import Drop, Score, item_bonuses, score
+from pickcli.trial.score import Score, item_bonuses, score
 from pickcli.trial.stow_assignment import assign_bins
 from pickcli.trial.trial_interfaces import TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult

@@ -9,72 +9,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 from pickcli.cell.cell import Cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
+from pickcli.trial.damage import Damage
+from pickcli.trial.final_state import Drop, FinalItem, FinalState
 from pickcli.trial.order import Order, OrderKind
-
-HELD = "held"  # place of an item held by the tool at the end of the trial
-
-
-class Damage(StrEnum):
-    """Damage to an item or the shelf, as a referee would grade it."""
-
-    MINOR = "minor"
-    MAJOR = "major"
-
-
-@dataclass(frozen=True)
-class FinalItem:
-    """Final place of one instance. Places are bin names, TOTE, HELD or OUTSIDE.
-
-    Attributes:
-        id: Id of the instance.
-        name: Name of the item.
-        start: Place before the trial.
-        end: Place after it.
-        protrusion: m by which it protrudes from its bin, beyond the front face.
-    """
-
-    id: str
-    name: str
-    start: str
-    end: str
-    protrusion: float = 0.0
-
-
-@dataclass(frozen=True)
-class Drop:
-    """One free fall of an item.
-
-    Attributes:
-        item: Its id.
-        height: m.
-        is_release: Whether it was released intentionally, over the tote.
-    """
-
-    item: str
-    height: float
-    is_release: bool = False
-
-
-@dataclass(frozen=True)
-class FinalState:
-    """All quantities that the rules judge.
-
-    Attributes:
-        items: Final places of all items.
-        claim: The task output file, or None.
-        drops: Free falls of items.
-        damages: Damaged items or the shelf, with grades.
-    """
-
-    items: tuple[FinalItem, ...]
-    claim: Order | None = None
-    drops: tuple[Drop, ...] = ()
-    damages: tuple[tuple[str, Damage], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,8 @@ from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.start_check import check_start
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind, disturbances
-from pickcli.trial.score import Drop, ScoringRules
+from pickcli.trial.final_state import Drop
+from pickcli.trial.score import ScoringRules
 from pickcli.trial.trial_interfaces import LONGEST_RELEASE, ExecutionResult, TrialInterfaces
 from pickcli.verification.verify import verify
 

@@ -21,7 +21,7 @@ from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.trial.disturbance import Disturbance
-from pickcli.trial.score import Drop
+from pickcli.trial.final_state import Drop
 
 if TYPE_CHECKING:
     from pickcli.simulation.contacts import Collision

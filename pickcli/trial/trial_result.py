@@ -12,8 +12,9 @@ from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
 from pickcli.strategy.strategy_player import Tick
 from pickcli.trial.disturbance import Disturbance
+from pickcli.trial.final_state import FinalState
 from pickcli.trial.order import ANY_BIN, Order, Target
-from pickcli.trial.score import FinalState, Score
+from pickcli.trial.score import Score
 from pickcli.trial.trial_interfaces import ExecutionResult
 
 if TYPE_CHECKING:

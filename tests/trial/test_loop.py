@@ -20,9 +20,9 @@ from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.strategy.strategy_tree import Strategy, StrategyNode
 from pickcli.trial.action_values import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS
 from pickcli.trial.attempt_runner import TrialSettings
+from pickcli.trial.final_state import Drop
 from pickcli.trial.loop import _Trial, run_trial
 from pickcli.trial.order import Order, OrderKind
-from pickcli.trial.score import Drop
 from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import record_text, trial_record

@@ -13,10 +13,11 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.errors import InputError
 from pickcli.scene.scene import PlacedItem
+from pickcli.trial.final_state import FinalItem, FinalState
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import MOVE_TIME, Order, OrderKind, Target
 from pickcli.trial.order_file import read_order
-from pickcli.trial.score import FinalItem, FinalState, score
+from pickcli.trial.score import score
 from pickcli.trial.trial_result import Outcome, TrialResult
 from support.scripted_trial import ScriptedTrial, scene_of
 

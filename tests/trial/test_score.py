@@ -13,21 +13,11 @@ from hypothesis import strategies as st
 from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
+from pickcli.trial.damage import Damage
+from pickcli.trial.final_state import HELD, Drop, FinalItem, FinalState
 from pickcli.trial.order import Order, OrderKind, Target
 from pickcli.trial.order_file import BINS
-from pickcli.trial.score import (
-    HELD,
-    RULES,
-    Damage,
-    Drop,
-    FinalItem,
-    FinalState,
-    ScoringRules,
-    item_bonuses,
-    maximum_score,
-    score,
-    target_points,
-)
+from pickcli.trial.score import RULES, ScoringRules, item_bonuses, maximum_score, score, target_points
 from support.order_builders import ITEMS, pick_order
 
 BONUS = dict(zip(ITEMS, (0, 0, 1, 2, 3), strict=True))
