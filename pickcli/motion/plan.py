@@ -19,22 +19,25 @@ MAX_NUMBER = 1e6  # in any unit of a plan: far beyond any quantity of an arm
 
 @dataclass(frozen=True, eq=False)
 class Grasp:
-    """A cup pose on an item, with the load that it bears.
+    """A pose of the tool on an item, and the load on cup or finger pads while the item is carried.
 
-    All loads are the worst over gravity and planned acceleration.
+    All loads are the worst over gravity and planned acceleration. The axis of the load is that of the cup, or
+    the one along which fingers close.
 
     Attributes:
         item: Id in the scene.
         kind: "frontal", "top-down" or "side".
-        face: Face of the item's shape, e.g. "-x".
+        face: Face of the item's shape that the cup is put on, e.g. "-x", or that fingers pinch: "x" for both
+            faces across that axis, "mantle" or "sphere".
         tool_state: State of the tool that the grasp is made with.
-        T_item_tip: (4, 4) tool frame in the item frame; tip on the face, +z into the item.
+        T_item_tip: (4, 4) tool frame in the item frame: of a cup on the face, +z into the item; of fingers
+            between the pads.
         score: Smaller is better.
-        moment: Nm of bending about the cup.
-        pull: N along the cup's axis.
-        shear: N across the cup's axis.
-        twist: Nm about the cup's axis.
-        load_ratio: All of them together over what the cup bears on that face, at any one time.
+        moment: Nm of bending about the tip.
+        pull: N along the axis.
+        shear: N across the axis.
+        twist: Nm about the axis.
+        load_ratio: All of them at one time over what cup or pads bear there.
     """
 
     item: str
