@@ -121,7 +121,7 @@ class TargetState:
 
 
 @dataclass
-class Experience:
+class AttemptOutcomes:
     """Outcomes of executed attempts in this trial, by item and by bin.
 
     Attributes:
@@ -159,13 +159,13 @@ class Experience:
 
 
 def open_targets(
-    targets: Iterable[TargetState], experience: Experience, may_clear: bool, n_items: Mapping[str, int]
+    targets: Iterable[TargetState], outcomes: AttemptOutcomes, may_clear: bool, n_items: Mapping[str, int]
 ) -> tuple[OpenTarget, ...]:
     """List the targets for which something is worth trying, with the value of each possible action.
 
     Args:
         targets: All targets that are not done.
-        experience: Outcomes so far.
+        outcomes: Outcomes so far.
         may_clear: Whether items may be moved aside.
         n_items: Number of perceived items by place; places without any are left out.
 
@@ -176,7 +176,7 @@ def open_targets(
     waiting = {state.target.bin for state in targets}
     found = []
     for state in sorted(targets, key=lambda state: state.index):
-        chance = experience.chance(state.target) * RETRY_CHANCE**state.failures if state.can_hold else 0.0
+        chance = outcomes.chance(state.target) * RETRY_CHANCE**state.failures if state.can_hold else 0.0
         if state.target.into in waiting:
             chance *= HIDING_FACTOR
         rates = {}

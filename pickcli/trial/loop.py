@@ -19,7 +19,7 @@ from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.strategy.strategy_player import StrategyPlayer
 from pickcli.strategy.trial_actions import OpenTarget
-from pickcli.trial.action_values import Experience, TargetState, open_targets, target_states
+from pickcli.trial.action_values import AttemptOutcomes, TargetState, open_targets, target_states
 from pickcli.trial.attempt_execution import carry_out
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
 from pickcli.trial.clearing import Clearing, destinations
@@ -116,7 +116,7 @@ class _Trial:
         self.open = {state.index: state for state in self.targets}
         limit = time_limit(order) if settings.time_limit is None else settings.time_limit
         self.runner = AttemptRunner(interfaces, settings, limit, self._say)
-        self.experience = Experience()
+        self.outcomes = AttemptOutcomes()
         self.homes: dict[str, str] = {}
         self.delivered: set[str] = set()
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
@@ -148,7 +148,7 @@ class _Trial:
     def open_targets(self) -> tuple[OpenTarget, ...]:
         """Return the targets for which something can still be tried, in the order of their lines."""
         n_items = Counter(placed.location for placed in self.runner.last_scene.items)
-        return open_targets(self.open.values(), self.experience, may_move_others(self.order), n_items)
+        return open_targets(self.open.values(), self.outcomes, may_move_others(self.order), n_items)
 
     def look(self) -> bool:
         """Look again; every look has different errors. False if there is no time."""
@@ -234,7 +234,7 @@ class _Trial:
         return self.runner.planned(attempt, scene, in_vain)
 
     def _note(self, state: TargetState, attempt: Attempt) -> None:
-        """Record an attempt and update the experience."""
+        """Record an attempt and update the outcomes."""
         self.attempts.append((state, attempt))
         self.after_attempt(partial(self.result, self.runner.last_scene))
         self.open[state.index] = state
@@ -248,7 +248,7 @@ class _Trial:
         if attempt.execution is None:
             return
         if not attempt.is_aside:
-            self.experience.note(state.target, attempt.outcome.is_delivered)
+            self.outcomes.note(state.target, attempt.outcome.is_delivered)
             self.delivered |= {attempt.item} if attempt.outcome.is_delivered else set()
             self.open[state.index] = state.timed(attempt.plan.trajectory.duration)
         # Items may have moved in every place that the tool reached into or that the item was in.

@@ -14,7 +14,7 @@ from pickcli.trial.action_values import (
     MOST_CLEARINGS,
     MOST_FAILURES,
     MOST_REFUSALS,
-    Experience,
+    AttemptOutcomes,
     TargetState,
     open_targets,
 )
@@ -40,9 +40,9 @@ targets = st.builds(
 
 
 def chosen(
-    *candidates: TargetState, experience: Experience | None = None, may_clear: bool = True
+    *candidates: TargetState, outcomes: AttemptOutcomes | None = None, may_clear: bool = True
 ) -> TargetState:
-    best = best_action(open_targets(candidates, experience or Experience(), may_clear, {}))
+    best = best_action(open_targets(candidates, outcomes or AttemptOutcomes(), may_clear, {}))
     assert best is not None
     return next(state for state in candidates if state.index == best[0].index)
 
@@ -51,7 +51,7 @@ def rates(state: TargetState, may_clear: bool = True) -> dict[ActionKind, float]
     """Expected points per second of each action for a target by itself."""
     return {
         kind: rate
-        for found in open_targets([state], Experience(), may_clear, {})
+        for found in open_targets([state], AttemptOutcomes(), may_clear, {})
         for kind, rate in found.rates.items()
     }
 
@@ -60,8 +60,8 @@ def rates(state: TargetState, may_clear: bool = True) -> dict[ActionKind, float]
 def test_open_targets_are_those_with_an_action_in_the_order_of_their_lines(
     candidates: list[TargetState], may: bool
 ) -> None:
-    found = open_targets(candidates, Experience(), may, {"bin_A": 3})
-    assert found == open_targets(list(reversed(candidates)), Experience(), may, {"bin_A": 3})
+    found = open_targets(candidates, AttemptOutcomes(), may, {"bin_A": 3})
+    assert found == open_targets(list(reversed(candidates)), AttemptOutcomes(), may, {"bin_A": 3})
     possible = [state.index for state in candidates if state.can_pick or (may and state.can_clear)]
     assert [target.index for target in found] == sorted(possible)
     assert all(target.n_items == (3 if target.bin == "bin_A" else 0) for target in found)
@@ -80,19 +80,19 @@ def test_what_happened_to_the_same_item_or_in_the_same_bin_counts() -> None:
     same_item = replace(JOB, index=1, target=Target("bin_B", "crayola_24_ct"))
     same_bin = replace(JOB, index=2, target=Target("bin_A", "jane_eyre_dvd"))
     other = replace(JOB, index=3, target=Target("bin_C", "dove_beauty_bar"))
-    experience = Experience()
-    experience.note(JOB.target, is_success=False)
-    assert chosen(same_item, same_bin, other, experience=experience) is other
+    outcomes = AttemptOutcomes()
+    outcomes.note(JOB.target, is_success=False)
+    assert chosen(same_item, same_bin, other, outcomes=outcomes) is other
     for _ in range(3):
-        experience.note(JOB.target, is_success=True)
-    experience.note(other.target, is_success=False)
-    assert chosen(other, same_item, experience=experience) is same_item
+        outcomes.note(JOB.target, is_success=True)
+    outcomes.note(other.target, is_success=False)
+    assert chosen(other, same_item, outcomes=outcomes) is same_item
 
 
 @given(targets)
 def test_in_a_scene_that_does_not_change_nothing_is_left_in_the_end(state: TargetState) -> None:
     for _ in range(MOST_FAILURES + MOST_REFUSALS + MOST_CLEARINGS + 20):
-        best = best_action(open_targets([state], Experience(), True, {}))
+        best = best_action(open_targets([state], AttemptOutcomes(), True, {}))
         if best is None:
             return
         is_pick = best[1] is ActionKind.PICK
