@@ -21,8 +21,8 @@ class Access:
     Attributes:
         T_place_mouth: Pose (4, 4) of the mouth in the place's frame: origin in the middle of the rectangle,
             x into the place, y along its width, z along its height.
-        width: m, clear opening along the mouth's y.
-        height: m, clear opening along the mouth's z.
+        width: m, clear width along the mouth's y.
+        height: m, clear height along the mouth's z.
     """
 
     T_place_mouth: Array

@@ -35,14 +35,14 @@ class AllowedContacts:
         tool: Solids that the cup or the fingers may touch: body or item by name, and how far it is shifted
             away; None if it may be touched at any depth.
         absent: Ids of items that are not in the world: the held one, and those that a planner ignores.
-        opening: Pairs (link of the robot or "held <item>", body or item) that are not tested, because a
+        opening_pairs: Pairs (link of the robot or "held <item>", body or item) that are not tested, because a
             recovery motion only has to separate them.
     """
 
     item: Touchers = ()
     tool: Touchers = ()
     absent: frozenset[str] = frozenset()
-    opening: frozenset[tuple[str, str]] = frozenset()
+    opening_pairs: frozenset[tuple[str, str]] = frozenset()
 
     @classmethod
     def of(
@@ -93,7 +93,7 @@ class AllowedContacts:
         """The contacts of the tool, without those of the held item."""
         return replace(self, item=())
 
-    def ignored(self, world: CollisionWorld, tool: tuple[int, ...], item: int) -> NDArray[np.uint64]:
+    def ignored_frames(self, world: CollisionWorld, tool: tuple[int, ...], item: int) -> NDArray[np.uint64]:
         """Return the frames that keep no clearance from each solid.
 
         Args:
@@ -141,8 +141,8 @@ class AllowedContacts:
         T = world.T_world_box[kept].copy()
         T[:, :3, 3] += np.array(ways).reshape(len(kept), 3)
         none = np.zeros(len(kept))
-        ignored = np.array(bits, dtype=np.uint64)
-        kernel.set_world(T, world.half_extents[kept], ignored, world.shapes[kept], none)
+        ignored_frames = np.array(bits, dtype=np.uint64)
+        kernel.set_world(T, world.half_extents[kept], ignored_frames, world.shapes[kept], none)
         return kept
 
     @property

@@ -62,13 +62,13 @@ class SceneChecker(KernelValidator):
     def _clear_of(self, world: CollisionWorld, contacts: AllowedContacts) -> KernelWorld:
         """Return the whole robot with all solids except those that it may touch."""
         item = self._cup + 1
-        ignored = world.ignored | contacts.ignored(world, self._model.tool_frames, item)
-        for part, name in contacts.opening:
+        ignored_frames = world.ignored_frames | contacts.ignored_frames(world, self._model.tool_frames, item)
+        for part, name in contacts.opening_pairs:
             frame = item if part.startswith("held ") else self._model.frame_names.index(part)
-            ignored[world.indices([name])] |= np.uint64(1 << frame)
+            ignored_frames[world.indices([name])] |= np.uint64(1 << frame)
         kernel = self._model.state(self._tool_state).checker()
         kept = np.flatnonzero(world.is_kept(contacts.absent))
-        world.enter(kernel, kept, ignored)
+        world.enter(kernel, kept, ignored_frames)
         if self.held is not None:
             self._attach(kernel, self.held)
         return KernelWorld(kernel, kept)

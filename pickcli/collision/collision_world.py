@@ -65,7 +65,7 @@ class CollisionWorld:
         half_extents: (B, 3) m, of the solid without its rounding.
         shapes: (B,) kinds of solids, as numbered by the kernel.
         rounding: (B,) m, bound of the pose error.
-        ignored: (B,) bits: if bit f is set, frame f of the robot is never tested against the solid.
+        ignored_frames: (B,) bits: if bit f is set, frame f of the robot is never tested against the solid.
         cloud: The scene's cloud, None if it has none.
     """
 
@@ -75,19 +75,19 @@ class CollisionWorld:
     half_extents: Array
     shapes: NDArray[np.int32]
     rounding: Array
-    ignored: NDArray[np.uint64]
+    ignored_frames: NDArray[np.uint64]
     cloud: KernelCloud | None = None
 
-    def enter(self, kernel: Checker, kept: NDArray[np.intp], ignored: NDArray[np.uint64]) -> None:
+    def enter(self, kernel: Checker, kept: NDArray[np.intp], ignored_frames: NDArray[np.uint64]) -> None:
         """Set a checker's world to some of the solids, and the cloud.
 
         Args:
             kernel: The checker.
             kept: (K,) indices of the solids.
-            ignored: (B,) frames never tested against each solid, as bits, instead of the world's own.
+            ignored_frames: (B,) frames never tested against each solid, as bits, instead of the world's own.
         """
         kernel.set_world(
-            self.T_world_box[kept], self.half_extents[kept], ignored[kept], self.shapes[kept],
+            self.T_world_box[kept], self.half_extents[kept], ignored_frames[kept], self.shapes[kept],
             self.rounding[kept],
         )  # fmt: skip
         if self.cloud is not None:
@@ -173,7 +173,7 @@ def build_world(model: CollisionModel, scene: Scene) -> CollisionWorld:
         np.array([solid.shape.extents / 2 for solid in solids]).reshape(-1, 3),
         np.array([KERNEL_KINDS[solid.shape.kind] for solid in solids], dtype=np.int32),
         np.array([solid.rounding for solid in solids]),
-        np.array([_ignored(model, solid) for solid in solids], dtype=np.uint64),
+        np.array([_ignored_frames(model, solid) for solid in solids], dtype=np.uint64),
         None if scene.cloud is None else _kernel_cloud(model, scene.cloud),
     )
 
@@ -208,7 +208,7 @@ def _body(kind: str, T_world_parent: Array, body: Body) -> _Solid:
     return _Solid(body.name, kind, T_world_parent @ body.T_parent_shape, body.shape)
 
 
-def _ignored(model: CollisionModel, solid: _Solid) -> int:
+def _ignored_frames(model: CollisionModel, solid: _Solid) -> int:
     """Return the frames exempted by the cell and, for the base, those that cannot reach it, as bits."""
     frames = zip(model.frame_names, model.bodies, strict=True)
     return sum(

@@ -89,7 +89,7 @@ class FreeItemChecker(KernelValidator):
             return kernel
 
         clear = KernelWorld(flying(free.inflate), np.flatnonzero(world.is_kept(contacts.absent)))
-        world.enter(clear.kernel, clear.kept, contacts.ignored(world, (this,), this))
+        world.enter(clear.kernel, clear.kept, contacts.ignored_frames(world, (this,), this))
         touch: KernelWorld | None = None
         if contacts.is_limited:
             kernel = flying(0.0)
@@ -162,7 +162,7 @@ class FreeToolChecker(KernelValidator):
         kernel = _floating_tool(model, tool_state, R_world_axes.tobytes()).bare()
         contacts = contacts.of_present
         clear = KernelWorld(kernel, np.flatnonzero(world.is_kept(contacts.absent)))
-        world.enter(kernel, clear.kept, contacts.ignored(world, (CUP,), CUP + 1))
+        world.enter(kernel, clear.kept, contacts.ignored_frames(world, (CUP,), CUP + 1))
         tool = model.robot.tool
         parts = (*[""] * LANCE, tool.lance_link, " or ".join(tool.contact_links))
         super().__init__(world, parts, model.cell.clearance, model.cell.clearance, clear, None)

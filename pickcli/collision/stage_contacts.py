@@ -64,19 +64,19 @@ def while_resting_on(floor: Iterable[str], item: str) -> AllowedContacts:
 
 
 def while_coming_free(
-    touched: frozenset[str] = frozenset(), opening: frozenset[tuple[str, str]] = frozenset()
+    touched: frozenset[str] = frozenset(), opening_pairs: frozenset[tuple[str, str]] = frozenset()
 ) -> AllowedContacts:
     """Return the contacts of a recovery motion.
 
     Args:
         touched: Names that the cup is near at the start, and may touch on its way from there.
-        opening: Pairs of a part of the robot and a solid that are near each other and are only separated.
+        opening_pairs: Pairs of a part of the robot and a solid near it that are only separated.
 
     Returns:
         The contacts.
     """
     free = AllowedContacts.at_any_depth(touched)
-    return AllowedContacts(free.item, free.tool, opening=opening)
+    return AllowedContacts(free.item, free.tool, opening_pairs=opening_pairs)
 
 
 def while_in_segment(
@@ -93,7 +93,7 @@ def while_in_segment(
         The contacts.
     """
     stated = AllowedContacts.at_any_depth(touching, absent)
-    return AllowedContacts(stated.item, stated.tool, absent, opening=left_out)
+    return AllowedContacts(stated.item, stated.tool, absent, opening_pairs=left_out)
 
 
 @dataclass(frozen=True, eq=False)

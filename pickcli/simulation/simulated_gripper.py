@@ -46,7 +46,7 @@ class SimulatedGripper(SimulatedTool):
             items: Items that can be held, by body name.
         """
         one, other = self._gripper.fingers
-        engine.gear(robot, (one.link, other.link), one.opening * other.opening, MIRROR_FORCE)
+        engine.gear(robot, (one.link, other.link), one.opening_sign * other.opening_sign, MIRROR_FORCE)
         for finger in self._gripper.fingers:
             engine.roughen(robot, finger.link, self._gripper.limits.friction / ITEM_FRICTION)
         self._fingers = Fingers(engine, robot, self.tool, self._gripper, self.drive, items)

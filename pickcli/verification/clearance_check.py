@@ -71,7 +71,7 @@ def check_clearance(
     moving: Sequence[tuple[Part, ...]],
     world: PlanFixtures,
     exempt: Sequence[Exemptions],
-    opening: frozenset[tuple[str, str]] = frozenset(),
+    opening_pairs: frozenset[tuple[str, str]] = frozenset(),
     needed: float = 0.0,
 ) -> Clearance:
     """Prove that all pairs keep the clearance except those planned to touch; see the module's docstring.
@@ -82,8 +82,8 @@ def check_clearance(
         moving: Parts that move in each segment.
         world: Static solids of each segment.
         exempt: Exemptions of each segment.
-        opening: Pairs (part, fixture) that are near at the start of a recovery motion; ``check_opening``
-            follows them.
+        opening_pairs: Pairs (part, fixture) that are near at the start of a recovery motion;
+            ``check_opening`` follows them.
         needed: m, the clearance that all other pairs keep.
 
     Returns:
@@ -99,7 +99,7 @@ def check_clearance(
         own, others = (
             np.array([index[id(each)] for each in some], np.int64) for some in (moving[k], fixed[k])
         )
-        near.append(_near(states, solids, _Occupied(k, first, last, own, others), exempt[k], opening))
+        near.append(_near(states, solids, _Occupied(k, first, last, own, others), exempt[k], opening_pairs))
     return _Search(plan, states, solids, Stretches.joined(near), needed).run()
 
 
@@ -223,7 +223,7 @@ def _near(
     solids: SolidArrays,
     at: _Occupied,
     exempt: Exemptions,
-    opening: frozenset[tuple[str, str]],
+    opening_pairs: frozenset[tuple[str, str]],
 ) -> Stretches:
     """Return every stretch of a segment in which a tested pair may come nearer than DISTANCE_CAP.
 
@@ -232,11 +232,11 @@ def _near(
         solids: The plan's solids.
         at: The segment.
         exempt: Pairs that are not tested.
-        opening: Pairs (part, fixture) that ``check_opening`` follows.
+        opening_pairs: Pairs (part, fixture) that ``check_opening`` follows.
     """
 
     def is_world_pair_tested(a: Part, b: Part | Fixture) -> bool:
-        return (a.name, b.name) not in opening and not exempt.is_world_pair_untested(a, b.name)
+        return (a.name, b.name) not in opening_pairs and not exempt.is_world_pair_untested(a, b.name)
 
     def is_own_pair_tested(a: Part, b: Part | Fixture) -> bool:
         return isinstance(b, Part) and not exempt.is_own_pair_untested(a, b)

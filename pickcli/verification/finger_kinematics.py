@@ -20,4 +20,4 @@ def finger_position(tool: Tool, joint: str, width: float) -> float:
     """
     assert tool.gripper is not None
     way = 0.5 * (width - tool.gripper.gap)
-    return next((way * finger.opening for finger in tool.gripper.fingers if finger.joint == joint), 0.0)
+    return next((way * finger.opening_sign for finger in tool.gripper.fingers if finger.joint == joint), 0.0)

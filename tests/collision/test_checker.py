@@ -49,7 +49,7 @@ def test_no_collision_of_the_exact_shapes_is_missed(
         for k, cloud in enumerate(clouds):
             world = transform_points(frames[k], cloud)
             for b in range(len(checker.world.names)):
-                if not int(checker.world.ignored[b]) >> k & 1:
+                if not int(checker.world.ignored_frames[b]) >> k & 1:
                     local = transform_points(inverse(checker.world.T_world_box[b]), world)
                     hit = hit or bool((np.abs(local) < checker.world.half_extents[b]).all(axis=1).any())
         n_hits += hit
@@ -205,7 +205,7 @@ def test_allowed_pairs_are_never_tested(cell: Cell, home: Array, make_scene: Mak
     exempt = replace(cell, allowed_pairs=pairs)
     world = SceneChecker(CollisionModel(exempt), replace(make_scene(), cell=exempt), STRAIGHT).world
     table = world.names.index("table")
-    assert int(world.ignored[table]) == 1 << (len(cell.robot.joints) - 1)
+    assert int(world.ignored_frames[table]) == 1 << (len(cell.robot.joints) - 1)
 
 
 def test_edges_and_paths_agree_with_their_configurations(cell: Cell, make_checker: MakeChecker) -> None:

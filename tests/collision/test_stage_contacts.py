@@ -93,5 +93,5 @@ def test_where_an_item_is_set_down_it_sinks_into_nothing() -> None:
 
 def test_a_way_out_of_a_stop_touches_what_is_near_however_deep() -> None:
     free = while_coming_free(frozenset({"wall"}), frozenset({("lance", BOOK)}))
-    assert free.tool == (("wall", None),) and free.opening == {("lance", BOOK)}
+    assert free.tool == (("wall", None),) and free.opening_pairs == {("lance", BOOK)}
     assert free.names == {"wall"}

@@ -213,7 +213,7 @@ def test_each_finger_goes_half_of_the_way_from_where_the_pads_meet(gripper_cell:
         apart = replace(tool, grip=replace(gripper, gap=gap))
         for finger in gripper.fingers:
             at = finger_position(apart, finger.joint, 0.05)
-            assert at == pytest.approx(finger.opening * (0.05 - gap) / 2) and at != 0.0
+            assert at == pytest.approx(finger.opening_sign * (0.05 - gap) / 2) and at != 0.0
         assert finger_position(apart, "wrist", 0.05) == 0.0
 
 

@@ -24,13 +24,13 @@ class Finger:
         link: Name of its link.
         joint: Name of the prismatic joint that moves it in the hand.
         side: +1 if its pad is on the +y side of the tool frame, else -1.
-        opening: +1 if its joint's position increases when the gripper opens, else -1.
+        opening_sign: +1 if its joint's position increases when the gripper opens, else -1.
     """
 
     link: str
     joint: str
     side: float
-    opening: float
+    opening_sign: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class ParallelGripper:
 
     def motion_figures(self) -> dict[str, Any]:
         """Return the geometry of fingers and pads; stored motions do not depend on load limits."""
-        fingers = [[f.link, f.joint, [f.side, f.opening]] for f in self.fingers]
+        fingers = [[f.link, f.joint, [f.side, f.opening_sign]] for f in self.fingers]
         return {"gripper": [fingers, [*self.pad, self.gap]]}
 
     def limit_figures(self) -> dict[str, Any]:
@@ -123,7 +123,7 @@ class ParallelGripper:
             m.
         """
         finger = next(finger for finger in self.fingers if finger.joint == joint)
-        return finger.opening * (stated - self.gap) / 2
+        return finger.opening_sign * (stated - self.gap) / 2
 
     def width_at(self, positions: Array) -> float:
         """Compute the width from the positions of the finger joints.
@@ -135,4 +135,4 @@ class ParallelGripper:
             m between the pads.
         """
         one, other = self.fingers
-        return float(self.gap + one.opening * positions[0] + other.opening * positions[1])
+        return float(self.gap + one.opening_sign * positions[0] + other.opening_sign * positions[1])

@@ -140,7 +140,7 @@ def _ways_out_of_the_pod(rules: RecoveryRules) -> Iterator[tuple[list[MotionSegm
     context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
     tip = context.arm.tip(start.q, start.tool_state)
     depth = float((inverse(T_world_pod) @ tip)[0, 3]) + PREAPPROACH_DISTANCE
-    if depth <= 0.0 and not rules.touching and not rules.opening:
+    if depth <= 0.0 and not rules.touching and not rules.opening_pairs:
         yield [], start.q
     for first, rise in product(_first_steps(rules, tip), RISES):
         yield _risen_and_out(rules, tip, first, rise, max(depth, 0.0))

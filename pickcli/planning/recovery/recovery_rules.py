@@ -35,7 +35,7 @@ class RecoveryRules:
         start: State of the stopped robot.
         level: The level.
         touching: Names that the cup may touch on the first line.
-        opening: Pairs (part of the robot, solid) that are near at the start and need only come apart.
+        opening_pairs: Pairs (part of the robot, solid) that are near at the start and need only come apart.
         reserve: m on top of the cell's clearance.
         scale: Factor of all limits.
     """
@@ -45,7 +45,7 @@ class RecoveryRules:
     start: Start
     level: RecoveryLevel
     touching: frozenset[str] = frozenset()
-    opening: frozenset[tuple[str, str]] = frozenset()
+    opening_pairs: frozenset[tuple[str, str]] = frozenset()
     reserve: float = 0.0
     scale: float = 1.0
 
@@ -63,7 +63,9 @@ class RecoveryRules:
         Returns:
             The mode.
         """
-        return Mode(self.start.tool_state, None, while_coming_free(touching, self.opening), self.reserve)
+        return Mode(
+            self.start.tool_state, None, while_coming_free(touching, self.opening_pairs), self.reserve
+        )
 
     def checker(self, touching: frozenset[str] = frozenset()) -> SceneChecker:
         """Return the checker for motions of the empty tool in its current state.
@@ -91,7 +93,7 @@ class RecoveryRules:
         Returns:
             The pair that comes nearer, and by how much; None if none does.
         """
-        if not self.opening:
+        if not self.opening_pairs:
             return None
         all_pairs = self.all_pairs
         s = np.linspace(0.0, 1.0, SAMPLES, endpoint=False)[:, None]
@@ -130,8 +132,8 @@ def rules_at(
             outside = "outside of the pod, near to nothing"
             return Reason("nothing to come free of", "where the robot stopped", outside)
         rules = replace(rules, reserve=TOUCH_MARGIN - context.cell.clearance, scale=SLOW_SHARE)
-    opening = _near(rules)
-    return opening if isinstance(opening, Reason) else replace(rules, opening=opening)
+    opening_pairs = _near(rules)
+    return opening_pairs if isinstance(opening_pairs, Reason) else replace(rules, opening_pairs=opening_pairs)
 
 
 def _near_the_cup(rules: RecoveryRules) -> frozenset[str] | Reason:
@@ -150,13 +152,18 @@ def _near_the_cup(rules: RecoveryRules) -> frozenset[str] | Reason:
 
 def _near(rules: RecoveryRules) -> frozenset[tuple[str, str]] | Reason:
     """Return the pairs of a link and a solid within its clearance where the robot stopped."""
-    opening: frozenset[tuple[str, str]] = frozenset()
+    opening_pairs: frozenset[tuple[str, str]] = frozenset()
     for _ in range(MOST_NEAR):
-        checker = replace(rules, opening=opening).checker()
+        checker = replace(rules, opening_pairs=opening_pairs).checker()
         if checker.is_valid(rules.start.q):
-            return opening
+            return opening_pairs
         near = checker.clearance(rules.start.q)
         if near.kind in ("robot", ""):
             break
-        opening |= {(near.a, near.b)}
-    return replace(rules, opening=opening).checker().explain(rules.start.q).at("where the robot stopped")
+        opening_pairs |= {(near.a, near.b)}
+    return (
+        replace(rules, opening_pairs=opening_pairs)
+        .checker()
+        .explain(rules.start.q)
+        .at("where the robot stopped")
+    )
