@@ -261,7 +261,7 @@ def _trial_texts(of: Sound, order: Order) -> tuple[bytes, bytes]:
     from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 
     recorder = MotionRecorder()
-    arena = SimulatedArena(of.scene, recorder=recorder)
+    arena = SimulatedArena(of.scene, motion_recorder=recorder)
     context = TrialArm(PlanningContext(of.cell, None, None))
     result = run_trial(order, interfaces_of([context], arena), TrialSettings(0, PoseNoise()))
     arena.close()

@@ -57,13 +57,13 @@ class TrialArm:
 
     Attributes:
         context: Planning context: the cell as seen by the arm, with its stored motions.
-        recorder: Receives motions found by coarse queries that were not stored; None to discard them.
+        experience_recorder: Receives motions of coarse queries that were not stored; None to discard them.
         parked: Parked state of the arm; None for a single arm.
         preference: Among the arms suitable for a task, the one with the least value is chosen.
     """
 
     context: PlanningContext
-    recorder: ExperienceRecorder | None = None
+    experience_recorder: ExperienceRecorder | None = None
     parked: ArmState | None = None
     preference: int = 0
 
@@ -76,7 +76,7 @@ class SimulatedArena:
         reality: Levels of the world's deviations from its model.
         seed: Seed of these deviations.
         parked: Parked state of the arm that moves first; None to start at home.
-        recorder: Receives all motion; None to discard it.
+        motion_recorder: Receives all motion; None to discard it.
     """
 
     def __init__(
@@ -85,15 +85,15 @@ class SimulatedArena:
         reality: Reality = DEFAULT,
         seed: int = 0,
         parked: ArmState | None = None,
-        recorder: MotionRecorder | None = None,
+        motion_recorder: MotionRecorder | None = None,
     ) -> None:
         start = parked or scene.cell.home
         self._world = World(scene, start.q, start.tool_state, reality=reality, seed=seed)
-        self._recorder = recorder or MotionRecorder()
-        if recorder is not None:
-            recorder.look(self._world)
-            self._world.observer = recorder.look
-        self._recorded = scene  # true scene at the last record
+        self._motion_recorder = motion_recorder or MotionRecorder()
+        if motion_recorder is not None:
+            motion_recorder.look(self._world)
+            self._world.observer = motion_recorder.look
+        self._scene_recorded = scene  # true scene at the last record
 
     @property
     def q(self) -> Array:
@@ -164,7 +164,7 @@ class SimulatedArena:
             The record of the execution.
         """
         world = self._world
-        noted = self._recorder.begin(plan, world)
+        noted = self._motion_recorder.begin(plan, world)
         try:
             check_start(plan, world)
         except InputError as error:  # nothing has moved, so recovery starts from the present configuration
@@ -185,7 +185,7 @@ class SimulatedArena:
         """
         world = self._world
         began, n_releases = world.t, len(world.grip.releases)
-        noted = self._recorder.begin(None, world)
+        noted = self._motion_recorder.begin(None, world)
         _let_go(world, LONGEST_RELEASE, open_to)
         noted.t_end = world.t
         return self._settled(ExecutionResult(LONGEST_RELEASE), began, world.grip.releases[n_releases:], "")
@@ -202,8 +202,10 @@ class SimulatedArena:
         self._let_fall()
         drops = tuple(Drop(f.item, f.height, f.is_wanted) for f in falls_of(world, releases))
         now = self.now()
-        found = disturbances(self._recorded, now, {drop.item for drop in drops}, ScoringRules.drop_limit)
-        self._recorded = now
+        found = disturbances(
+            self._scene_recorded, now, {drop.item for drop in drops}, ScoringRules.drop_limit
+        )
+        self._scene_recorded = now
         return replace(
             run,
             duration=world.t - began,
@@ -218,7 +220,7 @@ class SimulatedArena:
         Returns:
             The disturbances, sorted by id.
         """
-        return disturbances(self._recorded, self.now(), (), ScoringRules.drop_limit)
+        return disturbances(self._scene_recorded, self.now(), (), ScoringRules.drop_limit)
 
     def _let_fall(self) -> None:
         """Wait at most ``LONGEST_FALL`` until nothing falls any more, so that records include whole falls."""
@@ -252,13 +254,13 @@ def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInter
 
     def plan(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         own = by_arm[scene.cell.arm]
-        return plan_pick(own.context, scene, query, start, seed, own.recorder, certify)
+        return plan_pick(own.context, scene, query, start, seed, own.experience_recorder, certify)
 
     def recover(
         scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None
     ) -> Plan:
         own = by_arm[scene.cell.arm]
-        return plan_recovery(own.context, scene, start, seed, level, stopped, own.recorder)
+        return plan_recovery(own.context, scene, start, seed, level, stopped, own.experience_recorder)
 
     def bring(scene: Scene, stopped: StoppedMotion, bringing: ItemRecovery, seed: int) -> Plan:
         return bring_item(stopped, bringing, scene, by_arm[scene.cell.arm].context.arm.limits, seed)
@@ -274,7 +276,13 @@ def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInter
         if own.parked is None:
             raise NoPlanError("parking", [Reason("nowhere to park", scene.cell.arm)])
         return plan_move(
-            own.context, scene, start, own.parked.q, seed, f"park arm {scene.cell.arm}", own.recorder
+            own.context,
+            scene,
+            start,
+            own.parked.q,
+            seed,
+            f"park arm {scene.cell.arm}",
+            own.experience_recorder,
         )
 
     cells = {arm: own.context.cell for arm, own in by_arm.items()}

@@ -12,7 +12,7 @@ def play() -> tuple[MotionRecorder, Scene]:
     """What was recorded, and the scene afterwards."""
     plan, scene = pick()
     recorder = MotionRecorder()
-    arena = SimulatedArena(scene, recorder=recorder)
+    arena = SimulatedArena(scene, motion_recorder=recorder)
     try:
         arena.execute(plan)
         return recorder, arena.now()
