@@ -2,8 +2,8 @@
 
 A stopped robot may be nearer to something than the clearance, or in contact with it. From the level
 ``opening`` on, pairs that are near at the start are not refused but followed one by one: each may open, and
-none may come nearer again than the largest distance that it had. Such a motion must lead out of the pod, or
-back along the motion that stopped.
+none may come nearer again than the largest distance that it had. Such a motion must lead out of the pod, in
+cells without one out of the place, or back along the motion that stopped.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pickcli.verification.straightness_check import every_millisecond
 CLOSING_TOLERANCE = 0.001  # m that a pair may come nearer: resolution between two states
 SLOW_SHARE = 0.1  # of the velocity limits
 JOG_WAY = 0.03  # m that any link and the tool may move in a jog
-MAX_INWARD_DEPTH = 0.015  # m deeper into the pod than before: needed to come free of a lip
+MAX_INWARD_DEPTH = 0.015  # m deeper into pod or place than before: needed to come free of a lip
 OFF_PATH = 0.005  # rad or m, of any joint, between a backward motion and the motion that stopped
 LEFT_OUT = 4 * OFF_PATH  # rad or m of that motion that may be skipped at once, at a reversal
 PATH_WAY = OFF_PATH / 10  # rad or m between samples of that motion; samples are at least a millisecond apart
@@ -89,7 +89,7 @@ def check_recovery(
 def _leads(
     plan: Plan, scene: Scene, states: States, opening: Opening, stopped: Trajectory | None
 ) -> Iterator[Reason]:
-    """Check that the motion leads out of the pod, or back along the motion that stopped, in its order."""
+    """Check that the motion leads out of pod or place, or back, in order, along the motion that stopped."""
     where = f"recovery {plan.recovery}"
     if plan.recovery is RecoveryLevel.AS_PLANNED:
         return
@@ -99,17 +99,35 @@ def _leads(
             yield Reason("not back the way it came", where, f"at {states.times[i]:.3f} s {how}")
         return
     tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].tool_state)
-    depths = np.maximum(0.0, (inverse(scene.T_world_pod) @ tips)[:, 0, 3])
+    depths, around = _depths(scene, tips[:, :3, 3])
     if plan.recovery in IGNORES_ERROR and depths[0] <= 0.0 and not opening.pairs:
-        yield Reason("not a way out", where, "it begins outside of the pod, and near to nothing")
+        yield Reason("not a way out", where, f"it begins outside of the {around}, and near to nothing")
     deeper = depths - np.minimum.accumulate(depths)
     if (worst := float(deeper.max())) > MAX_INWARD_DEPTH:
         at = f"{worst * 1e3:.0f} mm at {states.times[int(np.argmax(deeper))]:.3f} s"
         most = f"at most {MAX_INWARD_DEPTH * 1e3:.0f} mm are allowed"
-        detail = f"the tool goes deeper into the pod again, {at}; {most}"
+        detail = f"the tool goes deeper into the {around} again, {at}; {most}"
         if plan.recovery is RecoveryLevel.BACKWARDS:
             detail += ", unless the motion that stopped is known (apc verify --stopped)"
-        yield Reason("leads into the pod", where, detail)
+        yield Reason(f"leads into the {around}", where, detail)
+
+
+def _depths(scene: Scene, points: Array) -> tuple[Array, str]:
+    """Return how deep points (N, 3) are in the pod, (N,) m, 0 outside; and the word for what they are in.
+
+    In a cell without a pod it is the place in which a point is deepest. A point is in a place if it is behind
+    the mouth, and inside of its edges as seen along the way in.
+    """
+    if scene.cell.pod.bins:
+        T_pod_world = inverse(scene.T_world_pod)
+        return np.maximum(0.0, (points @ T_pod_world[:3, :3].T + T_pod_world[:3, 3])[:, 0]), "pod"
+    depths = np.zeros(len(points))
+    for place in scene.cell.places.values():
+        T_mouth_world = inverse(scene.T_world_place(place) @ place.access.T_place_mouth)
+        x, y, z = T_mouth_world[:3, :3] @ points.T + T_mouth_world[:3, 3:]
+        is_in = (np.abs(y) <= place.access.width / 2) & (np.abs(z) <= place.access.height / 2)
+        depths = np.maximum(depths, np.where(is_in, x, 0.0))
+    return depths, "place"
 
 
 def _strayed(Q: Array, stopped: Trajectory) -> tuple[int, str] | None:

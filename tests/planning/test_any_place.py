@@ -13,12 +13,16 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.place import Place
 from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
-from pickcli.motion.plan import Plan
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.recovery.recovery_plan import plan_recovery
 from pickcli.planning.stages.drop_placements import ABOVE_PILE, LEAST_WALL_DISTANCE, MAX_DROP, drop_placements
 from pickcli.planning.stages.floor_placements import floor_placements
 from pickcli.planning.start_state import Start
@@ -230,3 +234,49 @@ def test_what_is_let_go_in_front_of_a_shelf_is_in_no_place(cell_copy: CellCopy) 
     inside = place_at(scene, T_world_place @ pose((0.1, 0.0, 0.05)))
     assert inside is place
     assert place_at(scene, T_world_place @ pose((-0.1, 0.0, 0.05))) is None
+
+
+# Out of a place after a stop, in cells without a pod
+
+
+def stopped_over(cell: Cell, place: str) -> tuple[Scene, Start]:
+    """An empty scene, and the tool at rest 20 mm over the middle of a place's floor."""
+    arm, tool_state = Arm(cell.robot), cell.robot.tool.default_state
+    where, scene = cell.places[place], scene_of(cell)
+    floor, _ = where.room.rest(np.asarray(0.0), np.asarray(0.01))
+    down = scene.T_world_place(where) @ pose((0.0, 0.0, float(floor) + 0.02))
+    seeds = np.stack([named.q for named in cell.configurations.values()])
+    checker = PlanningContext(cell).checker_for(scene, Mode(tool_state))
+    for yaw in np.radians(np.arange(0.0, 360.0, 30.0)):
+        T = down @ pose(R=rotation_axis_angle((0.0, 0.0, 1.0), yaw) @ np.diag([1.0, -1.0, -1.0]))
+        solutions = arm.solve(T, tool_state, seeds)
+        free = solutions[checker.are_valid(solutions)] if len(solutions) else solutions
+        if len(free):
+            return scene, Start(free[0], tool_state)
+    raise AssertionError(f"nothing reaches {place}")
+
+
+@pytest.mark.parametrize(("name", "place"), [("panda_table", "tray"), ("ur5e_crates", "crate_right")])
+def test_a_stopped_arm_rises_out_of_a_place_that_is_open_above(name: str, place: str) -> None:
+    cell = load_cell(name)
+    scene, start = stopped_over(cell, place)
+    context, arm = PlanningContext(cell), Arm(cell.robot)
+    for level in (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING, RecoveryLevel.SLOWLY):
+        out = plan_recovery(context, scene, start, level=level)
+        line = next(s for s in reversed(out.segments) if s.kind is SegmentKind.RETREAT)
+        before, after = (
+            arm.tip(out.trajectory.sample(t)[0], start.tool_state)[:3, 3] for t in (0.0, line.t_end)
+        )
+        mouth = (scene.T_world_place(cell.places[place]) @ cell.places[place].access.T_place_mouth)[2, 3]
+        assert after[2] > mouth + 0.05 > before[2] and abs(after - before)[:2].max() < 0.001
+        assert verify(out, scene).reasons == ()
+
+
+def test_a_slow_way_out_leads_no_deeper_into_any_place() -> None:
+    """The way out of a tray, driven backwards, is a way in."""
+    cell = load_cell("panda_table")
+    scene, start = stopped_over(cell, "tray")
+    out = plan_recovery(PlanningContext(cell), scene, start, level=RecoveryLevel.SLOWLY)
+    into = replace(out, trajectory=replace(out.trajectory, positions=out.trajectory.positions[::-1]))
+    found = {reason.what for reason in verify(into, scene).reasons}
+    assert "leads into the place" in found

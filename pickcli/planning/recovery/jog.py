@@ -64,7 +64,7 @@ def _jogs(rules: RecoveryRules, all_pairs: SceneChecker) -> Iterator[Array]:
     ahead = np.array([all_pairs.clearance(q + JOG_STEP * e).distance for e in unit])
     behind = np.array([all_pairs.clearance(q - JOG_STEP * e).distance for e in unit])
     jacobian = np.linalg.pinv(arm.jacobian(q, tool_state), rcond=1e-3)
-    axes = rules.scene.T_world_pod[:3, :3]
+    axes = rules.entry.T_world_entry[:3, :3]
     ways = [sign * axes[:, k] for k in range(3) for sign in (1.0, -1.0)]
     ways.append(-arm.tip(q, tool_state)[:3, 2])
     directions = [ahead - behind, *(jacobian @ np.concatenate([way, np.zeros(3)]) for way in ways)]

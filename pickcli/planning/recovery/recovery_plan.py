@@ -18,7 +18,7 @@ from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array
 from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind, SegmentLimits
@@ -41,7 +41,7 @@ FIRST_BACK = (0.02, 0.04)
 SEPARATION_STEP = 0.02  # m to either side, or down, on the levels that separate near pairs
 
 RISES = (0.0, 0.02, 0.04, 0.07, 0.10)  # m up after the first step, tried in this order
-MOST_WAYS_HOME = 3  # ways out of the pod from which a way home is searched: each failure costs a whole search
+MOST_WAYS_HOME = 3  # ways out from which a way home is searched: each failure costs a whole search
 
 
 def plan_recovery(
@@ -61,7 +61,7 @@ def plan_recovery(
         start: Configuration (n,) and tool state of the stopped robot.
         seed: Seed of the coarse motion.
         level: Level of recovery. ``AS_PLANNED`` and ``OPENING`` lead home; ``BACKWARDS`` to where the stopped
-            motion began; ``SLOWLY`` out of the pod; ``JOG`` some millimetres away from near solids.
+            motion began; ``SLOWLY`` out of pod or place; ``JOG`` some millimetres away from near solids.
         stopped: The motion that stopped, which ``BACKWARDS`` follows.
         recorder: Records experience of coarse queries; None discards it.
 
@@ -93,10 +93,10 @@ def plan_recovery(
 
 
 def _out(rules: RecoveryRules, label: str, seed: int, recorder: ExperienceRecorder) -> Plan | Failures:
-    """Plan out of the pod by lines, then home; on the level SLOWLY only out (stricter levels continue)."""
+    """Plan out by lines, then home; on the level SLOWLY only out (stricter levels continue)."""
     context, failures = rules.context, Failures()
     n_ways_home = 0
-    for out in _ways_out_of_the_pod(rules):
+    for out in _ways_out(rules):
         if isinstance(out, Failures):
             failures += out
             continue
@@ -135,11 +135,11 @@ def _home(
     return coarse.segment(SegmentKind.TRANSIT, mode)
 
 
-def _ways_out_of_the_pod(rules: RecoveryRules) -> Iterator[tuple[list[MotionSegment], Array] | Failures]:
-    """Yield lines up and out along the pod's axis, the least rise first; no lines if nothing is near."""
-    context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
+def _ways_out(rules: RecoveryRules) -> Iterator[tuple[list[MotionSegment], Array] | Failures]:
+    """Yield lines up, and out along the way in, the least rise first; no lines if nothing is near."""
+    context, start = rules.context, rules.start
     tip = context.arm.tip(start.q, start.tool_state)
-    depth = float((inverse(T_world_pod) @ tip)[0, 3]) + PREAPPROACH_DISTANCE
+    depth = rules.entry.depth + PREAPPROACH_DISTANCE
     if depth <= 0.0 and not rules.touching and not rules.opening_pairs:
         yield [], start.q
     for first, rise in product(_first_steps(rules, tip), RISES):
@@ -148,13 +148,13 @@ def _ways_out_of_the_pod(rules: RecoveryRules) -> Iterator[tuple[list[MotionSegm
 
 def _first_steps(rules: RecoveryRules, tip: Array) -> list[Array]:
     """Return displacements (3,) in the world that may free the tool from near solids."""
-    T_world_pod = rules.scene.T_world_pod
-    out, left, up, back = -T_world_pod[:3, 0], T_world_pod[:3, 1], T_world_pod[:3, 2], -tip[:3, 2]
+    up, T_world_entry = rules.entry.up, rules.entry.T_world_entry
+    out, left, across, back = -T_world_entry[:3, 0], T_world_entry[:3, 1], T_world_entry[:3, 2], -tip[:3, 2]
     steps = [length * up for length in FIRST_UP] + [length * back for length in FIRST_BACK]
     if rules.level is not RecoveryLevel.AS_PLANNED:
         steps += [
             SEPARATION_STEP * way
-            for way in (out, left, -left, -up, out + up, out - up, out + left, out - left)
+            for way in (out, left, -left, -across, out + across, out - across, out + left, out - left)
         ]
         steps.append(np.zeros(3))
     return steps
@@ -164,13 +164,13 @@ def _risen_and_out(
     rules: RecoveryRules, tip: Array, first: Array, rise: float, depth: float
 ) -> tuple[list[MotionSegment], Array] | Failures:
     """Follow lines: first away from near solids, then up, then out."""
-    context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
+    context, start, entry = rules.context, rules.start, rules.entry
     freed = shifted(tip, first)
-    lifted = shifted(freed, rise * T_world_pod[:3, 2])
+    lifted = shifted(freed, rise * entry.up)
     stages = [
         (SegmentKind.DEPART, freed, rules.touching),
         (SegmentKind.RETREAT, lifted, frozenset()),
-        (SegmentKind.RETREAT, shifted(lifted, -depth * T_world_pod[:3, 0]), frozenset()),
+        (SegmentKind.RETREAT, shifted(lifted, -depth * entry.T_world_entry[:3, 0]), frozenset()),
     ]
     segments, q, here = list[MotionSegment](), start.q, tip
     limits = SegmentLimits(rules.scale, context.settings.lift_speed)

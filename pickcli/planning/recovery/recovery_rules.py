@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -84,6 +85,11 @@ class RecoveryRules:
         mode = Mode(self.start.tool_state, reserve=self.reserve)
         return self.context.checker_for(self.seen, mode)
 
+    @cached_property
+    def entry(self) -> Entry:
+        """The entry of the pod, or of the place in which the tool stopped."""
+        return entry_at(self.scene, self.context.arm.tip(self.start.q, self.start.tool_state))
+
     def closes(self, waypoints: Array) -> Reason | None:
         """Explain if a polyline brings pairs together that are near at the start.
 
@@ -108,6 +114,50 @@ class RecoveryRules:
         return Reason("closes again", "way out", f"{contact} by {worst * 1e3:.1f} mm", contact.item)
 
 
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """The way into the pod, or into a place of a cell without a pod: backwards it is the way out.
+
+    Attributes:
+        T_world_entry: (4, 4) frame whose x leads straight in: of the pod, or of the access of the place.
+        up: (3,) unit vector in the world.
+        depth: m from the plane of the mouths to the tip, along the way in; not positive outside.
+    """
+
+    T_world_entry: Array
+    up: Array
+    depth: float
+
+
+def entry_at(scene: Scene, T_world_tip: Array) -> Entry:
+    """Find the entry through which the tool is led out.
+
+    Args:
+        scene: The current scene.
+        T_world_tip: (4, 4) pose of the tool.
+
+    Returns:
+        That of the pod if the cell has one. Else of the place whose room the tip is in; if it is in none, of
+        the one whose mouth it is least far beside, as seen along the way in.
+    """
+    places = scene.cell.places.values()
+    if scene.cell.pod.bins or not places:
+        T = scene.T_world_pod
+        return Entry(T, T[:3, 2], float((inverse(T) @ T_world_tip)[0, 3]))
+    found: list[tuple[bool, float, Entry]] = []
+    for place in places:
+        T_world_place = scene.T_world_place(place)
+        is_outside = not place.holds((inverse(T_world_place) @ T_world_tip)[:3, 3])
+        T = np.asarray(T_world_place @ place.T_place_entry)
+        x, y, z = (inverse(T) @ T_world_tip)[:3, 3]
+        access = place.access
+        beside = max(0.0, abs(y) - access.width / 2, -z, z - access.height)
+        up = -T[:3, 0] if access.is_from_above else T[:3, 2]
+        depth = float(x) if beside == 0.0 else min(float(x), 0.0)
+        found.append((is_outside, beside, Entry(T, up, depth)))
+    return min(found, key=lambda each: (each[0], each[1], -each[2].depth))[2]
+
+
 def rules_at(
     context: PlanningContext, scene: Scene, start: Start, level: RecoveryLevel
 ) -> RecoveryRules | Reason:
@@ -127,9 +177,10 @@ def rules_at(
         touching = _near_the_cup(rules)
         return touching if isinstance(touching, Reason) else replace(rules, touching=touching)
     if level in SLOW_LEVELS:
-        depth = float((inverse(scene.T_world_pod) @ context.arm.tip(start.q, start.tool_state))[0, 3])
-        if depth <= 0.0 and rules.checker().is_valid(start.q):
-            outside = "outside of the pod, near to nothing"
+        entry = rules.entry
+        if entry.depth <= 0.0 and rules.checker().is_valid(start.q):
+            inside = "the pod" if scene.cell.pod.bins else "every place"
+            outside = f"outside of {inside}, near to nothing"
             return Reason("nothing to come free of", "where the robot stopped", outside)
         rules = replace(rules, reserve=TOUCH_MARGIN - context.cell.clearance, scale=SLOW_SHARE)
     opening_pairs = _near(rules)
