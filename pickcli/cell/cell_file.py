@@ -52,7 +52,8 @@ from pickcli.errors import UnknownNameError
 from pickcli.files.file_kind import CELL
 from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.schema import validate
-from pickcli.files.yaml_reader import Key, Source, read_yaml
+from pickcli.files.source import Key, Source
+from pickcli.files.yaml_reader import read_yaml
 from pickcli.geometry import Array
 
 CELL_FILE = "cell.yaml"

@@ -9,7 +9,7 @@ import logging
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 
-from pickcli.files.yaml_reader import Key, Source, name_of
+from pickcli.files.source import Key, Source, name_of
 from pickcli.name_suggestion import shortened, suggestion
 
 ACCEPTED = "accepted_warnings"  # key of a file under which warnings are accepted

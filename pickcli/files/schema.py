@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, Field, Tag, ValidationError
 
-from pickcli.files.yaml_reader import MAX_REPORTED, Key, Source
+from pickcli.files.source import MAX_REPORTED, Key, Source
 from pickcli.name_suggestion import suggestion
 
 Model = TypeVar("Model", bound="FileModel")

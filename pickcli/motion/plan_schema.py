@@ -24,7 +24,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, StaleError
 from pickcli.files.json_reader import parse_json
 from pickcli.files.schema import causes, explain
-from pickcli.files.yaml_reader import name_of
+from pickcli.files.source import name_of
 from pickcli.geometry import Array, is_pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Certificate, Grasp, Plan, RecoveryLevel

@@ -14,7 +14,8 @@ from pickcli.cell.workcell import Workcell
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.files.file_kind import CELL
 from pickcli.files.file_warnings import FEW, FileWarnings
-from pickcli.files.yaml_reader import Key, Source, name_of, read_yaml
+from pickcli.files.source import Key, Source, name_of
+from pickcli.files.yaml_reader import read_yaml
 from pickcli.precompute.empty_cell_checkers import checker, why_not_free
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.place_reachability import N_POSES, PlaceReachability, ReachabilityCheck

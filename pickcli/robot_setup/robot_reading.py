@@ -16,8 +16,8 @@ from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.joint_limits_file import read_joint_limits, refuse_unknown_joints
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.schema import MAX_TEXT
+from pickcli.files.source import Source
 from pickcli.files.xml_reader import read_xml
-from pickcli.files.yaml_reader import Source
 from pickcli.name_suggestion import shortened
 from pickcli.robot_setup.cell_text import SCHEMA
 from pickcli.robot_setup.chain_selection import choose_chain, rigid_with

@@ -11,8 +11,8 @@ from pickcli.cell.robot import JointType
 from pickcli.cell.robots.urdf import Urdf
 from pickcli.cell.schemas.joint_limits_file import stated_limits
 from pickcli.errors import InputError, UnknownNameError
+from pickcli.files.source import Source
 from pickcli.files.xml_reader import Element, read_xml
-from pickcli.files.yaml_reader import Source
 
 FILL_IN = "fill in"  # begins the comment on a value to be filled in by the owner of a cell
 KINDS = ("velocity", "acceleration", "jerk")

@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import OWN_ITEMS, item_suggestion
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.files.yaml_reader import Key, Source
+from pickcli.files.source import Key, Source
 from pickcli.geometry import inverse, pose
 from pickcli.name_suggestion import shortened, suggestion
 from pickcli.scene.scene import Scene

@@ -26,7 +26,8 @@ from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import SCENE
 from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.schema import validate
-from pickcli.files.yaml_reader import Source, read_yaml
+from pickcli.files.source import Source
+from pickcli.files.yaml_reader import read_yaml
 from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
 from pickcli.name_suggestion import suggestion
 from pickcli.scene.cloud import Cloud

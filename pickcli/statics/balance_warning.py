@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pickcli.files.file_warnings import FileWarnings
-from pickcli.files.yaml_reader import Key
+from pickcli.files.source import Key
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_warnings import NOT_AT_REST
 from pickcli.statics.supports import supports_of

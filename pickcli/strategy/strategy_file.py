@@ -10,7 +10,8 @@ from typing import Any
 from pickcli.cell.data_path import data_path
 from pickcli.errors import UnknownNameError
 from pickcli.files.file_kind import STRATEGY
-from pickcli.files.yaml_reader import Key, Source, read_yaml
+from pickcli.files.source import Key, Source
+from pickcli.files.yaml_reader import read_yaml
 from pickcli.name_suggestion import shortened, suggestion
 from pickcli.strategy.node_types import (
     MAX_COUNT,

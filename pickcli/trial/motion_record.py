@@ -25,7 +25,7 @@ from pickcli.errors import InputError, StaleError
 from pickcli.files.atomic_write import write_bytes
 from pickcli.files.bounded_reading import read_bytes
 from pickcli.files.packed_array import packed
-from pickcli.files.yaml_reader import name_of
+from pickcli.files.source import name_of
 from pickcli.geometry import Array
 from pickcli.motion.limit_shares import limit_shares
 from pickcli.motion.segment import Segment

@@ -21,7 +21,8 @@ from pickcli.cell.item import item_suggestion
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.files.file_kind import ORDER
 from pickcli.files.schema import FEW_MISSING, FileModel, validate
-from pickcli.files.yaml_reader import Key, Source, read_yaml
+from pickcli.files.source import Key, Source
+from pickcli.files.yaml_reader import read_yaml
 from pickcli.name_suggestion import shortened, suggestion
 from pickcli.trial.order import Order, OrderKind, Target
 

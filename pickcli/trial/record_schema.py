@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pickcli.errors import InputError
 from pickcli.files.schema import causes, explain
-from pickcli.files.yaml_reader import name_of
+from pickcli.files.source import name_of
 from pickcli.name_suggestion import shortened
 
 MAX_REPORTED = 8  # number of faults reported in one message

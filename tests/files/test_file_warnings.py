@@ -8,7 +8,8 @@ import pytest
 
 from pickcli.files.file_kind import CELL
 from pickcli.files.file_warnings import FileWarnings, refuse_unknown_kinds
-from pickcli.files.yaml_reader import Key, read_yaml
+from pickcli.files.source import Key
+from pickcli.files.yaml_reader import read_yaml
 
 
 def _warnings(folder: Path, accepted: str = "") -> FileWarnings:

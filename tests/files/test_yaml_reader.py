@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.errors import InputError
-from pickcli.files.yaml_reader import MAX_BYTES, Source, parse_yaml, quoted, read_yaml
+from pickcli.files.source import Source
+from pickcli.files.yaml_reader import MAX_BYTES, parse_yaml, quoted, read_yaml
 
 Refused = Callable[[Callable[[], object]], str]
 

@@ -13,7 +13,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.errors import InputError
-from pickcli.files.yaml_reader import Source
+from pickcli.files.source import Source
 from pickcli.geometry import Array, inverse, pose
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene

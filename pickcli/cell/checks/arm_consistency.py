@@ -15,7 +15,7 @@ from pickcli.cell.robots.urdf import Urdf
 from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel
 from pickcli.errors import InputError
-from pickcli.files.yaml_reader import Key, Source
+from pickcli.files.source import Key, Source
 
 
 @dataclass

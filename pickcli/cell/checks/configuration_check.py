@@ -12,7 +12,7 @@ from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.place import Place
 from pickcli.cell.robot import joint_motion
 from pickcli.files.file_warnings import FileWarnings
-from pickcli.files.yaml_reader import Key
+from pickcli.files.source import Key
 from pickcli.geometry import Array, inverse
 from pickcli.name_suggestion import suggestion
 

@@ -25,7 +25,7 @@ from pickcli.cell.robots.urdf import Urdf
 from pickcli.cell.robots.urdf_origin import MAX_TURN
 from pickcli.cell.schemas.cell_schema import CellModel, JointLimitModel
 from pickcli.cell.schemas.tool_schema import ToolModel
-from pickcli.files.yaml_reader import Key, Source
+from pickcli.files.source import Key, Source
 
 MAX_PLAUSIBLE_POSITION = 10.0  # m; a joint position beyond this was probably written in another unit
 

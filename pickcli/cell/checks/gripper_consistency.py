@@ -14,7 +14,7 @@ from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.tool_schema import GripperModel
 from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.tool import MOVING
-from pickcli.files.yaml_reader import Source
+from pickcli.files.source import Source
 from pickcli.geometry import Array, inverse
 
 MIN_ALONG_COSINE = 0.999  # least cosine between a direction and an axis that it is along: 2.5 degrees

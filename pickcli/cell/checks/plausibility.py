@@ -13,7 +13,7 @@ from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.files.file_warnings import FileWarnings
-from pickcli.files.yaml_reader import Key
+from pickcli.files.source import Key
 from pickcli.geometry import transform_points
 
 LARGE_LEAD = 5.0  # s, lead of a device; an ejector builds up its vacuum faster

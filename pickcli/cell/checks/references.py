@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pickcli.files.yaml_reader import Key, Source
+from pickcli.files.source import Key, Source
 from pickcli.name_suggestion import shortened, suggestion
 
 

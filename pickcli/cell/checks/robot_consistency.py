@@ -10,7 +10,7 @@ from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.robots.urdf import Urdf
 from pickcli.cell.robots.urdf_origin import MAX_TURN
 from pickcli.cell.schemas.cell_schema import CellModel
-from pickcli.files.yaml_reader import Source
+from pickcli.files.source import Source
 
 # Limits that no real joint exceeds: m/s or rad/s, and their derivatives.
 LINEAR = {"max_velocity": 20.0, "max_acceleration": 500.0, "max_jerk": 1e5}

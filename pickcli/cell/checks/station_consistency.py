@@ -13,7 +13,7 @@ from pickcli.cell.schemas.place_schema import BodiesModel, GridModel
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import OBSTACLE, POD, TOTE
 from pickcli.errors import InputError
-from pickcli.files.yaml_reader import Key, Source
+from pickcli.files.source import Key, Source
 
 
 def check_pod(source: Source, pod: PodModel) -> None:

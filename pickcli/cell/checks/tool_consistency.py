@@ -11,7 +11,7 @@ from pickcli.cell.robots.urdf import Urdf
 from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel, ToolModel
 from pickcli.cell.tool import FIXED, MOVING
-from pickcli.files.yaml_reader import Key, Source
+from pickcli.files.source import Key, Source
 
 
 def check_tip(source: Source, key: Key, tip: str | None, robot: Urdf) -> None:

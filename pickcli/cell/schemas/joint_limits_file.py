@@ -8,7 +8,8 @@ from typing import Any
 
 from pickcli.cell.checks.references import refer
 from pickcli.files.file_kind import JOINT_LIMITS
-from pickcli.files.yaml_reader import Source, read_yaml
+from pickcli.files.source import Source
+from pickcli.files.yaml_reader import read_yaml
 from pickcli.name_suggestion import suggestion
 
 ROOT = "joint_limits"
