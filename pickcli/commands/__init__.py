@@ -13,9 +13,9 @@ Read in this order:
   `artifact_options`, `scene_options`, `plan_options`, `build_options`, `trial_options`, `pod_shift`; `logs`
   has --verbose and --debug.
 - Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow
-  and --move.
-- Functions that commands share: `plan_verification`, `pick_request` and `experience_session` for queries,
-  `building` for builds, `progress_bar`.
+  and --move, `query_execution` answers them.
+- Functions that commands share: `plan_verification` and `plan_execution` for plans, `pick_request` and
+  `experience_session` for queries, `building` for builds, `progress_bar`.
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
   inspect`, `checked_texts` for `apc check`, `execution_report` and `trial_table` for executions.
 """

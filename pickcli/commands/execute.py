@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, cast
 
@@ -15,14 +13,7 @@ from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.command import Command, emit_json, in_order_given
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, start_state_of
 from pickcli.commands.logs import stage
-from pickcli.commands.motion_queries import (
-    answers_summary,
-    answers_text,
-    configurations_in,
-    queries_of,
-    query_options,
-    start_of_queries,
-)
+from pickcli.commands.motion_queries import configurations_in, query_options
 from pickcli.commands.option_types import PATH, RenamedOption
 from pickcli.commands.options import (
     json_option,
@@ -31,26 +22,19 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
+from pickcli.commands.plan_execution import driven, film_of, run_plans, simulated
 from pickcli.commands.plan_verification import certified, trusted
-from pickcli.commands.progress_bar import progress
+from pickcli.commands.query_execution import QueryRequest, answer_queries
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_or_cell_options, scene_or_empty
 from pickcli.simulation.installed_drivers import SIMULATED, driver_factory, driver_names
 
 if TYPE_CHECKING:
-    from pickcli.api.query_sequence import MotionQuery, QuerySequence
-    from pickcli.cell.cell import Cell
     from pickcli.cell.robot import Limits
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.planning_context import PlanningContext
-    from pickcli.progress import ProgressObserver
     from pickcli.scene.scene import Scene
-    from pickcli.simulation.camera import GifRecorder
-    from pickcli.simulation.driver import Driver
-    from pickcli.simulation.execution import Execution
-    from pickcli.simulation.plan_record import PlanRecord
-    from pickcli.simulation.reality import Reality
     from pickcli.simulation.world import World
 
 
@@ -127,8 +111,8 @@ def command(
         arms = ArmRequest(None, standing, configurations_in(given), items=items_path)
         scene = scene_or_empty(scene_path, cell_name, arms)
         refuse_held(scene, scene_path)
-        request = _QueryRequest(given, start, reality, video, overwrite, seed, as_json)
-        _answer(request, scene, lambda: load_context(scene.cell, roadmap, trajectories))
+        request = QueryRequest(given, start, reality, video, overwrite, seed, as_json)
+        answer_queries(request, scene, lambda: load_context(scene.cell, roadmap, trajectories))
         return
     plan = read_plan(plan_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
@@ -146,10 +130,10 @@ def command(
         if bridge and _is_away(plan, driver.q, scene.cell.robot.limits):
             context = load_context(scene.cell, roadmap, trajectories)
             plans.insert(0, _bridge(context, believed, plan, driver.q, tool_state, seed))
-        film = _film(video, scene.cell, plans)
+        film = film_of(video, scene.cell, plans)
         world = cast("World", driver) if driver_name == SIMULATED else None
         with stage("simulation" if world else "execution"):
-            runs = _run(plans, _driven(driver) if world is None else _simulated(world, film))
+            runs = run_plans(plans, driven(driver) if world is None else simulated(world, film))
         if as_json:
             emit_json({"driver": driver_name, **execution_summary(plans, runs, world)})
         else:
@@ -159,19 +143,6 @@ def command(
             click.echo(f"  wrote {video}", err=as_json)
     if why := trouble(runs):
         raise TrialAbortedError(why)
-
-
-@dataclass(frozen=True)
-class _QueryRequest:
-    """Queries, and the options of their execution."""
-
-    given: list[tuple[str, str]]
-    start: str | None
-    reality: Reality
-    video: Path | None
-    overwrite: bool
-    seed: int
-    as_json: bool
 
 
 def _refuse_mixed(plan_path: Path | None, given: list[tuple[str, str]], of_plan: dict[str, bool]) -> None:
@@ -190,52 +161,6 @@ def _refuse_mixed(plan_path: Path | None, given: list[tuple[str, str]], of_plan:
             f"{' and '.join(mixed)}: only for a plan file; queries are planned, verified and executed in the "
             "simulated world"
         )
-
-
-def _answer(request: _QueryRequest, scene: Scene, load: Callable[[], PlanningContext]) -> None:
-    """Execute queries in one simulated world and print the results, also if a query fails."""
-    import numpy as np
-
-    from pickcli.api.arm_states import refuse_standing
-    from pickcli.api.query_sequence import QuerySequence
-    from pickcli.commands.execution_report import trouble
-    from pickcli.errors import TrialAbortedError
-    from pickcli.simulation.camera import GifRecorder
-    from pickcli.simulation.camera_view import view_of_motion
-    from pickcli.simulation.world import World
-
-    queries = queries_of(request.given, scene)
-    begin = start_of_queries(request.given, scene, request.start)
-    refuse_standing(scene, begin)
-    with stage("reading of roadmap and trajectories"):
-        context = load()
-    film = None
-    if request.video is not None:
-        Q = np.array([named.q for named in scene.cell.configurations.values()])
-        film = GifRecorder.named(request.video, view_of_motion(scene.cell, Q))
-    world = World(scene, begin.q, begin.tool_state, reality=request.reality, seed=request.seed)
-    sequence = QuerySequence(context, world, request.seed)
-    with closing(world):
-        try:
-            with stage("simulation"), progress("executing") as report:
-                carry_out = _simulated(world, film)
-                sequence.play(queries, lambda plan: carry_out(plan, report))
-        finally:
-            _print_answers(request, queries, sequence)
-        if film is not None and request.video is not None:
-            film.write(request.video, request.overwrite)
-            click.echo(f"  wrote {request.video}", err=request.as_json)
-    if why := trouble([run for answer in sequence.answers for run in answer.runs]):
-        raise TrialAbortedError(why)
-
-
-def _print_answers(request: _QueryRequest, queries: list[MotionQuery], sequence: QuerySequence) -> None:
-    """Print the results of queries; nothing if the first one failed before any motion."""
-    answers, world = sequence.answers, sequence.world
-    if request.as_json:
-        emit_json({"driver": SIMULATED, **answers_summary(queries, answers, world)})
-    elif any(answer.runs or answer.is_complete for answer in answers):
-        click.echo(answers_text(queries, answers, world))
 
 
 def _compare(plan: Plan, path: Path, true: NamedScene, planned: NamedScene) -> None:
@@ -306,55 +231,3 @@ def _bridge(
     goal = plan.trajectory.positions[0]
     bridge = plan_move(context, believed, Start(q, tool_state), goal, seed, label="bridge to the first point")
     return certified(bridge, believed, "try another --seed")
-
-
-def _film(video: Path | None, cell: Cell, plans: list[Plan]) -> GifRecorder | None:
-    if video is None:
-        return None
-    import numpy as np
-
-    from pickcli.simulation.camera import GifRecorder
-    from pickcli.simulation.camera_view import view_of_motion
-
-    Q = np.concatenate([plan.trajectory.positions for plan in plans])
-    return GifRecorder.named(video, view_of_motion(cell, Q))
-
-
-def _run(
-    plans: list[Plan], carry_out: Callable[[Plan, ProgressObserver], PlanRecord]
-) -> list[PlanRecord]:  # fmt: skip
-    """Execute the plans in order until one fails; the world is left as it is then."""
-    from pickcli.simulation.start_check import StartError
-
-    runs: list[PlanRecord] = []
-    with progress("executing") as report:
-        for plan in plans:
-            try:
-                run = carry_out(plan, report)
-            except StartError as error:
-                advice = "add --bridge, which does that"
-                raise StartError(error.joint, error.offset, error.unit, advice) from None
-            runs.append(run)
-            if not run.is_clean:
-                break
-    return runs
-
-
-def _driven(driver: Driver) -> Callable[[Plan, ProgressObserver], PlanRecord]:
-    """Return a function that executes a plan by any driver."""
-    from pickcli.simulation.plan_run import drive
-
-    return lambda plan, report: drive(plan, driver, on_progress=report)
-
-
-def _simulated(world: World, film: GifRecorder | None) -> Callable[[Plan, ProgressObserver], Execution]:
-    """Return a function that executes a plan in the simulated world, with its additional records."""
-    from pickcli.simulation.execute import execute
-
-    def look(world: World) -> None:
-        if film is not None:
-            film.look(world.engine, world.t)
-
-    return lambda plan, report: execute(
-        plan, world, on_progress=report, on_step=look if film is not None else None
-    )
