@@ -560,7 +560,7 @@ class BlendedPolyline:
             (highest + 1, M, n).
         """
 
-    def needed_stretch(self, t: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], ds: numpy.typing.NDArray[numpy.float64], dds: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], acceleration: numpy.typing.NDArray[numpy.float64], jerk: numpy.typing.NDArray[numpy.float64], scale: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+    def needed_time_scale(self, t: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], ds: numpy.typing.NDArray[numpy.float64], dds: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], acceleration: numpy.typing.NDArray[numpy.float64], jerk: numpy.typing.NDArray[numpy.float64], scale: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
         """
         Factors of time at which a motion along the curve, by quintics between points, keeps its limits.
 

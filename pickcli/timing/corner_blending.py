@@ -154,7 +154,7 @@ class BlendedPath:
         Returns:
             (K - 1,) at least 1.
         """
-        return self._kernel.needed_stretch(
+        return self._kernel.needed_time_scale(
             law.t, law.s, law.ds, law.dds, limits.velocity, limits.acceleration, limits.jerk, scale
         )
 

@@ -71,7 +71,7 @@ def test_bounds_are_those_of_numpy(seed: int) -> None:
 
 @settings(max_examples=50, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_the_stretch_is_that_of_the_quintics(seed: int) -> None:
+def test_the_time_scale_is_that_of_the_quintics(seed: int) -> None:
     rng = np.random.default_rng(seed)
     curve = random_curve(rng)
     s = np.sort(rng.uniform(0.0, curve.length, 30))

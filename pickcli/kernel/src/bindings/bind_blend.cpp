@@ -60,9 +60,9 @@ nb::object are_lines(const BlendedPolyline& curve, nb::handle start_in, nb::hand
   return nb::cast(nb::ndarray<nb::numpy, bool>(data, {M}, owner));
 }
 
-nb::object stretch(const BlendedPolyline& curve, nb::handle t_in, nb::handle s_in, nb::handle ds_in,
-                   nb::handle dds_in, nb::handle velocity_in, nb::handle acceleration_in, nb::handle jerk_in,
-                   nb::handle scale_in) {
+nb::object time_scale(const BlendedPolyline& curve, nb::handle t_in, nb::handle s_in, nb::handle ds_in,
+                      nb::handle dds_in, nb::handle velocity_in, nb::handle acceleration_in,
+                      nb::handle jerk_in, nb::handle scale_in) {
   const Doubles t(t_in, "t", {kAny});
   const Py_ssize_t K = t.rows(), n = static_cast<Py_ssize_t>(curve.n());
   if (K < 2) throw nb::value_error("t: a pace has at least two points");
@@ -71,8 +71,8 @@ nb::object stretch(const BlendedPolyline& curve, nb::handle t_in, nb::handle s_i
   const Doubles velocity(velocity_in, "velocity", {n}), acceleration(acceleration_in, "acceleration", {n});
   const Doubles jerk(jerk_in, "jerk", {n});
   std::vector<double> out(static_cast<std::size_t>(K) - 1);
-  needed_stretch(curve, {static_cast<std::size_t>(K), t.data(), s.data(), ds.data(), dds.data()},
-                 {velocity.data(), acceleration.data(), jerk.data()}, scale.data(), out.data());
+  needed_time_scale(curve, {static_cast<std::size_t>(K), t.data(), s.data(), ds.data(), dds.data()},
+                    {velocity.data(), acceleration.data(), jerk.data()}, scale.data(), out.data());
   const std::size_t rows = out.size();
   return to_numpy(std::move(out), {rows});
 }
@@ -159,9 +159,9 @@ Args:
 
 Returns:
     (highest + 1, M, n).)")
-      .def("needed_stretch", &stretch, "t"_a, "s"_a, "ds"_a, "dds"_a, "velocity"_a, "acceleration"_a,
+      .def("needed_time_scale", &time_scale, "t"_a, "s"_a, "ds"_a, "dds"_a, "velocity"_a, "acceleration"_a,
            "jerk"_a, "scale"_a,
-           nb::sig("def needed_stretch(self, t: " APC_F64 ", s: " APC_F64 ", ds: " APC_F64 ", dds: " APC_F64
+           nb::sig("def needed_time_scale(self, t: " APC_F64 ", s: " APC_F64 ", ds: " APC_F64 ", dds: " APC_F64
                    ", velocity: " APC_F64 ", acceleration: " APC_F64 ", jerk: " APC_F64 ", scale: " APC_F64
                    ") -> " APC_F64),
            R"(Factors of time at which a motion along the curve, by quintics between points, keeps its limits.

@@ -198,8 +198,8 @@ void BlendedPolyline::bound_deviation(const double* start, const double* end, st
   }
 }
 
-void needed_stretch(const BlendedPolyline& curve, const Pace& pace, const JointLimits& limits,
-                    const double* scale, double* out) {
+void needed_time_scale(const BlendedPolyline& curve, const Pace& pace, const JointLimits& limits,
+                       const double* scale, double* out) {
   const std::size_t n = curve.n(), size = pace.K * n;
   std::vector<double> states(3 * size);
   curve.evaluate(pace.s, pace.K, 2, states.data());

@@ -76,7 +76,7 @@ struct JointLimits {
 
 //! Factor of time (K - 1,), at least 1, at which the quintics between the pace's points keep the limits times
 //! scale (K - 1,).
-void needed_stretch(const BlendedPolyline& curve, const Pace& pace, const JointLimits& limits,
-                    const double* scale, double* out);
+void needed_time_scale(const BlendedPolyline& curve, const Pace& pace, const JointLimits& limits,
+                       const double* scale, double* out);
 
 }  // namespace apc
