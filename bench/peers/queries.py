@@ -94,7 +94,7 @@ def _of_pick(
     start = _start(context, scene, tool_state, rng)
     there = _nearest(context, start, [f.start for f in kin])
     chosen = kin[there]
-    landings = plan_placement(asked, chosen)
+    landings = plan_placement(asked, chosen, tool_state)
     if isinstance(landings, Failures):
         return []
     out = chosen.end

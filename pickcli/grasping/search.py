@@ -52,12 +52,13 @@ class Search:
     tilts: tuple[float, ...]
     quarters: bool
 
-    def rolls(self, kind: str, is_from_above: bool = False) -> list[ToolRoll]:
+    def rolls(self, kind: str, is_from_above: bool = False, has_quarters: bool = False) -> list[ToolRoll]:
         """Return the turns about the cup's axis that are tried for one kind of grasp.
 
         Args:
             kind: "frontal", "top-down" or "side".
             is_from_above: Whether the way in leads down.
+            has_quarters: Whether a lance from above is turned by quarter turns in any search.
 
         Returns:
             The rolls, the usual one first.
@@ -65,7 +66,7 @@ class Search:
         if kind == "frontal":
             # flange x down, as in the named poses in front of the bins; or up, for the wrist's other branch
             found = [ToolRoll(np.array([0.0, 0.0, z]), 0.0) for z in (-1.0, 1.0)]
-            if is_from_above and self.quarters:
+            if is_from_above and (self.quarters or has_quarters):
                 found += [ToolRoll(np.array([0.0, y, 0.0]), 0.0) for y in (-1.0, 1.0)]
             return found
         # the lance lies across the cup's axis and leaves the cup along +x of the tool frame

@@ -188,10 +188,15 @@ def _turned_and_tilted(
     target: GraspTarget, kind: str, T_item_tip: Array, tool: Tool, search: Search
 ) -> tuple[Array, Array]:
     """Return every turn and tilt of the tool at places (P, 4, 4): poses (P, M, 4, 4), and costs (P, M)."""
-    rolls = search.rolls(kind, target.place.access.is_from_above)
-    R_entry_item = target.T_entry_item[:3, :3]
+    is_from_above = target.place.access.is_from_above
+    is_turnable = is_from_above and tool.state_with_lance(ACROSS) is not None
+    rolls = search.rolls(kind, is_from_above, has_quarters=is_turnable)
+    x_targets = np.array([roll.x_target for roll in rolls]) @ target.T_entry_item[:3, :3]
+    if is_turnable:
+        # The cup may turn later to lay the item down: its edges are to be parallel to those of the bin then.
+        x_targets = np.array([_nearest_axis(x) for x in x_targets])
     # The desired directions of x, along the tool's x and y axes.
-    wanted = np.array([roll.x_target for roll in rolls]) @ (R_entry_item @ T_item_tip[:, :3, :2])
+    wanted = x_targets @ T_item_tip[:, :3, :2]
     T_turned = turned(T_item_tip[:, None], np.arctan2(wanted[..., 1], wanted[..., 0]))
     tilts = np.zeros((*T_turned.shape[:2], 1 + len(search.tilts)))
     if kind == "top-down":
@@ -202,6 +207,12 @@ def _turned_and_tilted(
     costs += 0.3 * np.array([roll.off for roll in rolls])[:, None] / np.pi
     n = len(T_item_tip)
     return tilted(T_turned[:, :, None], tilts).reshape(n, -1, 4, 4), costs.reshape(n, -1)
+
+
+def _nearest_axis(direction: Array) -> Array:
+    """Return the unit vector (3,) along the axis of a frame, either way, nearest to a direction (3,)."""
+    axis = int(np.argmax(np.abs(direction)))
+    return np.asarray(np.sign(direction[axis]) * np.eye(3)[axis])
 
 
 def _tilt_over_the_lip(T_entry_tip: Array, to_lance: Array, most: float) -> Array:

@@ -91,7 +91,7 @@ def _candidates(
         if isinstance(motion, Failures):
             yield motion
             continue
-        recorder.record(motion.experience)
+        recorder.record(motion.transfer.experience)
         carried = time.perf_counter()
         plan = stitch_pick(problem, motion)
         if not isinstance(plan, Failures):

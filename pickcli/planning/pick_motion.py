@@ -128,6 +128,11 @@ class PlaceMotion:
         """Configuration (n,) at the end of the transfer."""
         return self.inward[0].start
 
+    @property
+    def holding_state(self) -> ToolState:
+        """State of the tool while it holds the item."""
+        return self.inward[0].mode.tool_state
+
     def turned_towards(self, limits: Limits, q: Array) -> PlaceMotion:
         """Shift the motion by whole turns, to start within half a turn of a configuration in every joint.
 
@@ -146,6 +151,22 @@ class PlaceMotion:
 
 
 @dataclass(frozen=True, eq=False)
+class Transfer:
+    """A way from the end of the retreat to a placement.
+
+    Attributes:
+        segments: One coarse motion; or two, between which the tool changes its state while the arm rests, in
+            a segment without length.
+        placement: The placement.
+        experience: New experience of the search for it.
+    """
+
+    segments: tuple[MotionSegment, ...]
+    placement: PlaceMotion
+    experience: tuple[QueryExperience, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class PickMotion:
     """All segments of a pick, not yet timed.
 
@@ -153,12 +174,13 @@ class PickMotion:
         transit: From the start configuration to the pre-approach.
         taking: Inside the place, to the item and out with it.
         transfer: From the end of the retreat to the start of the placement.
-        placement: To the release, and away from it.
-        experience: New experience of the search for the transfer.
     """
 
     transit: MotionSegment
     taking: GraspMotion
-    transfer: MotionSegment
-    placement: PlaceMotion
-    experience: tuple[QueryExperience, ...] = ()
+    transfer: Transfer
+
+    @property
+    def placement(self) -> PlaceMotion:
+        """The placement."""
+        return self.transfer.placement

@@ -130,18 +130,20 @@ class ToolDrive(Protocol):
 
 
 class CupDrive:
-    """Actuator of the cup's joint, which moves at constant speed to the commanded position.
+    """Actuator of the cup's joint, with cushioned ends: it moves along the quintic from rest to rest.
 
     Args:
         position: Initial position, rad or m.
-        speed: rad/s or m/s.
+        way: rad or m, the whole range of the joint.
+        duration: s of a move over the whole range; a shorter one takes its share.
         force: N or Nm.
         lag: s, lag of the joint.
     """
 
-    def __init__(self, position: float, speed: float, force: float, lag: float) -> None:
-        self._force = force
-        self._position, self._target, self._speed, self._lag = position, position, speed, lag
+    def __init__(self, position: float, way: float, duration: float, force: float, lag: float) -> None:
+        self._force, self._lag = force, lag
+        self._whole_way, self._whole_duration = way, duration
+        self._from, self._target, self._t, self._duration = position, position, 0.0, 0.0
 
     @property
     def forces(self) -> Array:
@@ -154,7 +156,16 @@ class CupDrive:
         Args:
             position: rad or m.
         """
-        self._target = position
+        if position == self._target:
+            return
+        self._from, self._target, self._t = self._position, position, 0.0
+        self._duration = self._whole_duration * abs(position - self._from) / self._whole_way
+
+    @property
+    def _position(self) -> float:
+        """Position that the actuator is at now, rad or m."""
+        share = 1.0 if self._t >= self._duration else self._t / self._duration
+        return self._from + (self._target - self._from) * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
 
     def velocities(self, measured: Array, time_step: float) -> Array:
         """Compute the velocity command of the motor for the next step.
@@ -166,8 +177,7 @@ class CupDrive:
         Returns:
             (1,) rad/s or m/s.
         """
-        step = self._speed * time_step
-        self._position += min(max(self._target - self._position, -step), step)
+        self._t += time_step
         return np.asarray((self._position - measured) / max(self._lag, time_step))
 
 

@@ -45,7 +45,7 @@ class SimulatedCup(SimulatedTool):
         tool, (least, most) = self.tool, self.tool.range
         lead = device_for(self._cell, tool.mover).lead
         force = self._cell.robot.motor_forces.get(tool.joints[0], TOOL_FORCE)
-        return CupDrive(tool.position(state), (most - least) / lead, force, lag)
+        return CupDrive(tool.position(state), most - least, lead, force, lag)
 
     def mount(self, engine: Engine, robot: str, items: dict[str, Item]) -> None:
         """Add bellows and vacuum to the engine.

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from pickcli.cell.robot import Robot
 from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.errors import Reason
 from pickcli.motion.event import AnchorKind, Event
@@ -16,6 +17,7 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.finger_events import leads_to
 from pickcli.verification.hold_choice import hold_checks
 from pickcli.verification.straightness_check import every_millisecond, tip_points
+from pickcli.verification.tool_turn import check_turns
 from pickcli.verification.vacuum_events import EVENT_TIME_TOLERANCE, TimedEvent
 
 WAY_TOLERANCE = 5e-4  # m of tool path, for anchors by arc length
@@ -41,7 +43,7 @@ def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
         ]
         tool = scene.cell.robot.tool
         order = hold_checks(tool).events(plan, scene, commands)
-        reasons = [*_apart(commands), *order, *_tool_state(plan, tool, commands)]
+        reasons = [*_apart(commands), *order, *_tool_state(plan, scene.cell.robot, commands)]
     return tuple(reasons)
 
 
@@ -108,20 +110,17 @@ def _way(plan: Plan, scene: Scene, segment: Segment, t: float) -> float:
     return float(np.copysign(np.linalg.norm(np.diff(p, axis=0), axis=1).sum(), t - segment.t_start))
 
 
-def _tool_state(plan: Plan, tool: Tool, commands: Iterable[TimedEvent]) -> Iterator[Reason]:
-    """Check that commands bring about the tool states that segments state, and none changes while holding."""
+def _tool_state(plan: Plan, robot: Robot, commands: Iterable[TimedEvent]) -> Iterator[Reason]:
+    """Check that commands bring about the tool states that segments state, at rest if an item is held."""
     moves = sorted(
-        (command for command in commands if command.kind is tool.mover),
+        (command for command in commands if command.kind is robot.tool.mover),
         key=lambda command: command.trigger,
     )
     for k, segment in enumerate(plan.segments):
-        where = f"segment {k} ({segment.kind})"
         if segment.tool_state != MOVING:
-            yield from _still(segment, moves, where)
-        elif segment.held is not None:
-            detail = "the load on the cup would not be known"
-            yield Reason("tool changes its state while holding", where, detail)
-    yield from _changes(plan.segments, tool, moves)
+            yield from _still(segment, moves, f"segment {k} ({segment.kind})")
+    yield from check_turns(plan, robot, moves)
+    yield from _changes(plan.segments, robot.tool, moves)
 
 
 def _still(segment: Segment, moves: Iterable[TimedEvent], where: str) -> Iterator[Reason]:

@@ -23,6 +23,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.quintic import motion
+from pickcli.verification.tool_turn import held_tip_poses
 
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: the acceleration that resists gravity
 SAMPLE_TIME = 1e-3  # s
@@ -122,7 +123,7 @@ def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, A
     n = int(np.ceil((held[-1].t_end - held[0].t_start) / SAMPLE_TIME)) + 1
     times = np.asarray(held[0].t_start + SAMPLE_TIME * np.arange(-1, n + 1), dtype=np.float64)
     robot = scene.cell.robot
-    tips = tip_poses(robot, link_poses(robot, motion(plan.trajectory, times)[0]), held[0].tool_state)
+    tips = held_tip_poses(plan, robot, times)
     return times[1:-1], wrenches(tips, T_tip_item, scene.item(plan.grasp.item), SAMPLE_TIME)
 
 

@@ -85,7 +85,7 @@ def carried_run(
     Args:
         context: The cell with the models that time and prove the run.
         scene: The planning scene.
-        segments: Segments of the run, from rest to rest.
+        segments: Segments of the run, from rest to rest, all in one state of the tool.
         grasp: Grasp of the item.
         hold: The item as the cup holds it.
 
@@ -93,21 +93,21 @@ def carried_run(
         The run with the load on the cup, or every reason why the cup would not hold or the motion is not
         proven.
     """
-    most = context.settings.load_ratio
+    most, tool_state = context.settings.load_ratio, segments[0].mode.tool_state
     where = str(grasp)
     waypoints = np.vstack([segment.waypoints for segment in segments])
-    still = path_load(context.arm, grasp.tool_state, waypoints, hold)
+    still = path_load(context.arm, tool_state, waypoints, hold)
     if still.ratio > most:
         at_rest = f"{still} at rest on the way, {still.ratio:.2f} of the limit"
         return Failures.of(Reason("does not hold", where, at_rest))
-    cup = WrenchLimit(context.arm, grasp.tool_state, hold.body, hold.limits, most * hold.share)
+    cup = WrenchLimit(context.arm, tool_state, hold.body, hold.limits, most * hold.share)
     checkers = _checkers(context, scene, segments)
     limit, are_blends_proven, failures = None, False, Failures()
     while True:
         run = _timed(context, segments, checkers if are_blends_proven else None, limit)
         if isinstance(run, Failures):
             return failures + run
-        load = carried_load(context.arm, grasp.tool_state, run.trajectory, hold)
+        load = carried_load(context.arm, tool_state, run.trajectory, hold)
         if load.ratio > most * (1.0 + BETWEEN):
             if limit is not None:
                 as_timed = f"{load} as timed, {load.ratio:.2f} of the limit"
@@ -124,24 +124,30 @@ def carried_run(
 
 
 def carried_runs(
-    context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
+    context: PlanningContext,
+    scene: Scene,
+    parts: Sequence[Sequence[MotionSegment]],
+    grasp: Grasp,
+    hold: Hold,
 ) -> tuple[CarriedRun, ...] | Failures:
-    """Time the motion with the item, as two runs if the cup must take up the weight slowly.
+    """Time the motion with the item: the first part as two runs if the cup must take up the weight slowly.
 
     Args:
         context: The cell with the models that time and prove the runs.
         scene: The planning scene.
-        segments: From the grasp of the item to its release.
+        parts: From the grasp of the item to its release; the arm rests between two parts.
         grasp: Grasp of the item.
         hold: The item as the cup holds it.
 
     Returns:
-        One run, or two of which the first ends within the first segment; or every reason for failure.
+        One run for each part, or one more, of which the first ends within the first segment; or every reason
+        for failure.
     """
-    divided = divided_lift(context.arm, context.method, segments[0], hold)
-    parts = (segments,) if divided is None else (divided[:1], (divided[1], *segments[1:]))
+    lift, *rest = parts[0]
+    divided = divided_lift(context.arm, context.method, lift, hold)
+    first = parts[:1] if divided is None else (divided[:1], (divided[1], *rest))
     runs: list[CarriedRun] = []
-    for part in parts:
+    for part in (*first, *parts[1:]):
         run = carried_run(context, scene, part, grasp, hold)
         if isinstance(run, Failures):
             return run

@@ -1,25 +1,28 @@
 """Stitching of lines and coarse motions into one timed, proven plan with its events.
 
 Delft, section 3: the segments are stitched into one motion plan, timed as a whole, and the events follow the
-key waypoints. The motion stops only to grasp and to release.
+key waypoints. The motion stops only to grasp and to release, and where the tool turns with the item.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pickcli.cell.device import device_of
+from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.grasping.grasp_method import GraspTimes
 from pickcli.grasping.holding import GripLoad
-from pickcli.motion.plan import Plan
+from pickcli.kinematics.tool_turn import turning_tip
+from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.assembly.events import schedule
-from pickcli.planning.assembly.proven_timing import carried_runs, proven_run
+from pickcli.planning.assembly.events import Schedule, schedule
+from pickcli.planning.assembly.proven_timing import CarriedRun, carried_runs, proven_run
 from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
@@ -40,50 +43,120 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     Returns:
         The plan, uncertified; or every reason, if the cup cannot hold at any speed or a proof fails.
     """
-    context, grasp = problem.context, motion.taking.grasp
-    item, scene = problem.target.item, problem.scene
-    rests = context.method.rests(context.cell.devices, context.settings.release_time)
+    context, scene = problem.context, problem.scene
     to_item = _moving(context, [motion.transit, *motion.taking.inward])
-    to_place = _moving(context, [*motion.taking.outward, motion.transfer, *motion.placement.inward])
     away = _moving(context, motion.placement.away)
     first = proven_run(context, scene, to_item)
     if isinstance(first, Failures):
         return first
-    hold = context.method.hold(item, grasp.face, motion.taking.attached.T_tip_item)
-    slowed = [segment.scaled(item.speed_scale) for segment in to_place]
-    carried = carried_runs(context, scene, slowed, grasp, hold)
+    carried = _carried(problem, motion)
     if isinstance(carried, Failures):
         return carried
     last = proven_run(context, motion.placement.scene, away)
     if isinstance(last, Failures):
         return last
-    runs = [first, *(part.run for part in carried), last]
-    resting = [rests.taking, *[0.0] * (len(carried) - 1), rests.releasing]
-    lift = to_place[:1] * len(carried)
-    trajectory, segments = _joined([*to_item, *lift, *to_place[1:], *away], runs, resting)
-    if len(carried) > 1:
-        segments = _joined_at(segments, len(to_item))
+    rests = context.method.rests(context.cell.devices, context.settings.release_time)
+    runs = [first, *(part.run for part in carried.runs), last]
+    resting = [rests.taking, *carried.rests, rests.releasing]
+    trajectory, segments = _joined([*to_item, *carried.segments, *away], runs, resting)
+    segments = carried.with_turn(segments, len(to_item))
     if context.method.closes_at_rest:
         segments = _with_rests(segments, rests, motion)
     scheduled = schedule(context, segments, trajectory, rests)
     if isinstance(scheduled, Failures):
         return scheduled
+    plan = _plan(problem, scheduled, carried.load.of(motion.taking.grasp))
+    too_fast = thrown(context.arm, plan, context.cell.devices)
+    return plan if too_fast is None else Failures.of(too_fast)
+
+
+@dataclass(frozen=True, eq=False)
+class _Carried:
+    """The timed motion with the item.
+
+    Attributes:
+        runs: Its runs; the first two are one segment if the weight is taken up slowly.
+        segments: The segments of all runs, one after the other.
+        rests: s at rest after each run but the last.
+        n_before_turn: Number of segments before the turn of the tool, the lift counted once.
+        turn: The segment in which the tool turns, at rest; None without one.
+        load: The worst load on the cup, also during the turn.
+    """
+
+    runs: tuple[CarriedRun, ...]
+    segments: tuple[MotionSegment, ...]
+    rests: tuple[float, ...]
+    n_before_turn: int
+    turn: MotionSegment | None
+    load: GripLoad
+
+    def with_turn(self, segments: tuple[Segment, ...], n_before: int) -> tuple[Segment, ...]:
+        """Merge the two runs of a lift in timed segments, and split off the turn.
+
+        Args:
+            segments: The timed segments of the plan.
+            n_before: Number of them before the item is held.
+
+        Returns:
+            The segments of the plan.
+        """
+        n_merged = len(self.runs) - (1 if self.turn is None else 2)
+        if n_merged:
+            segments = _joined_at(segments, n_before)
+        if self.turn is None:
+            return segments
+        k = n_before + self.n_before_turn - 1
+        return (*segments[:k], *_cut(segments[k], self.rests[-1], self.turn), *segments[k + 1 :])
+
+
+def _carried(problem: PickProblem, motion: PickMotion) -> _Carried | Failures:
+    """Time the motion with the item, in one part, or in two between which the tool turns."""
+    context, item, taking = problem.context, problem.target.item, motion.taking
+    before, turn, after = _parted([*taking.outward, *motion.transfer.segments, *motion.placement.inward])
+    parts = [
+        [segment.scaled(item.speed_scale) for segment in _moving(context, part)]
+        for part in (before, after)
+        if part
+    ]
+    hold = context.method.hold(item, taking.grasp.face, taking.attached.T_tip_item)
+    runs = carried_runs(context, problem.scene, parts, taking.grasp, hold)
+    if isinstance(runs, Failures):
+        return runs
+    loads, lift = [run.load for run in runs], parts[0][:1]
+    rests = [0.0] * (len(runs) - len(parts))
+    if turn is not None:
+        duration = device_of(context.cell.devices, context.cell.robot.tool.mover).lead
+        states = before[-1].mode.tool_state, after[0].mode.tool_state
+        loads.append(hold.in_motion(turning_tip(context.arm, turn.start, *states, duration)))
+        rests.append(duration)
+    segments = (*lift * len(rests[: len(runs) - len(parts)]), *(s for part in parts for s in part))
+    return _Carried(runs, segments, tuple(rests), len(parts[0]), turn, GripLoad.worst(loads))
+
+
+def _parted(
+    segments: Sequence[MotionSegment],
+) -> tuple[Sequence[MotionSegment], MotionSegment | None, Sequence[MotionSegment]]:
+    """Return the segments before the turn of the tool, the turn, and those after it."""
+    k = next((k for k, s in enumerate(segments) if s.mode.tool_state == MOVING), len(segments))
+    return segments[:k], segments[k] if k < len(segments) else None, segments[k + 1 :]
+
+
+def _plan(problem: PickProblem, scheduled: Schedule, grasp: Grasp) -> Plan:
     segments, trajectory, events = scheduled
-    plan = Plan(
+    cell = problem.context.cell
+    return Plan(
         query=problem.label,
-        cell_fingerprint=context.cell.fingerprint,
-        scene_hash=scene_hash(scene),
+        cell_fingerprint=cell.fingerprint,
+        scene_hash=scene_hash(problem.scene),
         seed=problem.seed,
         segments=segments,
         trajectory=trajectory,
         events=events,
-        grasp=GripLoad.worst(part.load for part in carried).of(grasp),
-        speed_scale=item.speed_scale,
-        arm=context.cell.arm,
-        others=context.cell.others,
+        grasp=grasp,
+        speed_scale=problem.target.item.speed_scale,
+        arm=cell.arm,
+        others=cell.others,
     )
-    too_fast = thrown(context.arm, plan, context.cell.devices)
-    return plan if too_fast is None else Failures.of(too_fast)
 
 
 def stitch_run(

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.tool import ToolState
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, least_turn, rotation_axis_angle
 from pickcli.motion.plan import Grasp
@@ -21,10 +22,14 @@ from pickcli.seeds import derived_rng
 N_MOTIONS = 2  # motions from which the best is chosen
 NEXT_COST = 0.1  # s of additional cost of each next placement
 SAME_TURN = 9  # decimals: orientations that differ only by rounding have the same placements
+# Axes, in the entry frame, of a tool frame below a level lance that points into the place.
+LANCE_INWARD = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
 QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
 
 
-def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
+def plan_set_downs(
+    problem: PickProblem, chosen: GraspMotion, tool_state: ToolState
+) -> tuple[PlaceMotion, ...] | Failures:
     """Find motions that set the item down on the floor of its destination.
 
     A pick from there is planned and reversed: a motion that leads to an item lying there and takes it out
@@ -33,6 +38,7 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
     Args:
         problem: The pick.
         chosen: Motion of the chosen grasp.
+        tool_state: State of the tool in which the item is set down.
 
     Returns:
         The motions, the best placement first; or every reason for failure.
@@ -40,19 +46,20 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
     target, destination = problem.target, problem.destination
     backs: list[PickProblem] = []
     failures = Failures()
-    for R_place_item in _orientations(problem, chosen):
+    for R_place_item in _orientations(problem, chosen.grasp, tool_state):
         there = _picks_from(problem, tuple(levelled(R_place_item).round(SAME_TURN).ravel().tolist()))
         if isinstance(there, Failures):
             failures += there
         else:
             backs += there
+    grasp = replace(chosen.grasp, tool_state=tool_state)
     rng = derived_rng(problem.seed, "set down", target.id, destination.name)
     found: list[PlaceMotion] = []
     for k, back in enumerate(backs):
         if too_close := back.contacts.near_off_floor - _leant_on(back):
             failures += _too_close(back, too_close, f"place {k} in {destination.name}")
             continue
-        picked = _picked_back(back, chosen.grasp, rng)
+        picked = _picked_back(back, grasp, rng)
         if isinstance(picked, Failures):
             failures += picked
             continue
@@ -83,28 +90,30 @@ def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> G
     return plan_grasp_motion(back, lines, back.context.cell.robot.tool.contact_speed, rng)
 
 
-def _orientations(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
+def _orientations(problem: PickProblem, grasp: Grasp, tool_state: ToolState) -> list[Array]:
     """Return orientations (3, 3) for the target at its destination; by default its current one.
 
     An item taken from above is put into a bin with the grasped side to the front, turned about the way in by
-    any quarter turn. On a table that side is up.
+    any quarter turn; or with that side up, if the tool turns on the way. On a table that side is up.
     """
     if problem.destination.access.is_from_above:
-        return _hanging(problem, chosen)
+        return _hanging(problem, grasp)
     R_entry_item = problem.T_entry_item[:3, :3]
     if not problem.place.access.is_from_above:
         return [R_entry_item]
+    if tool_state != grasp.tool_state:
+        return [LANCE_INWARD @ grasp.T_item_tip[:3, :3].T]
     inward = np.array([1.0, 0.0, 0.0])
-    straight = least_turn(R_entry_item @ chosen.grasp.T_item_tip[:3, 2], inward) @ R_entry_item
+    straight = least_turn(R_entry_item @ grasp.T_item_tip[:3, 2], inward) @ R_entry_item
     return [rotation_axis_angle(inward, turn) @ straight for turn in QUARTER_TURNS]
 
 
-def _hanging(problem: PickProblem, chosen: GraspMotion) -> list[Array]:
+def _hanging(problem: PickProblem, grasp: Grasp) -> list[Array]:
     """Return orientations for a cup that points down: the least turn, and quarter turns from it."""
     R_place_world = problem.scene.T_world_place(problem.destination)[:3, :3].T
     R_place_item = R_place_world @ problem.target.T_world_item[:3, :3]
     down = np.array([0.0, 0.0, -1.0])
-    upright = least_turn(R_place_item @ chosen.grasp.T_item_tip[:3, 2], down) @ R_place_item
+    upright = least_turn(R_place_item @ grasp.T_item_tip[:3, 2], down) @ R_place_item
     return [rotation_axis_angle(down, turn) @ upright for turn in QUARTER_TURNS]
 
 

@@ -1,0 +1,98 @@
+"""Transfer on which the tool changes its state with the item: the cup turns while the arm is at rest.
+
+An item that is taken from above with the lance in line with the cup is laid down flat in a bin with the lance
+across it, as Delft's gripper did. The cup turns where the volume that it and the item sweep is free, and
+where the cup holds the item in every position between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.device import device_of
+from pickcli.cell.tool import MOVING
+from pickcli.collision.motion_segment import Mode, at_rest
+from pickcli.errors import Failures, Reason
+from pickcli.geometry import Array
+from pickcli.kinematics.tool_turn import turning_tip
+from pickcli.motion.segment import SegmentKind
+from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.coarse_motion import plan_coarse
+from pickcli.planning.pick_motion import GraspMotion, PlaceMotion, Transfer
+from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.planning_context import COARSE_RESERVE
+from pickcli.seeds import derived_seed
+
+
+def plan_turned_transfer(
+    problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion]
+) -> Transfer | Failures:
+    """Find a transfer to one of several placements that hold the item in another state of the tool.
+
+    Args:
+        problem: The pick.
+        taking: The motion that takes the item.
+        placements: Placements, all in one state of the tool, which is not that of ``taking``.
+
+    Returns:
+        The transfer: to where the tool turns, its turn, and on to the placement; or the reasons for failure.
+    """
+    context, target = problem.context, problem.target
+    before, after = taking.holding_state, placements[0].holding_state
+    contacts = problem.contacts.while_transferring()
+    starts = np.stack([placement.start for placement in placements])
+    costs = [placement.cost for placement in placements]
+    turns = _turns(problem, taking, placements)
+    if isinstance(turns, Failures):
+        return turns
+    onward = [min(p.cost + _straight(problem, q, p.start) for p in placements) for q in turns]
+    modes = [Mode(state, taking.attached, contacts, COARSE_RESERVE) for state in (before, after)]
+    seeds = [derived_seed(problem.seed, "transfer", target.id, state) for state in (before, after)]
+    checkers = [context.checker_for(problem.scene, mode) for mode in modes]
+    to_turn = plan_coarse(context, checkers[0], taking.end, turns, onward, seeds[0], "transfer to the turn")
+    if isinstance(to_turn, Failures):
+        return to_turn
+    q = turns[to_turn.goal]
+    to_place = plan_coarse(context, checkers[1], q, starts, costs, seeds[1], "transfer after the turn")
+    if isinstance(to_place, Failures):
+        return to_place
+    segments = (
+        to_turn.segment(SegmentKind.TRANSFER, replace(modes[0], reserve=0.0)),
+        at_rest(SegmentKind.TRANSFER, q, Mode(MOVING, taking.attached, contacts)),
+        to_place.segment(SegmentKind.TRANSFER, replace(modes[1], reserve=0.0)),
+    )
+    experience = (*to_turn.experience, *to_place.experience)
+    return Transfer(segments, placements[to_place.goal], experience)
+
+
+def _turns(problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion]) -> Array | Failures:
+    """Return (K, n) configurations in which the tool can turn with the item.
+
+    Tried are the end of the retreat, the starts of the placements, and the cell's named configurations.
+    """
+    context = problem.context
+    turning = Mode(MOVING, taking.attached, problem.contacts.while_transferring())
+    named = [each.q for each in context.cell.configurations.values()]
+    Q = np.stack([taking.end, *(placement.start for placement in placements), *named])
+    checker = context.checker_for(problem.scene, turning)
+    free = [q for q in Q if checker.is_valid(q)]
+    if not free:
+        nearest = checker.explain(taking.end)
+        return Failures.of(Reason("no room to turn the tool", "transfer", str(nearest), nearest.in_the_way))
+    hold = context.method.hold(problem.target.item, taking.grasp.face, taking.attached.T_tip_item)
+    states = taking.holding_state, placements[0].holding_state
+    duration = device_of(context.cell.devices, context.cell.robot.tool.mover).lead
+    loads = [hold.in_motion(turning_tip(context.arm, q, *states, duration)).ratio for q in free]
+    most = context.settings.load_ratio
+    held = [q for q, load in zip(free, loads, strict=True) if load <= most]
+    if not held:
+        least = f"{min(loads):.2f} of what the cup bears, {most:g} allowed"
+        return Failures.of(Reason("does not hold", "turn of the tool", least))
+    return np.stack(held)
+
+
+def _straight(problem: PickProblem, q: Array, q_goal: Array) -> float:
+    return estimated_duration(problem.context.space, np.stack([q, q_goal]))
