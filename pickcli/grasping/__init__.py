@@ -5,7 +5,7 @@ Each samples grasps of a `grasp_target`, as widely as `search` states.
 
 - `suction_grasping`, by `suction_candidates`: `surfaces` and `region` are the faces of an item, `face_poses`
   selects poses on them, `cup_press` is how far the cup is pressed on, `press_check` whether the item tips
-  over.
+  over; `contact_speeds` keeps its results.
 - `region_import` makes seals and areas of an item from KTH's regions, which `box_tsr` reads.
 - `pinch_grasping`, by `pinch_candidates`, from the pairs of opposite places found by `antipodal`.
 

@@ -12,9 +12,10 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import pose
+from pickcli.io_events import schedule as scheduling
 from pickcli.io_events.resolve import ResolvedEvents
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.assembly import events, proven_timing
+from pickcli.planning.assembly import carried_motion
 from pickcli.planning.assembly.proven_timing import CarriedRun, carried_run, proven_run
 from pickcli.planning.blockers import blocking_items
 from pickcli.planning.pick import plan_pick
@@ -129,7 +130,7 @@ def test_what_a_timed_run_with_an_item_meets(
         carried.append(args)
         return carried_run(*args)
 
-    monkeypatch.setattr(proven_timing, "carried_run", kept)
+    monkeypatch.setattr(carried_motion, "carried_run", kept)
     plan_pick(context, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
     context, scene, segments, grasp, hold = carried[0]
     run = carried_run(context, scene, segments, grasp, hold)
@@ -148,7 +149,7 @@ def test_every_event_that_cannot_be_bound(
     context: PlanningContext, scene_with: SceneWith, home: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     unbound = (Reason("anchor off the path", "pump on"), Reason("anchor off the path", "valve off", "", "x"))
-    monkeypatch.setattr(events, "resolve", lambda *args: ResolvedEvents((), 0.0, unbound))
+    monkeypatch.setattr(scheduling, "resolve", lambda *args: ResolvedEvents((), 0.0, unbound))
     with pytest.raises(NoPlanError) as caught:
         plan_pick(context, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
     assert set(unbound) <= set(caught.value.reasons)

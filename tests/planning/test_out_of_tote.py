@@ -51,21 +51,6 @@ def test_the_simulated_robot_takes_it_out(context: PlanningContext, in_tote: InT
     world.close()
 
 
-def test_it_is_stowed_in_a_bin_with_its_upper_side_to_the_front(
-    context: PlanningContext, in_tote: InTote, home: Start
-) -> None:
-    scene = in_tote((BAR, 0.1, 0.0, 0.0))
-    plan = certify(plan_pick(context, scene, PickQuery(TOTE, BAR, into="bin_E"), home), scene)
-    assert plan.grasp is not None and plan.grasp.face == "+z"
-    world = World(scene, home.q)
-    execute(plan, world)
-    stowed = world.placed(BAR)
-    assert stowed.location == "bin_E" and not world.contacts.collisions
-    outward = (inverse(scene.T_world_pod) @ stowed.T_world_item)[:3, 2]
-    assert outward[0] < -0.9
-    world.close()
-
-
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.2, 0.1)])
 def test_it_comes_out_upwards_and_is_certified(
     context: PlanningContext, in_tote: InTote, home: Start, x: float, y: float

@@ -1,6 +1,6 @@
 """Assembly of the proven segments into one timed plan with its events.
 
-Read `stitching`, then `proven_timing`, which times the segments between two stops within the limits of
-`grip_load`; `timed_motion_validation` proves the timed motion, `tool_path_check` measures the tool's path,
-and `events` gives the devices' events their times.
+Read `stitching`, then `carried_motion` for the part with the item, and `proven_timing`, which times the
+segments between two stops within the limits of `grip_load`; `timed_motion_validation` proves the timed
+motion, and `tool_path_check` measures the tool's path.
 """

@@ -123,38 +123,6 @@ def carried_run(
         are_blends_proven = True
 
 
-def carried_runs(
-    context: PlanningContext,
-    scene: Scene,
-    parts: Sequence[Sequence[MotionSegment]],
-    grasp: Grasp,
-    hold: Hold,
-) -> tuple[CarriedRun, ...] | Failures:
-    """Time the motion with the item: the first part as two runs if the cup must take up the weight slowly.
-
-    Args:
-        context: The cell with the models that time and prove the runs.
-        scene: The planning scene.
-        parts: From the grasp of the item to its release; the arm rests between two parts.
-        grasp: Grasp of the item.
-        hold: The item as the cup holds it.
-
-    Returns:
-        One run for each part, or one more, of which the first ends within the first segment; or every reason
-        for failure.
-    """
-    lift, *rest = parts[0]
-    divided = divided_lift(context.arm, context.method, lift, hold)
-    first = parts[:1] if divided is None else (divided[:1], (divided[1], *rest))
-    runs: list[CarriedRun] = []
-    for part in (*first, *parts[1:]):
-        run = carried_run(context, scene, part, grasp, hold)
-        if isinstance(run, Failures):
-            return run
-        runs.append(run)
-    return tuple(runs)
-
-
 def divided_lift(
     arm: Arm, method: GraspMethod, lift: MotionSegment, hold: Hold
 ) -> tuple[MotionSegment, MotionSegment] | None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
+from pickcli.grasping.contact_speeds import ContactSpeeds
 from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
 from pickcli.grasping.search import USUAL, WIDE_SEARCH, Search
 from pickcli.motion.plan import Grasp, GraspKind
@@ -22,7 +23,6 @@ from pickcli.planning.stages.tool_clearance import tool_lines, with_tool_clearan
 from pickcli.seeds import derived_rng
 
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from a failed grasp
-SAME_PRESS = 1e-9  # m, and share of a unit vector: grasps that press on the same point in the same direction
 MOST_UNFOLLOWED = 25  # grasps that the arm may fail to follow; in 596 picks none succeeded after the 22nd
 MOST_TRIED = 150  # grasps of one search; in 10 new scenes the first with a motion was the 94th at the latest
 
@@ -83,12 +83,9 @@ def _tried(
     feasible: list[GraspMotion] = []
     roomy, failures = with_tool_clearance(problem, grasps, ways_out)
     n_unfollowed = 0
-    speeds: dict[Hashable, float | None] = {}
+    speeds = ContactSpeeds(problem.context.method, problem.contacts)
     for grasp in (roomy if search is USUAL else _in_turns(roomy))[:MOST_TRIED]:
-        press = _press(grasp)
-        if press not in speeds:
-            speeds[press] = problem.context.method.contact_speed(problem.contacts, grasp)
-        speed = speeds[press]
+        speed = speeds.of(grasp)
         if speed is None:
             failures += Reason(
                 "tips the item", str(grasp), "the cup presses it over the edge of what carries it"
@@ -107,12 +104,6 @@ def _tried(
         if len(feasible) >= problem.context.settings.wanted or n_unfollowed >= MOST_UNFOLLOWED:
             break
     return tuple(feasible), failures
-
-
-def _press(grasp: Grasp) -> Hashable:
-    """Return what the fastest contact depends on: turns about the tool's axis do not change it."""
-    at = np.rint(grasp.T_item_tip[:3, 2:] / SAME_PRESS).astype(np.int64).tobytes()
-    return grasp.kind, grasp.face, grasp.tool_state, at
 
 
 def _in_turns(grasps: list[Grasp]) -> list[Grasp]:

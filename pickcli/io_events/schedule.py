@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from pickcli.cell.cell import Cell
 from pickcli.errors import Failures
-from pickcli.grasping.grasp_method import GraspTimes
 from pickcli.io_events.bind import bind_pick
 from pickcli.io_events.resolve import delay_segments, resolve
 from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.planning_context import PlanningContext
 from pickcli.timing.concatenation import delayed
 
 Schedule = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
 
 
 def schedule(
-    context: PlanningContext, segments: Sequence[Segment], trajectory: Trajectory, rests: GraspTimes
+    cell: Cell, segments: Sequence[Segment], trajectory: Trajectory, taking: float, releasing: float
 ) -> Schedule | Failures:
     """Bind the events of a pick to its timed motion.
 
@@ -26,16 +25,17 @@ def schedule(
     first waits for the missing time.
 
     Args:
-        context: The cell, its models and its precomputed files.
+        cell: The cell, which has the tool and the devices.
         segments: The segments with their times.
         trajectory: The timed motion.
-        rests: How long the arm rests when the item is taken and when it is released.
+        taking: s for which the arm rests when the item is taken.
+        releasing: s for which it rests when the item is released.
 
     Returns:
         Segments, trajectory and events with their times; or every event that cannot be bound.
     """
-    tool, devices = context.cell.robot.tool, context.cell.devices
-    events = bind_pick(segments, devices, tool, rests.taking, rests.releasing)
+    tool, devices = cell.robot.tool, cell.devices
+    events = bind_pick(segments, devices, tool, taking, releasing)
     resolution = resolve(events, segments, trajectory)
     if resolution.start_delay > 0.0:
         trajectory = delayed(trajectory, resolution.start_delay)

@@ -1,4 +1,4 @@
-"""Transfer on which the tool changes its state with the item: the cup turns while the arm is at rest.
+"""Ways with the item to its placement: in one state of the tool, or with a turn of the cup on the way.
 
 An item that is taken from above with the lance in line with the cup is laid down flat in a bin with the lance
 across it, as Delft's gripper did. The cup turns where the volume that it and the item sweep is free, and
@@ -25,6 +25,31 @@ from pickcli.planning.pick_motion import GraspMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import COARSE_RESERVE
 from pickcli.seeds import derived_seed
+
+
+def plan_direct_transfer(
+    problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion]
+) -> Transfer | Failures:
+    """Find a transfer to the placement with the fastest complete motion, in one state of the tool.
+
+    Args:
+        problem: The pick.
+        taking: The motion that takes the item.
+        placements: Placements in the state of the tool in which it is taken.
+
+    Returns:
+        The transfer, or the reasons for failure.
+    """
+    mode = Mode(taking.holding_state, taking.attached, problem.contacts.while_transferring(), COARSE_RESERVE)
+    goals = np.stack([placement.start for placement in placements])
+    extra = [placement.cost for placement in placements]
+    seed = derived_seed(problem.seed, "transfer", problem.target.id)
+    checker = problem.context.checker_for(problem.scene, mode)
+    coarse = plan_coarse(problem.context, checker, taking.end, goals, extra, seed, "transfer")
+    if isinstance(coarse, Failures):
+        return coarse
+    segment = coarse.segment(SegmentKind.TRANSFER, replace(mode, reserve=0.0))
+    return Transfer((segment,), placements[coarse.goal], coarse.experience)
 
 
 def plan_turned_transfer(

@@ -1,0 +1,93 @@
+"""The motion with the item from the grasp to the release, timed in parts between which the arm rests.
+
+It is one part; but the weight of an item that a cup holds by its side is taken up slowly in a part of its
+own, and the arm rests where the tool turns with the item.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from pickcli.cell.device import device_of
+from pickcli.cell.tool import MOVING
+from pickcli.collision.motion_segment import MotionSegment
+from pickcli.errors import Failures
+from pickcli.grasping.holding import GripLoad
+from pickcli.kinematics.tool_turn import turning_tip
+from pickcli.planning.assembly.proven_timing import carried_run, divided_lift
+from pickcli.planning.pick_motion import PickMotion
+from pickcli.planning.pick_problem import PickProblem
+from pickcli.timing.timed_run import TimedRun
+
+
+@dataclass(frozen=True, eq=False)
+class PlanPart:
+    """A timed run with its segments, and the rest of the arm after it.
+
+    Attributes:
+        segments: Segments of the run.
+        run: The timed run.
+        rest: s at rest after it.
+        at_rest: The segment of that rest, in which only the tool moves; None if the rest belongs to the last
+            segment of the run.
+        continues: Whether the last segment continues with the first one of the next part.
+    """
+
+    segments: Sequence[MotionSegment]
+    run: TimedRun
+    rest: float = 0.0
+    at_rest: MotionSegment | None = None
+    continues: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedMotion:
+    """The timed motion with the item.
+
+    Attributes:
+        parts: Its parts, from the grasp to the release.
+        load: The worst load on the cup.
+    """
+
+    parts: tuple[PlanPart, ...]
+    load: GripLoad
+
+
+def carried_motion(problem: PickProblem, motion: PickMotion) -> CarriedMotion | Failures:
+    """Time the motion with the item.
+
+    Args:
+        problem: The pick.
+        motion: Its segments, not yet timed.
+
+    Returns:
+        The timed motion; or every reason, if the cup cannot hold at any speed or a proof fails.
+    """
+    context, item, taking = problem.context, problem.target.item, motion.taking
+    hold = context.method.hold(item, taking.grasp.face, taking.attached.T_tip_item)
+    segments = [
+        segment.scaled(context.cell.speed_scale).scaled(item.speed_scale)
+        for segment in (*taking.outward, *motion.transfer.segments, *motion.placement.inward)
+        if segment.has_length or segment.mode.tool_state == MOVING
+    ]
+    turn = next((k for k, segment in enumerate(segments) if segment.mode.tool_state == MOVING), None)
+    before, after = (segments, []) if turn is None else (segments[:turn], segments[turn + 1 :])
+    lift = divided_lift(context.arm, context.method, before[0], hold)
+    divided = [before] if lift is None else [[lift[0]], [lift[1], *before[1:]]]
+    parts: list[PlanPart] = []
+    loads: list[GripLoad] = []
+    for some in (*divided, after):
+        if not some:
+            continue
+        timed = carried_run(context, problem.scene, some, taking.grasp, hold)
+        if isinstance(timed, Failures):
+            return timed
+        parts.append(PlanPart(some, timed.run, continues=len(parts) + 1 < len(divided)))
+        loads.append(timed.load)
+    if turn is not None:
+        duration = device_of(context.cell.devices, context.cell.robot.tool.mover).lead
+        states = before[-1].mode.tool_state, after[0].mode.tool_state
+        loads.append(hold.in_motion(turning_tip(context.arm, after[0].start, *states, duration)))
+        parts[-2] = replace(parts[-2], rest=duration, at_rest=segments[turn])
+    return CarriedMotion(tuple(parts), GripLoad.worst(loads))
