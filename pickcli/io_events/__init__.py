@@ -1,4 +1,4 @@
 """Device events on a path: binding, resolution to times, and firing by measured progress.
 
-Read `bind`, then `resolve`; `schedule` does both for a pick. `tracker` fires events during execution.
+Read `bind`, then `resolve`; `event_binding` does both for a pick. `tracker` fires events during execution.
 """

@@ -2,5 +2,5 @@
 
 Read `chain`, then `arm`; `continuous_joints` handles positions that are equal up to whole turns, `follow`
 states tolerances of a line, `tip_motion` and `held_body` compute how tool and load move along a trajectory,
-`manipulability` how well a configuration can move.
+`tool_turn` how the tool moves while it changes its state, `manipulability` how well a configuration can move.
 """

@@ -182,5 +182,5 @@ class PickMotion:
 
     @property
     def placement(self) -> PlaceMotion:
-        """The placement."""
+        """The placement to which the transfer leads."""
         return self.transfer.placement

@@ -166,7 +166,7 @@ class _Reader:
                 value = self._argument((*key, name), parameter, stated[name])
                 if value is not None:
                     found[name] = value
-            elif parameter.is_required:
+            elif parameter.is_required and stated.keys() <= type_.parameters.keys():  # else it is misspelled
                 self._source.add(key, f"the parameter {name} is missing: expected {_example(type_)}")
         self._check_lists(key, found)
         return found

@@ -20,7 +20,8 @@ from pickcli.strategy.strategy_tree import Strategy, StrategyNode
 from pickcli.strategy.target_choice import best_action, first_target
 from pickcli.strategy.trial_actions import OpenTarget, TrialActions
 
-MAX_IDLE_TICKS = 100  # ticks of the tree in which nothing is tried and no time passes, after which it ends
+SAME_TIME = 1e-6  # s
+MAX_IDLE_TICKS = 100  # ticks of the tree in which it does nothing but look, after which it ends
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ class StrategyPlayer:
         self.ticks: list[Tick] = []
         self.stuck = ""
         self._actions = actions
-        self._tree = _built(strategy.root, _Choice(actions), self.ticks)
+        self._choice = _Choice(actions)
+        self._tree = _built(strategy.root, self._choice, self.ticks)
         self._n_idle = 0
 
     def play(self) -> None:
@@ -70,27 +72,36 @@ class StrategyPlayer:
         Returns:
             Whether there is more to do: the tree did not fail, and something was done in its last ticks.
         """
-        before, n_before = self._actions.now, len(self._actions.open_targets())
+        before, n_before = self._time_not_looking(), len(self._actions.open_targets())
         self._tree.tick_once()
         if self._tree.status is Status.FAILURE:
             return False
-        is_idle = self._actions.now == before and len(self._actions.open_targets()) == n_before
+        is_idle = (
+            self._time_not_looking() - before < SAME_TIME and len(self._actions.open_targets()) == n_before
+        )
         self._n_idle = self._n_idle + 1 if is_idle else 0
         if self._n_idle >= MAX_IDLE_TICKS:
             self.stuck = (
                 f"the trial was ended early: the strategy tried nothing in {MAX_IDLE_TICKS} ticks; let its "
-                "tree fail if nothing is left, or look again"
+                "tree fail if nothing is left"
             )
         return not self.stuck
+
+    def _time_not_looking(self) -> float:
+        return self._actions.now - self._choice.looked
 
 
 @dataclass(eq=False)
 class _Choice:
-    """The trial, and what was chosen last: a target, and an action if one was chosen with it."""
+    """The trial, and what was chosen last: a target, and an action if one was chosen with it.
+
+    looked: s on the trial's clock that looks have taken
+    """
 
     actions: TrialActions
     index: int | None = None
     action: ActionKind | None = None
+    looked: float = 0.0
 
     @property
     def target(self) -> OpenTarget | None:
@@ -117,6 +128,12 @@ class _Choice:
     def attempts_below(self, count: int) -> bool:
         return self.target is not None and self.target.n_attempts < count
 
+    def look(self) -> bool:
+        began = self.actions.now
+        has_looked = self.actions.look()
+        self.looked += self.actions.now - began
+        return has_looked
+
     def pick(self) -> bool:
         target = self.target
         can_pick = target is not None and ActionKind.PICK in target.rates
@@ -141,7 +158,7 @@ class _Choice:
             "attempts_below": self.attempts_below,
             "choose_action": self.choose_action,
             "choose_target": self.choose_target,
-            "look": self.actions.look,
+            "look": self.look,
             "pick": self.pick,
             "clear": self.clear,
             "give_up": self.give_up,

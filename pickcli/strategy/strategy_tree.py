@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
+from pickcli.cell.fingerprint import digest
 from pickcli.strategy.node_types import NODE_TYPES, NodeType
 
 MAX_LISTED = 7  # names of a list that a text has in full
@@ -61,6 +62,11 @@ class Strategy:
     name: str
     description: str
     root: StrategyNode
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the tree, hexadecimal; name and description do not count."""
+        return digest(self.root.values())
 
 
 def _text(value: Argument) -> str:

@@ -12,6 +12,7 @@ from pickcli.strategy.node_types import NODE_TYPES, NodeKind, ParameterType
 from pickcli.strategy.strategy_tree import Argument, Strategy, StrategyNode
 
 BUILT_IN = {"Sequence", "Fallback", "RetryUntilSuccessful", "Inverter", "ForceSuccess"}
+_NODE_NAMES = {type_.xml_name for type_ in NODE_TYPES.values()}  # a tree with such a name would be that node
 PORTS = {"attempts": "num_attempts"}  # names of BehaviorTree.CPP's own ports
 
 
@@ -24,8 +25,9 @@ def strategy_xml(strategy: Strategy) -> str:
     Returns:
         The file's text.
     """
-    root = Element("root", {"BTCPP_format": "4", "main_tree_to_execute": strategy.name})
-    tree = SubElement(root, "BehaviorTree", {"ID": strategy.name})
+    tree_id = f"{strategy.name} tree" if strategy.name in _NODE_NAMES else strategy.name
+    root = Element("root", {"BTCPP_format": "4", "main_tree_to_execute": tree_id})
+    tree = SubElement(root, "BehaviorTree", {"ID": tree_id})
     _add(tree, strategy.root)
     models = SubElement(root, "TreeNodesModel")
     used = {node.name for node in strategy.root.walk()}

@@ -6,6 +6,7 @@ runs of a trial differ only in ``statistics``.
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,6 +18,7 @@ from pickcli.planning.blockers import from_the_mouth
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.simulation.protective_stop import StopCause
+from pickcli.strategy.name_check import unknown_names
 from pickcli.strategy.strategy_player import StrategyPlayer
 from pickcli.strategy.trial_actions import OpenTarget
 from pickcli.trial.action_values import AttemptOutcomes, TargetState, open_targets, target_states
@@ -34,6 +36,8 @@ from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResu
 
 NO_TIME_TO_PLAN = "no time is left to plan it"
 ResultObserver: TypeAlias = Callable[[Callable[[], TrialResult]], None]
+
+_log = logging.getLogger(__name__)
 
 
 def nobody_asks(result: Callable[[], TrialResult]) -> None:
@@ -123,6 +127,9 @@ class _Trial:
         self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
         self.attempts: list[tuple[TargetState, Attempt]] = []
         self.player = StrategyPlayer(settings.strategy, self)
+        names = {name for name, _ in cell.items} | {placed.item.name for placed in self.before.items}
+        for line in unknown_names(settings.strategy, names, cell.places):
+            _log.warning("strategy %s: %s", settings.strategy.name, line)
 
     def play(self) -> None:
         """Tick the strategy until nothing is left that it would try, or time is over."""
@@ -368,6 +375,7 @@ class _Trial:
             cut_short=runner.cut_short,
             disturbed_last=disturbed_last,
             strategy=self.settings.strategy.name,
+            strategy_hash=self.settings.strategy.digest,
             ticks=tuple(self.player.ticks),
             strategy_stuck=self.player.stuck,
         )

@@ -83,7 +83,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "final_places": {item.id: item.end for item in result.final.items},
         "contacts": [dataclasses.asdict(collision) for collision in result.collisions],
         "attempts": [_attempt(attempt) for attempt in result.attempts],
-        "strategy": {"name": result.strategy, "stuck": result.strategy_stuck},
+        "strategy": {"name": result.strategy, "hash": result.strategy_hash, "stuck": result.strategy_stuck},
         "ticks": [_tick(tick) for tick in result.ticks],
         "disturbed_last": [_disturbance(d) for d in result.disturbed_last],
         **_arms(result),

@@ -185,6 +185,7 @@ class TrialResult:
         cut_short: What the end of time interrupted although it was possible, "" if nothing.
         disturbed_last: Items that moved unintentionally after the last execution.
         strategy: Name of the strategy.
+        strategy_hash: Hash of its tree.
         ticks: All ticks of the strategy's conditions and actions.
         strategy_stuck: Why the strategy was ended before its tree failed, "" if it was not.
     """
@@ -206,6 +207,7 @@ class TrialResult:
     cut_short: str = ""
     disturbed_last: tuple[Disturbance, ...] = ()
     strategy: str = ""
+    strategy_hash: str = ""
     ticks: tuple[Tick, ...] = ()
     strategy_stuck: str = ""
 

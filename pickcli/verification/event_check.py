@@ -17,7 +17,7 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.finger_events import leads_to
 from pickcli.verification.hold_choice import hold_checks
 from pickcli.verification.straightness_check import every_millisecond, tip_points
-from pickcli.verification.tool_turn import check_turns
+from pickcli.verification.turn_check import check_turns
 from pickcli.verification.vacuum_events import EVENT_TIME_TOLERANCE, TimedEvent
 
 WAY_TOLERANCE = 5e-4  # m of tool path, for anchors by arc length

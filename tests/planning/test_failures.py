@@ -12,7 +12,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import pose
-from pickcli.io_events import schedule as scheduling
+from pickcli.io_events import event_binding
 from pickcli.io_events.resolve import ResolvedEvents
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.assembly import carried_motion
@@ -149,7 +149,7 @@ def test_every_event_that_cannot_be_bound(
     context: PlanningContext, scene_with: SceneWith, home: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     unbound = (Reason("anchor off the path", "pump on"), Reason("anchor off the path", "valve off", "", "x"))
-    monkeypatch.setattr(scheduling, "resolve", lambda *args: ResolvedEvents((), 0.0, unbound))
+    monkeypatch.setattr(event_binding, "resolve", lambda *args: ResolvedEvents((), 0.0, unbound))
     with pytest.raises(NoPlanError) as caught:
         plan_pick(context, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
     assert set(unbound) <= set(caught.value.reasons)

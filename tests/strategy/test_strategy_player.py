@@ -54,6 +54,12 @@ def test_a_tree_that_tries_nothing_is_ended(tmp_path: Path) -> None:
     assert str(MAX_IDLE_TICKS) in player.stuck and len(player.ticks) == MAX_IDLE_TICKS
 
 
+def test_a_tree_that_only_looks_is_ended_long_before_the_trial(tmp_path: Path) -> None:
+    actions = scripted({0: "d"}, limit=1e5)
+    player = played("look", actions, tmp_path)
+    assert player.stuck and len(player.ticks) == MAX_IDLE_TICKS and actions.now < 1e4
+
+
 def test_inverted_and_forced_results_are_those_of_the_child(tmp_path: Path) -> None:
     tree = """
 sequence:

@@ -370,6 +370,16 @@ def test_a_strategy_that_tries_nothing_is_named_in_the_summary(cell: Cell) -> No
     assert any("the strategy tried nothing in 100 ticks" in line for line in summary(result))
 
 
+def test_names_in_a_strategy_that_the_cell_does_not_have_are_warned_of(
+    cell: Cell, caplog: pytest.LogCaptureFixture
+) -> None:
+    by = {"by": ("item_priority",), "items": ("scotch_duct_tape", "dove_beauty_baar")}
+    tree = StrategyNode("sequence", {}, (StrategyNode("choose_target", by), StrategyNode("pick")))
+    play(ScriptedTrial(scene_of(ORDER, cell)), strategy=Strategy("own", "", tree))
+    (line,) = (r.getMessage() for r in caplog.records if "strategy own" in r.getMessage())
+    assert "choose_target.items: 'dove_beauty_baar'" in line and "'dove_beauty_bar'" in line
+
+
 def test_targets_that_the_strategy_gave_up_were_not_missed_for_time(cell: Cell) -> None:
     choose = StrategyNode("choose_target", {"by": ("order",)})
     giving_up = Strategy("own", "", StrategyNode("sequence", {}, (choose, StrategyNode("give_up"))))

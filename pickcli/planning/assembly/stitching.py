@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, Reason
-from pickcli.io_events.schedule import schedule
+from pickcli.io_events.event_binding import bound_events
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
@@ -59,7 +59,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
         replace(release, rest=rests.releasing, at_rest=opening if closes else None),
         PlanPart(away, last),
     ])  # fmt: skip
-    scheduled = schedule(context.cell, segments, trajectory, rests.taking, rests.releasing)
+    scheduled = bound_events(context.cell, segments, trajectory, rests.taking, rests.releasing)
     if isinstance(scheduled, Failures):
         return scheduled
     segments, trajectory, events = scheduled

@@ -4,6 +4,7 @@
   plans for the tool without the arm, before any inverse kinematics; `grasp_motion` proves the lines of one
   grasp.
 - Extraction, in `extraction`: `planned_extraction` and `lift_sampling` if no simple corridor is free.
-- Coarse motions: `grasp_transit` to the grasp, and `transfer` with the item to its placement.
+- Coarse motions: `grasp_transit` to the grasp, and `transfer` with the item to its placement, by ways of
+  `item_transfer`.
 - Release, in `placement`: at `drop_placements` from above, else by `set_down` at `floor_placements`.
 """

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pickcli.errors import Failures
 from pickcli.planning.pick_motion import GraspTransit, PickMotion
 from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.stages.item_transfer import plan_direct_transfer, plan_turned_transfer
 from pickcli.planning.stages.placement import placing_states, plan_placement
-from pickcli.planning.stages.transfer_ways import plan_direct_transfer, plan_turned_transfer
 
 
 def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | Failures:

@@ -1,4 +1,4 @@
-"""Scheduling of the events of a pick on its timed motion."""
+"""Binding of the events of a pick to its timed motion, with the wait that a long lead needs."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.concatenation import delayed
 
-Schedule = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
+BoundEvents = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
 
 
-def schedule(
+def bound_events(
     cell: Cell, segments: Sequence[Segment], trajectory: Trajectory, taking: float, releasing: float
-) -> Schedule | Failures:
+) -> BoundEvents | Failures:
     """Bind the events of a pick to its timed motion.
 
     If a lead is longer than the motion before its anchor (a pump that takes 2 s, a near item), the robot
