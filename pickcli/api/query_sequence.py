@@ -11,7 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from pickcli.geometry import Array
-from pickcli.kinematics.continuous_joints import turned_towards
+from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Plan
 from pickcli.planning.first_plan import first_plan
 from pickcli.planning.move import plan_move
@@ -93,7 +93,7 @@ class MoveStep:
             NoPlanError: No motion was found; with the reasons.
             RejectedError: The verifier rejects it.
         """
-        goal = turned_towards(context.cell.robot.limits, self.q, start.q)
+        goal = unwound_towards(context.cell.robot.limits, self.q, start.q)
         if abs(goal - start.q).max() <= AT_GOAL:
             return None
         return certify(plan_move(context, scene, start, self.q, seed, f"move to {self.name}"), scene)

@@ -53,7 +53,7 @@ class MotionSegment(PathSegment):
         """
         return replace(self, kind=kind, waypoints=self.waypoints[::-1].copy())
 
-    def turned(self, by: Array) -> MotionSegment:
+    def unwound(self, by: Array) -> MotionSegment:
         """Shift the segment by whole turns of continuous joints, which gives the same motion.
 
         Args:
@@ -80,7 +80,7 @@ class MotionSegment(PathSegment):
 
 
 def at_rest(kind: SegmentKind, q: Array, mode: Mode) -> MotionSegment:
-    """Return a segment in which only the tool moves: fingers that close, or open.
+    """Return a segment in which only the tool moves: fingers that close or open, a cup that turns.
 
     Args:
         kind: Kind of the segment.

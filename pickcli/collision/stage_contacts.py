@@ -189,15 +189,9 @@ class PickContacts:
         return AllowedContacts(absent=self._without_target)
 
     def while_transferring(self) -> AllowedContacts:
-        """Return the contacts of the held target outside of its bin, where no neighbour is ignored.
+        """Return the contacts outside of the target's place, with it or after it was dropped.
 
-        Returns:
-            No contacts; the target is absent from its place.
-        """
-        return AllowedContacts(absent=frozenset({self.target.id}))
-
-    def after_dropping(self) -> AllowedContacts:
-        """Return the contacts of the empty tool after the target was dropped.
+        No neighbour is ignored there.
 
         Returns:
             No contacts; the target is absent from its place.

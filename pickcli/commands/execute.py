@@ -214,10 +214,10 @@ def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
 
 
 def _is_away(plan: Plan, q: Array, limits: Limits) -> bool:
-    from pickcli.kinematics.continuous_joints import turned_towards
+    from pickcli.kinematics.continuous_joints import unwound_towards
     from pickcli.simulation.start_check import START_TOLERANCE
 
-    first = turned_towards(limits, plan.trajectory.positions[0], q)
+    first = unwound_towards(limits, plan.trajectory.positions[0], q)
     return bool(abs(q - first).max() > START_TOLERANCE)
 
 

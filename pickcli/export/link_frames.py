@@ -83,7 +83,8 @@ class LinkFrames:
 class ToolMotion:
     """Motion of the tool's joints during a plan.
 
-    The joints move uniformly during the lead of the device, which begins with its command.
+    They move during the lead of the device, which begins with its command: fingers uniformly, a cup along the
+    quintic from rest to rest.
 
     Attributes:
         tool: The tool.
@@ -104,8 +105,13 @@ class ToolMotion:
         Returns:
             (N, m) rad or m, in the order of the tool's joints.
         """
+        place = np.interp(t, self.times, np.arange(len(self.times)))  # of the states, with its fraction
+        if self.tool.joint is not None:
+            whole, s = np.floor(place), place % 1.0
+            place = whole + s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+        known = np.arange(len(self.states))
         joints = [
-            np.interp(t, self.times, [self.tool.joint_position(joint, state) for state in self.states])
+            np.interp(place, known, [self.tool.joint_position(joint, state) for state in self.states])
             for joint in self.tool.joints
         ]
         return np.array(joints).reshape(len(joints), len(t)).T

@@ -16,7 +16,7 @@ from pickcli.grasping.face_poses import face_poses
 from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits, loads_at_rest
 from pickcli.grasping.search import USUAL, Search
-from pickcli.grasping.surfaces import Face, faces, tilted, turned, wide_faces
+from pickcli.grasping.surfaces import Face, faces, rolled, tilted, wide_faces
 from pickcli.motion.plan import Grasp, GraspKind
 
 # A straight lance fits into a bin only with a small tilt (30 degrees: 162 of 360 poses, 60: 54).
@@ -197,7 +197,7 @@ def _turned_and_tilted(
         x_targets = np.array([_nearest_axis(x) for x in x_targets])
     # The desired directions of x, along the tool's x and y axes.
     wanted = x_targets @ T_item_tip[:, :3, :2]
-    T_turned = turned(T_item_tip[:, None], np.arctan2(wanted[..., 1], wanted[..., 0]))
+    T_turned = rolled(T_item_tip[:, None], np.arctan2(wanted[..., 1], wanted[..., 0]))
     tilts = np.zeros((*T_turned.shape[:2], 1 + len(search.tilts)))
     if kind == "top-down":
         tilts[..., 0] = _tilt_over_the_lip(target.T_entry_item @ T_turned, _to_lance(tool), tool.cup.tilt)

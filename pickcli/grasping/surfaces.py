@@ -139,7 +139,7 @@ def _sphere_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
     return (Face("sphere", TaskSpaceRegion(np.eye(4), T_region_tool, bounds)),)
 
 
-def turned(T_item_tip: Array, angle: Array | float) -> Array:
+def rolled(T_item_tip: Array, angle: Array | float) -> Array:
     """Turn cup placements about the cup's own axis.
 
     Args:

@@ -1,6 +1,7 @@
 """Forward and inverse kinematics of the tool, by the kernel's chains.
 
 Read `chain`, then `arm`; `continuous_joints` handles positions that are equal up to whole turns, `follow`
-states tolerances of a line, `tip_motion` and `held_body` compute how tool and load move along a trajectory,
-`tool_turn` how the tool moves while it changes its state, `manipulability` how well a configuration can move.
+states tolerances of a line, `tip_motion` and `held_body` compute how tool and load move along a
+trajectory, `tool_change` how the tool moves while it changes its state, `manipulability` how
+well a configuration can move.
 """

@@ -14,7 +14,7 @@ _TURN = 2 * np.pi
 _FAR = np.pi / 2  # rad of the short way, from which on the long way may be tried
 
 
-def turned_towards(limits: Limits, q: Array, other: Array) -> Array:
+def unwound_towards(limits: Limits, q: Array, other: Array) -> Array:
     """Return configurations with every continuous joint within half a turn of another configuration.
 
     Args:
@@ -40,9 +40,9 @@ def ways_round(limits: Limits, q: Array, other: Array) -> Array:
         other: (n,) the other configuration.
 
     Returns:
-        (G, n) equivalent configurations, the first from ``turned_towards``.
+        (G, n) equivalent configurations, the first from ``unwound_towards``.
     """
-    near = turned_towards(limits, q, other)
+    near = unwound_towards(limits, q, other)
     way = near - other
     far = np.flatnonzero(limits.is_continuous & (np.abs(way) > _FAR))
     return np.array([near, *(near - _TURN * np.sign(way[j]) * np.eye(len(q))[j] for j in far)])

@@ -10,7 +10,7 @@ from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.stitching import stitch_pick
 from pickcli.planning.pick_problem import Certify, PickProblem, PickQuery
-from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
 from pickcli.planning.stages.transfer import plan_transfer
@@ -54,7 +54,7 @@ def plan_pick(
     """
     began = time.perf_counter()
     problem = PickProblem.of(context, scene, query, seed)
-    standing = context.checker_for(scene, Mode(start.tool_state, reserve=COARSE_RESERVE))
+    standing = context.checker_for(scene, Mode(start.tool_state))
     if not standing.is_valid(start.q):
         raise NoPlanError(problem.label, [standing.explain(start.q).at("start")])
     failures, n_rejected = Failures(), 0

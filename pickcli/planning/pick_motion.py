@@ -12,7 +12,7 @@ from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.geometry import Array
 from pickcli.grasping.grasp_method import GraspModes
-from pickcli.kinematics.continuous_joints import turned_towards
+from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Grasp
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.scene.scene import Scene
@@ -72,7 +72,7 @@ class GraspMotion:
         """State of the tool while it holds the target."""
         return self.outward[-1].mode.tool_state
 
-    def turned_towards(self, limits: Limits, q: Array) -> GraspMotion:
+    def unwound_towards(self, limits: Limits, q: Array) -> GraspMotion:
         """Shift the motion by whole turns, to start within half a turn of a configuration in every joint.
 
         Args:
@@ -82,10 +82,10 @@ class GraspMotion:
         Returns:
             The shifted motion.
         """
-        by = turned_towards(limits, self.start, q) - self.start
+        by = unwound_towards(limits, self.start, q) - self.start
         if not by.any():
             return self
-        inward, outward = (tuple(s.turned(by) for s in part) for part in (self.inward, self.outward))
+        inward, outward = (tuple(s.unwound(by) for s in part) for part in (self.inward, self.outward))
         return replace(self, inward=inward, outward=outward)
 
 
@@ -133,7 +133,7 @@ class PlaceMotion:
         """State of the tool while it holds the item."""
         return self.inward[0].mode.tool_state
 
-    def turned_towards(self, limits: Limits, q: Array) -> PlaceMotion:
+    def unwound_towards(self, limits: Limits, q: Array) -> PlaceMotion:
         """Shift the motion by whole turns, to start within half a turn of a configuration in every joint.
 
         Args:
@@ -143,10 +143,10 @@ class PlaceMotion:
         Returns:
             The shifted motion.
         """
-        by = turned_towards(limits, self.start, q) - self.start
+        by = unwound_towards(limits, self.start, q) - self.start
         if not by.any():
             return self
-        inward, away = (tuple(s.turned(by) for s in part) for part in (self.inward, self.away))
+        inward, away = (tuple(s.unwound(by) for s in part) for part in (self.inward, self.away))
         return replace(self, inward=inward, away=away)
 
 

@@ -26,7 +26,7 @@ class PickSettings:
         preapproach_speed: m/s of the tool from the pre-approach into the bin.
         lift_speed: m/s of the tool on the lift.
         retreat_speed: m/s of the tool on the retreat.
-        place_speed: m/s of the tool while the item is set down.
+        drop_speed: m/s of the tool on the last line to where the item is dropped.
         release_time: s at rest at the release, while the cup is vented. Not longer: an item that lands on an
             edge turns over, and its other end rises.
         load_ratio: Share of what the cup bears that planned motion may use.
@@ -43,7 +43,7 @@ class PickSettings:
     preapproach_speed: float = 0.8
     lift_speed: float = 0.25
     retreat_speed: float = 0.6
-    place_speed: float = 0.5
+    drop_speed: float = 0.5
     release_time: float = 0.06
     load_ratio: float = 0.8
     load_worth: float = 1.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
-from pickcli.kinematics.continuous_joints import turned_towards
+from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.simulation.start_check import START_TOLERANCE
 from pickcli.simulation.world import World
 
@@ -29,7 +29,7 @@ def let_move(world: World, cell: Cell) -> None:
     stated = next(state for state in cell.others if state.arm == before.arm)
     if world.held is not None:
         raise InputError(f"arm {before.arm} holds {world.held}; no other arm moves before it has let go")
-    off = np.abs(turned_towards(world.robot.limits, world.q, stated.q) - stated.q)
+    off = np.abs(unwound_towards(world.robot.limits, world.q, stated.q) - stated.q)
     if off.max() > START_TOLERANCE or world.tool_state != stated.tool_state:
         raise InputError(
             f"arm {before.arm} stands {off.max():.4f} rad or m from where it is to stand while arm "

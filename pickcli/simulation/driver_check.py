@@ -13,7 +13,7 @@ from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array
-from pickcli.kinematics.continuous_joints import turned_towards
+from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Plan
 from pickcli.simulation.driver import Driver
 from pickcli.simulation.guarded_driver import period_fault
@@ -240,7 +240,7 @@ def _carries_out(session: _Session) -> str:
         return f"{record.trouble}{kept}"
     end = plan.trajectory.positions[-1]
     robot = watched.cell.robot
-    off = np.abs(watched.q - turned_towards(robot.limits, end, watched.q))
+    off = np.abs(watched.q - unwound_towards(robot.limits, end, watched.q))
     worst = int(off.argmax())
     if off[worst] <= START_TOLERANCE:
         return ""

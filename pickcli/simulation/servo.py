@@ -134,16 +134,14 @@ class CupDrive:
 
     Args:
         position: Initial position, rad or m.
-        way: rad or m, the whole range of the joint.
-        duration: s of a move over the whole range; a shorter one takes its share.
+        duration: s of a move from one state to another.
         force: N or Nm.
         lag: s, lag of the joint.
     """
 
-    def __init__(self, position: float, way: float, duration: float, force: float, lag: float) -> None:
+    def __init__(self, position: float, duration: float, force: float, lag: float) -> None:
         self._force, self._lag = force, lag
-        self._whole_way, self._whole_duration = way, duration
-        self._from, self._target, self._t, self._duration = position, position, 0.0, 0.0
+        self._from, self._target, self._t, self._duration = position, position, 0.0, duration
 
     @property
     def forces(self) -> Array:
@@ -159,7 +157,6 @@ class CupDrive:
         if position == self._target:
             return
         self._from, self._target, self._t = self._position, position, 0.0
-        self._duration = self._whole_duration * abs(position - self._from) / self._whole_way
 
     @property
     def _position(self) -> float:

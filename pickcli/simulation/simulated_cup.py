@@ -42,10 +42,10 @@ class SimulatedCup(SimulatedTool):
 
     def _drive(self, lag: float, state: ToolState) -> CupDrive:
         """Create the drive of the cup's joint, at rest. Raises InputError if the cell has none."""
-        tool, (least, most) = self.tool, self.tool.range
+        tool = self.tool
         lead = device_for(self._cell, tool.mover).lead
         force = self._cell.robot.motor_forces.get(tool.joints[0], TOOL_FORCE)
-        return CupDrive(tool.position(state), most - least, lead, force, lag)
+        return CupDrive(tool.position(state), lead, force, lag)
 
     def mount(self, engine: Engine, robot: str, items: dict[str, Item]) -> None:
         """Add bellows and vacuum to the engine.

@@ -8,7 +8,7 @@ import numpy as np
 
 from pickcli.cell.tool import MOVING, Tool, ToolState
 from pickcli.errors import InputError, StaleError
-from pickcli.kinematics.continuous_joints import turned_towards
+from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Plan, other_arm_elsewhere
 from pickcli.simulation.driver import Driver
 
@@ -47,7 +47,7 @@ def at_the_robot(plan: Plan, driver: Driver) -> Plan:
     """
     trajectory = plan.trajectory
     first = trajectory.positions[0]
-    by = turned_towards(driver.cell.robot.limits, first, driver.q) - first
+    by = unwound_towards(driver.cell.robot.limits, first, driver.q) - first
     if not by.any():
         return plan
     return replace(plan, trajectory=replace(trajectory, positions=trajectory.positions + by))

@@ -111,7 +111,9 @@ class _Recovery:
         arena, robot, stopped = self.runner.interfaces.arena, self.before.cell.robot, self.stopped
         if stopped is None or stopped.plan.grasp is None:
             return False
-        tool_state = stopped.plan.grasp.tool_state if arena.tool_state == MOVING else arena.tool_state
+        tool_state = arena.tool_state
+        if tool_state == MOVING:
+            tool_state = stopped.holding_state or stopped.plan.grasp.tool_state
         T_tip_item = stopped.held_item(robot, self.before.find(self.attempt.item)).T_tip_item
         T_world_held = Arm(robot).tip(arena.q, tool_state) @ T_tip_item
         off = np.linalg.norm(seen.T_world_item[:3, 3] - T_world_held[:3, 3])

@@ -23,8 +23,9 @@ def may_touch(plan: Plan, k: int) -> bool:
     """Whether a segment may have planned contacts at all.
 
     These are: the contact; the lift after it, or at either end of a recovery motion that continues that lift
-    or goes back along it; the place segment that ends with the release; and an empty depart that begins in
-    contact, after a release or at the start of a recovery motion.
+    or goes back along it; the place segment that ends with the release, or at either end of a recovery motion
+    that continues it or goes back along it; and an empty depart that begins in contact, after a release or at
+    the start of a recovery motion.
 
     Args:
         plan: The plan.
@@ -34,11 +35,11 @@ def may_touch(plan: Plan, k: int) -> bool:
         True if it may.
     """
     segment, is_way_out = plan.segments[k], plan.recovery is not None
+    is_at_an_end = k in (0, len(plan.segments) - 1)
     if segment.kind is SegmentKind.LIFT:
-        is_at_an_end = k in (0, len(plan.segments) - 1)
         return (k > 0 and plan.segments[k - 1].kind is SegmentKind.CONTACT) or (is_way_out and is_at_an_end)
     if segment.kind is SegmentKind.PLACE:
-        return k in releases(plan)
+        return k in releases(plan) or (is_way_out and is_at_an_end)
     if segment.kind is SegmentKind.DEPART:
         return segment.held is None and ((is_way_out and k == 0) or k - 1 in releases(plan))
     return segment.kind is SegmentKind.CONTACT
@@ -47,7 +48,8 @@ def may_touch(plan: Plan, k: int) -> bool:
 def ends_at_rest(plan: Plan, k: int) -> bool:
     """Whether the touched solids are at rest at the end of a segment, and not at its start.
 
-    True if the cup is pressed on or the item is set down, and on the way back along a lift.
+    True if the cup is pressed on or the item is set down, and on the way back along a lift; on the way back
+    along a place they are at rest at its start.
 
     Args:
         plan: The plan.
@@ -57,5 +59,10 @@ def ends_at_rest(plan: Plan, k: int) -> bool:
         True if it is.
     """
     segment = plan.segments[k]
-    is_way_back = plan.recovery is RecoveryLevel.BACKWARDS and segment.kind is SegmentKind.LIFT
-    return is_way_back or segment.kind in (SegmentKind.CONTACT, SegmentKind.PLACE)
+    is_way_back = plan.recovery is RecoveryLevel.BACKWARDS
+    if is_way_back and len(plan.segments) > 1 and segment.kind is SegmentKind.PLACE:
+        return k > 0  # it leads up at the start, and down to the planned release at the end
+    return (is_way_back and segment.kind is SegmentKind.LIFT) or segment.kind in (
+        SegmentKind.CONTACT,
+        SegmentKind.PLACE,
+    )

@@ -17,7 +17,7 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.finger_events import leads_to
 from pickcli.verification.hold_choice import hold_checks
 from pickcli.verification.straightness_check import every_millisecond, tip_points
-from pickcli.verification.turn_check import check_turns
+from pickcli.verification.tool_change_check import check_tool_changes
 from pickcli.verification.vacuum_events import EVENT_TIME_TOLERANCE, TimedEvent
 
 WAY_TOLERANCE = 5e-4  # m of tool path, for anchors by arc length
@@ -119,7 +119,7 @@ def _tool_state(plan: Plan, robot: Robot, commands: Iterable[TimedEvent]) -> Ite
     for k, segment in enumerate(plan.segments):
         if segment.tool_state != MOVING:
             yield from _still(segment, moves, f"segment {k} ({segment.kind})")
-    yield from check_turns(plan, robot, moves)
+    yield from check_tool_changes(plan, robot, moves)
     yield from _changes(plan.segments, robot.tool, moves)
 
 

@@ -23,7 +23,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.quintic import motion
-from pickcli.verification.turn_check import held_tip_poses
+from pickcli.verification.tool_change_check import held_tip_poses
 
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: the acceleration that resists gravity
 SAMPLE_TIME = 1e-3  # s

@@ -55,6 +55,11 @@ MISTAKES = {
         "max_tool_speed:\nspeed_scale: 1.0",
         "max_tool_speed: expected a number, got nothing; give it in m/s, or leave the key out",
     ),
+    "a tool that changes its state at once": (
+        "kind: tool_actuator, lead: 0.3",
+        "kind: tool_actuator, lead: 0",
+        "expected over 0 s, which the tool takes",
+    ),
     "leads in ms": ("lead: 2.0,", "lead: 2000,", "got 2000; times are in s, not ms"),
     "angles in degrees": ("down: 1.5707963267948966}", "down: 90}", "got 90; angles are in rad, not degrees"),
     "positions beyond the hall": (

@@ -17,7 +17,7 @@ from pickcli.grasping.suction_candidates import (
     _tilt_over_the_lip,
     sample_suctions,
 )
-from pickcli.grasping.surfaces import faces, tilt_on, tilted, turned
+from pickcli.grasping.surfaces import faces, rolled, tilt_on, tilted
 from pickcli.motion.plan import Grasp
 from support.tool_states import DOWN
 
@@ -130,7 +130,7 @@ def test_the_best_grasp_of_a_box_is_next_to_its_centre_of_mass() -> None:
 @given(st.floats(-3.0, 3.0), st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3))
 def test_turns_and_tilts_are_rotations_about_the_tool_s_own_axes(angle: float, rpy: list[float]) -> None:
     T = pose((0.1, -0.2, 0.3), rpy=rpy)
-    for moved, axis in ((turned(T, angle), (0.0, 0.0, 1.0)), (tilted(T, angle), (0.0, 1.0, 0.0))):
+    for moved, axis in ((rolled(T, angle), (0.0, 0.0, 1.0)), (tilted(T, angle), (0.0, 1.0, 0.0))):
         np.testing.assert_allclose(moved, T @ pose(R=rotation_axis_angle(axis, angle)), atol=1e-12)
     assert (
         tilted(pose(), 0.1)[2, 0] < 0.0 < tilted(pose(rpy=(np.pi, 0.0, 0.0)), 0.1)[2, 0]

@@ -19,7 +19,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
-from pickcli.kinematics.continuous_joints import turned_towards, ways_round
+from pickcli.kinematics.continuous_joints import unwound_towards, ways_round
 from pickcli.motion.plan import Plan
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.path_planning.state_space import JointSpace
@@ -42,18 +42,18 @@ configurations = arrays(float, 3, elements=st.floats(-30.0, 30.0))
 
 @given(configurations, configurations)
 def test_a_turned_configuration_is_the_same_and_near(q: Array, other: Array) -> None:
-    near = turned_towards(LIMITS, q, other)
+    near = unwound_towards(LIMITS, q, other)
     turns = (q - near) / TURN
     np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
     assert near[1] == q[1]
     assert np.all(np.abs(near - other)[[0, 2]] <= np.pi + 1e-9)
-    assert turned_towards(BOUNDED, q, other) is q
+    assert unwound_towards(BOUNDED, q, other) is q
 
 
 @given(configurations, configurations)
 def test_the_ways_round_begin_with_the_short_one(q: Array, other: Array) -> None:
     ways = ways_round(LIMITS, q, other)
-    np.testing.assert_array_equal(ways[0], turned_towards(LIMITS, q, other))
+    np.testing.assert_array_equal(ways[0], unwound_towards(LIMITS, q, other))
     for way in ways[1:]:
         changed = np.flatnonzero(np.abs(way - ways[0]) > 1.0)
         assert len(changed) == 1

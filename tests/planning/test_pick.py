@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
@@ -19,7 +21,7 @@ from pickcli.planning.move import plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
-from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.roadmap.trajectory_database import PayloadClass
@@ -216,3 +218,25 @@ def test_a_move_arrives_and_a_blocked_goal_is_explained(
     assert verify(plan, scene).reasons == ()
     with pytest.raises(NoPlanError, match="goal"):
         plan_move(context, scene, home, cell.configurations["tote_10h"].q)
+
+
+def test_a_pick_starts_where_a_move_may_end(
+    context: PlanningContext, scene_with: SceneWith, home: Start
+) -> None:
+    """Nearer to something than coarse motions pass, but at the cell's clearance."""
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
+    plain = context.checker_for(scene, Mode(home.tool_state))
+    coarse = context.checker_for(scene, Mode(home.tool_state, reserve=COARSE_RESERVE))
+    rng = np.random.default_rng(0)
+    Q = (context.arm.random_seeds(rng, 400) for _ in range(50))
+    near = (q for some in Q for q in some if plain.is_valid(q) and not coarse.is_valid(q))
+    planned = 0
+    for q in islice(near, 6):
+        try:
+            plan = plan_pick(context, scene, PickQuery("bin_B", "crayola_24_ct"), Start(q, home.tool_state))
+        except NoPlanError as error:
+            assert not any(reason.where == "start" for reason in error.reasons)
+            continue
+        planned += 1
+        assert verify(plan, scene).reasons == ()
+    assert planned > 0

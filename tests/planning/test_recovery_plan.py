@@ -150,14 +150,22 @@ def test_a_jog_is_short_and_takes_what_is_nearest_apart(
 
 
 @pytest.mark.parametrize("bringing", list(ItemRecovery))
-@pytest.mark.parametrize("after", [0.3, 1.0, 1.6])
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.6, 0.9, 0.97])
+@pytest.mark.parametrize("into", ["tote", "bin_H"])
 def test_what_may_be_in_the_cup_is_brought_on_or_back(
-    context: PlanningContext, scene_with: SceneWith, home: Start, bringing: ItemRecovery, after: float
+    context: PlanningContext,
+    scene_with: SceneWith,
+    home: Start,
+    bringing: ItemRecovery,
+    share: float,
+    into: str,
 ) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
-    plan = plan_pick(context, scene, PickQuery("bin_B", "crayola_24_ct"), home)
-    taken = next(s.t_start for s in plan.segments if s.held is not None)
-    stopped = StoppedMotion(plan, taken + after)
+    plan = plan_pick(context, scene, PickQuery("bin_B", "crayola_24_ct", into), home)
+    whole = StoppedMotion(plan, 0.0)
+    assert whole.taken_at is not None and whole.let_go_at is not None
+    moving_until = whole.let_go_at - 0.1 - context.settings.release_time
+    stopped = StoppedMotion(plan, whole.taken_at + share * (moving_until - whole.taken_at))
     placed = scene.find("crayola_24_ct")
     scene = replace(scene.without(placed.id), held=stopped.held_item(context.cell.robot, placed))
     brought = bring_item(stopped, bringing, scene, context.arm.limits, 0)

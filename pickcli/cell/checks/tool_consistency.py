@@ -139,6 +139,9 @@ def check_devices(source: Source, model: CellModel) -> None:
             source.add(("devices", name, "kind"), text)
         if isinstance(model.tool, GripperModel):
             _check_lead(source, model.tool, name, device.lead)
+        elif len(states) > 1 and device.lead <= 0.0:
+            text = f"expected over 0 s, which the tool takes from one state to the other, got {device.lead:g}"
+            source.add(("devices", name, "lead"), text)
         for i, action in enumerate(device.actions):
             refer(source, ("devices", name, "actions", i), "state of the tool", action, states)
         missing = [state for state in states if state not in device.actions]

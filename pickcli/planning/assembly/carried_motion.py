@@ -1,7 +1,7 @@
 """The motion with the item from the grasp to the release, timed in parts between which the arm rests.
 
 It is one part; but the weight of an item that a cup holds by its side is taken up slowly in a part of its
-own, and the arm rests where the tool turns with the item.
+own, and the arm rests where the tool changes its state with the item.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures
 from pickcli.grasping.holding import GripLoad
-from pickcli.kinematics.tool_turn import turning_tip
+from pickcli.kinematics.tool_change import changing_tip
 from pickcli.planning.assembly.proven_timing import carried_run, divided_lift
 from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
@@ -71,8 +71,8 @@ def carried_motion(problem: PickProblem, motion: PickMotion) -> CarriedMotion | 
         for segment in (*taking.outward, *motion.transfer.segments, *motion.placement.inward)
         if segment.has_length or segment.mode.tool_state == MOVING
     ]
-    turn = next((k for k, segment in enumerate(segments) if segment.mode.tool_state == MOVING), None)
-    before, after = (segments, []) if turn is None else (segments[:turn], segments[turn + 1 :])
+    change = next((k for k, segment in enumerate(segments) if segment.mode.tool_state == MOVING), None)
+    before, after = (segments, []) if change is None else (segments[:change], segments[change + 1 :])
     lift = divided_lift(context.arm, context.method, before[0], hold)
     divided = [before] if lift is None else [[lift[0]], [lift[1], *before[1:]]]
     parts: list[PlanPart] = []
@@ -85,9 +85,9 @@ def carried_motion(problem: PickProblem, motion: PickMotion) -> CarriedMotion | 
             return timed
         parts.append(PlanPart(some, timed.run, continues=len(parts) + 1 < len(divided)))
         loads.append(timed.load)
-    if turn is not None:
+    if change is not None:
         duration = device_of(context.cell.devices, context.cell.robot.tool.mover).lead
         states = before[-1].mode.tool_state, after[0].mode.tool_state
-        loads.append(hold.in_motion(turning_tip(context.arm, after[0].start, *states, duration)))
-        parts[-2] = replace(parts[-2], rest=duration, at_rest=segments[turn])
+        loads.append(hold.in_motion(changing_tip(context.arm, after[0].start, *states, duration)))
+        parts[-2] = replace(parts[-2], rest=duration, at_rest=segments[change])
     return CarriedMotion(tuple(parts), GripLoad.worst(loads))

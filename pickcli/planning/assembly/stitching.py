@@ -1,7 +1,8 @@
 """Stitching of lines and coarse motions into one timed, proven plan with its events.
 
 Delft, section 3: the segments are stitched into one motion plan, timed as a whole, and the events follow the
-key waypoints. The motion stops only to grasp and to release, and where the tool turns with the item.
+key waypoints. The motion stops only to grasp and to release, and where the tool changes its state with the
+item.
 """
 
 from __future__ import annotations

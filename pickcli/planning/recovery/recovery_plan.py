@@ -19,7 +19,7 @@ from pickcli.cartesian.line_following import follow_line
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.kinematics.continuous_joints import turned_towards
+from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.assembly.stitching import stitch_run
@@ -125,7 +125,7 @@ def _home(
     if not context.checker_for(rules.scene, mode).is_valid(q):
         mode = rules.mode()
     checker = context.checker_for(rules.scene, mode)
-    goal = turned_towards(context.arm.limits, context.cell.home.q, q)
+    goal = unwound_towards(context.arm.limits, context.cell.home.q, q)
     coarse = plan_coarse(context, checker, q, goal[None], [0.0], seed, "way home")
     if isinstance(coarse, Failures):
         return coarse

@@ -13,7 +13,7 @@ from enum import StrEnum
 import numpy as np
 
 from pickcli.cell.robot import Limits, Robot
-from pickcli.cell.tool import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import LimitError, NoPlanError, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.method_choice import grasp_method
@@ -70,6 +70,16 @@ class StoppedMotion:
         """Time in s of the plan's trajectory at which it releases its item, None if it never does."""
         held = [s.t_end for s in self.plan.segments if s.held is not None]
         return held[-1] if held else None
+
+    @property
+    def holding_state(self) -> ToolState | None:
+        """State of the tool that carries the item where the motion stopped, None if it carries none.
+
+        The tool ends a change of its state even if the motion stops during it.
+        """
+        held = [s for s in self.plan.segments if s.held is not None]
+        later = [s.tool_state for s in held if s.t_end > self.path_time and s.tool_state != MOVING]
+        return (*later, held[-1].tool_state)[0] if held else None
 
     @property
     def has_moved(self) -> bool:
@@ -134,7 +144,8 @@ def bring_item(
         The plan, uncertified.
 
     Raises:
-        NoPlanError: If the motion carries nothing where it stopped, or the cup would not bear the item.
+        NoPlanError: If the motion carries nothing where it stopped, the tool would have to change its state
+            on the way, or the cup would not bear the item.
     """
     where = f"{bringing} with the item of {stopped.plan.query}"
     taken, let_go = stopped.taken_at, stopped.let_go_at
@@ -188,11 +199,16 @@ def _retraced(
         return Reason("not timed", where, str(error))
     passed = [s for s in plan.segments if (s.t_start < at if is_back else s.t_end > at)]
     passed = [s for s in passed if (s.t_end > until if is_back else s.t_start < until)]
+    state = empty or stopped.holding_state
+    if empty is None:
+        passed = [s for s in passed if not _is_change_stopped_in(s, at)]
+        if any(s.tool_state != state for s in passed if s.held is not None):
+            return Reason("no way with this state of the tool", where, f"it holds the item, {state}")
     if is_back:
         passed.reverse()
     times_passed = [plan.trajectory.duration - s.t_start if is_back else s.t_end for s in passed]
     held = None if empty is not None else next((s.held for s in plan.segments if s.held is not None), None)
-    state = passed[0].tool_state if empty is None else empty
+    assert state is not None
     segments = _segments(passed, _times(trajectory, whole, begin, times_passed), is_back, held, state)
     if not segments:
         return Reason("nothing to do", where, "the way is too short")
@@ -203,6 +219,12 @@ def _retraced(
         segments=segments, trajectory=trajectory, events=(), grasp=grasp, speed_scale=plan.speed_scale,
         recovery=level, arm=plan.arm, others=plan.others,
     )  # fmt: skip
+
+
+def _is_change_stopped_in(segment: Segment, at: float) -> bool:
+    """Whether a motion that stopped at a time stopped while the tool changed its state with the item."""
+    is_change = segment.held is not None and segment.tool_state == MOVING
+    return is_change and segment.t_start < at < segment.t_end
 
 
 def _segments(

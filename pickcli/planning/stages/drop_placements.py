@@ -181,9 +181,9 @@ def _lowered(
     down = follow_line(context.arm, checker, placement.above, placement.release, state, q, "place")
     if isinstance(down, Failures):
         return down
-    limits = SegmentLimits(max_tool_speed=context.settings.place_speed)
+    limits = SegmentLimits(max_tool_speed=context.settings.drop_speed)
     place = MotionSegment(SegmentKind.PLACE, down, limits, mode=carrying)
-    after = problem.contacts.after_dropping()
+    after = problem.contacts.while_transferring()
     depart = replace(place.backwards(SegmentKind.DEPART), mode=Mode(empty, None, after))
     if empty == state:  # then it is the way down without the item, in volume that was just proven free
         return PlaceMotion(problem.scene, (place,), (depart,), DROP_COST * placement.cost)

@@ -1,7 +1,7 @@
 """Placements for setting an item down: on free, level floor, at the back behind a mouth and beside a wall.
 
-The item keeps its orientation relative to the way in, so that any tool that can hold it now can set it down
-there. It must keep its balance, and an item that can roll must lie on level ground. An item that is too thin
+The caller chooses the orientation of the item, in which the tool can set it down; here it is levelled. The
+item must keep its balance, and an item that can roll must lie on level ground. An item that is too thin
 to stand by itself leans back on a wall or another item, like books on a shelf.
 """
 

@@ -40,7 +40,7 @@ def transits_to_grasps(
         A grasp with its transit, or why the grasps of one tool state are not reached.
     """
     robot = problem.context.cell.robot
-    grasps = [motion.turned_towards(robot.limits, start.q) for motion in grasps]
+    grasps = [motion.unwound_towards(robot.limits, start.q) for motion in grasps]
     states = robot.tool.states
     groups = {state: [f for f in grasps if f.grasp.tool_state == state] for state in states}
     heads: dict[ToolState, GraspTransit] = {}
@@ -69,6 +69,8 @@ def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -
     context, state = problem.context, group[0].grasp.tool_state
     # While the tool changes its state on the way, its whole swept volume must be free.
     mode = Mode(state if state == start.tool_state else MOVING, reserve=COARSE_RESERVE)
+    if not context.checker_for(problem.scene, mode).is_valid(start.q):
+        mode = replace(mode, reserve=0.0)  # a move may end nearer to something than coarse motions pass
     goals = np.stack([f.start for f in group])
     extra = [_cost(problem, f) for f in group]
     seed = derived_seed(problem.seed, "transit", problem.target.id, state)

@@ -1,8 +1,8 @@
-"""Ways with the item to its placement: in one state of the tool, or with a turn of the cup on the way.
+"""Ways with the item to its placement: in one state of the tool, or with a change of state on the way.
 
 An item that is taken from above with the lance in line with the cup is laid down flat in a bin with the lance
-across it, as Delft's gripper did. The cup turns where the volume that it and the item sweep is free, and
-where the cup holds the item in every position between.
+across it, as Delft's gripper did. The tool changes its state where the volume that cup and item sweep is
+free, and where the cup holds the item in every position between.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_segment import Mode, at_rest
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
-from pickcli.kinematics.tool_turn import turning_tip
+from pickcli.kinematics.tool_change import changing_tip
 from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.coarse_motion import plan_coarse
@@ -52,7 +52,7 @@ def plan_direct_transfer(
     return Transfer((segment,), placements[coarse.goal], coarse.experience)
 
 
-def plan_turned_transfer(
+def plan_transfer_with_tool_change(
     problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion]
 ) -> Transfer | Failures:
     """Find a transfer to one of several placements that hold the item in another state of the tool.
@@ -63,59 +63,64 @@ def plan_turned_transfer(
         placements: Placements, all in one state of the tool, which is not that of ``taking``.
 
     Returns:
-        The transfer: to where the tool turns, its turn, and on to the placement; or the reasons for failure.
+        The transfer: to where the tool changes its state, the change, and on to the placement; or the reasons
+        for failure.
     """
     context, target = problem.context, problem.target
     before, after = taking.holding_state, placements[0].holding_state
     contacts = problem.contacts.while_transferring()
     starts = np.stack([placement.start for placement in placements])
     costs = [placement.cost for placement in placements]
-    turns = _turns(problem, taking, placements)
-    if isinstance(turns, Failures):
-        return turns
-    onward = [min(p.cost + _straight(problem, q, p.start) for p in placements) for q in turns]
+    places = _places_to_change(problem, taking, placements)
+    if isinstance(places, Failures):
+        return places
+    onward = [min(p.cost + _straight(problem, q, p.start) for p in placements) for q in places]
     modes = [Mode(state, taking.attached, contacts, COARSE_RESERVE) for state in (before, after)]
     seeds = [derived_seed(problem.seed, "transfer", target.id, state) for state in (before, after)]
     checkers = [context.checker_for(problem.scene, mode) for mode in modes]
-    to_turn = plan_coarse(context, checkers[0], taking.end, turns, onward, seeds[0], "transfer to the turn")
-    if isinstance(to_turn, Failures):
-        return to_turn
-    q = turns[to_turn.goal]
-    to_place = plan_coarse(context, checkers[1], q, starts, costs, seeds[1], "transfer after the turn")
+    to_change = plan_coarse(context, checkers[0], taking.end, places, onward, seeds[0], "transfer")
+    if isinstance(to_change, Failures):
+        return to_change
+    q = places[to_change.goal]
+    to_place = plan_coarse(context, checkers[1], q, starts, costs, seeds[1], "transfer with the changed tool")
     if isinstance(to_place, Failures):
         return to_place
     segments = (
-        to_turn.segment(SegmentKind.TRANSFER, replace(modes[0], reserve=0.0)),
+        to_change.segment(SegmentKind.TRANSFER, replace(modes[0], reserve=0.0)),
         at_rest(SegmentKind.TRANSFER, q, Mode(MOVING, taking.attached, contacts)),
         to_place.segment(SegmentKind.TRANSFER, replace(modes[1], reserve=0.0)),
     )
-    experience = (*to_turn.experience, *to_place.experience)
+    experience = (*to_change.experience, *to_place.experience)
     return Transfer(segments, placements[to_place.goal], experience)
 
 
-def _turns(problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion]) -> Array | Failures:
-    """Return (K, n) configurations in which the tool can turn with the item.
+def _places_to_change(
+    problem: PickProblem, taking: GraspMotion, placements: Sequence[PlaceMotion]
+) -> Array | Failures:
+    """Return (K, n) configurations in which the tool can change its state with the item.
 
     Tried are the end of the retreat, the starts of the placements, and the cell's named configurations.
     """
     context = problem.context
-    turning = Mode(MOVING, taking.attached, problem.contacts.while_transferring())
+    changing = Mode(MOVING, taking.attached, problem.contacts.while_transferring())
     named = [each.q for each in context.cell.configurations.values()]
     Q = np.stack([taking.end, *(placement.start for placement in placements), *named])
-    checker = context.checker_for(problem.scene, turning)
+    checker = context.checker_for(problem.scene, changing)
     free = [q for q in Q if checker.is_valid(q)]
     if not free:
         nearest = checker.explain(taking.end)
-        return Failures.of(Reason("no room to turn the tool", "transfer", str(nearest), nearest.in_the_way))
+        return Failures.of(
+            Reason("no room to change the tool's state", "transfer", str(nearest), nearest.in_the_way)
+        )
     hold = context.method.hold(problem.target.item, taking.grasp.face, taking.attached.T_tip_item)
     states = taking.holding_state, placements[0].holding_state
     duration = device_of(context.cell.devices, context.cell.robot.tool.mover).lead
-    loads = [hold.in_motion(turning_tip(context.arm, q, *states, duration)).ratio for q in free]
+    loads = [hold.in_motion(changing_tip(context.arm, q, *states, duration)).ratio for q in free]
     most = context.settings.load_ratio
     held = [q for q, load in zip(free, loads, strict=True) if load <= most]
     if not held:
         least = f"{min(loads):.2f} of what the cup bears, {most:g} allowed"
-        return Failures.of(Reason("does not hold", "turn of the tool", least))
+        return Failures.of(Reason("does not hold", "change of the tool's state", least))
     return np.stack(held)
 
 

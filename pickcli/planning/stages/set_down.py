@@ -94,7 +94,8 @@ def _orientations(problem: PickProblem, grasp: Grasp, tool_state: ToolState) -> 
     """Return orientations (3, 3) for the target at its destination; by default its current one.
 
     An item taken from above is put into a bin with the grasped side to the front, turned about the way in by
-    any quarter turn; or with that side up, if the tool turns on the way. On a table that side is up.
+    any quarter turn; or with that side up, if the tool changes its state on the way. On a table that side is
+    up.
     """
     if problem.destination.access.is_from_above:
         return _hanging(problem, grasp)

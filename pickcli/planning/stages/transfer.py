@@ -5,7 +5,7 @@ from __future__ import annotations
 from pickcli.errors import Failures
 from pickcli.planning.pick_motion import GraspTransit, PickMotion
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.stages.item_transfer import plan_direct_transfer, plan_turned_transfer
+from pickcli.planning.stages.item_transfer import plan_direct_transfer, plan_transfer_with_tool_change
 from pickcli.planning.stages.placement import placing_states, plan_placement
 
 
@@ -26,8 +26,10 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
             failures += placements
             continue
         limits = problem.context.arm.limits
-        placements = tuple(motion.turned_towards(limits, taking.end) for motion in placements)
-        plan = plan_direct_transfer if tool_state == taking.grasp.tool_state else plan_turned_transfer
+        placements = tuple(motion.unwound_towards(limits, taking.end) for motion in placements)
+        plan = (
+            plan_direct_transfer if tool_state == taking.grasp.tool_state else plan_transfer_with_tool_change
+        )
         transfer = plan(problem, taking, placements)
         if not isinstance(transfer, Failures):
             return PickMotion(reached.transit, taking, transfer)

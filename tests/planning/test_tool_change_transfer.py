@@ -17,6 +17,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.planning.stages import transfer
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
@@ -110,6 +111,40 @@ def test_the_verifier_wants_the_arm_at_rest_and_the_command_with_the_turn(plan: 
     assert {"tool changes its state while holding", "wrong tool state"} <= found
 
 
+def test_a_change_of_state_that_ends_the_hold_is_refused(plan: Plan, scene: Scene) -> None:
+    """Its load is known only if the item is held in one state before it and in another one after it."""
+    turn = next(k for k, s in enumerate(plan.segments) if s.held and s.tool_state == MOVING)
+    for changed in (turn - 1, turn + 1):
+        segments = list(plan.segments)
+        segments[changed] = replace(segments[changed], tool_state=MOVING)
+        found = verify(replace(plan, segments=tuple(segments)), scene).reasons
+        assert any("known only between two segments" in reason.detail for reason in found)
+    segments = [replace(s, held=None) if k > turn else s for k, s in enumerate(plan.segments)]
+    assert verify(replace(plan, segments=tuple(segments)), scene).certificate is None
+
+
+@pytest.mark.parametrize("share", [0.2, 0.8])
+def test_a_stopped_motion_is_retraced_in_the_state_that_the_tool_is_in(
+    context: PlanningContext, plan: Plan, scene: Scene, share: float
+) -> None:
+    """Back until the tool changes its state, on from then on: the item ends where it was taken or goes."""
+    turn = next(s for s in plan.segments if s.held and s.tool_state == MOVING)
+    item = scene.items[0]
+    for segment in (s for s in plan.segments if s.held):
+        t = segment.t_start + share * (segment.t_end - segment.t_start)
+        stopped = StoppedMotion(plan, t)
+        assert stopped.holding_state == (STRAIGHT if t < turn.t_start else DOWN)
+        held = replace(scene, items=(), held=stopped.held_item(context.cell.robot, item))
+        way, other = (
+            (ItemRecovery.BACK, ItemRecovery.ON) if t < turn.t_start else (ItemRecovery.ON, ItemRecovery.BACK)
+        )
+        if segment.kind is not SegmentKind.PLACE:
+            brought = bring_item(stopped, way, held, context.arm.limits, 0)
+            assert verify(brought, held, plan.trajectory).reasons == ()
+        with pytest.raises(NoPlanError, match="no way with this state of the tool"):
+            bring_item(stopped, other, held, context.arm.limits, 0)
+
+
 def test_the_load_of_the_turn_is_checked_by_the_verifier(plan: Plan, scene: Scene) -> None:
     """Beside the cup the item loads it across; a plan that states only the load below it is refused."""
     assert plan.grasp is not None
@@ -123,9 +158,9 @@ def test_an_item_that_the_cup_would_lose_in_the_turn_is_stood_up_instead(
     context: PlanningContext, scene: Scene, home: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def lost(*args: object) -> Failures:
-        return Failures.of(Reason("does not hold", "turn of the tool"))
+        return Failures.of(Reason("does not hold", "change of the tool's state"))
 
-    monkeypatch.setattr(transfer, "plan_turned_transfer", lost)
+    monkeypatch.setattr(transfer, "plan_transfer_with_tool_change", lost)
     standing = certify(stow(context, scene, home), scene)
     assert {s.tool_state for s in standing.segments if s.held} == {STRAIGHT}
     world = World(scene, home.q)
@@ -139,7 +174,9 @@ def test_a_heavy_item_is_not_turned(cell: Cell, context: PlanningContext, home: 
     """Socks that hang below the cup are held; beside it their weight would peel it off."""
     with pytest.raises(NoPlanError) as caught:
         stow(context, in_tote(cell, "hanes_tube_socks"), home)
-    assert ("does not hold", "turn of the tool") in {(r.what, r.where) for r in caught.value.reasons}
+    assert ("does not hold", "change of the tool's state") in {
+        (r.what, r.where) for r in caught.value.reasons
+    }
 
 
 def test_a_place_segment_follows_the_turn(plan: Plan) -> None:

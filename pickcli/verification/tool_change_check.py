@@ -1,4 +1,4 @@
-"""Turns of the tool with the item: the arm rests while the actuator of the cup moves it to another state."""
+"""Changes of the tool's state with the item: the arm rests while the actuator of the cup moves it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pickcli.verification.straightness_check import every_millisecond
 from pickcli.verification.vacuum_events import EVENT_TIME_TOLERANCE, JOINT_REST_TOLERANCE, TimedEvent
 
 
-def check_turns(plan: Plan, robot: Robot, moves: Sequence[TimedEvent]) -> Iterator[Reason]:
+def check_tool_changes(plan: Plan, robot: Robot, moves: Sequence[TimedEvent]) -> Iterator[Reason]:
     """Check every segment in which the tool may be in any state while it holds the item.
 
     The load on the cup is only known if the arm rests and the cup does all of its way within the segment.
@@ -34,15 +34,17 @@ def check_turns(plan: Plan, robot: Robot, moves: Sequence[TimedEvent]) -> Iterat
         plan: The plan.
         robot: The robot.
         moves: Commands that move the tool.
+
+    Yields:
+        The faults.
     """
     for k, segment in enumerate(plan.segments):
         if segment.held is None or segment.tool_state != MOVING:
             continue
         where = f"segment {k} ({segment.kind})"
-        if robot.tool.joint is None or k == 0 or k + 1 == len(plan.segments):
-            yield Reason(
-                "tool changes its state while holding", where, "the load on the cup would not be known"
-            )
+        if robot.tool.joint is None or not _is_between_holds(plan.segments, k):
+            detail = "the load on the cup is known only between two segments that hold the item"
+            yield Reason("tool changes its state while holding", where, detail)
             continue
         q = positions_at(plan.trajectory, every_millisecond(segment.t_start, segment.t_end))
         moved = float(np.ptp(q, axis=0).max())
@@ -54,15 +56,24 @@ def check_turns(plan: Plan, robot: Robot, moves: Sequence[TimedEvent]) -> Iterat
             yield Reason("tool changes its state while holding", where, detail)
 
 
+def _is_between_holds(segments: Sequence[Segment], k: int) -> bool:
+    """Whether the segments before and after a segment hold its item, in one state of the tool each."""
+    if not 0 < k < len(segments) - 1:
+        return False
+    beside = segments[k - 1], segments[k + 1]
+    return all(s.held == segments[k].held and s.tool_state != MOVING for s in beside)
+
+
 def _spans(move: TimedEvent, segment: Segment) -> bool:
     off = max(abs(move.trigger - segment.t_start), abs(move.complete - segment.t_end))
     return off <= EVENT_TIME_TOLERANCE
 
 
 def held_tip_poses(plan: Plan, robot: Robot, times: Array) -> Array:
-    """Compute poses of the tool frame at times at which the item is held, also during a turn of the tool.
+    """Compute poses of the tool frame while the item is held, also while the tool changes its state.
 
     Between two states the joint of the cup follows the quintic from rest to rest over the whole segment.
+    Plans in which it would move otherwise are refused by ``check_tool_changes``.
 
     Args:
         plan: A plan that holds an item.

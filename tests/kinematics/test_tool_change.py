@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pickcli.kinematics.arm import Arm
-from pickcli.kinematics.tool_turn import turning_tip
+from pickcli.kinematics.tool_change import changing_tip
 from support.tool_states import DOWN, STRAIGHT
 
 DURATION = 0.3  # s
@@ -17,7 +17,7 @@ def test_it_leads_from_one_state_to_the_other_from_rest_to_rest(
     arm: Arm, rng: np.random.Generator, before: object, after: object
 ) -> None:
     q = arm.random_seeds(rng, 1)[0]
-    turn = turning_tip(arm, q, before, after, DURATION)  # type: ignore[arg-type]
+    turn = changing_tip(arm, q, before, after, DURATION)  # type: ignore[arg-type]
     np.testing.assert_allclose(turn.poses[0], arm.tip(q, before), atol=1e-12)  # type: ignore[arg-type]
     np.testing.assert_allclose(turn.poses[-1], arm.tip(q, after), atol=1e-12)  # type: ignore[arg-type]
     for part in (turn.velocity, turn.angular_velocity, turn.acceleration, turn.angular_acceleration):
@@ -26,7 +26,7 @@ def test_it_leads_from_one_state_to_the_other_from_rest_to_rest(
 
 def test_its_velocities_and_accelerations_are_the_differences(arm: Arm, rng: np.random.Generator) -> None:
     q = arm.random_seeds(rng, 1)[0]
-    turn = turning_tip(arm, q, STRAIGHT, DOWN, DURATION)
+    turn = changing_tip(arm, q, STRAIGHT, DOWN, DURATION)
     step = DURATION / (len(turn.poses) - 1)
     p, R = turn.poses[:, :3, 3], turn.poses[:, :3, :3]
     inner = slice(1, -1)

@@ -1,4 +1,4 @@
-"""Turn of the tool: motion of the tool frame while the tool changes its state and the arm is at rest."""
+"""Motion of the tool frame while the tool changes its state and the arm is at rest."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pickcli.kinematics.tip_motion import TipMotion
 SAMPLE_TIME = 0.004  # s
 
 
-def turning_tip(arm: Arm, q: Array, before: ToolState, after: ToolState, duration: float) -> TipMotion:
+def changing_tip(arm: Arm, q: Array, before: ToolState, after: ToolState, duration: float) -> TipMotion:
     """Compute the motion of the tool frame while the tool's joint moves from one state to another.
 
     The joint follows the quintic from rest to rest, as an actuator with cushioned ends nearly does.
