@@ -81,8 +81,8 @@ def test_no_function_has_many_parameters() -> None:
     assert n_functions > 1500
 
 
-# Who may ask of which kind a tool is, outside `cell`: in each room the module that chooses by it, and those
-# that are of one kind. Whoever adds a kind adds modules here and touches those that choose, and no others.
+# Who may ask of which kind a tool is, outside `cell`: in each package the module that chooses by it, and
+# those that are of one kind. Whoever adds a kind adds modules here and touches those that choose, and no others.
 CHOOSE_THE_KIND = {"grasping/method_choice.py", "simulation/tool_choice.py", "verification/hold_choice.py"}
 OF_ONE_KIND = {
     "commands/init.py",

@@ -14,10 +14,10 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "pickcli"
 TERMS, PLAIN = (ROOT / "docs" / "glossary.md").read_text().split("## Plain words")
 
-# Public names that occur in two rooms, and why.
+# Public names that occur in two packages, and why.
 MIRRORED = {
     "execute": "the command and the function that it calls",
-    "export": "the command and the room of the formats",
+    "export": "the command and the package of the formats",
     "make_order": "the command and the function that it calls",
     "make_scene": "the command and the function that it calls",
     "pod_shift": "the command's options and what they ask for",
@@ -50,16 +50,16 @@ def words_of(name: str) -> list[str]:
 
 
 def public_names() -> Iterator[tuple[str, str]]:
-    """(room, name) of every module and of every public class."""
+    """(package, name) of every module and of every public class."""
     for path in sorted(PACKAGE.rglob("*.py")):
-        room = path.parent.name
+        package = path.parent.name
         if path.name == "__init__.py":
-            yield room, room
+            yield package, package
         elif not path.stem.startswith("_"):
-            yield room, path.stem
+            yield package, path.stem
         for node in ast.parse(path.read_text()).body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                yield room, node.name
+                yield package, node.name
 
 
 NAMES = [pair for pair in public_names() if pair != ("pickcli", "pickcli")]
@@ -77,17 +77,17 @@ def test_there_is_something_to_test() -> None:
     assert missing("FrobnicatedSegment") == ["frobnicated"]
 
 
-@pytest.mark.parametrize("room", sorted({room for room, _ in NAMES}))
-def test_names_of_a_room_are_built_from_the_glossary(room: str) -> None:
-    lacking = {name: missing(name) for of, name in NAMES if of == room}
+@pytest.mark.parametrize("package", sorted({package for package, _ in NAMES}))
+def test_names_of_a_package_are_built_from_the_glossary(package: str) -> None:
+    lacking = {name: missing(name) for of, name in NAMES if of == package}
     assert {name: words for name, words in lacking.items() if words} == {}
 
 
-def test_no_name_stands_in_two_rooms() -> None:
-    rooms = defaultdict(set)
-    for room, name in NAMES:
-        rooms[name].add(room)
-    twice = {name for name, where in rooms.items() if len(where) > 1}
+def test_no_name_stands_in_two_packages() -> None:
+    packages = defaultdict(set)
+    for package, name in NAMES:
+        packages[name].add(package)
+    twice = {name for name, where in packages.items() if len(where) > 1}
     assert twice == set(MIRRORED)
 
 

@@ -21,7 +21,7 @@ from pickcli.planning.start_state import Start
 from planning.conftest import SceneWith
 
 ROOT = Path(__file__).parents[2]
-ROOM = ROOT / "pickcli" / "planning"
+PACKAGE = ROOT / "pickcli" / "planning"
 MOST_STOPS, MOST_STEPS_BACK = 30, 5
 
 # What stages hand to each other. A method of these derives a value from the value that it belongs to: who
@@ -50,7 +50,7 @@ def floor(module: str) -> int:
 
 @pytest.fixture(scope="module")
 def passed(cell: Cell, context: PlanningContext, scene_with: SceneWith) -> list[tuple[str, str]]:
-    """(module, name) of what is called in the room, in the order of the first calls.
+    """(module, name) of what is called in the package, in the order of the first calls.
 
     Every function and every method is there, private ones and properties too, but the methods of VALUES.
     Comprehensions and functions within functions count as what they stand in.
@@ -61,8 +61,8 @@ def passed(cell: Cell, context: PlanningContext, scene_with: SceneWith) -> list[
 
     def note(frame: FrameType, event: str, arg: object) -> None:
         code = frame.f_code
-        if event == "call" and code.co_filename.startswith(str(ROOM)) and "<" not in code.co_qualname:
-            module = ".".join(Path(code.co_filename).relative_to(ROOM).with_suffix("").parts)
+        if event == "call" and code.co_filename.startswith(str(PACKAGE)) and "<" not in code.co_qualname:
+            module = ".".join(Path(code.co_filename).relative_to(PACKAGE).with_suffix("").parts)
             if "." not in code.co_qualname or module not in VALUES:
                 found[module, code.co_qualname] = None
 

@@ -140,7 +140,7 @@ def test_what_makes_results_imports_nothing_that_is_left_out() -> None:
     kept = [p for p in root.rglob("*.py") if p.relative_to(root).parts[0] not in job.PACKAGES_WITHOUT_RESULTS]
     assert len(kept) > 100
     assert [path for path in kept if upwards.search(path.read_text())] == []
-    assert all((root / room).exists() for room in job.PACKAGES_WITHOUT_RESULTS)
+    assert all((root / package).exists() for package in job.PACKAGES_WITHOUT_RESULTS)
 
 
 def test_a_file_size_limit_leaves_the_old_file_and_the_build_goes_on(

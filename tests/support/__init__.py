@@ -1,1 +1,1 @@
-"""What tests of several rooms share: cells, scenes, plans and references made by hand."""
+"""What tests of several packages share: cells, scenes, plans and references made by hand."""

@@ -1,4 +1,4 @@
-"""Small orders and names that the tests of this room share."""
+"""Small orders and names that the tests of this package share."""
 
 from __future__ import annotations
 
