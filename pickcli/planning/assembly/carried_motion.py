@@ -89,5 +89,6 @@ def carried_motion(problem: PickProblem, motion: PickMotion) -> CarriedMotion | 
         duration = device_of(context.cell.devices, context.cell.robot.tool.mover).lead
         states = before[-1].mode.tool_state, after[0].mode.tool_state
         loads.append(hold.in_motion(changing_tip(context.arm, after[0].start, *states, duration)))
-        parts[-2] = replace(parts[-2], rest=duration, at_rest=segments[change])
+        until_change = len(divided) - 1
+        parts[until_change] = replace(parts[until_change], rest=duration, at_rest=segments[change])
     return CarriedMotion(tuple(parts), GripLoad.worst(loads))
