@@ -25,11 +25,11 @@ from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.world import World
-from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import verify
 

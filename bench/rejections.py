@@ -27,10 +27,10 @@ from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.reality import Reality
-from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive

@@ -17,9 +17,9 @@ from rich.table import Table
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
+from pickcli.random_scenes.bin_layout import ItemInstance
+from pickcli.random_scenes.make_scene import fill_bin
 from pickcli.scene.scene import PoseNoise, Scene
-from pickcli.stowing.bin_layout import ItemInstance
-from pickcli.stowing.make_scene import fill_bin
 from pickcli.trial.make_order import YEARS, make_order
 from pickcli.trial.order import OrderKind
 

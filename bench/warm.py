@@ -9,9 +9,9 @@ from pickcli.cell.cell_file import load_cell, load_workcell
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.precompute.artifact_cache import ensure_artifacts
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.roadmap.store import read_database, read_roadmap
 from pickcli.scene.scene import Scene
-from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import Order, OrderKind
 

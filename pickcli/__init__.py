@@ -29,7 +29,7 @@ _HOMES = {
     "pickcli.scene.scene": ("PlacedItem", "PoseNoise", "Scene"),
     "pickcli.scene.scene_file": ("read_scene", "write_scene"),
     "pickcli.simulation.execution": ("Execution",),
-    "pickcli.stowing.make_scene": ("make_scene",),
+    "pickcli.random_scenes.make_scene": ("make_scene",),
     "pickcli.trial.order": ("Order",),
     "pickcli.trial.order_file": ("read_order",),
 }  # fmt: skip

@@ -34,7 +34,7 @@ from pickcli.scene.scene import Scene as Scene
 from pickcli.scene.scene_file import read_scene as read_scene
 from pickcli.scene.scene_file import write_scene as write_scene
 from pickcli.simulation.execution import Execution as Execution
-from pickcli.stowing.make_scene import make_scene as make_scene
+from pickcli.random_scenes.make_scene import make_scene as make_scene
 from pickcli.trial.order import Order as Order
 from pickcli.trial.order_file import read_order as read_order
 

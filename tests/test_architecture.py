@@ -82,7 +82,7 @@ def test_no_function_has_many_parameters() -> None:
 
 
 # Who may ask of which kind a tool is, outside `cell`: in each package the module that chooses by it, and
-# those that are of one kind. Whoever adds a kind adds modules here and touches those that choose, and no others.
+# those that are of one kind. Whoever adds a kind adds modules here and touches only those that choose.
 CHOOSE_THE_KIND = {"grasping/method_choice.py", "simulation/tool_choice.py", "verification/hold_choice.py"}
 OF_ONE_KIND = {
     "commands/init.py",

@@ -88,7 +88,7 @@ def sound() -> Sound:
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.planning.start_state import Start
-    from pickcli.stowing.make_scene import make_scene
+    from pickcli.random_scenes.make_scene import make_scene
     from pickcli.verification.verify import certify
 
     cell = load_cell("apc2016_delft")

@@ -31,9 +31,9 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.placement import plan_placement
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng, derived_seed
-from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.order import Order
 from pickcli.trial.order_file import read_order
 

@@ -109,7 +109,7 @@ def command(
     if picture is not None:
         refuse_suffix(picture, (".png",), "a picture")
 
-    from pickcli.stowing.make_scene import make_scene, refuse_too_much
+    from pickcli.random_scenes.make_scene import make_scene, refuse_too_much
 
     where = "--in" if order_path is None else str(order_path)
     refuse_too_much(contents, cell, year, where)

@@ -86,7 +86,7 @@ def command(
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     _refuse_outputs(folder, overwrite, (order_file(order_path, cell), *options.inputs))
 
-    from pickcli.stowing.make_scene import refuse_too_much
+    from pickcli.random_scenes.make_scene import refuse_too_much
     from pickcli.trial.played_trial import TrialRequest, play_trial, stowed_scene
 
     refuse_too_much(order.contents, cell, order.year, str(order_path))

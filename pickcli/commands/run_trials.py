@@ -128,7 +128,7 @@ def command(
 
 def _orders(paths: Sequence[Path], cell: Cell) -> dict[str, Order]:
     """Read the orders by name. Raises InputError for two of one name, and for unplayable ones."""
-    from pickcli.stowing.make_scene import refuse_too_much
+    from pickcli.random_scenes.make_scene import refuse_too_much
     from pickcli.trial.order import require_playable
     from pickcli.trial.order_file import read_order
 

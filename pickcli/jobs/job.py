@@ -57,7 +57,7 @@ class Job(Protocol):
 # workers.
 PACKAGES_WITHOUT_RESULTS = frozenset({
     "__main__.py", "api", "commands", "drawing", "export", "page", "planner_benchmark", "planning",
-    "reachability", "robot_setup", "simulation", "stowing", "trial", "verification",
+    "random_scenes", "reachability", "robot_setup", "simulation", "trial", "verification",
 })  # fmt: skip
 
 

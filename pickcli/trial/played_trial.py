@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.progress import ProgressObserver, nobody
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import DEFAULT, Reality
-from pickcli.stowing.make_scene import make_scene
 from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
 from pickcli.strategy.strategy_tree import Strategy
 from pickcli.trial.attempt_runner import TrialSettings

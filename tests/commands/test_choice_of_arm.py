@@ -14,8 +14,8 @@ from pickcli.motion.plan import Plan
 from pickcli.planning.arm_choice import rank_arms
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene_file import read_scene, write_scene
-from pickcli.stowing.make_scene import make_scene
 from support.command_line import apc, refused
 from support.two_robots import content, write_two_robots
 

@@ -12,8 +12,8 @@ from pickcli.errors import Failures
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PoseNoise, Scene
-from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 

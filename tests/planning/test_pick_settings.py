@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pickcli.planning.pick_settings import DEFAULTS
 from pickcli.planning.stages.tool_clearance import TOOL_SWING
-from pickcli.stowing.extraction_access import FIRST_STRETCH
+from pickcli.random_scenes.extraction_access import FIRST_STRETCH
 from pickcli.verification.straightness_check import FIRST_LIFT
 
 

@@ -12,12 +12,12 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import pose, to_rpy
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, write_scene
 from pickcli.simulation.reality import Reality
 from pickcli.statics.balance_warning import warn_of_motion
 from pickcli.statics.supports import supports_of
-from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive

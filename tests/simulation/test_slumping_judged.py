@@ -10,10 +10,10 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
 from pickcli.planning.pick_settings import DEFAULTS
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import Scene
 from pickcli.scene.touching import PosedSolids, gaps
 from pickcli.statics.supports import supports_of
-from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.order_file import read_order
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from support.lifting import lifted

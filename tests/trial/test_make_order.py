@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.seeds import derived_rng
-from pickcli.stowing.make_scene import make_scene
 from pickcli.trial import make_order as module
 from pickcli.trial.make_order import _draw, make_order
 from pickcli.trial.order import Order, OrderKind

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import BoxArrays
-from pickcli.stowing.extraction_access import have_way_out
+from pickcli.random_scenes.box_arrays import BoxArrays
+from pickcli.random_scenes.extraction_access import have_way_out
 
 BIN = load_cell("apc2016_delft").pod.bins["bin_E"]
 FLOOR = BIN.room.floor_back

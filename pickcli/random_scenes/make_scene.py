@@ -16,11 +16,11 @@ from pickcli.cell.item import Item
 from pickcli.errors import InputError, Reason, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.progress import Progress, ProgressObserver, nobody
+from pickcli.random_scenes.bin_layout import ItemInstance, lay_out
+from pickcli.random_scenes.heap import lay_heap
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.simulation.settle import settle
-from pickcli.stowing.bin_layout import ItemInstance, lay_out
-from pickcli.stowing.heap import lay_heap
 
 N_ATTEMPTS = 5  # at a bin: items of a layout may still slip or roll away
 N_RAISING = 10  # further attempts, with items tilted up inside

@@ -13,8 +13,8 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import Bools, BoxArrays, gap
-from pickcli.stowing.stable_poses import stable_poses
+from pickcli.random_scenes.box_arrays import Bools, BoxArrays, gap
+from pickcli.random_scenes.stable_poses import stable_poses
 
 FRONT = 0.020  # m kept free behind the mouth: lips are up to 20 mm deep
 GAPS = (0.003, 0.028)  # m between neighbours and to walls

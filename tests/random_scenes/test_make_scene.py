@@ -16,6 +16,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError, Reason, UnknownNameError
 from pickcli.geometry import inverse
 from pickcli.progress import Progress
+from pickcli.random_scenes.make_scene import MAX_ITEMS, make_scene, refuse_too_much
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene, write_scene
 from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
@@ -25,7 +26,6 @@ from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.scene_bodies import add_items, add_statics, true_masses
 from pickcli.simulation.settle import settle
 from pickcli.simulation.world import TIME_STEP
-from pickcli.stowing.make_scene import MAX_ITEMS, make_scene, refuse_too_much
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 from pickcli.trial.order_file import read_order

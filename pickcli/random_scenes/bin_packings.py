@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import Bools, BoxArrays, lies_on
-from pickcli.stowing.crowding_cost import crowding
-from pickcli.stowing.extraction_access import have_way_out
-from pickcli.stowing.placement_sampling import Placements, from_corner, random_placements
+from pickcli.random_scenes.box_arrays import Bools, BoxArrays, lies_on
+from pickcli.random_scenes.crowding_cost import crowding
+from pickcli.random_scenes.extraction_access import have_way_out
+from pickcli.random_scenes.placement_sampling import Placements, from_corner, random_placements
 
 Indices: TypeAlias = NDArray[np.intp]
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.item import Item
+from pickcli.random_scenes.packing_search import fill
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.stowing.packing_search import fill
 
 N_LAYOUTS = 3  # number of best packings; duplicates are removed, as the search copies the best
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from pickcli.cell.place import Place
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import Bools, BoxArrays, lies_on
+from pickcli.random_scenes.box_arrays import Bools, BoxArrays, lies_on
 
 PATH_CLEARANCE = 0.020  # m of clearance around an item on its path
 # m, length of the first stretch, in which an item may still touch its neighbours. The planner's is a little

@@ -8,7 +8,7 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import ShapeKind
-from pickcli.stowing.stable_poses import stable_poses
+from pickcli.random_scenes.stable_poses import stable_poses
 
 ITEMS = sorted(load_cell("apc2016_delft").items.values(), key=lambda item: (item.name, item.year))
 

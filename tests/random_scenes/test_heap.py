@@ -8,10 +8,10 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.geometry import inverse
+from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
-from pickcli.stowing.make_scene import make_scene
 from support.cell_copies import CellCopy
 from support.place_cells import BENCH, CRATES, RACK, with_places
 

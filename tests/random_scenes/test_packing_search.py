@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.stowing.bin_packings import BLOCKED, BinPackings
-from pickcli.stowing.box_arrays import BoxArrays
-from pickcli.stowing.crowding_cost import crowding
-from pickcli.stowing.extraction_access import have_way_out
-from pickcli.stowing.packing_search import fill
-from pickcli.stowing.placement_sampling import RAISED
+from pickcli.random_scenes.bin_packings import BLOCKED, BinPackings
+from pickcli.random_scenes.box_arrays import BoxArrays
+from pickcli.random_scenes.crowding_cost import crowding
+from pickcli.random_scenes.extraction_access import have_way_out
+from pickcli.random_scenes.packing_search import fill
+from pickcli.random_scenes.placement_sampling import RAISED
 
 CELL = load_cell("apc2016_delft")
 # Any four of these fit into any bin.

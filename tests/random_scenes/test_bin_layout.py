@@ -7,9 +7,9 @@ from itertools import combinations
 import numpy as np
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.random_scenes.bin_layout import ItemInstance, lay_out
+from pickcli.random_scenes.packing_search import fill
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.stowing.bin_layout import ItemInstance, lay_out
-from pickcli.stowing.packing_search import fill
 
 CELL = load_cell("apc2016_delft")
 EMPTY = Scene(CELL, CELL.T_world_pod, (), PoseNoise())

@@ -9,9 +9,9 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.random_scenes.bin_layout import ItemInstance
+from pickcli.random_scenes.stable_poses import stable_poses
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.stowing.bin_layout import ItemInstance
-from pickcli.stowing.stable_poses import stable_poses
 
 N_DRAWS = 60  # poses tried for each item
 FROM_WALL = 0.008  # m

@@ -10,7 +10,7 @@ import numpy as np
 
 from pickcli.cell.place import Place
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import Bools, BoxArrays, gap
+from pickcli.random_scenes.box_arrays import Bools, BoxArrays, gap
 
 HIDDEN = 1.0  # cost of an item hidden behind a higher one
 CONTACT_COST = 2.0  # cost of contact with an item high enough to obstruct fingers

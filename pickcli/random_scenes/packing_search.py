@@ -12,7 +12,7 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
-from pickcli.stowing.bin_packings import BinPackings
+from pickcli.random_scenes.bin_packings import BinPackings
 
 N_PACKINGS = 16
 N_ROUNDS = 4  # largest number of attempts to insert all items
