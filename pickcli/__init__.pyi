@@ -27,6 +27,7 @@ from pickcli.motion.plan_file import write_plan as write_plan
 from pickcli.motion.segment import Segment as Segment
 from pickcli.motion.segment import SegmentKind as SegmentKind
 from pickcli.motion.trajectory import Trajectory as Trajectory
+from pickcli.random_scenes.make_scene import make_scene as make_scene
 from pickcli.scene.cloud import Cloud as Cloud
 from pickcli.scene.scene import PlacedItem as PlacedItem
 from pickcli.scene.scene import PoseNoise as PoseNoise
@@ -34,7 +35,6 @@ from pickcli.scene.scene import Scene as Scene
 from pickcli.scene.scene_file import read_scene as read_scene
 from pickcli.scene.scene_file import write_scene as write_scene
 from pickcli.simulation.execution import Execution as Execution
-from pickcli.random_scenes.make_scene import make_scene as make_scene
 from pickcli.trial.order import Order as Order
 from pickcli.trial.order_file import read_order as read_order
 
