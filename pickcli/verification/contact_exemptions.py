@@ -39,7 +39,7 @@ def may_touch(plan: Plan, k: int) -> bool:
     if segment.kind is SegmentKind.LIFT:
         return (k > 0 and plan.segments[k - 1].kind is SegmentKind.CONTACT) or (is_way_out and is_at_an_end)
     if segment.kind is SegmentKind.PLACE:
-        return k in releases(plan) or (is_way_out and is_at_an_end)
+        return k in releases(plan) or (is_way_out and is_at_an_end and segment.held is not None)
     if segment.kind is SegmentKind.DEPART:
         return segment.held is None and ((is_way_out and k == 0) or k - 1 in releases(plan))
     return segment.kind is SegmentKind.CONTACT

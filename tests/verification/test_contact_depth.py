@@ -68,7 +68,9 @@ def test_a_pick_touches_from_the_contact_to_the_lift_and_from_the_place_to_the_d
     assert touching(*whole, level=level, held=[2 <= k <= 6 for k in range(10)]) == [1, 2, 6, 7]
     late = PLACE, TRANSIT, DEPART, TRANSIT
     assert touching(*late, level=level) == [0]
-    assert touching(PLACE, PLACE, level=level) == []
+    still_held = touching(PLACE, PLACE, level=level)
+    assert still_held == ([] if level is None else [0, 1])  # on, or back along it
+    assert touching(PLACE, PLACE, level=level, held=(False, False)) == []
 
 
 def test_coarse_motions_and_ways_in_and_out_touch_nothing() -> None:
