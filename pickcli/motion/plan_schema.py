@@ -36,6 +36,7 @@ FORMAT = "apc plan"
 VERSION = 3
 MAX_POINTS = 100_000
 MAX_JOINTS = 32
+LEFT_OUT = ("pushing",)  # fields that are not written if they are empty
 TIME_TOLERANCE = 1e-9  # s, between the end of a segment and the start of the next
 MAX_PROBLEMS = 20  # named in one message
 
@@ -96,7 +97,8 @@ def plain(value: Any, kind: Any = None) -> Any:
         return str(value)
     if is_dataclass(value):
         own: type = type(value)
-        return {name: plain(getattr(value, name), of) for name, of in _field_types(own).items()}
+        values = {name: (getattr(value, name), of) for name, of in _field_types(own).items()}
+        return {name: plain(*each) for name, each in values.items() if name not in LEFT_OUT or each[0]}
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, tuple):
@@ -140,7 +142,10 @@ _FILE_TYPES: dict[Any, Any] = {
 _Row = Annotated[list[Number], Field(min_length=4, max_length=4)]
 _Pose = Annotated[list[_Row], Field(min_length=4, max_length=4)]
 
-_Segment = _derived(Segment, t_start=Time, t_end=Time, touching=Annotated[list[Name], Field(max_length=1000)])
+_Names = Annotated[list[Name], Field(max_length=1000)]
+_Segment = _derived(
+    Segment, t_start=Time, t_end=Time, touching=_Names, pushing=Annotated[_Names, Field(default=[])]
+)
 _Anchor = _derived(Anchor, segment=Annotated[int, Field(ge=0, lt=1000)])
 _Event = _derived(Event, anchor=_Anchor, lead=Time)
 _Grasp = _derived(Grasp, T_item_tip=_Pose, score=Annotated[Number, Field(ge=0.0)])

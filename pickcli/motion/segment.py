@@ -101,6 +101,8 @@ class Segment:
         touching: Names that the tool or the held item may touch here (target, its support, neighbours in the
             first stated distance of the lift, or the last before a release in a bin); everything else keeps
             the cell's clearance.
+        pushing: Ids of items that the held item may push aside here, out of an open box; they may be
+            anywhere in the box afterwards.
     """
 
     kind: SegmentKind
@@ -109,3 +111,4 @@ class Segment:
     tool_state: ToolState
     held: str | None
     touching: tuple[str, ...] = ()
+    pushing: tuple[str, ...] = ()

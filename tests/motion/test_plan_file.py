@@ -94,7 +94,8 @@ def test_a_round_trip_is_exact(tmp_path_factory: pytest.TempPathFactory, seed: i
 
 
 def test_every_field_of_a_plan_is_in_its_file(plan: Plan) -> None:
-    plan = replace(plan, arm="left")
+    pushing = replace(plan.segments[0], pushing=("book",))
+    plan = replace(plan, arm="left", segments=(pushing, *plan.segments[1:]))
     data = plan_to_dict(plan)
     assert plan.grasp is not None and plan.certificate is not None
     event, written = plan.events[0], data["events"][0]
@@ -472,3 +473,15 @@ def test_a_level_of_recovery_is_part_of_what_was_certified(plan: Plan, tmp_path:
     edit(path, _at("opening", "recovery"))
     with pytest.raises(DamagedError, match="edited after it was certified"):
         read_plan(path)
+
+
+def test_what_is_pushed_is_written_only_where_something_is(plan: Plan, tmp_path: Path) -> None:
+    """So a plan that pushes nothing has the bytes and the hash that it had before there was such a field."""
+    first, *rest = plan.segments
+    pushing = replace(plan, segments=(replace(first, pushing=("book", "box")), *rest), certificate=None)
+    write_plan(pushing, tmp_path / "plan.json")
+    written = json.loads((tmp_path / "plan.json").read_text())["segments"]
+    assert written[0]["pushing"] == ["book", "box"]
+    assert all("pushing" not in segment for segment in written[1:])
+    assert read_plan(tmp_path / "plan.json").segments == pushing.segments
+    assert motion_hash(pushing) != motion_hash(plan)
