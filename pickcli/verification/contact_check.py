@@ -69,7 +69,7 @@ def check_touch(
             if fixture.name not in exempt[k].touching:
                 continue
             for part in moving[k]:
-                if part.is_cup or part.is_held:
+                if part.is_cup or (part.is_held and fixture.name not in exempt[k].pushed):
                     pair = _Pair(scene, segment, k, part, fixture, states)
                     reasons += pair.too_deep(range(first, last + 1), at_rest)
                     if part.is_held and fixture.name in rolling and segment.kind is SegmentKind.LIFT:

@@ -28,12 +28,14 @@ class Exemptions:
         pinched: Id of the item that fingers close on or open from here, "" if none.
         neighbours: Pairs of links connected by a joint, directly or through links without a shape.
         allowed: The cell's allowed pairs, each with a reason in the cell file.
+        pushed: Ids of items that the held one may push aside here.
     """
 
     touching: frozenset[str]
     pinched: str
     neighbours: frozenset[frozenset[str]]
     allowed: frozenset[frozenset[str]]
+    pushed: frozenset[str] = frozenset()
 
     def is_world_pair_untested(self, part: Part, name: str) -> bool:
         """Whether a part may touch a body or item of the world.
@@ -47,6 +49,8 @@ class Exemptions:
         """
         if part.is_finger:
             return name == self.pinched
+        if part.is_held and name in self.pushed:
+            return True
         if part.is_cup or part.is_held:
             return name in self.touching
         # Links that never move keep the distance to the world that cell and scene give them.
@@ -89,9 +93,12 @@ def exemptions(
     neighbours = _neighbours(scene.cell.robot)
     allowed = frozenset(frozenset((p.a, p.b)) for p in scene.cell.allowed_pairs)
     return tuple(
-        Exemptions(_touching(plan, scene, states, moving, world, k), pinched(plan, k), neighbours, allowed)
-        for k in range(len(plan.segments))
-    )
+        Exemptions(
+            _touching(plan, scene, states, moving, world, k), pinched(plan, k), neighbours, allowed,
+            frozenset(segment.pushing),
+        )
+        for k, segment in enumerate(plan.segments)
+    )  # fmt: skip
 
 
 def pinched(plan: Plan, k: int) -> str:

@@ -12,8 +12,8 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import Scene
 from pickcli.verification.finger_events import check_finger_events
-from pickcli.verification.grasp_check import check_kind, check_seal
-from pickcli.verification.pinch_check import check_pinch
+from pickcli.verification.grasp_check import check_kind, check_seal, cup_loads
+from pickcli.verification.pinch_check import check_pinch, pad_loads
 from pickcli.verification.vacuum_events import TimedEvent, check_vacuum_events
 
 
@@ -24,10 +24,12 @@ class HoldChecks:
     Attributes:
         grasp: Checks a plan with a grasp, given the pose (4, 4) of the item in the tool frame.
         events: Checks the commands that grasp and release.
+        loads: Times while the item is held, and the load at each as a share of what the tool bears.
     """
 
     grasp: Callable[[Plan, Scene, Array], tuple[Reason, ...]]
     events: Callable[[Plan, Scene, Sequence[TimedEvent]], Iterable[Reason]]
+    loads: Callable[[Plan, Scene, Array], tuple[Array, Array]]
 
 
 def _check_grasp_of_fingers(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...]:
@@ -37,8 +39,10 @@ def _check_grasp_of_fingers(plan: Plan, scene: Scene, T_tip_item: Array) -> tupl
     return (*check_pinch(plan, scene, T_tip_item), *kind)
 
 
-SUCTION = HoldChecks(check_seal, check_vacuum_events)
-PINCH = HoldChecks(_check_grasp_of_fingers, lambda plan, scene, _: check_finger_events(plan, scene))
+SUCTION = HoldChecks(check_seal, check_vacuum_events, cup_loads)
+PINCH = HoldChecks(
+    _check_grasp_of_fingers, lambda plan, scene, _: check_finger_events(plan, scene), pad_loads
+)
 
 
 def hold_checks(tool: Tool) -> HoldChecks:
@@ -67,3 +71,17 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
     if plan.grasp is None or T_tip_item is None:
         return ()
     return hold_checks(scene.cell.robot.tool).grasp(plan, scene, T_tip_item)
+
+
+def load_ratios(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, Array]:
+    """Compute the load on the tool while it holds an item.
+
+    Args:
+        plan: A plan with a grasp.
+        scene: The plan's scene.
+        T_tip_item: (4, 4) pose of the held item in the tool frame.
+
+    Returns:
+        Times (N,) in s, and the load (N,) as a share of what the tool bears.
+    """
+    return hold_checks(scene.cell.robot.tool).loads(plan, scene, T_tip_item)

@@ -62,6 +62,19 @@ def removal(scene: Scene, item_id: str) -> Removal:
     return Removal(lifted, frozenset(loose - level), frozenset(level & beside))
 
 
+def lying_on(scene: Scene, item_id: str) -> frozenset[str]:
+    """Find the items that lie on an item of a pile.
+
+    Args:
+        scene: The scene.
+        item_id: Id of the item.
+
+    Returns:
+        Ids of items that lie on it, directly or through others, wholly or partly.
+    """
+    return _pile(scene, scene.find(item_id).location).lying_on(item_id)
+
+
 def keeps_standing(scene: Scene, item_id: str) -> bool:
     """Whether an item keeps its balance where it is, if everything that it touches is fixed.
 

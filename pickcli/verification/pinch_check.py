@@ -105,6 +105,24 @@ def check_pinch(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ..
     return (*reasons, *_loads(plan, scene, T_tip_item, pads, gripper, item))
 
 
+def pad_loads(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, Array]:
+    """Compute the load on the pads while they hold.
+
+    Args:
+        plan: A plan with a grasp.
+        scene: The plan's scene, of a cell with a gripper.
+        T_tip_item: (4, 4) pose of the held item in the tool frame.
+
+    Returns:
+        Times (N,) in s, and the load (N,) as a share of what the pads bear; infinite if they hold nothing.
+    """
+    gripper = scene.cell.robot.tool.gripper
+    assert plan.grasp is not None and gripper is not None
+    times, wrenches = held_wrenches(plan, scene, T_tip_item)
+    pads = pads_on(scene.item(plan.grasp.item).shape, plan.grasp.T_item_tip, gripper)
+    return times, np.full(len(times), np.inf) if pads is None else pads.ratio(wrenches, gripper)
+
+
 def pads_on(shape: Shape, T_item_tip: Array, gripper: ParallelGripper) -> Pads | None:
     """Find where the pads meet an item as the fingers close.
 

@@ -7,13 +7,15 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.pile_statics import removal
+from pickcli.verification.push_check import pushed_by
 
 
 def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """Check that no item is taken away that others rest or lean on.
 
     In a box that is open above, items that lose their support slump. That is allowed, unless they would be
-    lifted along or are so high that they could fall over the rim.
+    lifted along or are so high that they could fall over the rim. Items that the plan may push aside may lie
+    on the taken one, if ``check_push`` accepts that.
 
     Args:
         plan: The plan.
@@ -28,7 +30,7 @@ def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     effects = removal(scene, taken.id)
     slumping = {name for name in effects.falling if _stays_in(scene, scene.find(name))}
     return (
-        *(_fault(taken.id, name, "lies on it") for name in sorted(effects.lifted)),
+        *(_fault(taken.id, name, "lies on it") for name in sorted(effects.lifted - pushed_by(plan))),
         *(
             _fault(taken.id, name, "would fall or roll away")
             for name in sorted(effects.falling - effects.lifted - slumping)

@@ -26,6 +26,7 @@ from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.hold_choice import check_hold
 from pickcli.verification.joint_limit_check import Ratios, check_limits
 from pickcli.verification.moving_parts import Part, farthest, parts_of_segments
+from pickcli.verification.push_check import check_push, pushed_by
 from pickcli.verification.recovery_check import check_opening, check_recovery, needed_clearance
 from pickcli.verification.release_check import check_release
 from pickcli.verification.state_sampling import MAX_STEP, States, sample_states
@@ -50,6 +51,9 @@ ITEM_CHECKS = (  # of a plan that takes or carries an item
     "support: nothing rests or leans on what is taken, and no cup from above tips it over what carries it",
     "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
     "release: between walls that are open above, below the drop limit; or in a place, just over its floor",
+)
+PUSH_CHECKS = (
+    "pushing: only light items in an open box, slowly, outwards, nothing carried along, load in reserve",
 )
 RECOVERY_CHECKS = (
     "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",
@@ -104,6 +108,7 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
         *check_recovery(plan, scene, states, ratios.velocity, opening, stopped),
         *check_touch(plan, scene, states, moving, world, exempt),
         *check_support(plan, scene),
+        *check_push(plan, scene, T_tip_item),
         *check_tipping(plan, scene),
         *check_lines(plan, scene.cell.robot, states),
         *check_tool_speed(plan, scene.cell),
@@ -135,6 +140,7 @@ def _certificate(
         checks=(
             *MOTION_CHECKS,
             *(ITEM_CHECKS if plan.grasp is not None else ()),
+            *(PUSH_CHECKS if pushed_by(plan) else ()),
             *(RECOVERY_CHECKS if plan.recovery is not None else ()),
         ),
     )

@@ -1,0 +1,200 @@
+"""Check the items that a held one may push aside on its way out of an open box: which, how, and the load.
+
+Where they end up is not known. So they must be items that may lie anywhere in their box, nothing may be
+carried along, and what holds the item must bear the friction and the weight of what slides off as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cell.place import Place
+from pickcli.cell.tool import MOVING
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.hold_choice import load_ratios
+from pickcli.verification.pile_statics import lying_on
+from pickcli.verification.quintic import positions_at
+from pickcli.verification.static_solids import place_at
+from pickcli.verification.straightness_check import SPEED_TOLERANCE, every_millisecond, fastest_tip
+
+HEAVIEST = 0.6  # kg of a pushed item: it resists by its weight, 6 N, a third of a cup's reserve
+MOST_SPEED = 0.1  # m/s of the tool: a pushed item comes to rest within 2 mm by its own friction
+MOST_LOAD = 0.5  # of what the tool bears, by the held item alone
+MOST_LOAD_WITH_ALL = 0.8  # of it, if all that lies on the item has to be borne, too
+LOAD_TOLERANCE = 0.01  # share of a load: the planner samples differently
+MOST_DESCENT = 0.002  # m: what is below would be pressed, not pushed aside
+OUTWARDS = (SegmentKind.LIFT, SegmentKind.RETREAT)
+N_DIRECTIONS = 360
+
+
+def pushed_by(plan: Plan) -> frozenset[str]:
+    """Return the items that a plan may push aside in any segment.
+
+    Args:
+        plan: The plan.
+
+    Returns:
+        Ids.
+    """
+    return frozenset(name for segment in plan.segments for name in segment.pushing)
+
+
+def check_push(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
+    """Check every condition of pushing items aside.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        T_tip_item: (4, 4) pose of the item in the tool frame, if one is held.
+
+    Returns:
+        The faults; () for a plan that pushes nothing.
+    """
+    if not pushed_by(plan):
+        return ()
+    reasons = tuple(_wrong_segments(plan))
+    if reasons or T_tip_item is None:
+        return reasons or (Reason("pushes without an item", "plan", "nothing is held"),)
+    taken = _taken(plan, scene, T_tip_item)
+    place = scene.cell.places.get(taken.location)
+    if place is None or not place.is_open_box:
+        at = taken.location or "no place"
+        return (Reason("pushes outside of an open box", taken.id, f"it is taken out of {at}"),)
+    heap = _Heap(replace(scene, items=(*(p for p in scene.items if p.id != taken.id), taken)), place, taken)
+    return (
+        *heap.not_pushable(pushed_by(plan)),
+        *heap.carried_along(),
+        *_too_fast(plan, scene),
+        *_descending(plan, scene, T_tip_item),
+        *_without_reserve(plan, scene, T_tip_item, heap.most_load),
+    )
+
+
+def _wrong_segments(plan: Plan) -> Iterator[Reason]:
+    """Yield the segments that push, but are not on the way of a held item out of where it was taken."""
+    is_on_its_way = plan.recovery in (None, RecoveryLevel.AS_PLANNED)
+    has_lifted = False
+    for k, segment in enumerate(plan.segments):
+        if segment.held is not None:
+            has_lifted = True
+            is_on_its_way &= segment.kind in OUTWARDS and segment.tool_state != MOVING
+        if segment.pushing and not (is_on_its_way and has_lifted and segment.held is not None):
+            names = ", ".join(segment.pushing[:3])
+            where = f"segment {k} ({segment.kind})"
+            yield Reason("pushing not allowed", where, f"{names}; only a held item on its way out may")
+
+
+def _taken(plan: Plan, scene: Scene, T_tip_item: Array) -> PlacedItem:
+    """Return the item where it is taken; if it is held from the start, in the place that it is in there."""
+    assert plan.grasp is not None
+    if plan.segments[0].held is None:
+        return scene.find(plan.grasp.item)
+    robot, q = scene.cell.robot, positions_at(plan.trajectory, 0.0)
+    T = tip_poses(robot, link_poses(robot, q), plan.segments[0].tool_state)[0] @ T_tip_item
+    place = place_at(scene, T)
+    return PlacedItem(plan.grasp.item, scene.item(plan.grasp.item), "" if place is None else place.name, T)
+
+
+@dataclass(frozen=True, eq=False)
+class _Heap:
+    """The items in an open box, and the one that is taken out of it.
+
+    scene: with the taken item where it is taken. place: the box
+    """
+
+    scene: Scene
+    place: Place
+    taken: PlacedItem
+
+    def not_pushable(self, pushed: frozenset[str]) -> Iterator[Reason]:
+        """Yield the pushed items that are elsewhere, heavy, high, or below one that may not be pushed."""
+        here = {placed.id: placed for placed in self.scene.in_location(self.place.name)}
+        rim = float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])
+        for name in sorted(pushed):
+            placed = here.get(name)
+            if placed is None or name == self.taken.id:
+                yield _fault(name, f"it is no other item in {self.place.name}")
+                continue
+            if placed.item.heaviest > HEAVIEST:
+                yield _fault(name, f"it may have {placed.item.heaviest:.2f} kg, at most {HEAVIEST}")
+            highest = float(placed.T_world_item[2, 3]) + self._bound(placed)
+            if not highest < rim:
+                over = 1e3 * (highest - rim)
+                yield _fault(name, f"its middle may be {over:.0f} mm over the rim of {self.place.name}")
+            for other in sorted(lying_on(self.scene, name) - pushed - {self.taken.id}):
+                yield _fault(name, f"{other} lies on it and may not be pushed")
+
+    def carried_along(self) -> Iterator[Reason]:
+        """Yield the items that lie on the taken one with their centre over it."""
+        for name in sorted(lying_on(self.scene, self.taken.id)):
+            if self._is_over(self.scene.find(name)):
+                yield Reason("carries another item along", self.taken.id, f"{name} lies on it", name)
+
+    def _is_over(self, other: PlacedItem) -> bool:
+        """Whether the centre of an item may be vertically over some point of the taken one."""
+        turn = 2.0 * np.pi * np.arange(N_DIRECTIONS) / N_DIRECTIONS
+        across = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(N_DIRECTIONS)])
+        T = self.taken.T_world_item
+        edges = self.taken.item.shape.reach(across @ T[:3, :3])
+        off = across @ (other.T_world_item[:3, 3] - T[:3, 3])
+        return bool((off <= edges + self._bound(self.taken) + self._bound(other)).all())
+
+    @property
+    def most_load(self) -> float:
+        """The largest load by the taken item that leaves the reserve, as a share of what the tool bears."""
+        own = self.taken.item.heaviest
+        names = sorted(lying_on(self.scene, self.taken.id))
+        on_it = sum(self.scene.find(name).item.heaviest for name in names)
+        return min(MOST_LOAD, MOST_LOAD_WITH_ALL * own / (own + on_it))
+
+    def _bound(self, placed: PlacedItem) -> float:
+        return self.scene.noise.bound(placed.item)
+
+
+def _fault(name: str, why: str) -> Reason:
+    return Reason("may not be pushed", name, why)
+
+
+def _too_fast(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """Yield the segments that push at more than the speed that they may."""
+    for k, segment in enumerate(plan.segments):
+        if segment.pushing:
+            speed = fastest_tip(plan, scene.cell.robot, segment.tool_state, segment.t_start, segment.t_end)
+            if not speed <= MOST_SPEED * (1.0 + SPEED_TOLERANCE):
+                where = f"segment {k} ({segment.kind})"
+                yield Reason("pushes too fast", where, f"{speed:.4f} m/s, at most {MOST_SPEED}")
+
+
+def _descending(plan: Plan, scene: Scene, T_tip_item: Array) -> Iterator[Reason]:
+    """Yield the segments that push in which the middle of the held item comes down."""
+    robot = scene.cell.robot
+    for k, segment in enumerate(plan.segments):
+        if segment.pushing:
+            times = every_millisecond(segment.t_start, segment.t_end)
+            links = link_poses(robot, positions_at(plan.trajectory, times))
+            heights = (tip_poses(robot, links, segment.tool_state) @ T_tip_item)[:, 2, 3]
+            descent = float((np.maximum.accumulate(heights) - heights).max())
+            if descent > MOST_DESCENT:
+                where = f"segment {k} ({segment.kind})"
+                yield Reason("pushes downwards", where, f"the item comes down by {1e3 * descent:.1f} mm")
+
+
+def _without_reserve(plan: Plan, scene: Scene, T_tip_item: Array, most: float) -> Iterator[Reason]:
+    """Yield the segments that push in which the item by itself loads the tool too much."""
+    times, ratios = load_ratios(plan, scene, T_tip_item)
+    for k, segment in enumerate(plan.segments):
+        if segment.pushing:
+            loads = ratios[(times >= segment.t_start) & (times <= segment.t_end)]
+            worst = float(loads.max(initial=0.0))
+            if not worst <= most * (1.0 + LOAD_TOLERANCE):
+                where = f"segment {k} ({segment.kind})"
+                detail = f"{worst:.2f} of what the tool bears, at most {most:.2f} where it pushes"
+                yield Reason("no reserve for pushing", where, detail)
