@@ -4,7 +4,8 @@
 perceived pose, without the pose error, and shifted away by the depth that explains the contact: as deep as
 uncertain poses already overlap, or as far as the bellows give way along the cup's axis. A solid that the
 shifted one clears is entered no deeper than that. A solid without a shift may be touched at any depth;
-everything that is not named keeps the cell's clearance.
+everything that is not named keeps the cell's clearance. Items that a held item may push aside are not tested
+against it at all; cup and arm keep clear of them where they are perceived.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ class AllowedContacts:
         tool: Solids that the cup or the fingers may touch: body or item by name, and how far it is shifted
             away; None if it may be touched at any depth.
         absent: Ids of items that are not in the world: the held one, and those that a planner ignores.
+        pushed: Ids of items that the held item may push aside.
         opening_pairs: Pairs (link of the robot or "held <item>", body or item) that are not tested, because a
             recovery motion only has to separate them.
     """
@@ -42,6 +44,7 @@ class AllowedContacts:
     item: Touchers = ()
     tool: Touchers = ()
     absent: frozenset[str] = frozenset()
+    pushed: frozenset[str] = frozenset()
     opening_pairs: frozenset[tuple[str, str]] = frozenset()
 
     @classmethod
@@ -86,7 +89,7 @@ class AllowedContacts:
     def of_present(self) -> AllowedContacts:
         """The contacts without those with absent items."""
         item, tool = (tuple(t for t in ts if t[0] not in self.absent) for ts in (self.item, self.tool))
-        return replace(self, item=item, tool=tool)
+        return replace(self, item=item, tool=tool, pushed=self.pushed - self.absent)
 
     @property
     def of_empty_tool(self) -> AllowedContacts:
@@ -108,8 +111,9 @@ class AllowedContacts:
             UnknownNameError: If the scene has no solid with one of the names.
         """
         bits = np.zeros(len(world.names), np.uint64)
-        for frames, touchers in ((tool, self.tool), ((item,), self.item)):
-            bits[world.indices(name for name, _ in touchers)] |= np.uint64(sum(1 << f for f in set(frames)))
+        touched = (*(name for name, _ in self.item), *sorted(self.pushed))
+        for frames, names in ((tool, tuple(name for name, _ in self.tool)), ((item,), touched)):
+            bits[world.indices(names)] |= np.uint64(sum(1 << f for f in set(frames)))
         return bits
 
     def enter(self, kernel: Checker, world: CollisionWorld, cup: int, item: int) -> NDArray[np.intp]:

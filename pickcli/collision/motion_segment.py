@@ -72,11 +72,12 @@ class MotionSegment(PathSegment):
             t_end: s in the plan's trajectory.
 
         Returns:
-            Its kind and times, the tool's state, the held item and the names that may be touched.
+            Its kind and times, the tool's state, the held item and the names that may be touched or pushed.
         """
-        attached, touching = self.mode.attached, tuple(sorted(self.mode.contacts.names))
+        attached, contacts = self.mode.attached, self.mode.contacts
         held = attached.id if attached is not None else None
-        return Segment(self.kind, t_start, t_end, self.mode.tool_state, held, touching)
+        touching, pushing = tuple(sorted(contacts.names)), tuple(sorted(contacts.pushed))
+        return Segment(self.kind, t_start, t_end, self.mode.tool_state, held, touching, pushing)
 
 
 def at_rest(kind: SegmentKind, q: Array, mode: Mode) -> MotionSegment:

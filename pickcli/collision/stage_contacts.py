@@ -2,13 +2,14 @@
 
 The target of a pick is in contact with its support and neighbours; a cup is pressed on it, and its bellows
 give way. Each stage of the pick is one method of ``PickContacts``. A stage that is traversed backwards, as
-for setting an item down in a bin, has the contacts of the stage itself.
+for setting an item down in a bin, has the contacts of the stage itself. Items that the held target may push
+aside count for it in no stage from the lift on; before, and for the tool, they are items like any other.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -80,7 +81,10 @@ def while_coming_free(
 
 
 def while_in_segment(
-    touching: Iterable[str], absent: frozenset[str], left_out: frozenset[tuple[str, str]]
+    touching: Iterable[str],
+    absent: frozenset[str],
+    left_out: frozenset[tuple[str, str]],
+    pushed: frozenset[str],
 ) -> AllowedContacts:
     """Return the contacts of a segment of a plan, by the names that the plan states.
 
@@ -88,12 +92,13 @@ def while_in_segment(
         touching: Names that tool and held item may touch, at any depth.
         absent: Ids of items that are absent.
         left_out: Pairs of a part of the robot and a solid that are not tested.
+        pushed: Ids of items that the held item may push aside.
 
     Returns:
         The contacts.
     """
     stated = AllowedContacts.at_any_depth(touching, absent)
-    return AllowedContacts(stated.item, stated.tool, absent, opening_pairs=left_out)
+    return AllowedContacts(stated.item, stated.tool, absent, pushed, left_out)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +111,7 @@ class PickContacts:
         floor: Names of the bodies that form the floor below it.
         ignored: Ids of neighbours that are ignored.
         first_stretch: m, length of the first stretch of the lift, in which the target may touch its support.
+        pushed: Ids of neighbours that the target may push aside once it is held.
     """
 
     scene: Scene
@@ -113,6 +119,7 @@ class PickContacts:
     floor: frozenset[str]
     ignored: frozenset[str]
     first_stretch: float
+    pushed: frozenset[str] = frozenset()
 
     def while_approaching(self) -> AllowedContacts:
         """Return the contacts of the empty tool on its way to the target, or away from it.
@@ -163,7 +170,7 @@ class PickContacts:
         Returns:
             Those of the target with the solids that it leaves; the fingers keep clear of these.
         """
-        return AllowedContacts.of(self._given_way(LINE_DEVIATION), absent=self._without_target)
+        return self._pushing(self._left_behind(LINE_DEVIATION))
 
     def while_lifting(self, press: CupPress) -> AllowedContacts:
         """Return the contacts in the first stretch of the lift with a cup.
@@ -176,17 +183,17 @@ class PickContacts:
         Returns:
             The contacts.
         """
-        item, met = self._given_way(LINE_DEVIATION), self.met_by_cup(press.outward)
-        cup = {name: press.way if name in met else np.zeros(3) for name in item}
-        return AllowedContacts.of(item, cup, self._without_target)
+        item, met = self._left_behind(LINE_DEVIATION), self.met_by_cup(press.outward)
+        cup = {name: press.way if name in met else np.zeros(3) for name in self.near}
+        return self._pushing(item, cup)
 
     def while_carrying(self) -> AllowedContacts:
         """Return the contacts of the held target inside its bin, after its last contact.
 
         Returns:
-            No contacts; the target and ignored neighbours are absent.
+            No contacts but those with pushed neighbours; the target and ignored neighbours are absent.
         """
-        return AllowedContacts(absent=self._without_target)
+        return self._pushing()
 
     def while_transferring(self) -> AllowedContacts:
         """Return the contacts outside of the target's place, with it or after it was dropped.
@@ -204,7 +211,7 @@ class PickContacts:
         Returns:
             The contacts.
         """
-        return AllowedContacts.of(self._given_way(ALONE_LINE_DEVIATION), absent=self._without_target)
+        return self._pushing(self._left_behind(ALONE_LINE_DEVIATION))
 
     def rolling_along(self) -> tuple[AllowedContacts, ...]:
         """Return the contacts of the free target with the ground and one neighbour that may roll along.
@@ -214,7 +221,8 @@ class PickContacts:
         """
         others = frozenset(placed.id for placed in self.scene.items)
         ground = {body.name for body, _ in self.scene.standing} & set(self.near)
-        rolling = [p.id for p in self.scene.items if p.id in self.near and p.can_roll]
+        near = self.near.keys() - self.pushed
+        rolling = [p.id for p in self.scene.items if p.id in near and p.can_roll]
         return tuple(AllowedContacts.at_any_depth(ground, others - {name}) for name in rolling)
 
     @property
@@ -251,6 +259,16 @@ class PickContacts:
     @property
     def _without_target(self) -> frozenset[str]:
         return self.ignored | {self.target.id}
+
+    def _pushing(
+        self, item: Mapping[str, Array] | None = None, tool: Mapping[str, Array] | None = None
+    ) -> AllowedContacts:
+        """Return the contacts of the held target, which may push neighbours aside."""
+        return replace(AllowedContacts.of(item, tool, self._without_target), pushed=self.pushed)
+
+    def _left_behind(self, slip: float) -> dict[str, Array]:
+        """Return the shifts (3,), by name, of the near solids that the held target may not push aside."""
+        return {name: way for name, way in self._given_way(slip).items() if name not in self.pushed}
 
     def _given_way(self, slip: float) -> dict[str, Array]:
         """Return, by name, the shift (3,) of each near solid out of the target's way.

@@ -269,4 +269,5 @@ def _described(segment: Segment) -> str:
     parts = [f"{segment.t_end - segment.t_start:.2f} s, tool {segment.tool_state}"]
     parts += [f"holds {segment.held}"] if segment.held else []
     parts += [f"may touch {', '.join(segment.touching)}"] if segment.touching else []
+    parts += [f"may push {', '.join(segment.pushing)}"] if segment.pushing else []
     return "; ".join(parts)

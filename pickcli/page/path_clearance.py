@@ -186,7 +186,8 @@ def _checker(
     known = {placed.id for placed in scene.items} | {body.name for body, _ in scene.standing}
     held = next((each for each in carried if each.item == segment.held), None)
     absent = frozenset({held.item} if held is not None else ())
-    contacts = while_in_segment((n for n in segment.touching if n in known), absent & known, steady)
+    touching, pushed = (n for n in segment.touching if n in known), known & set(segment.pushing)
+    contacts = while_in_segment(touching, absent & known, steady, frozenset(pushed))
     attached = None
     if held is not None:
         T = pose(held.pose[:3], R=from_quaternion(held.pose[3:]))

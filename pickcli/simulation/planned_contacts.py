@@ -17,7 +17,7 @@ class PlannedContacts:
     """Names of the bodies that may be touched at present.
 
     Attributes:
-        touching: Bodies that the held item may touch; a suction cup may touch them, too.
+        touching: Bodies that the held item may touch or push aside; a suction cup may touch them, too.
         met: Bodies that the contact links, cup or fingers, may press on.
         held: Items held according to the plan, whether they really are or not.
         is_meeting: Whether the tool is taking or releasing an item, which is still at its place.
@@ -40,12 +40,13 @@ class PlannedContacts:
         Returns:
             Everything that any of them allows.
         """
-        touching = frozenset(name for segment in now for name in segment.touching)
+        pushed = frozenset(name for segment in now for name in segment.pushing)
+        touching = pushed | {name for segment in now for name in segment.touching}
         held = frozenset(segment.held for segment in now if segment.held is not None)
         is_contact = any(segment.kind is SegmentKind.CONTACT for segment in now)
         if not tool.grip.takes_widths:
             return cls(touching, touching | held, held, is_contact)
-        met = frozenset(name for segment in now for name in _met_by_fingers(plan, segment))
+        met = pushed | {name for segment in now for name in _met_by_fingers(plan, segment)}
         return cls(touching, met, held, is_contact or any(s.tool_state == MOVING for s in now))
 
     def also(self, names: frozenset[str]) -> PlannedContacts:

@@ -252,7 +252,7 @@ def _execution(run: RecordedRun, cell: Cell) -> dict[str, Any]:
         for k in (1, 2, 3)
     ]
     segments = [
-        [str(s.kind), *ends, str(s.tool_state), s.held, list(s.touching)]
+        [str(s.kind), *ends, str(s.tool_state), s.held, list(dict.fromkeys((*s.touching, *s.pushing)))]
         for s in plan.segments
         for ends in [[round(run.simulated_time(t), 3) for t in (s.t_start, s.t_end)]]
         if ends[1] > ends[0]

@@ -6,7 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import box
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
 from pickcli.simulation.contacts import HELD_PRESS, ContactLog
 from pickcli.simulation.engine import ContactPoint
 from pickcli.simulation.planned_contacts import PlannedContacts
@@ -147,3 +151,17 @@ def test_a_held_item_that_hits_something_is_a_collision(holding: World) -> None:
     push_forward(holding, 0.02)
     first = holding.contacts.collisions[n_before]
     assert (first.a, first.b) == ("cube", "wall")
+
+
+def test_what_may_be_pushed_may_be_met_by_item_and_cup_and_by_no_other_link() -> None:
+    lift = Segment(SegmentKind.LIFT, 0.0, 1.0, STRAIGHT, "cube", (), ("book",))
+    plan = Plan("", "", "", 0, (lift,), Trajectory(("a",), *np.zeros((4, 2, 1))), ())
+    planned = PlannedContacts.of(plan, (lift,), load_cell("apc2016_delft").robot.tool)
+
+    def met(*points: ContactPoint) -> list[tuple[str, str]]:
+        contacts = log()
+        contacts.update(points, planned, "cube", 0.0)
+        return [(collision.a, collision.b) for collision in contacts.collisions]
+
+    assert met(point(link="cup", b="book"), point("cube", "", "book")) == []
+    assert met(point(link="lance", b="book")) == [("lance", "book")]
