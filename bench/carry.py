@@ -69,8 +69,9 @@ class Recorder:
         segments: Sequence[MotionSegment],
         grasp: Grasp,
         hold: Hold,
+        most: float,
     ) -> CarriedRun | Failures:
-        carried = carried_run(context, scene, segments, grasp, hold)
+        carried = carried_run(context, scene, segments, grasp, hold, most)
         if isinstance(carried, CarriedRun):
             self.last = scene, segments, grasp, hold, carried
         return carried

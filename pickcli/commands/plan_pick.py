@@ -24,9 +24,10 @@ if TYPE_CHECKING:
 @click.option("--pick", metavar="PLACE:ITEM", hidden=True)  # former spelling of --bin PLACE --item ITEM
 @click.option("--into", cls=RenamedOption, old=("--to",), metavar="PLACE",
               help="Destination: another place of the cell.  [default: tote]")  # fmt: skip
-@click.option("--neighbours", type=click.Choice(["avoid", "ignore"], case_sensitive=False), default="avoid",
-              show_default=True,
-              help="avoid other items in the place (Delft), or ignore them (KTH).")  # fmt: skip
+@click.option("--neighbours", type=click.Choice(["avoid", "push", "ignore"], case_sensitive=False),
+              default="avoid", show_default=True,
+              help="avoid other items in the place (Delft), push them aside on the way out of an open "
+                   "box, or ignore them (KTH).")  # fmt: skip
 @plan_options("the preferred one of those that hold and reach the item")
 def command(
     bin_name: str | None, item: str | None, pick: str | None, into: str | None, neighbours: str,

@@ -19,8 +19,11 @@ from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
               help="Item in the tote to stow: its name, or its id in the scene (name#2).")  # fmt: skip
 @click.option("--into", metavar="PLACE",
               help="Destination: a bin.  [default: the one with most points of those that fit]")  # fmt: skip
+@click.option("--neighbours", type=click.Choice(["avoid", "push"], case_sensitive=False), default="avoid",
+              show_default=True,
+              help="avoid other items in the tote, or push them aside on the way out of it.")  # fmt: skip
 @plan_options("the preferred one of those that hold and reach the item")
-def command(item: str, into: str | None, options: PlanOptions) -> None:
+def command(item: str, into: str | None, neighbours: str, options: PlanOptions) -> None:
     """Plan one stow: take an item out of the tote, and set it down in a bin.
 
     Without --into the bins are tried in the order of apc explain-stow, as if the scene were the start of the
@@ -33,6 +36,7 @@ def command(item: str, into: str | None, options: PlanOptions) -> None:
     """
     from pickcli.planning.first_plan import first_plan
     from pickcli.planning.pick_problem import PickQuery
+    from pickcli.planning.pick_settings import Neighbours
     from pickcli.scene.scene import TOTE
 
     scene = options.scene()
@@ -41,6 +45,7 @@ def command(item: str, into: str | None, options: PlanOptions) -> None:
     bins = bins_for(scene, placed) if into is None else (stated_bin(scene, placed, into, "--into"),)
 
     def plan_into(name: str) -> None:
-        plan_with_first_able(scene, PickQuery(TOTE, placed.id, name), options)
+        query = PickQuery(TOTE, placed.id, name, neighbours=Neighbours(neighbours))
+        plan_with_first_able(scene, query, options)
 
     first_plan(f"stow {placed.id}", [(name, partial(plan_into, name)) for name in bins])

@@ -133,7 +133,8 @@ def with_blockers(error: NoPlanError, plan_in: PlanIn, scene: Scene, query: Pick
     if not names:
         return error
     away = query.into if query.out_of == TOTE or TOTE not in scene.cell.places else TOTE
-    stuck = [name for name in names if not _has_plan(plan_in, scene, PickQuery(query.out_of, name, away))]
+    clearings = [PickQuery(query.out_of, name, away, neighbours=query.neighbours) for name in names]
+    stuck = [clearing.item for clearing in clearings if not _has_plan(plan_in, scene, clearing)]
     advice = f"{error.summary()}\nwithout {' and '.join(names)} there is a plan"
     if stuck:
         advice += f", but {' and '.join(stuck)} cannot be picked either"

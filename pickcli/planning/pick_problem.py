@@ -14,9 +14,11 @@ from pickcli.collision.stage_contacts import PickContacts
 from pickcli.errors import Failures, UnknownNameError
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Grasp, GraspKind, Plan
-from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.pick_settings import Neighbours, PickSettings
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from pickcli.statics.pushing import mass_lying_on, pushable
+from pickcli.statics.supports import supports_of
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -98,7 +100,12 @@ class PickProblem:
             The pick of the target from there back to its current place.
         """
         moved = self.scene.moved(placed)
-        return replace(self, scene=moved, place=self.destination, target=placed, destination=self.place)
+        # What is set down pushes nothing: there is no way to know how far the items below give way.
+        neighbours = Neighbours.AVOID if self.neighbours is Neighbours.PUSH else self.neighbours
+        return replace(
+            self, scene=moved, place=self.destination, target=placed, destination=self.place,
+            neighbours=neighbours,
+        )  # fmt: skip
 
     @property
     def label(self) -> str:
@@ -124,16 +131,32 @@ class PickProblem:
     @property
     def ignored(self) -> frozenset[str]:
         """Ids of the neighbours that are ignored."""
-        if self.neighbours is Neighbours.AVOID:
+        if self.neighbours is not Neighbours.IGNORE:
             return frozenset()
         here = self.scene.in_location(self.place.name)
         return frozenset(placed.id for placed in here if placed.id != self.target.id)
 
     @cached_property
+    def pushed(self) -> frozenset[str]:
+        """Ids of the neighbours that the held target may push aside; none outside of an open box."""
+        if self.neighbours is not Neighbours.PUSH:
+            return frozenset()
+        return pushable(supports_of(self.scene), self.target.id)
+
+    @cached_property
+    def settings(self) -> PickSettings:
+        """Settings of the pick: those of the context, unless the target may push others aside."""
+        settings = self.context.settings
+        if not self.pushed:
+            return settings
+        own, on_it = self.target.item.heaviest, mass_lying_on(supports_of(self.scene), self.target.id)
+        return settings.while_pushing(own / (own + on_it))
+
+    @cached_property
     def contacts(self) -> PickContacts:
         """The allowed contacts of each stage."""
         floor, first_stretch = frozenset(self.place.support), self.context.settings.first_stretch
-        return PickContacts(self.scene, self.target, floor, self.ignored, first_stretch)
+        return PickContacts(self.scene, self.target, floor, self.ignored, first_stretch, self.pushed)
 
     @cached_property
     def _results(self) -> dict[Hashable, Any]:

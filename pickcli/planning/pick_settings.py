@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 SLOWER_THAN_ALLOWED = 0.98  # of a limit of the tool's speed: between points timing bounds it only roughly
@@ -12,6 +12,7 @@ class Neighbours(StrEnum):
     """How lines inside the bin treat other items."""
 
     AVOID = "avoid"  # Delft: no contact with neighbours except for the stated first stretch of the lift
+    PUSH = "push"  # out of an open box the held item may push others aside
     IGNORE = "ignore"  # KTH: collisions with other items in the bin are ignored
 
 
@@ -26,10 +27,12 @@ class PickSettings:
         preapproach_speed: m/s of the tool from the pre-approach into the bin.
         lift_speed: m/s of the tool on the lift.
         retreat_speed: m/s of the tool on the retreat.
+        push_speed: m/s of the tool on lift and retreat where the item may push others aside.
         drop_speed: m/s of the tool on the last line to where the item is dropped.
         release_time: s at rest at the release, while the cup is vented. Not longer: an item that lands on an
             edge turns over, and its other end rises.
         load_ratio: Share of what the cup bears that planned motion may use.
+        push_load_ratio: Share of that which is used where the item may push others aside.
         load_worth: s of cost difference between a grasp without load and one with all that the cup bears.
         wanted: Number of feasible grasps among which the best whole motion is chosen.
         solutions_per_grasp: Number of inverse-kinematics branches followed per grasp.
@@ -43,14 +46,32 @@ class PickSettings:
     preapproach_speed: float = 0.8
     lift_speed: float = 0.25
     retreat_speed: float = 0.6
+    push_speed: float = 0.095
     drop_speed: float = 0.5
     release_time: float = 0.06
     load_ratio: float = 0.8
+    push_load_ratio: float = 0.5
     load_worth: float = 1.0
     wanted: int = 3
     solutions_per_grasp: int = 4
     shortcuts: int = 60
     rrt_iterations: int = 4000
+
+    def while_pushing(self, share: float) -> PickSettings:
+        """Return the settings of a pick that may push items aside: slow, and with a reserve of load.
+
+        Args:
+            share: Share of ``load_ratio`` that is left if all that lies on the item has to be borne, too.
+
+        Returns:
+            The settings.
+        """
+        return replace(
+            self,
+            lift_speed=min(self.lift_speed, self.push_speed),
+            retreat_speed=min(self.retreat_speed, self.push_speed),
+            load_ratio=min(self.push_load_ratio, share * self.load_ratio),
+        )
 
 
 DEFAULTS = PickSettings()

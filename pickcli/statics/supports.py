@@ -65,12 +65,12 @@ class Supports:
         Returns:
             Ids, in the order of ``falling``.
         """
-        rim = self._rim(item_id)
+        rim = self.rim(item_id)
         if rim is None:
             return ()
         lifted = self.graph.chain(self.graph.lying_on, item_id)
         return tuple(
-            name for name in self.falling(item_id) if name not in lifted and self._highest_centre(name) < rim
+            name for name in self.falling(item_id) if name not in lifted and self.highest_centre(name) < rim
         )
 
     def blocking(self, item_id: str) -> tuple[str, ...]:
@@ -102,6 +102,33 @@ class Supports:
             if self.balance.lies_level(name, gone) and not self.balance.stays(name, gone)
         )
 
+    def rim(self, item_id: str) -> float | None:
+        """Return the height in the world of the rim of the open box that contains an item.
+
+        Args:
+            item_id: Id of the item.
+
+        Returns:
+            m; None if the item is not in an open box.
+        """
+        scene = self.graph.scene
+        place = scene.cell.places.get(self.graph.items[item_id].location)
+        if place is None or not place.is_open_box:
+            return None
+        return float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
+
+    def highest_centre(self, name: str) -> float:
+        """Return the largest height in the world of an item's centre within its pose error.
+
+        Args:
+            name: Id of the item.
+
+        Returns:
+            m.
+        """
+        placed = self.graph.items[name]
+        return float(placed.T_world_item[2, 3] + self.graph.scene.noise.bound(placed.item))
+
     def _falls(self, taken: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
         """Whether an item falls together with another that it touches.
 
@@ -118,19 +145,6 @@ class Supports:
             return not is_level
         # The removed item may have been its counterweight or chock, or push it as it falls.
         return self.balance.stays(name) or contact.is_steep
-
-    def _rim(self, item_id: str) -> float | None:
-        """Height in the world of the rim of the open box that contains an item; None without one."""
-        scene = self.graph.scene
-        place = scene.cell.places.get(self.graph.items[item_id].location)
-        if place is None or not place.is_open_box:
-            return None
-        return float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
-
-    def _highest_centre(self, name: str) -> float:
-        """Largest height in the world of an item's centre within its pose error."""
-        placed = self.graph.items[name]
-        return float(placed.T_world_item[2, 3] + self.graph.scene.noise.bound(placed.item))
 
     @cached_property
     def _bottom(self) -> Mapping[str, float]:

@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from pickcli.cell.cell import Cell
 from pickcli.motion.plan_file import read_plan
+from pickcli.scene.scene_file import write_scene
 from support.command_line import apc, refused
+from support.heaps import BOOK, BOX, bridge
 
 BAR, BRUSH = "dove_beauty_bar", "dr_browns_bottle_brush"
 
@@ -97,3 +100,15 @@ def test_a_stow_is_explained_before_anything_moves() -> None:
     assert apc("explain-stow", "delft_stow_1", "--json").out == answer.out
     by_size = json.loads(apc("explain-stow", "delft_stow_1", "--stow-rule", "size", "--json").out)
     assert by_size["points"] < told["points"]
+
+
+def test_what_lies_partly_on_an_item_is_pushed_aside_if_that_is_allowed(cell: Cell, tmp_path: Path) -> None:
+    scene, out = tmp_path / "heap.json", tmp_path / "plan.json"
+    write_scene(bridge(cell), scene)
+    stow = ("plan-stow", "--scene", scene, "--item", BOX, "--into", "bin_E", "-o", out)
+    refused(apc(*stow), 5, f"without {BOOK} there is a plan")
+    answer = apc(*stow, "--neighbours", "push")
+    assert answer.code == 0, answer.err
+    assert any(BOOK in segment.pushing for segment in read_plan(out).segments)
+    write_scene(bridge(cell, book=-0.015), scene)
+    refused(apc(*stow, "--neighbours", "push", "--overwrite"), 5, f"{BOOK} would be carried along")

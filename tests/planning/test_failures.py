@@ -132,15 +132,15 @@ def test_what_a_timed_run_with_an_item_meets(
 
     monkeypatch.setattr(carried_motion, "carried_run", kept)
     plan_pick(context, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
-    context, scene, segments, grasp, hold = carried[0]
-    run = carried_run(context, scene, segments, grasp, hold)
+    context, scene, segments, grasp, hold, most = carried[0]
+    run = carried_run(context, scene, segments, grasp, hold, most)
     assert isinstance(run, CarriedRun)
     transfer = next(segment for segment in segments if segment.kind is SegmentKind.TRANSFER)
     longest = int(np.argmax(np.linalg.norm(np.diff(transfer.waypoints, axis=0), axis=1)))
     T = context.arm.tip(transfer.waypoints[longest : longest + 2].mean(axis=0), grasp.tool_state)
     item = replace(scene.cell.item(BLOCKER), shape=Shape(ShapeKind.BOX, (0.1, 0.1, 0.1)))
     blocked = replace(scene, items=(*scene.items, PlacedItem(BLOCKER, item, TOTE, T)))
-    failures = carried_run(context, blocked, segments, grasp, hold)
+    failures = carried_run(context, blocked, segments, grasp, hold, most)
     assert isinstance(failures, Failures)
     assert failures.in_the_way == (BLOCKER,)
 

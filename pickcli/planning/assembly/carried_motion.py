@@ -80,7 +80,9 @@ def carried_motion(problem: PickProblem, motion: PickMotion) -> CarriedMotion | 
     for some in (*divided, after):
         if not some:
             continue
-        timed = carried_run(context, problem.scene, some, taking.grasp, hold)
+        pushes = any(segment.mode.contacts.pushed for segment in some)
+        most = (problem.settings if pushes else context.settings).load_ratio
+        timed = carried_run(context, problem.scene, some, taking.grasp, hold, most)
         if isinstance(timed, Failures):
             return timed
         parts.append(PlanPart(some, timed.run, continues=len(parts) + 1 < len(divided)))

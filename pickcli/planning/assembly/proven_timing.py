@@ -75,8 +75,9 @@ def proven_run(
 
 
 def carried_run(
-    context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
-) -> CarriedRun | Failures:
+    context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold,
+    most: float,
+) -> CarriedRun | Failures:  # fmt: skip
     """Time one run with an item so that the cup holds under gravity and acceleration.
 
     If the run timed without regard to the load keeps within what the cup bears, it is returned. Else it is
@@ -88,12 +89,13 @@ def carried_run(
         segments: Segments of the run, from rest to rest, all in one state of the tool.
         grasp: Grasp of the item.
         hold: The item as the cup holds it.
+        most: Share of what the cup bears that the load may use.
 
     Returns:
         The run with the load on the cup, or every reason why the cup would not hold or the motion is not
         proven.
     """
-    most, tool_state = context.settings.load_ratio, segments[0].mode.tool_state
+    tool_state = segments[0].mode.tool_state
     where = str(grasp)
     waypoints = np.vstack([segment.waypoints for segment in segments])
     still = path_load(context.arm, tool_state, waypoints, hold)

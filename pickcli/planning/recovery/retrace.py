@@ -6,7 +6,7 @@ verifier checks whether it has.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -209,7 +209,8 @@ def _retraced(
     times_passed = [plan.trajectory.duration - s.t_start if is_back else s.t_end for s in passed]
     held = None if empty is not None else next((s.held for s in plan.segments if s.held is not None), None)
     assert state is not None
-    segments = _segments(passed, _times(trajectory, whole, begin, times_passed), is_back, held, state)
+    ends = _times(trajectory, whole, begin, times_passed)
+    segments = _segments(passed, ends, is_back, held, state, {placed.id for placed in scene.items})
     if not segments:
         return Reason("nothing to do", where, "the way is too short")
     grasp = plan.grasp if empty is None else None
@@ -228,9 +229,18 @@ def _is_change_stopped_in(segment: Segment, at: float) -> bool:
 
 
 def _segments(
-    passed: Sequence[Segment], ends: Sequence[float], is_back: bool, held: str | None, tool_state: ToolState
+    passed: Sequence[Segment],
+    ends: Sequence[float],
+    is_back: bool,
+    held: str | None,
+    tool_state: ToolState,
+    seen: Collection[str],
 ) -> tuple[Segment, ...]:
-    """Return the traversed segments with their new times; those without any duration are left out."""
+    """Return the traversed segments with their new times; those without any duration are left out.
+
+    seen: ids of the items that are perceived. On its way out an item goes on pushing what it was to push
+    before; on its way back, which leads down, it pushes nothing.
+    """
     carries = held is not None
     segments: list[Segment] = []
     t = 0.0
@@ -245,7 +255,8 @@ def _segments(
         is_off = kind is SegmentKind.DEPART and not segments
         keeps_contact = carries or is_off
         touching = old.touching if keeps_contact else ()
-        segments.append(Segment(kind, t, end, tool_state, held, touching))
+        pushing = tuple(name for name in old.pushing if name in seen) if carries and not is_back else ()
+        segments.append(Segment(kind, t, end, tool_state, held, touching, pushing))
         t = end
     return tuple(segments)
 

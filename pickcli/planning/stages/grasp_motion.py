@@ -25,7 +25,7 @@ from pickcli.grasping.grasp_method import GraspModes
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, ToolLines
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED
+from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED, PickSettings
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
 
@@ -101,6 +101,7 @@ class _Lines:
         attached: The target, attached to the tool.
         modes: Modes of the segments, with the target attached once it is held.
         contact_speed: m/s at which the tool may meet the target.
+        settings: Speeds of the lines.
     """
 
     context: PlanningContext
@@ -110,6 +111,7 @@ class _Lines:
     attached: AttachedItem
     modes: GraspModes
     contact_speed: float
+    settings: PickSettings
 
     @classmethod
     def of(cls, problem: PickProblem, ways: ToolLines, contact_speed: float) -> _Lines:
@@ -118,7 +120,9 @@ class _Lines:
         T_tip_item = inverse(ways.contact) @ target.T_world_item
         attached = AttachedItem(target.item, T_tip_item, problem.uncertainty, target.id)
         modes = ways.modes.holding(attached)
-        return cls(context, scene, ways.contact, str(ways.grasp), attached, modes, contact_speed)
+        return cls(
+            context, scene, ways.contact, str(ways.grasp), attached, modes, contact_speed, problem.settings
+        )
 
     @property
     def closes(self) -> bool:
@@ -131,7 +135,7 @@ class _Lines:
 
     def inward(self, poses: PickPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Follow contact, approach and pre-approach backwards from the contact configuration."""
-        settings, kind, modes = self.context.settings, SegmentKind, self.modes
+        settings, kind, modes = self.settings, SegmentKind, self.modes
         contact_speed = SLOWER_THAN_ALLOWED * self.contact_speed
         approach, preapproach = settings.approach_speed, settings.preapproach_speed
         if self.closes:
@@ -149,7 +153,7 @@ class _Lines:
 
     def outward(self, poses: LiftPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Follow lift and retreat with the target, free of all contact after the first stretch."""
-        settings, kind, modes = self.context.settings, SegmentKind, self.modes
+        settings, kind, modes = self.settings, SegmentKind, self.modes
         first = _Line(kind.LIFT, modes.lifting, self.contact, poses.first_stretch, settings.lift_speed)
         freeing = self._followed((first,), q_contact)
         if isinstance(freeing, Failures):

@@ -62,7 +62,7 @@ def _candidates(
 ) -> CandidateSet:
     target, context = problem.target, problem.context
     grasp_target = GraspTarget(target.id, target.item, problem.T_entry_item, problem.place)
-    found = context.method.sample(grasp_target, rng, search, context.settings.load_ratio)
+    found = context.method.sample(grasp_target, rng, search, problem.settings.load_ratio)
     return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
 
 
@@ -101,7 +101,7 @@ def _tried(
             n_unfollowed += 1
         else:
             feasible.append(result)
-        if len(feasible) >= problem.context.settings.wanted or n_unfollowed >= MOST_UNFOLLOWED:
+        if len(feasible) >= problem.settings.wanted or n_unfollowed >= MOST_UNFOLLOWED:
             break
     return tuple(feasible), failures
 

@@ -9,6 +9,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.scene.scene import PlacedItem
 from pickcli.scene.solid_overlap import TOUCH
+from pickcli.statics.pushing import riders
 
 
 def check_target(problem: PickProblem) -> Failures:
@@ -24,16 +25,21 @@ def check_target(problem: PickProblem) -> Failures:
 
 
 def _blocking(problem: PickProblem) -> tuple[Reason, ...]:
-    """Return the items that would fall or roll away if the target were removed."""
+    """Return the items that would fall or roll away if the target were removed.
+
+    Those that it may push aside only slide off, unless they ride on it.
+    """
     supports, target = problem.contacts.supports, problem.target.id
     lying = supports.graph.lying_on(target)
+    riding = riders(supports, target) if problem.pushed else ()
+    ignored = problem.ignored | (problem.pushed - set(riding))
     return tuple(
         Reason(
             "rests on the target" if name in lying else "falls without the target", "lift",
-            f"{name} would fall or roll away", name,
+            f"{name} would {'be carried along' if name in riding else 'fall or roll away'}", name,
         )
         for name in supports.blocking(target)
-        if name not in problem.ignored
+        if name not in ignored
     )  # fmt: skip
 
 

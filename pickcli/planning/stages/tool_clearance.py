@@ -114,7 +114,7 @@ def _ways_in(problem: PickProblem, grasp: Grasp) -> tuple[PickPoses, ...] | Fail
     """Find ways to the contact, the simplest first."""
     empty, slow = _approaching(problem, grasp), _slow_distance(problem)
     overtravel = problem.context.method.overtravel(grasp, problem.scene.noise)
-    usual, shortest = problem.context.settings.approach_offset, max(overtravel + slow, LEAST_APPROACH)
+    usual, shortest = problem.settings.approach_offset, max(overtravel + slow, LEAST_APPROACH)
 
     def poses_of(offset: float) -> PickPoses:
         T_world_item = problem.target.T_world_item
@@ -152,7 +152,7 @@ def _ways_out(
     tool = _carrying(problem, grasp)
     found = [transforms @ contact for transforms in ways_out]
     # A line that turns the item moves the tool farther than the item's centre; the verifier measures that.
-    longest = problem.context.settings.first_stretch + TOOL_SWING
+    longest = problem.settings.first_stretch + TOOL_SWING
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= longest]
     if not found:
         what = "the tool swings out too far where the item turns"
@@ -162,7 +162,7 @@ def _ways_out(
     if not free:
         return _blocked(problem, tool, found[0][LIFTED], "lift")
     hold = problem.context.method.hold(problem.target.item, grasp.face, inverse(grasp.T_item_tip))
-    most = problem.context.settings.load_ratio
+    most = problem.settings.load_ratio
     held = [poses for poses in free if hold.ratios_at_rest(poses[:, :3, :3]).max() <= most]
     if not held:
         return Failures.of(Reason("does not hold", "lift", "turned over on every way out"))
@@ -182,7 +182,7 @@ def _slow_distance(problem: PickProblem) -> float:
 def _touch(problem: PickProblem, grasp: Grasp, T: Array) -> Array:
     """Return the pose (4, 4) at the start of the slow motion to a surface point T (4, 4)."""
     overtravel = problem.context.method.overtravel(grasp, problem.scene.noise)
-    usual = problem.context.settings.approach_offset
+    usual = problem.settings.approach_offset
     return shifted(T, -min(usual, overtravel + _slow_distance(problem)) * T[:3, 2])
 
 

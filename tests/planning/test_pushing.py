@@ -1,0 +1,135 @@
+"""Out of a heap: what partly lies on the target, or stands beside it, is pushed aside; a rider is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import NoPlanError
+from pickcli.geometry import pose
+from pickcli.motion.plan import Plan
+from pickcli.motion.plan_file import plan_to_dict
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickProblem, PickQuery
+from pickcli.planning.pick_settings import DEFAULTS, Neighbours
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
+from pickcli.scene.scene import TOTE, Scene
+from pickcli.simulation.execute import execute
+from pickcli.simulation.world import World
+from pickcli.statics.pushing import HEAVIEST, pushable, riders
+from pickcli.statics.supports import supports_of
+from pickcli.verification.verify import certify
+from support.heaps import BOOK, BOX, OTHER, bridge, in_tote
+
+OUTWARDS = (SegmentKind.LIFT, SegmentKind.RETREAT)
+PUSH = PickQuery(TOTE, BOX, into="bin_E", neighbours=Neighbours.PUSH)
+
+
+@pytest.fixture(scope="module")
+def heap(cell: Cell) -> Scene:
+    return bridge(cell)
+
+
+@pytest.fixture(scope="module")
+def pushing(context: PlanningContext, heap: Scene, home: Start) -> Plan:
+    return certify(plan_pick(context, heap, PUSH, home), heap)
+
+
+def test_the_book_is_in_the_way_unless_it_may_be_pushed(
+    context: PlanningContext, heap: Scene, home: Start, pushing: Plan
+) -> None:
+    with pytest.raises(NoPlanError) as avoiding:
+        plan_pick(context, heap, replace(PUSH, neighbours=Neighbours.AVOID), home)
+    assert avoiding.value.in_the_way == (BOOK,)
+    for segment in pushing.segments:
+        assert segment.pushing == ((OTHER, BOOK) if segment.kind in OUTWARDS else ())
+
+
+def test_it_slides_off_in_simulation_and_stays_in_the_tote(heap: Scene, home: Start, pushing: Plan) -> None:
+    world = World(heap, home.q)
+    heights: list[float] = []
+    run = execute(
+        pushing, world, on_step=lambda now: heights.append(float(now.placed(BOOK).T_world_item[2, 3]))
+    )
+    assert run.has_item and not run.stopped and not run.limit_violations
+    assert world.placed(BOX).location == "bin_E" and not world.contacts.collisions
+    assert [world.placed(name).location for name in (OTHER, BOOK)] == [TOTE, TOTE]
+    assert max(heights) > float(heap.find(BOOK).T_world_item[2, 3]) + 0.005  # it was lifted by one side
+    world.close()
+
+
+def test_the_file_says_what_is_pushed_where_something_is(pushing: Plan) -> None:
+    written = [segment.get("pushing") for segment in plan_to_dict(pushing)["segments"]]
+    assert [OTHER, BOOK] in written
+    assert [each is not None for each in written] == [bool(s.pushing) for s in pushing.segments]
+
+
+def test_what_lies_over_the_target_must_be_moved_first(
+    context: PlanningContext, cell: Cell, home: Start
+) -> None:
+    with pytest.raises(NoPlanError) as error:
+        plan_pick(context, bridge(cell, book=-0.015), PUSH, home)
+    assert error.value.in_the_way == (BOOK,)
+    assert "carried along" in str(error.value)
+
+
+def test_a_rider_has_its_centre_over_the_edge_or_inside_of_it(cell: Cell) -> None:
+    edge = -0.09 + float(cell.item(BOX).shape.extents[0]) / 2
+    for book in np.linspace(-0.06, 0.08, 15).tolist():
+        scene = bridge(cell, book)
+        bounds = sum(scene.noise.bound(scene.find(name).item) for name in (BOX, BOOK))
+        is_rider = riders(supports_of(scene), BOX) == (BOOK,)
+        if book - edge < bounds:
+            assert is_rider
+        elif book - edge > bounds + 0.011:
+            assert not is_rider
+
+
+def test_what_is_heavy_or_high_or_below_such_an_item_may_not_be_pushed(cell: Cell, heap: Scene) -> None:
+    assert pushable(supports_of(heap), BOX) == {OTHER, BOOK}
+    book = heap.find(BOOK)
+    heavy = heap.moved(replace(book, item=replace(book.item, mass=HEAVIEST / 1.09)))
+    assert pushable(supports_of(heavy), BOX) == frozenset()
+    high = heap.moved(replace(book, T_world_item=pose([0.0, 0.0, 0.2]) @ book.T_world_item))
+    assert BOOK not in pushable(supports_of(high), BOX)
+    aside = replace(heap, items=(*heap.items, in_tote(cell, "dove_beauty_bar", 0.2, 0.12, 0.0002)))
+    assert "dove_beauty_bar" in pushable(supports_of(aside), BOX)
+
+
+def test_nothing_is_pushed_in_a_bin_or_into_a_place(
+    context: PlanningContext, cell: Cell, home: Start, heap: Scene
+) -> None:
+    shelf = bridge(cell, place="bin_E")
+    problem = PickProblem.of(context, shelf, replace(PUSH, out_of="bin_E", into=TOTE), 0)
+    assert problem.pushed == frozenset() and problem.settings is context.settings
+    problem = PickProblem.of(context, heap, PUSH, 0)
+    assert problem.pushed == {OTHER, BOOK}
+    back = problem.back_from(replace(heap.find(BOX), location="bin_E"))
+    assert back.pushed == frozenset() and back.settings is context.settings
+
+
+def test_it_is_slow_and_leaves_a_reserve_for_all_that_lies_on_the_target(
+    context: PlanningContext, heap: Scene, pushing: Plan
+) -> None:
+    settings = PickProblem.of(context, heap, PUSH, 0).settings
+    own, on_it = (heap.find(name).item.heaviest for name in (BOX, BOOK))
+    share = min(DEFAULTS.push_load_ratio, DEFAULTS.load_ratio * own / (own + on_it))
+    assert settings.load_ratio == pytest.approx(share)
+    assert pushing.grasp is not None and pushing.grasp.load_ratio <= share * 1.01
+    assert max(settings.lift_speed, settings.retreat_speed) == DEFAULTS.push_speed
+
+
+def test_a_plan_is_the_same_if_there_is_nothing_to_push(
+    context: PlanningContext, cell: Cell, home: Start
+) -> None:
+    alone = replace(bridge(cell), items=bridge(cell).items[:1])
+    plans = [
+        plan_to_dict(replace(plan_pick(context, alone, replace(PUSH, neighbours=way), home), statistics={}))
+        for way in (Neighbours.AVOID, Neighbours.PUSH)
+    ]
+    assert plans[0] == plans[1]

@@ -1,0 +1,208 @@
+"""What a plan may push aside: every condition is the verifier's own, and every edit is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.geometry import pose
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
+from pickcli.planning.start_state import Start
+from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from pickcli.scene.scene_file import scene_hash
+from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.hold_choice import load_ratios
+from pickcli.verification.pile_statics import lying_on
+from pickcli.verification.push_check import (
+    HEAVIEST,
+    MOST_LOAD,
+    MOST_LOAD_WITH_ALL,
+    MOST_SPEED,
+    check_push,
+)
+from pickcli.verification.verify import PUSH_CHECKS, verify
+from support.heaps import BOOK, BOX, OTHER, bridge, in_tote
+
+ELSEWHERE = "dove_beauty_bar"  # in a bin
+OUTWARDS = (SegmentKind.LIFT, SegmentKind.RETREAT)
+
+
+@pytest.fixture(scope="module")
+def heap(cell: Cell) -> Scene:
+    scene = bridge(cell)
+    return replace(scene, items=(*scene.items, in_tote(cell, ELSEWHERE, 0.2, 0.0, 0.005, "bin_A")))
+
+
+@pytest.fixture(scope="module")
+def pushing(cell: Cell, heap: Scene) -> Plan:
+    home = cell.configurations["home"]
+    query = PickQuery(TOTE, BOX, neighbours=Neighbours.PUSH)
+    return plan_pick(PlanningContext(cell), heap, query, Start(home.q, home.tool_state))
+
+
+def told(plan: Plan, scene: Scene) -> str:
+    """All that the verifier has against a plan in another scene than its own."""
+    return "; ".join(map(str, verify(replace(plan, scene_hash=scene_hash(scene)), scene).reasons))
+
+
+def with_book_of(heap: Scene, heaviest: float) -> Scene:
+    """The heap with a book that may have so many kg."""
+    book = heap.find(BOOK)
+    return heap.moved(replace(book, item=replace(book.item, mass=heaviest / (1.0 + book.item.mass_error))))
+
+
+def pushes(plan: Plan, *names: str, at: Callable[[Segment], bool] = lambda s: s.kind in OUTWARDS) -> Plan:
+    """The plan with other items stated as pushed in some segments."""
+    segments = tuple(replace(s, pushing=names if at(s) else s.pushing) for s in plan.segments)
+    return replace(plan, segments=segments)
+
+
+def test_it_is_accepted_and_the_certificate_names_the_check(pushing: Plan, heap: Scene) -> None:
+    certificate = verify(pushing, heap).certificate
+    assert certificate is not None and set(PUSH_CHECKS) <= set(certificate.checks)
+
+
+def test_without_the_statement_the_book_is_in_the_way(pushing: Plan, heap: Scene) -> None:
+    found = told(pushes(pushing), heap)
+    assert f"{BOX}: takes away what others need: {BOOK} lies on it" in found
+    assert "too close" in found or "collision" in found
+
+
+def test_what_touches_only_one_of_them_needs_the_other_stated_too(pushing: Plan, heap: Scene) -> None:
+    found = told(pushes(pushing, OTHER), heap)
+    assert f"{BOOK} lies on it and may not be pushed" in found
+
+
+@pytest.mark.parametrize("name", [ELSEWHERE, BOX, "tote_wall_far", "nothing"])
+def test_only_other_items_of_the_box_may_be_pushed(pushing: Plan, heap: Scene, name: str) -> None:
+    found = told(pushes(pushing, OTHER, BOOK, name), heap)
+    assert f"{name}: may not be pushed: it is no other item in tote" in found
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [SegmentKind.PREAPPROACH, SegmentKind.APPROACH, SegmentKind.CONTACT, SegmentKind.TRANSFER],
+)
+def test_only_a_held_item_on_its_way_out_pushes(pushing: Plan, heap: Scene, kind: SegmentKind) -> None:
+    found = told(pushes(pushing, OTHER, BOOK, at=lambda s: s.kind is kind), heap)
+    assert "pushing not allowed" in found and f"({kind})" in found
+
+
+def test_nothing_is_pushed_on_a_second_way(pushing: Plan, heap: Scene) -> None:
+    """A segment that is called a lift or retreat, but comes after the transfer."""
+    renamed = tuple(
+        replace(s, kind=SegmentKind.LIFT, pushing=(BOOK,)) if s.kind is SegmentKind.PLACE else s
+        for s in pushing.segments
+    )
+    place = [s.kind for s in pushing.segments].index(SegmentKind.PLACE)
+    assert f"segment {place} (lift): pushing not allowed" in told(replace(pushing, segments=renamed), heap)
+
+
+def test_what_is_heavy_or_high_may_not_be_pushed(pushing: Plan, heap: Scene) -> None:
+    book, heavy = heap.find(BOOK), with_book_of(heap, 1.1 * HEAVIEST)
+    assert f"{BOOK}: may not be pushed: it may have 0.66 kg, at most 0.6" in told(pushing, heavy)
+    high = heap.moved(replace(book, T_world_item=pose([0.0, 0.0, 0.17]) @ book.T_world_item))
+    assert "over the rim of tote" in told(pushing, high)
+
+
+def test_nothing_rides_along(pushing: Plan, heap: Scene) -> None:
+    book = heap.find(BOOK)
+    over = heap.moved(replace(book, T_world_item=pose([-0.08, 0.0, 0.0]) @ book.T_world_item))
+    assert f"{BOX}: carries another item along: {BOOK} lies on it" in told(pushing, over)
+
+
+def test_it_is_slow(pushing: Plan, heap: Scene) -> None:
+    """The whole plan a little faster: the tool is over its speed where it pushes."""
+    T_tip_item = pose_in_tool(pushing, heap)
+    faster = 1.1 * MOST_SPEED / 0.095
+    t = pushing.trajectory
+    hasty = replace(
+        pushing,
+        trajectory=Trajectory(
+            t.joint_names, t.times / faster, t.positions, t.velocities * faster,
+            t.accelerations * faster**2,
+        ),
+        segments=tuple(
+            replace(s, t_start=s.t_start / faster, t_end=s.t_end / faster) for s in pushing.segments
+        ),
+    )  # fmt: skip
+    assert "pushes too fast" in "; ".join(map(str, check_push(hasty, heap, T_tip_item)))
+    assert check_push(pushing, heap, T_tip_item) == ()
+
+
+def test_it_does_not_press_down(pushing: Plan, heap: Scene) -> None:
+    """The same plan backwards in time, with lift and retreat as they are called."""
+    t = pushing.trajectory
+    back = replace(
+        pushing,
+        trajectory=Trajectory(
+            t.joint_names, t.duration - t.times[::-1], t.positions[::-1], -t.velocities[::-1],
+            t.accelerations[::-1],
+        ),
+        segments=tuple(
+            replace(s, t_start=t.duration - s.t_end, t_end=t.duration - s.t_start)
+            for s in pushing.segments
+        ),
+    )  # fmt: skip
+    found = "; ".join(map(str, check_push(back, heap, pose_in_tool(pushing, heap))))
+    assert "pushes downwards" in found
+
+
+def test_the_load_leaves_a_reserve_for_what_lies_on_it(pushing: Plan, heap: Scene) -> None:
+    """The load by the box, and how much of it may be lifted, grow with the masses of box and book."""
+    assert lying_on(heap, BOX) == {BOOK}
+    box, T_tip_item = heap.find(BOX), pose_in_tool(pushing, heap)
+    assert T_tip_item is not None
+    times, loads = load_ratios(pushing, heap, T_tip_item)
+    on_the_way = [(times >= s.t_start) & (times <= s.t_end) for s in pushing.segments if s.pushing]
+    load = float(max(loads[at].max() for at in on_the_way))
+
+    def is_refused(share: float, on_it: float) -> bool:
+        """With a box that loads the tool by a share, and a book of so many kg."""
+        heavier = replace(box, item=replace(box.item, mass=box.item.mass * share / load))
+        found = check_push(pushing, with_book_of(heap, on_it).moved(heavier), T_tip_item)
+        return "no reserve for pushing" in "; ".join(map(str, found))
+
+    assert not is_refused(0.95 * MOST_LOAD, 0.0) and is_refused(1.05 * MOST_LOAD, 0.0)
+    own = box.item.heaviest * 0.3 / load
+    most = own * (MOST_LOAD_WITH_ALL / 0.3 - 1.0)  # kg with which 0.3 is all that may be used
+    assert not is_refused(0.3, 0.95 * most) and is_refused(0.3, 1.05 * most)
+
+
+def test_it_goes_on_pushing_after_a_stop_but_not_back(cell: Cell, pushing: Plan, heap: Scene) -> None:
+    lift = next(s for s in pushing.segments if s.kind is SegmentKind.LIFT)
+    stopped = StoppedMotion(pushing, (lift.t_start + lift.t_end) / 2)
+    held = stopped.held_item(cell.robot, heap.find(BOX))
+    scene = replace(heap.without(BOX), held=held)
+    limits = PlanningContext(cell).arm.limits
+    on = bring_item(stopped, ItemRecovery.ON, scene, limits, 0)
+    assert on.recovery is RecoveryLevel.AS_PLANNED and on.segments[0].pushing == (OTHER, BOOK)
+    assert verify(on, scene).reasons == ()
+    back = bring_item(stopped, ItemRecovery.BACK, scene, limits, 0)
+    assert not any(segment.pushing for segment in back.segments)
+    assert "pushing not allowed" in told(pushes(back, OTHER, BOOK), scene)
+    gone = bring_item(stopped, ItemRecovery.ON, replace(scene, items=()), limits, 0)
+    assert not any(segment.pushing for segment in gone.segments)
+
+
+def test_out_of_a_bin_nothing_is_pushed(pushing: Plan, heap: Scene) -> None:
+    shelved = tuple(replace(p, location="bin_A") if p.id == BOX else p for p in heap.items)
+    found = check_push(pushing, replace(heap, items=shelved), pose_in_tool(pushing, heap))
+    assert "pushes outside of an open box" in "; ".join(map(str, found))
+
+
+def test_the_statement_may_be_longer_than_needed(cell: Cell, pushing: Plan, heap: Scene) -> None:
+    """An item that is far away may be stated: that it is not met proves nothing less."""
+    far = PlacedItem("far", cell.item(ELSEWHERE), TOTE, in_tote(cell, ELSEWHERE, 0.2, 0.12, 0.0).T_world_item)
+    more = replace(heap, items=(*heap.items, far))
+    assert told(pushes(pushing, BOOK, OTHER, "far"), more) == ""
