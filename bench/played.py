@@ -72,11 +72,17 @@ class Played:
 
     @cached_property
     def loads(self) -> list[tuple[float, float]]:
-        """Of every hold, the planned and the simulated load on the cup, as shares of what it bears."""
+        """Of every hold, the planned and the simulated load on the cup, as shares of what it bears.
+
+        Holds on whose way items may be pushed aside are left out: the load by these is not planned, only a
+        reserve for it.
+        """
         found = []
         for attempt in self.record["attempts"]:
             run, plan = attempt["execution"], attempt["plan"]
             planned = plan["grasp"].get("load_ratio") if plan and plan["grasp"] else None
+            if plan and plan.get("pushing"):
+                continue
             if run is not None and planned and run["max_load"] > 0.0:
                 found.append((planned, run["max_load"]))
         return found

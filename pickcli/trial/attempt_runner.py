@@ -7,7 +7,7 @@ of its hold, and the causes of stops. True poses are recorded for the score, and
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 from pickcli.cell.cell import Cell
@@ -16,6 +16,7 @@ from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.seeds import derived_seed
@@ -181,6 +182,9 @@ class AttemptRunner:
     ) -> Plan:
         """Call planner and verifier, charged to the clock: once, or for each suitable arm until one succeeds.
 
+        If items of the same open box are in the way, they are called again for a plan on which the item may
+        push others aside.
+
         Args:
             scene: The perceived scene.
             attempt: The item, its place and destination, and the ranked arms.
@@ -193,8 +197,18 @@ class AttemptRunner:
         Raises:
             NoPlanError: There is no plan that the verifier accepts; with the reasons.
         """
-        query, seed = _query(attempt, exclude), self._seed(attempt)
-        certifier = certifier or self.certifier()
+        query, certifier = _query(attempt, exclude), certifier or self.certifier()
+        try:
+            return self._first_plan(scene, attempt, query, certifier)
+        except NoPlanError as error:
+            if not (self.has_time_to_plan and _is_in_a_heap(scene, attempt, error.in_the_way)):
+                raise
+        pushing = replace(query, neighbours=Neighbours.PUSH)
+        return self._first_plan(scene, attempt, pushing, certifier)
+
+    def _first_plan(self, scene: Scene, attempt: Attempt, query: PickQuery, certifier: Certifier) -> Plan:
+        """Return the plan of a query by the first arm that has one. Raises NoPlanError if none has."""
+        seed = self._seed(attempt)
         if not attempt.arms:
             self.charge()
             return self.interfaces.plan(scene, query, self._start(scene.cell), seed, certifier.within(scene))
@@ -320,6 +334,14 @@ class AttemptRunner:
         self.clock = self.clock.moved(execution.duration)
         self.is_current = False
         return execution
+
+
+def _is_in_a_heap(scene: Scene, attempt: Attempt, in_the_way: Collection[str]) -> bool:
+    """Whether any of the items that are in the way lies in the same open box as the item of an attempt."""
+    place = scene.cell.places.get(attempt.out_of)
+    if place is None or not place.is_open_box:
+        return False
+    return any(placed.id in in_the_way for placed in scene.in_location(place.name))
 
 
 def _query(attempt: Attempt, exclude: Sequence[Grasp | GraspKind] = ()) -> PickQuery:

@@ -259,6 +259,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
             "load_ratio": _rounded(grasp.load_ratio),
         },
         "segments": [[str(s.kind), _rounded(s.t_start), _rounded(s.t_end)] for s in plan.segments],
+        "pushing": sorted({name for segment in plan.segments for name in segment.pushing}),
         "certificate": None if certificate is None else dataclasses.asdict(certificate),
     }
 

@@ -12,9 +12,11 @@ from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
+from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.arm_choice import ArmSuitability
 from pickcli.planning.pick_problem import Certify, PickQuery
+from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
@@ -61,6 +63,7 @@ class ScriptedTrial:
     durations: s of motions other than the default, by how their query begins
     stuck: levels of recovery that have no plan, by round; the last entry holds for ever
     blocked: items that cannot be picked while another one is in their bin
+    heaped: items that, while another one is in their place, can only be picked if it may be pushed aside
     executions: per item, what its executions are, one after the other; then it is delivered
     cells: the cell as each of several arms sees it; able: by item, the arms that can take it, best first
     strays: parking moves after which an arm does not stand where it is parked
@@ -72,6 +75,7 @@ class ScriptedTrial:
     rejects: frozenset[str] = frozenset()
     clings: frozenset[str] = frozenset()
     blocked: dict[str, str] = field(default_factory=dict)
+    heaped: dict[str, str] = field(default_factory=dict)
     lying_sensor: bool = False
     clogged: bool = False
     durations: dict[str, float] = field(default_factory=dict)
@@ -84,6 +88,7 @@ class ScriptedTrial:
     held: str | None = None
     releases_into: str | None = None
     asked: list[tuple[str, str]] = field(default_factory=list)  # of each plan: item and where to
+    ways: list[tuple[str, Neighbours]] = field(default_factory=list)  # of each plan: item and how
     # Of each plan asked for: item, seed, excluded grasps.
     planned: list[tuple[str, int, tuple[Grasp | GraspKind, ...]]] = field(default_factory=list)
     perceived: list[Scene] = field(default_factory=list)
@@ -138,6 +143,11 @@ class ScriptedTrial:
         item, into = query.item, query.into
         self.planned.append((item, seed, query.exclude))
         self.asked.append((item, into))
+        self.ways.append((item, query.neighbours))
+        beside = self.heaped.get(item)
+        here = {placed.id for placed in scene.in_location(query.out_of)}
+        if beside in here and query.neighbours is not Neighbours.PUSH:
+            raise NoPlanError(f"pick {item}", [Reason("rests on the target", "lift", "", beside)])
         if item in self.no_plan:
             raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
         if self.blocked.get(item) in {placed.id for placed in scene.in_location(query.out_of)}:
@@ -146,7 +156,12 @@ class ScriptedTrial:
             raise NoPlanError(f"pick {item}", [Reason("no free place on the floor", into)])
         grasp = Grasp(item, "frontal", "-x", STRAIGHT, np.eye(4), float(len(query.exclude)), *[0.0] * 5)
         query_text = f"pick {item}" + ("" if into == TOTE else f" into {into}")
-        certified = certify(self._motion(query_text, seed, grasp, scene.cell.arm))
+        motion = self._motion(query_text, seed, grasp, scene.cell.arm)
+        if query.neighbours is Neighbours.PUSH:
+            pushing = (self.heaped[item],)
+            lift = Segment(SegmentKind.LIFT, 0.0, motion.trajectory.duration, STRAIGHT, item, (), pushing)
+            motion = replace(motion, segments=(lift,))
+        certified = certify(motion)
         if isinstance(certified, Plan):
             return certified
         raise NoPlanError(f"pick {item}", certified)

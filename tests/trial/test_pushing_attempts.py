@@ -1,0 +1,47 @@
+"""Out of a heap a trial plans to push what is in the way, if there is no plan that avoids it."""
+
+from __future__ import annotations
+
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.planning.pick_settings import Neighbours
+from pickcli.trial.attempt_runner import TrialSettings
+from pickcli.trial.loop import run_trial
+from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.order_file import BINS
+from pickcli.trial.trial_record import trial_record
+from pickcli.trial.trial_result import Outcome
+from support.order_builders import pick_order
+from support.scripted_trial import ScriptedTrial, scene_of
+
+BAR, DVD, CARDS = "dove_beauty_bar", "jane_eyre_dvd", "staples_index_cards"
+STOW = Order(OrderKind.STOW, 2016, dict.fromkeys(BINS, (BAR,)), (DVD, CARDS), ())
+PICK = pick_order({"bin_A": (DVD, CARDS)}, ("bin_A", DVD))
+
+
+@pytest.mark.parametrize("needs_push", [True, False])
+def test_it_is_planned_after_what_avoids_and_is_charged(cell: Cell, needs_push: bool) -> None:
+    fake = ScriptedTrial(scene_of(STOW, cell), heaped={DVD: CARDS} if needs_push else {})
+    result = run_trial(STOW, fake.interfaces(), TrialSettings())
+    ways = [way for item, way in fake.ways if item == DVD]
+    assert ways == [Neighbours.AVOID, Neighbours.PUSH][: 1 + needs_push]
+    assert [target.outcome for target in result.targets] == [Outcome.DELIVERED] * 2
+    assert len(fake.ways) == 2 + needs_push
+    pushed = [
+        a["plan"]["pushing"] for a in trial_record(result, "o.json", 0.0)["attempts"] if a["item"] == DVD
+    ]
+    assert pushed == [[CARDS] if needs_push else []]
+
+
+def test_what_lies_in_a_bin_is_never_pushed(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(PICK, cell), heaped={DVD: CARDS})
+    run_trial(PICK, fake.interfaces(), TrialSettings())
+    assert (DVD, Neighbours.AVOID) in fake.ways
+    assert all(way is Neighbours.AVOID for _, way in fake.ways)
+
+
+def test_nothing_is_pushed_for_what_no_item_is_in_the_way_of(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(STOW, cell), no_plan=frozenset({DVD}))
+    run_trial(STOW, fake.interfaces(), TrialSettings())
+    assert all(way is Neighbours.AVOID for _, way in fake.ways)
