@@ -68,7 +68,9 @@ def check_push(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
     if place is None or not place.is_open_box:
         at = taken.location or "no place"
         return (Reason("pushes outside of an open box", taken.id, f"it is taken out of {at}"),)
-    heap = _Heap(replace(scene, items=(*(p for p in scene.items if p.id != taken.id), taken)), place, taken)
+    heap = PushedHeap(
+        replace(scene, items=(*(p for p in scene.items if p.id != taken.id), taken)), place, taken
+    )
     return (
         *heap.not_pushable(pushed_by(plan)),
         *heap.carried_along(),
@@ -104,10 +106,13 @@ def _taken(plan: Plan, scene: Scene, T_tip_item: Array) -> PlacedItem:
 
 
 @dataclass(frozen=True, eq=False)
-class _Heap:
+class PushedHeap:
     """The items in an open box, and the one that is taken out of it.
 
-    scene: with the taken item where it is taken. place: the box
+    Attributes:
+        scene: The scene with the taken item where it is taken.
+        place: The box.
+        taken: The taken item.
     """
 
     scene: Scene
@@ -115,7 +120,14 @@ class _Heap:
     taken: PlacedItem
 
     def not_pushable(self, pushed: frozenset[str]) -> Iterator[Reason]:
-        """Yield the pushed items that are elsewhere, heavy, high, or below one that may not be pushed."""
+        """Find pushed items that are elsewhere, heavy, high, or below one that may not be pushed.
+
+        Args:
+            pushed: Ids of the pushed items.
+
+        Yields:
+            Faults.
+        """
         here = {placed.id: placed for placed in self.scene.in_location(self.place.name)}
         rim = float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])
         for name in sorted(pushed):
@@ -133,7 +145,11 @@ class _Heap:
                 yield _fault(name, f"{other} lies on it and may not be pushed")
 
     def carried_along(self) -> Iterator[Reason]:
-        """Yield the items that lie on the taken one with their centre over it."""
+        """Find the items that lie on the taken one with their centre over it.
+
+        Yields:
+            Faults.
+        """
         for name in sorted(lying_on(self.scene, self.taken.id)):
             if self._is_over(self.scene.find(name)):
                 yield Reason("carries another item along", self.taken.id, f"{name} lies on it", name)

@@ -21,7 +21,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
-from pickcli.verification.hold_choice import check_hold
+from pickcli.verification.hold_choice import check_hold, load_ratios
 from pickcli.verification.pinch_check import Pads, check_pinch, pads_on
 from support.gripper_cell import CLOSED, FORCE, FRICTION, OPEN, PAD, WIDEST
 
@@ -340,6 +340,18 @@ def test_what_is_heavier_than_the_pads_bear_does_not_hold(
     assert ("does not hold" in whats(found)) is not holds
     if not holds:
         assert f"{share:.2f} of what the pads bear at 2.000 s" in str(found[0])
+
+
+def test_loads_are_shares_of_what_the_pads_bear_while_they_hold(gripper_cell: Cell) -> None:
+    """In the third second; infinite where the fingers closed on nothing."""
+    gripper, hold = gripper_cell.robot.tool.gripper, Hold(gripper_cell)
+    assert gripper is not None
+    weight = MASS * GRAVITY * hold.tip[2, :3]
+    times, loads = load_ratios(hold.plan(*TAKEN), hold.scene(), pose())
+    assert 2.0 <= times[0] < times[-1] <= 3.01
+    assert_allclose(loads, on(BOX, pose(), gripper).ratio(np.array([[*weight, 0.0, 0.0, 0.0]]), gripper)[0])
+    beside = Hold(gripper_cell, pose((0.3, 0.0, 0.0)))
+    assert np.isinf(load_ratios(beside.plan(*TAKEN), beside.scene(), pose())[1]).all()
 
 
 def test_what_is_never_held_has_no_load(gripper_cell: Cell) -> None:

@@ -5,21 +5,28 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.pick_settings import DEFAULTS, Neighbours
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
+from pickcli.statics.pushing import mass_lying_on, pushable, riders
+from pickcli.statics.supports import supports_of
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.hold_choice import load_ratios
 from pickcli.verification.pile_statics import lying_on
@@ -28,12 +35,14 @@ from pickcli.verification.push_check import (
     MOST_LOAD,
     MOST_LOAD_WITH_ALL,
     MOST_SPEED,
+    PushedHeap,
     check_push,
 )
 from pickcli.verification.verify import PUSH_CHECKS, verify
-from support.heaps import BOOK, BOX, OTHER, bridge, in_tote
+from support.heaps import APART, BOOK, BOX, OTHER, bridge, in_tote
 
 ELSEWHERE = "dove_beauty_bar"  # in a bin
+CRATES, CRATE = load_cell("ur5e_crates"), "crate_left"
 OUTWARDS = (SegmentKind.LIFT, SegmentKind.RETREAT)
 
 
@@ -206,3 +215,38 @@ def test_the_statement_may_be_longer_than_needed(cell: Cell, pushing: Plan, heap
     far = PlacedItem("far", cell.item(ELSEWHERE), TOTE, in_tote(cell, ELSEWHERE, 0.2, 0.12, 0.0).T_world_item)
     more = replace(heap, items=(*heap.items, far))
     assert told(pushes(pushing, BOOK, OTHER, "far"), more) == ""
+
+
+@st.composite
+def heaps(draw: st.DrawFn) -> Scene:
+    """Boxes of any size and mass in a crate, each lowered at a place onto those that are there."""
+    cell, items = CRATES, []
+    lows, highs = np.empty((0, 2)), np.empty((0, 2))
+    tops = np.empty(0)
+    for k in range(draw(st.integers(2, 7))):
+        size = np.array(draw(st.tuples(*[st.floats(0.02, 0.12)] * 3)))
+        xy = np.array(draw(st.tuples(st.floats(-0.12, 0.12), st.floats(-0.08, 0.08))))
+        low, high = xy - size[:2] / 2, xy + size[:2] / 2
+        is_below = ((lows < high) & (highs > low)).all(axis=1)
+        floor = float(tops[is_below].max(initial=0.0)) + APART
+        shape = Shape(ShapeKind.BOX, tuple(size.tolist()))
+        item = replace(cell.item("crayola_24_ct"), shape=shape, mass=draw(st.floats(0.05, 0.7)))
+        T = cell.T_world_place(cell.places[CRATE]) @ pose([*xy, floor + size[2] / 2])
+        items.append(PlacedItem(f"item{k}", item, CRATE, T))
+        lows, highs = np.vstack([lows, low]), np.vstack([highs, high])
+        tops = np.append(tops, floor + size[2])
+    noise = PoseNoise(draw(st.sampled_from([0.0, 0.003])), draw(st.sampled_from([0.0, 0.02])))
+    return Scene(cell, cell.T_world_pod, tuple(items), noise)
+
+
+@given(heaps())
+@settings(deadline=None, max_examples=200)
+def test_what_the_planner_pushes_the_verifier_lets_it_push(scene: Scene) -> None:
+    """And what would ride along by the verifier's rules does so by the planner's, which are more cautious."""
+    supports, taken = supports_of(scene), scene.find("item0")
+    heap = PushedHeap(scene, scene.cell.places[CRATE], taken)
+    assert list(heap.not_pushable(pushable(supports, taken.id))) == []
+    assert {reason.in_the_way for reason in heap.carried_along()} <= set(riders(supports, taken.id))
+    own = taken.item.heaviest
+    share = own / (own + mass_lying_on(supports, taken.id))
+    assert DEFAULTS.while_pushing(share).load_ratio <= heap.most_load + 1e-9
