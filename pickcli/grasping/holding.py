@@ -84,6 +84,49 @@ class HoldLimits:
 
 
 @dataclass(frozen=True, eq=False)
+class Laden:
+    """What lies on a held item, as a weight at any one of its corners, or nowhere.
+
+    Attributes:
+        mass: kg.
+        corners: (8, 3) m in the tool frame, corners of the box around the item.
+    """
+
+    mass: float
+    corners: Array
+
+    @classmethod
+    def of(cls, item: Item, T_tip_item: Array, mass: float) -> Laden:
+        """Describe what lies on an item.
+
+        Args:
+            item: The held item.
+            T_tip_item: (4, 4) pose of the item in the tool frame.
+            mass: kg of all that lies on it.
+
+        Returns:
+            That mass, with the corners where it may rest.
+        """
+        signs = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+        corners = signs * item.shape.extents / 2 @ T_tip_item[:3, :3].T + T_tip_item[:3, 3]
+        return cls(mass, corners)
+
+    def wrenches(self, R_world_tip: Array) -> Array:
+        """Return the further wrench of the cup on the item, at rest.
+
+        Args:
+            R_world_tip: (N, 3, 3) orientations of the tool frame.
+
+        Returns:
+            (9, N, 6) at the tip, in the tool frame: with the mass at each corner, and without it.
+        """
+        force = self.mass * GRAVITY * R_world_tip[:, 2]
+        torques = np.cross(self.corners[:, None], force)
+        laden = np.concatenate([np.broadcast_to(force, torques.shape), torques], axis=2)
+        return np.concatenate([laden, np.zeros((1, len(force), 6))])
+
+
+@dataclass(frozen=True, eq=False)
 class Hold:
     """An item with its largest mass, in the cup or between the pads.
 
@@ -125,16 +168,19 @@ class Hold:
         """
         return self._worst(self.body.weight(R_world_tip))
 
-    def ratios_at_rest(self, R_world_tip: Array) -> Array:
+    def ratios_at_rest(self, R_world_tip: Array, laden: Laden | None = None) -> Array:
         """Return the load at rest over what the cup bears.
 
         Args:
             R_world_tip: (N, 3, 3) orientations of the tool frame.
+            laden: What lies on the item; None for nothing.
 
         Returns:
-            (N,).
+            (N,), with what lies on the item where that is worst.
         """
-        return self.limits.ratio(self.body.weight(R_world_tip), self.share)
+        own = self.body.weight(R_world_tip)
+        wrenches = own[None] if laden is None else own + laden.wrenches(R_world_tip)
+        return np.asarray(self.limits.ratio(wrenches, self.share).max(axis=0))
 
     def torque_at_rest(self, R_world_tip: Array) -> float:
         """Return the share of the limits that the torque of the weight takes, in bending or in twist.

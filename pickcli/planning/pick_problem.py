@@ -17,7 +17,7 @@ from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.planning.pick_settings import Neighbours, PickSettings
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
-from pickcli.statics.pushing import mass_lying_on, pushable
+from pickcli.statics.pushing import mass_above, pushable
 from pickcli.statics.supports import supports_of
 
 Arguments = ParamSpec("Arguments")
@@ -146,11 +146,12 @@ class PickProblem:
     @cached_property
     def settings(self) -> PickSettings:
         """Settings of the pick: those of the context, unless the target may push others aside."""
-        settings = self.context.settings
-        if not self.pushed:
-            return settings
-        own, on_it = self.target.item.heaviest, mass_lying_on(supports_of(self.scene), self.target.id)
-        return settings.while_pushing(own / (own + on_it))
+        return self.context.settings.while_pushing if self.pushed else self.context.settings
+
+    @cached_property
+    def mass_on_target(self) -> float:
+        """Kg of all that the lifted target may have to bear as it slides off; 0 if nothing is pushed."""
+        return mass_above(supports_of(self.scene), self.target.id) if self.pushed else 0.0
 
     @cached_property
     def contacts(self) -> PickContacts:

@@ -32,7 +32,7 @@ class PickSettings:
         release_time: s at rest at the release, while the cup is vented. Not longer: an item that lands on an
             edge turns over, and its other end rises.
         load_ratio: Share of what the cup bears that planned motion may use.
-        push_load_ratio: Share of that which is used where the item may push others aside.
+        push_load_ratio: The same where the item may push others aside, including all that lies on it.
         load_worth: s of cost difference between a grasp without load and one with all that the cup bears.
         wanted: Number of feasible grasps among which the best whole motion is chosen.
         solutions_per_grasp: Number of inverse-kinematics branches followed per grasp.
@@ -57,20 +57,14 @@ class PickSettings:
     shortcuts: int = 60
     rrt_iterations: int = 4000
 
-    def while_pushing(self, share: float) -> PickSettings:
-        """Return the settings of a pick that may push items aside: slow, and with a reserve of load.
-
-        Args:
-            share: Share of ``load_ratio`` that is left if all that lies on the item has to be borne, too.
-
-        Returns:
-            The settings.
-        """
+    @property
+    def while_pushing(self) -> PickSettings:
+        """The settings of a pick that may push items aside: slow, and with a reserve of load."""
         return replace(
             self,
             lift_speed=min(self.lift_speed, self.push_speed),
             retreat_speed=min(self.retreat_speed, self.push_speed),
-            load_ratio=min(self.push_load_ratio, share * self.load_ratio),
+            load_ratio=min(self.load_ratio, self.push_load_ratio),
         )
 
 

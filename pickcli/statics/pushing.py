@@ -13,8 +13,8 @@ from pickcli.statics.supports import Supports
 # kg at most that a pushed item has. Dragged along the floor and the lifted item, with a friction of 0.5 on
 # both, it resists by at most its weight, 6 N: a third of the pull that a cup keeps in reserve as it pushes.
 HEAVIEST = 0.6
-RIDER_MARGIN = 0.01  # m beyond the edge of the lifted item, besides both pose errors, that count as over it
-N_DIRECTIONS = 32  # horizontal ones, in which an item may be beside the lifted one
+MARGIN = 0.002  # m, besides both pose errors, by which an item beside or below another counts as over it
+N_DIRECTIONS = 36  # horizontal ones, in which an item may be beside the lifted one
 
 
 def pushable(supports: Supports, item_id: str) -> frozenset[str]:
@@ -48,23 +48,22 @@ def pushable(supports: Supports, item_id: str) -> frozenset[str]:
 
 
 def riders(supports: Supports, item_id: str) -> tuple[str, ...]:
-    """Find the items that a lifted item would carry along: they lie on it, with their centre over it.
+    """Find the items that a lifted item would carry along: those on it or higher with their centre over it.
 
     Args:
         supports: The support relation of the scene.
         item_id: Id of the lifted item.
 
     Returns:
-        Ids, in the order in which they must be moved away.
+        Ids, the highest first: the order in which they must be moved away.
     """
-    lying = supports.graph.chain(supports.graph.lying_on, item_id)
-    return tuple(
-        name for name in supports.falling(item_id) if name in lying and _is_over(supports, name, item_id)
-    )
+    return tuple(name for name in _above(supports, item_id) if _is_over(supports, name, item_id))
 
 
-def mass_lying_on(supports: Supports, item_id: str) -> float:
-    """Return the mass of all that lies on an item, directly or through others, wholly or partly.
+def mass_above(supports: Supports, item_id: str) -> float:
+    """Return the mass of all that a lifted item may have to bear as it slides off.
+
+    That is what lies on it, directly or through others, wholly or partly, and what it would meet above it.
 
     Args:
         supports: The support relation of the scene.
@@ -74,16 +73,36 @@ def mass_lying_on(supports: Supports, item_id: str) -> float:
         kg at most.
     """
     graph = supports.graph
-    lying = sorted(graph.chain(graph.lying_on, item_id))
-    return sum(graph.items[name].item.heaviest for name in lying)
+    met = [
+        name
+        for name in _above(supports, item_id)
+        if name in _lying_on(supports, item_id) or _is_over(supports, name, item_id, partly=True)
+    ]
+    borne = set(met).union(*(_lying_on(supports, name) for name in met)) - {item_id}
+    return sum(graph.items[name].item.heaviest for name in sorted(borne))
 
 
-def _is_over(supports: Supports, name: str, lower: str) -> bool:
-    """Whether the centre of an item may be over another one, given both pose errors, or nearly is."""
+def _lying_on(supports: Supports, item_id: str) -> frozenset[str]:
+    return supports.graph.chain(supports.graph.lying_on, item_id)
+
+
+def _above(supports: Supports, item_id: str) -> list[str]:
+    """Return what lies on an item, and what may be pushed and be higher, the highest first."""
+    solids, index, lying = supports.graph.solids, supports.graph.index, _lying_on(supports, item_id)
+    heights = {name: float(solids.T[k, 2, 3] + solids.bound[k]) for name, k in index.items()}
+    k = index[item_id]
+    least = float(solids.T[k, 2, 3] - solids.bound[k]) - MARGIN
+    higher = {name for name in pushable(supports, item_id) if heights[name] > least}
+    return sorted(higher | lying, key=lambda name: (-heights[name], name))
+
+
+def _is_over(supports: Supports, name: str, lower: str, partly: bool = False) -> bool:
+    """Whether the centre, or any part, of an item may be over or under another one, or nearly is."""
     solids, index = supports.graph.solids, supports.graph.index
     k, i = index[lower], index[name]
     turn = 2.0 * np.pi * np.arange(N_DIRECTIONS) / N_DIRECTIONS
     directions = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(N_DIRECTIONS)])
-    edges = solids.half_widths(np.array([k]), directions[None])[0]
+    lower_edges, edges = solids.half_widths(np.array([k, i]), np.stack([directions, directions]))
     off = directions @ (solids.T[i, :3, 3] - solids.T[k, :3, 3])
-    return bool((off <= edges + solids.bound[k] + solids.bound[i] + RIDER_MARGIN).all())
+    reach = lower_edges + solids.bound[k] + solids.bound[i] + MARGIN
+    return bool((off <= (reach + edges if partly else reach)).all())

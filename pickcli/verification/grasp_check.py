@@ -15,7 +15,7 @@ from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
-from pickcli.verification.load_check import check_load, held_wrenches
+from pickcli.verification.load_check import check_load
 from pickcli.verification.quintic import positions_at
 
 ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
@@ -60,21 +60,20 @@ def check_seal(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...
     return (*reasons, *check_load(plan, scene, T_tip_item, _share_at(item, grasp)))
 
 
-def cup_loads(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, Array]:
-    """Compute the load on the cup while it holds.
+def cup_loads(plan: Plan, scene: Scene, wrenches: Array) -> Array:
+    """Compute the load on the cup.
 
     Args:
         plan: A plan with a grasp.
         scene: The plan's scene, of a cell with a cup.
-        T_tip_item: (4, 4) pose of the held item in the tool frame.
+        wrenches: (..., 6) that the cup exerts on the item at the tip, in the tool frame.
 
     Returns:
-        Times (N,) in s, and the load (N,) as a share of what the cup bears.
+        The loads (...) as shares of what the cup bears.
     """
     assert plan.grasp is not None
-    times, wrenches = held_wrenches(plan, scene, T_tip_item)
     share = _share_at(scene.item(plan.grasp.item), plan.grasp)
-    return times, scene.cell.robot.tool.cup.limits.ratio(wrenches, share)
+    return scene.cell.robot.tool.cup.limits.ratio(wrenches, share)
 
 
 def _face(grasp: Grasp, item: Item) -> Iterator[Reason]:

@@ -24,12 +24,12 @@ class HoldChecks:
     Attributes:
         grasp: Checks a plan with a grasp, given the pose (4, 4) of the item in the tool frame.
         events: Checks the commands that grasp and release.
-        loads: Times while the item is held, and the load at each as a share of what the tool bears.
+        loads: Loads of wrenches (..., 6) on the held item, as shares of what the tool bears.
     """
 
     grasp: Callable[[Plan, Scene, Array], tuple[Reason, ...]]
     events: Callable[[Plan, Scene, Sequence[TimedEvent]], Iterable[Reason]]
-    loads: Callable[[Plan, Scene, Array], tuple[Array, Array]]
+    loads: Callable[[Plan, Scene, Array], Array]
 
 
 def _check_grasp_of_fingers(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...]:
@@ -73,15 +73,15 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
     return hold_checks(scene.cell.robot.tool).grasp(plan, scene, T_tip_item)
 
 
-def load_ratios(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, Array]:
-    """Compute the load on the tool while it holds an item.
+def load_ratios(plan: Plan, scene: Scene, wrenches: Array) -> Array:
+    """Compute the load on the tool.
 
     Args:
         plan: A plan with a grasp.
         scene: The plan's scene.
-        T_tip_item: (4, 4) pose of the held item in the tool frame.
+        wrenches: (..., 6) that the tool exerts on the held item at the tip, in the tool frame.
 
     Returns:
-        Times (N,) in s, and the load (N,) as a share of what the tool bears.
+        The loads (...) as shares of what the tool bears.
     """
-    return hold_checks(scene.cell.robot.tool).loads(plan, scene, T_tip_item)
+    return hold_checks(scene.cell.robot.tool).loads(plan, scene, wrenches)

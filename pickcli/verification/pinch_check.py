@@ -105,22 +105,23 @@ def check_pinch(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ..
     return (*reasons, *_loads(plan, scene, T_tip_item, pads, gripper, item))
 
 
-def pad_loads(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, Array]:
-    """Compute the load on the pads while they hold.
+def pad_loads(plan: Plan, scene: Scene, wrenches: Array) -> Array:
+    """Compute the load on the pads.
 
     Args:
         plan: A plan with a grasp.
         scene: The plan's scene, of a cell with a gripper.
-        T_tip_item: (4, 4) pose of the held item in the tool frame.
+        wrenches: (..., 6) that the pads exert on the item at the tip, in the tool frame.
 
     Returns:
-        Times (N,) in s, and the load (N,) as a share of what the pads bear; infinite if they hold nothing.
+        The loads (...) as shares of what the pads bear; infinite if they hold nothing.
     """
     gripper = scene.cell.robot.tool.gripper
     assert plan.grasp is not None and gripper is not None
-    times, wrenches = held_wrenches(plan, scene, T_tip_item)
     pads = pads_on(scene.item(plan.grasp.item).shape, plan.grasp.T_item_tip, gripper)
-    return times, np.full(len(times), np.inf) if pads is None else pads.ratio(wrenches, gripper)
+    if pads is None:
+        return np.full(wrenches.shape[:-1], np.inf)
+    return pads.ratio(wrenches.reshape(-1, 6), gripper).reshape(wrenches.shape[:-1])
 
 
 def pads_on(shape: Shape, T_item_tip: Array, gripper: ParallelGripper) -> Pads | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -20,16 +21,16 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.hold_choice import load_ratios
+from pickcli.verification.load_check import GRAVITY, held_wrenches
 from pickcli.verification.pile_statics import lying_on
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.static_solids import place_at
 from pickcli.verification.straightness_check import SPEED_TOLERANCE, every_millisecond, fastest_tip
+from pickcli.verification.tool_change_check import held_tip_poses
 
 HEAVIEST = 0.6  # kg of a pushed item: it resists by its weight, 6 N, a third of a cup's reserve
 MOST_SPEED = 0.1  # m/s of the tool: a pushed item comes to rest within 2 mm by its own friction
-MOST_LOAD = 0.5  # of what the tool bears, by the held item alone
-MOST_LOAD_WITH_ALL = 0.8  # of it, if all that lies on the item has to be borne, too
-LOAD_TOLERANCE = 0.01  # share of a load: the planner samples differently
+MOST_LOAD = 0.6  # of what the tool bears, by the item with all that lies on it
 MOST_DESCENT = 0.002  # m: what is below would be pressed, not pushed aside
 OUTWARDS = (SegmentKind.LIFT, SegmentKind.RETREAT)
 N_DIRECTIONS = 360
@@ -73,10 +74,10 @@ def check_push(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
     )
     return (
         *heap.not_pushable(pushed_by(plan)),
-        *heap.carried_along(),
+        *heap.carried_along(pushed_by(plan)),
         *_too_fast(plan, scene),
         *_descending(plan, scene, T_tip_item),
-        *_without_reserve(plan, scene, T_tip_item, heap.most_load),
+        *_without_reserve(plan, scene, T_tip_item, heap.mass_on_it(pushed_by(plan))),
     )
 
 
@@ -144,32 +145,53 @@ class PushedHeap:
             for other in sorted(lying_on(self.scene, name) - pushed - {self.taken.id}):
                 yield _fault(name, f"{other} lies on it and may not be pushed")
 
-    def carried_along(self) -> Iterator[Reason]:
-        """Find the items that lie on the taken one with their centre over it.
+    def carried_along(self, pushed: frozenset[str]) -> Iterator[Reason]:
+        """Find the items that lie on or over the taken one with their centre over it.
+
+        Args:
+            pushed: Ids of the pushed items.
 
         Yields:
             Faults.
         """
-        for name in sorted(lying_on(self.scene, self.taken.id)):
+        for name in sorted(self._higher(pushed)):
             if self._is_over(self.scene.find(name)):
-                yield Reason("carries another item along", self.taken.id, f"{name} lies on it", name)
+                yield Reason("carries another item along", self.taken.id, f"{name} lies over it", name)
 
-    def _is_over(self, other: PlacedItem) -> bool:
-        """Whether the centre of an item may be vertically over some point of the taken one."""
+    def mass_on_it(self, pushed: frozenset[str]) -> float:
+        """Return the mass of all that lies on the taken item, or that it meets above it.
+
+        Args:
+            pushed: Ids of the pushed items.
+
+        Returns:
+            kg at most.
+        """
+        lying = lying_on(self.scene, self.taken.id)
+        met = {
+            name
+            for name in self._higher(pushed)
+            if name in lying or self._is_over(self.scene.find(name), partly=True)
+        }
+        borne = met.union(*(lying_on(self.scene, name) for name in met)) - {self.taken.id}
+        return float(sum(self.scene.find(name).item.heaviest for name in sorted(borne)))
+
+    def _higher(self, pushed: frozenset[str]) -> frozenset[str]:
+        """Return what lies on the taken item, and the pushed items whose centre is higher."""
+        height = self.taken.T_world_item[2, 3]
+        here = self.scene.in_location(self.place.name)
+        over = {p.id for p in here if p.id in pushed and p.T_world_item[2, 3] > height}
+        return (lying_on(self.scene, self.taken.id) | over) - {self.taken.id}
+
+    def _is_over(self, other: PlacedItem, partly: bool = False) -> bool:
+        """Whether the centre, or some part, of an item may be vertically over some point of the taken one."""
         turn = 2.0 * np.pi * np.arange(N_DIRECTIONS) / N_DIRECTIONS
         across = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(N_DIRECTIONS)])
-        T = self.taken.T_world_item
-        edges = self.taken.item.shape.reach(across @ T[:3, :3])
-        off = across @ (other.T_world_item[:3, 3] - T[:3, 3])
-        return bool((off <= edges + self._bound(self.taken) + self._bound(other)).all())
-
-    @property
-    def most_load(self) -> float:
-        """The largest load by the taken item that leaves the reserve, as a share of what the tool bears."""
-        own = self.taken.item.heaviest
-        names = sorted(lying_on(self.scene, self.taken.id))
-        on_it = sum(self.scene.find(name).item.heaviest for name in names)
-        return min(MOST_LOAD, MOST_LOAD_WITH_ALL * own / (own + on_it))
+        T, T_other = self.taken.T_world_item, other.T_world_item
+        reach = self.taken.item.shape.reach(across @ T[:3, :3]) + self._bound(self.taken) + self._bound(other)
+        if partly:
+            reach = reach + other.item.shape.reach(across @ T_other[:3, :3])
+        return bool((across @ (T_other[:3, 3] - T[:3, 3]) <= reach).all())
 
     def _bound(self, placed: PlacedItem) -> float:
         return self.scene.noise.bound(placed.item)
@@ -203,14 +225,25 @@ def _descending(plan: Plan, scene: Scene, T_tip_item: Array) -> Iterator[Reason]
                 yield Reason("pushes downwards", where, f"the item comes down by {1e3 * descent:.1f} mm")
 
 
-def _without_reserve(plan: Plan, scene: Scene, T_tip_item: Array, most: float) -> Iterator[Reason]:
-    """Yield the segments that push in which the item by itself loads the tool too much."""
-    times, ratios = load_ratios(plan, scene, T_tip_item)
+def _without_reserve(plan: Plan, scene: Scene, T_tip_item: Array, on_it: float) -> Iterator[Reason]:
+    """Yield the segments that push in which item and what lies on it may load the tool too much.
+
+    on_it: kg that may rest at any corner of the box around the item
+    """
+    assert plan.grasp is not None
+    times, own = held_wrenches(plan, scene, T_tip_item)
+    tips = held_tip_poses(plan, scene.cell.robot, times)
+    force = on_it * tips[:, :3, :3].swapaxes(1, 2) @ GRAVITY
+    loads = load_ratios(plan, scene, own)
+    for signs in product((-0.5, 0.5), repeat=3):
+        corner = T_tip_item[:3, :3] @ (signs * scene.item(plan.grasp.item).shape.extents) + T_tip_item[:3, 3]
+        laden = own + np.hstack([force, np.cross(corner, force)])
+        loads = np.maximum(loads, load_ratios(plan, scene, laden))
     for k, segment in enumerate(plan.segments):
         if segment.pushing:
-            loads = ratios[(times >= segment.t_start) & (times <= segment.t_end)]
-            worst = float(loads.max(initial=0.0))
-            if not worst <= most * (1.0 + LOAD_TOLERANCE):
+            is_here = (times >= segment.t_start) & (times <= segment.t_end)
+            worst = float(loads[is_here].max(initial=0.0))
+            if not worst <= MOST_LOAD:
                 where = f"segment {k} ({segment.kind})"
-                detail = f"{worst:.2f} of what the tool bears, at most {most:.2f} where it pushes"
+                detail = f"{worst:.2f} of what the tool bears with {on_it:.2f} kg on it, at most {MOST_LOAD}"
                 yield Reason("no reserve for pushing", where, detail)

@@ -21,7 +21,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.world import World
-from pickcli.statics.pushing import HEAVIEST, pushable, riders
+from pickcli.statics.pushing import HEAVIEST, MARGIN, mass_above, pushable, riders
 from pickcli.statics.supports import supports_of
 from pickcli.verification.verify import certify
 from support.heaps import BOOK, BOX, OTHER, bridge, in_tote
@@ -86,7 +86,7 @@ def test_a_rider_has_its_centre_over_the_edge_or_inside_of_it(cell: Cell) -> Non
         is_rider = riders(supports_of(scene), BOX) == (BOOK,)
         if book - edge < bounds:
             assert is_rider
-        elif book - edge > bounds + 0.011:
+        elif book - edge > bounds + MARGIN:
             assert not is_rider
 
 
@@ -114,14 +114,28 @@ def test_nothing_is_pushed_in_a_bin_or_into_a_place(
 
 
 def test_it_is_slow_and_leaves_a_reserve_for_all_that_lies_on_the_target(
-    context: PlanningContext, heap: Scene, pushing: Plan
+    context: PlanningContext, heap: Scene, home: Start
 ) -> None:
-    settings = PickProblem.of(context, heap, PUSH, 0).settings
-    own, on_it = (heap.find(name).item.heaviest for name in (BOX, BOOK))
-    share = min(DEFAULTS.push_load_ratio, DEFAULTS.load_ratio * own / (own + on_it))
-    assert settings.load_ratio == pytest.approx(share)
-    assert pushing.grasp is not None and pushing.grasp.load_ratio <= share * 1.01
-    assert max(settings.lift_speed, settings.retreat_speed) == DEFAULTS.push_speed
+    problem = PickProblem.of(context, heap, PUSH, 0)
+    assert problem.mass_on_target == pytest.approx(heap.find(BOOK).item.heaviest)
+    assert problem.settings.load_ratio == DEFAULTS.push_load_ratio
+    assert max(problem.settings.lift_speed, problem.settings.retreat_speed) == DEFAULTS.push_speed
+    book = heap.find(BOOK)
+    heavy = heap.moved(replace(book, item=replace(book.item, mass=0.5)))
+    with pytest.raises(NoPlanError, match=r"does not hold: with 0.55 kg on it"):
+        plan_pick(context, heavy, PUSH, home)
+
+
+def test_what_would_be_met_above_counts_though_nothing_touches_it(cell: Cell, heap: Scene) -> None:
+    """A book 20 mm over the target, as if a third item held it up there."""
+    book = heap.find(BOOK)
+    for aside, is_rider in ((0.0, False), (-0.085, True)):
+        T = pose([aside, 0.0, 0.02]) @ book.T_world_item
+        supports = supports_of(heap.moved(replace(book, T_world_item=T)))
+        assert mass_above(supports, BOX) == pytest.approx(book.item.heaviest)
+        assert (riders(supports, BOX) == (BOOK,)) is is_rider
+    beside = pose([0.05, 0.0, 0.02]) @ book.T_world_item
+    assert mass_above(supports_of(heap.moved(replace(book, T_world_item=beside))), BOX) == 0.0
 
 
 def test_a_plan_is_the_same_if_there_is_nothing_to_push(

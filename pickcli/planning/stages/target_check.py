@@ -30,16 +30,18 @@ def _blocking(problem: PickProblem) -> tuple[Reason, ...]:
     Those that it may push aside only slide off, unless they ride on it.
     """
     supports, target = problem.contacts.supports, problem.target.id
-    lying = supports.graph.lying_on(target)
+    lying, left_out = supports.graph.lying_on(target), problem.ignored | problem.pushed
     riding = riders(supports, target) if problem.pushed else ()
-    ignored = problem.ignored | (problem.pushed - set(riding))
-    return tuple(
-        Reason(
-            "rests on the target" if name in lying else "falls without the target", "lift",
-            f"{name} would {'be carried along' if name in riding else 'fall or roll away'}", name,
-        )
-        for name in supports.blocking(target)
-        if name not in ignored
+    return (
+        *(Reason("rests on the target", "lift", f"{name} would be carried along", name) for name in riding),
+        *(
+            Reason(
+                "rests on the target" if name in lying else "falls without the target", "lift",
+                f"{name} would fall or roll away", name,
+            )
+            for name in supports.blocking(target)
+            if name not in left_out and name not in riding
+        ),
     )  # fmt: skip
 
 

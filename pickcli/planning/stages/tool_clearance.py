@@ -20,6 +20,7 @@ from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.holding import Laden
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
@@ -161,11 +162,13 @@ def _ways_out(
     free = [poses for poses in roomy if _is_valid_path(tool, *poses)]
     if not free:
         return _blocked(problem, tool, found[0][LIFTED], "lift")
-    hold = problem.context.method.hold(problem.target.item, grasp.face, inverse(grasp.T_item_tip))
-    most = problem.settings.load_ratio
-    held = [poses for poses in free if hold.ratios_at_rest(poses[:, :3, :3]).max() <= most]
+    T_tip_item, item = inverse(grasp.T_item_tip), problem.target.item
+    hold = problem.context.method.hold(item, grasp.face, T_tip_item)
+    most, laden = problem.settings.load_ratio, Laden.of(item, T_tip_item, problem.mass_on_target)
+    held = [poses for poses in free if hold.ratios_at_rest(poses[:, :3, :3], laden).max() <= most]
     if not held:
-        return Failures.of(Reason("does not hold", "lift", "turned over on every way out"))
+        why = f"with {laden.mass:.2f} kg on it" if laden.mass > 0.0 else "turned over on every way out"
+        return Failures.of(Reason("does not hold", "lift", why))
     return tuple(LiftPoses.of(poses) for poses in held)
 
 
