@@ -91,16 +91,20 @@ class Played:
     def neighbours_moved(self) -> dict[str, str]:
         """What happened, by id, to items that no carried out attempt was made at."""
         meant = {attempt["item"] for attempt in self.record["attempts"] if attempt["execution"] is not None}
-        changes = {name: self._moved(name) for name in self.before if name not in meant}
+        carried_out = [a["plan"] for a in self.record["attempts"] if a["execution"] is not None and a["plan"]]
+        pushed = {name for plan in carried_out for name in plan.get("pushing", ())}
+        changes = {name: self._moved(name, name in pushed) for name in self.before if name not in meant}
         return {name: what for name, what in changes.items() if what}
 
-    def _moved(self, name: str) -> str:
-        """What happened to an item, "" if it is where it was or was nudged at most."""
+    def _moved(self, name: str, was_pushed: bool) -> str:
+        """What happened to an item, "" if it is where it was or was nudged at most, or pushed as planned."""
         was, now = self.before[name], self.after.get(name)
         if now is None:
             return "in the cup"
         if now.location != was.location:
             return f"from {was.location} to {now.location}"
+        if was_pushed:
+            return ""
         up = (now.R @ was.R.T)[2, 2]  # cosine between the vertical and what was vertical in the item
         if name not in self.round_ids and up < np.cos(TOPPLED):
             return f"toppled by {np.rad2deg(np.arccos(max(-1.0, up))):.0f} degrees"

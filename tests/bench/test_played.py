@@ -142,3 +142,15 @@ def test_read_played_reads_what_a_trial_wrote(tmp_path: Path) -> None:
     assert shown.round_ids == {"ball#2"}
     assert shown.before["ball#2"].location == "bin_B"
     assert shown.neighbours_moved == {"ball#2": "in the cup"}
+
+
+def test_what_was_to_be_pushed_may_be_anywhere_in_its_place() -> None:
+    pushing = {"grasp": None, "certificate": None, "pushing": ["book"]}
+    turned = replace(BOOK, R=rotation_axis_angle(X, np.pi / 2))
+    gone = replace(BOOK, location="outside")
+    for execution, now, found in (
+        (run(), turned, {}),
+        (run(), gone, {"book": "from bin_A to outside"}),
+        (None, turned, {"book": "toppled by 90 degrees"}),
+    ):
+        assert played(attempt(execution=execution, plan=pushing), now=now).neighbours_moved == found
