@@ -191,6 +191,19 @@ class KernelValidator:
         """
         return np.asarray(self.kernel.clearances(np.ascontiguousarray(Q), max_distance))
 
+    def clearest(self, Q: Array, n_most: int) -> tuple[NDArray[np.int32], Array]:
+        """Find the configurations with the largest clearances.
+
+        Args:
+            Q: (N, n) configurations.
+            n_most: How many are wanted.
+
+        Returns:
+            Indices (K,), K = min(N, n_most), the clearest first, equal ones in their order; and their
+            clearances (K,) in m, as from ``clearances``.
+        """
+        return self.kernel.clearest(np.ascontiguousarray(Q), n_most)
+
     def clearance(self, q: Array, max_distance: float = 1.0) -> Contact:
         """Return the closest pair that is not a planned contact.
 

@@ -401,6 +401,20 @@ class Checker:
     def clearances(self, Q: numpy.typing.NDArray[numpy.float64], max_distance: float = 1.0) -> numpy.typing.NDArray[numpy.float64]:
         """The distances (N,) in m that clearance finds at each of Q (N, n)."""
 
+    def clearest(self, Q: numpy.typing.NDArray[numpy.float64], n_most: int, max_distance: float = 1.0) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float64]]:
+        """
+        The configurations with the largest clearances, in a fraction of the time that all clearances take.
+
+        Args:
+            Q: (N, n) configurations.
+            n_most: How many are wanted.
+            max_distance: m beyond which nothing is looked for.
+
+        Returns:
+            Rows (K,) of Q, K = min(N, n_most), the clearest first, equal ones in their order; and their clearances
+            (K,) in m.
+        """
+
 def rrt_connect(checker: Checker, start: numpy.typing.NDArray[numpy.float64], goals: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], seed: int, max_iterations: int, step: float, margin: float = 0.0, resolution: float = 0.0002) -> numpy.typing.NDArray[numpy.float64]:
     """
     Waypoints from a start to one of several goals by RRT-Connect.

@@ -63,6 +63,7 @@ ROWS: dict[str, tuple[Callable[[Any], Any], tuple[int, ...]]] = {
     "rates": (lambda a: ARM.chain().tip_motion(np.zeros((5, N)), a, np.zeros((5, N)), EYE), (N,)),
     "Q of are_free": (lambda a: _checker().are_free(a), (N,)),
     "Q of clearances": (lambda a: _checker().clearances(a), (N,)),
+    "Q of clearest": (lambda a: _checker().clearest(a, 3)[0], (N,)),
     "Q of first_blocked_edge": (lambda a: _checker().first_blocked_edge(a), (N,)),
     "seeds": (lambda a: ARM.chain().ik(EYE, EYE, a, *WIDE, ONES), (N,)),
     "T_world_targets": (lambda a: ARM.chain().follow(a, EYE, Q0, *WIDE, ONES, ONES, 1.0, 1.0)[0], (4, 4)),
@@ -99,7 +100,15 @@ def test_rows_without_entries_are_refused(name: str, n_rows: int) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["Q of fk_batch", "Q of tips", "Q of are_free", "Q of clearances", "seeds", "T_world_targets"],
+    [
+        "Q of fk_batch",
+        "Q of tips",
+        "Q of are_free",
+        "Q of clearances",
+        "Q of clearest",
+        "seeds",
+        "T_world_targets",
+    ],
 )
 def test_no_rows_give_no_results(name: str) -> None:
     takes, row = ROWS[name]

@@ -32,6 +32,26 @@ def test_clearance_is_that_of_the_reference(seed: int) -> None:
 
 
 @settings(deadline=None)
+@given(SEEDS, st.booleans())
+def test_the_clearest_are_those_with_the_largest_clearances(seed: int, holds_solid: bool) -> None:
+    rng = np.random.default_rng(seed)
+    arm = random_arm(rng)
+    checker = arm.checker(random_world(rng, arm))
+    if holds_solid:
+        extents, kind = rng.uniform(0.02, 0.2, 3), int(rng.integers(3))
+        half = {0: extents, 1: extents[[0, 0, 2]], 2: extents[[0, 0, 0]]}[kind]
+        checker.set_held_solid(np.eye(4), half, np.zeros(0, np.int32), kind, 0.004)
+    Q = np.array([random_configuration(rng, arm) for _ in range(20)])
+    Q[5] = Q[3]  # of two that are equally clear the first counts
+    distances = checker.clearances(Q, 0.5)
+    for n_most in (0, 1, 4, 20, 25):
+        rows, found = checker.clearest(Q, n_most, 0.5)
+        expected = np.argsort(-distances, kind="stable")[:n_most]
+        np.testing.assert_array_equal(rows, expected)
+        np.testing.assert_array_equal(found, distances[expected])
+
+
+@settings(deadline=None)
 @given(SEEDS)
 def test_free_configurations_agree_but_for_rounding(seed: int) -> None:
     """Single precision may only err towards not free, and by no more than the stated rounding."""

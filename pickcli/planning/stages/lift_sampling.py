@@ -76,17 +76,16 @@ def climbed(
         mean, spread = MOST_CLIMBED * (0.0, 0.0, 0.33, 0.0, 0.0, 0.0), MOST_CLIMBED / 1.5
         for k in range(ROUNDS):
             D = _within(mean + spread * rng.standard_normal((N_TRIED, 6)), max_length)
-            clearances = carrying.clearances(D)
-            best = np.argsort(-clearances, kind="stable")[:N_KEPT]
+            best, clearances = carrying.clearest(D, N_KEPT)
             free = D[best][carrying.are_valid(D[best])]
             if (d := next((d for d in free[:N_CHECKED] if _leads(leaving, d)), None)) is not None:
                 found.append(d)
                 break
-            if k == ROUNDS // 2 and clearances[best[0]] < carrying.margin - MAX_MISSING_CLEARANCE:
+            if k == ROUNDS // 2 and clearances[0] < carrying.margin - MAX_MISSING_CLEARANCE:
                 return found
             mean, spread = D[best].mean(axis=0), D[best].std(axis=0) + LEAST_SPREAD
         else:
-            n_failed += bool(clearances[best[0]] < carrying.margin)
+            n_failed += bool(clearances[0] < carrying.margin)
         if n_failed == MAX_FAILED_CLIMBS:
             return found
     return found

@@ -73,6 +73,28 @@ TEST_CASE("distances known by hand") {
   CHECK_LE(std::abs(signed_distance(cube, can, inf) - 0.2), 1e-9);
 }
 
+TEST_CASE("a bound is not above the distance, and enough or too near end the search rightly") {
+  test::Random random(13);
+  const double inf = std::numeric_limits<double>::infinity();
+  int n_beyond = 0, n_near = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Solid a = random.solid(random.pose(0.5), random.between(0.0, 0.02));
+    const Solid b = random.solid(random.pose(0.5), random.between(0.0, 0.02));
+    const double exact = signed_distance(a, b, inf), bound = distance_bound(a, b, inf);
+    CHECK_LE(bound, exact);
+    for (const double limit : {exact - 0.01, exact + 0.01}) {
+      const bool is_beyond = distance_bound(a, b, limit) > limit || signed_distance(a, b, limit) > limit;
+      CHECK(is_beyond == (exact > limit));
+      const double found = signed_distance(a, b, bound, inf, limit);
+      CHECK((found <= limit) == (exact <= limit));
+      if (exact > limit) CHECK(found == exact);
+      n_beyond += is_beyond, n_near += found <= limit;
+    }
+  }
+  CHECK(n_beyond == 300);
+  CHECK(n_near == 300);
+}
+
 TEST_CASE("the order of two solids does not matter") {
   test::Random random(12);
   for (int i = 0; i < 200; ++i) {

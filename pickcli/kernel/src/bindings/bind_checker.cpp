@@ -206,6 +206,22 @@ nb::object clearances(const Checker& checker, nb::handle Q_in, double max_distan
   return to_numpy(std::move(out), {n_rows});
 }
 
+nb::tuple clearest(const Checker& checker, nb::handle Q_in, int n_most, double max_distance) {
+  const Doubles Q(Q_in, "Q", {kAny, checker.n()});
+  check_range(Q, "Q");
+  check_max_distance(max_distance);
+  if (n_most < 0) throw nb::value_error("n_most must not be negative");
+  std::vector<int> rows;
+  std::vector<double> distances;
+  {
+    nb::gil_scoped_release unlocked;
+    for (const ClearRow& each : checker.clearest(Q.data(), Q.rows(), n_most, max_distance))
+      rows.push_back(each.row), distances.push_back(each.distance);
+  }
+  const std::size_t n_rows = rows.size();
+  return nb::make_tuple(to_numpy(std::move(rows), {n_rows}), to_numpy(std::move(distances), {n_rows}));
+}
+
 }  // namespace
 
 namespace {
@@ -334,7 +350,20 @@ Returns:
     nearer.)")
       .def("clearances", &clearances, "Q"_a, "max_distance"_a = 1.0,
            nb::sig("def clearances(self, Q: " APC_F64 ", max_distance: float = 1.0) -> " APC_F64),
-           "The distances (N,) in m that clearance finds at each of Q (N, n).");
+           "The distances (N,) in m that clearance finds at each of Q (N, n).")
+      .def("clearest", &clearest, "Q"_a, "n_most"_a, "max_distance"_a = 1.0,
+           nb::sig("def clearest(self, Q: " APC_F64 ", n_most: int, max_distance: float = 1.0) -> tuple[" APC_I32
+                   ", " APC_F64 "]"),
+           R"(The configurations with the largest clearances, in a fraction of the time that all clearances take.
+
+Args:
+    Q: (N, n) configurations.
+    n_most: How many are wanted.
+    max_distance: m beyond which nothing is looked for.
+
+Returns:
+    Rows (K,) of Q, K = min(N, n_most), the clearest first, equal ones in their order; and their clearances
+    (K,) in m.)");
 }
 
 }  // namespace

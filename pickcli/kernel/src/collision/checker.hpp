@@ -2,6 +2,8 @@
 //! Collision checks of one robot in one world: free configurations, proven edges, clearance.
 #pragma once
 
+#include <vector>
+
 #include "collision/robot.hpp"
 #include "collision/world.hpp"
 
@@ -26,6 +28,12 @@ struct Contact {
   int frame = -1;   //!< as in EdgeReport; -1: nothing within max_distance
   ContactKind kind = ContactKind::none;
   int index = -1;
+};
+
+//! A row of many configurations, and its clearance.
+struct ClearRow {
+  int row;
+  double distance;  //!< m, negative inside
 };
 
 //! Checks are const and may run in several threads; robot and world must not be changed meanwhile.
@@ -60,6 +68,10 @@ class Checker {
 
   //! Its distances at the rows of Q (n_rows, n): what the batch test proves free at max_distance is not measured.
   void clearances(const double* Q, int n_rows, double max_distance, double* out) const;
+
+  //! The n_most rows of Q (n_rows, n) with the largest clearances, the largest first, of equal ones in their order.
+  //! Of the others no more is measured than that they are none of these.
+  std::vector<ClearRow> clearest(const double* Q, int n_rows, int n_most, double max_distance) const;
 
  private:
   //! Tries to prove eight edges between nine rows of Q at once, each whole and as if it moved as far as any of

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
-#include <vector>
 
 namespace apc {
 namespace {
@@ -13,12 +12,17 @@ constexpr double kExact = 1e-10;     //!< m between what is proven and what is f
 constexpr int kMostSteps = 1000;
 
 //! The directions of faces and edges.
-std::vector<Vec3> axes(const Solid& solid) {
-  const Mat3& R = solid.T.R;
-  if (solid.kind == SolidKind::box) return {R.column(0), R.column(1), R.column(2)};
-  if (solid.kind == SolidKind::cylinder) return {R.column(2)};
-  return {};
-}
+struct Axes {
+  explicit Axes(const Solid& solid) {
+    for (int i = solid.kind == SolidKind::box ? 0 : solid.kind == SolidKind::cylinder ? 2 : 3; i < 3; ++i)
+      axes[n++] = solid.T.R.column(i);
+  }
+  const Vec3* begin() const { return axes; }
+  const Vec3* end() const { return axes + n; }
+
+  Vec3 axes[3];
+  int n = 0;
+};
 
 //! A lower bound of the distance of two cores: the width of the slab across a direction that separates them,
 //! negative if it does not. The largest over all directions is the distance.
@@ -26,22 +30,6 @@ double gap(const Solid& a, const Solid& b, const Vec3& direction) {
   const double length = norm(direction);
   if (!(length > 1e-9)) return -std::numeric_limits<double>::infinity();
   return (std::abs(dot(direction, a.T.p - b.T.p)) - support(a, direction) - support(b, direction)) / length;
-}
-
-//! The widest slab across faces, pairs of edges and lines of centres.
-double widest_gap(const Solid& a, const Solid& b) {
-  const std::vector<Vec3> of_a = axes(a), of_b = axes(b);
-  const Vec3 between = a.T.p - b.T.p;
-  double widest = gap(a, b, between);
-  const auto offer = [&](const Vec3& direction) { widest = std::max(widest, gap(a, b, direction)); };
-  for (const std::vector<Vec3>* own : {&of_a, &of_b})
-    for (const Vec3& axis : *own) {
-      offer(axis);
-      offer(between - dot(between, axis) * axis);
-    }
-  for (const Vec3& x : of_a)
-    for (const Vec3& y : of_b) offer(cross(x, y));
-  return widest;
 }
 
 }  // namespace
@@ -101,16 +89,37 @@ double signed_distance(const Vec3& point, const Solid& solid) {
   return (outside > 0.0 ? outside : std::max({d.x, d.y, d.z})) - solid.rounding;
 }
 
+double distance_bound(const Solid& a, const Solid& b, double enough) {
+  const double rounding = a.rounding + b.rounding;
+  const Axes of_a(a), of_b(b);
+  const Vec3 between = a.T.p - b.T.p;
+  double widest = gap(a, b, between) - rounding;
+  const auto is_enough = [&](const Vec3& direction) {
+    widest = std::max(widest, gap(a, b, direction) - rounding);
+    return widest > enough;
+  };
+  if (widest > enough) return widest;
+  for (const Axes* own : {&of_a, &of_b})
+    for (const Vec3& axis : *own)
+      if (is_enough(axis) || is_enough(between - dot(between, axis) * axis)) return widest;
+  for (const Vec3& x : of_a)
+    for (const Vec3& y : of_b)
+      if (is_enough(cross(x, y))) return widest;
+  return widest;
+}
+
 //! From one core to the nearest point of the other and back (von Neumann), each time from a little farther
 //! along (Nesterov): the points found bound the distance from above, the slab between them from below.
-double signed_distance(const Solid& a, const Solid& b, double enough) {
+double signed_distance(const Solid& a, const Solid& b, double bound, double enough, double too_near) {
   const double rounding = a.rounding + b.rounding;
-  double proven = widest_gap(a, b);
+  const bool are_boxes = a.kind == SolidKind::box && b.kind == SolidKind::box;
+  if (are_boxes && bound < -rounding) return bound;  // faces and edges tell the depth of two boxes
+  double proven = bound + rounding;
   Vec3 from = a.T.p, before = from;
   for (int i = 0; i < kMostSteps && proven - rounding < enough; ++i) {
     const Vec3 on_b = nearest(b, from), on_a = nearest(a, on_b), between = on_a - on_b;
     const double found = norm(between);
-    if (found < kTouching) break;
+    if (found < kTouching || found - rounding <= too_near) break;
     proven = std::max(proven, gap(a, b, between));
     if (found - proven < kExact) break;
     from = on_a + (i / (i + 3.0)) * (on_a - before);

@@ -2,6 +2,7 @@
 //! Solids in double precision: boxes, cylinders and spheres, each with everything within a rounding of it.
 #pragma once
 
+#include <limits>
 #include <string>
 
 #include "geometry/linear.hpp"
@@ -36,8 +37,16 @@ Vec3 nearest(const Solid& solid, const Vec3& point);
 //! Negative inside: minus the depth below the surface.
 double signed_distance(const Vec3& point, const Solid& solid);
 
+//! A lower bound of the signed distance, from the slabs across faces, pairs of edges and lines of centres; where it
+//! is above enough, perhaps not the best of these.
+double distance_bound(const Solid& a, const Solid& b, double enough);
+
 //! Exact for solids whose cores are apart. For others minus a depth: exact for two boxes, never too small
-//! where there is a cylinder. What is not below enough is only found to be so.
-double signed_distance(const Solid& a, const Solid& b, double enough);
+//! where there is a cylinder. What is not below enough, or not above too_near, is only found to be so. bound: their
+//! distance_bound.
+double signed_distance(const Solid& a, const Solid& b, double bound, double enough, double too_near);
+inline double signed_distance(const Solid& a, const Solid& b, double enough) {
+  return signed_distance(a, b, distance_bound(a, b, enough), enough, -std::numeric_limits<double>::infinity());
+}
 
 }  // namespace apc

@@ -267,7 +267,7 @@ class CollisionTest {
   //! The held solid itself: by the widest slab between the two.
   bool hits_as_solid(int f, const SolidData& solid, int kind, int index, Threshold& limit) {
     const V radius = all(held_.rounding + solid.rounding);
-    const V gap = DistanceBound(held_, solid).widest(radius + limit.far, live_);
+    const V gap = DistanceBound(held_, solid).widest(radius + limit.near, radius + limit.far, live_);
     return judge(square(gap), radius, limit, f, kind, index);
   }
 

@@ -24,20 +24,21 @@ class DistanceBound {
                                moving.center[2] - standing.center[2]});
   }
 
-  //! Of the cores, at least zero. Ends as soon as it is above enough in all of the lanes live.
-  V widest(V enough, int live) {
-    const auto is_enough = [&] { return (bits(above(widest_, enough)) & live) == live; };
+  //! Of the cores, at least zero. Ends as soon as it is known in all of the lanes live whether it is above near and
+  //! above far: points of the two that are nearer than that tell, too.
+  V widest(V near, V far, int live) {
+    near_ = near, far_ = far, live_ = live;
     try_faces();
-    if (is_enough()) return widest_;
-    try_nearest_points(true);
-    if (is_enough()) return widest_;
-    try_nearest_points(false);
-    if (is_enough()) return widest_;
+    if (is_known()) return widest_;
+    if (try_nearest_points(true) || try_nearest_points(false)) return widest_;
     try_edges();
     return widest_;
   }
 
  private:
+  //! m, far above the rounding of points and slabs.
+  static constexpr float kPointError = 1e-5f;
+
   static constexpr int kSteps = 6;  //!< from one solid to the other and back
 
   static int first_axis(SolidKind kind) {
@@ -68,18 +69,29 @@ class DistanceBound {
   }
 
   //! From the middle of one core to the nearest point of the other and back (von Neumann), again and again,
-  //! each time from a little farther along (Nesterov).
-  void try_nearest_points(bool from_moving) {
+  //! each time from a little farther along (Nesterov). True: all is known.
+  bool try_nearest_points(bool from_moving) {
     Point from = from_moving ? between_ : Point{V{}, V{}, V{}}, before = from;
     for (int i = 0; i < kSteps; ++i) {
       const Point there = from_moving ? nearest_of_standing(from) : nearest_of_moving(from);
       const Point here = from_moving ? nearest_of_moving(there) : nearest_of_standing(there);
-      try_direction({here.x - there.x, here.y - there.y, here.z - there.z});
+      const Point apart{here.x - there.x, here.y - there.y, here.z - there.z};
+      try_direction(apart);
+      const V found2 = norm2(apart);
+      found2_ = select(above(found2_, found2), found2, found2_);
+      if (is_known()) return true;
       const float on = static_cast<float>(i) / static_cast<float>(i + 3);
       from = {here.x + (here.x - before.x) * on, here.y + (here.y - before.y) * on,
               here.z + (here.z - before.z) * on};
       before = here;
     }
+    return false;
+  }
+
+  bool is_known() const {
+    const auto is_found_within = [&](V d) { return bits(above(square(larger(d - kPointError, V{})), found2_)); };
+    const int beyond_near = bits(above(widest_, near_)), beyond_far = bits(above(widest_, far_));
+    return (~(beyond_far | is_found_within(near_) | (beyond_near & is_found_within(far_))) & live_) == 0;
   }
 
   void try_direction(const Point& d) {
@@ -124,7 +136,9 @@ class DistanceBound {
   const Placed& moving_;
   const SolidData& standing_;
   Point axes_[3], between_;
-  V widest_{};
+  V widest_{}, near_{}, far_{};
+  V found2_ = V{} + __builtin_inff();  //!< squared distance of two points, one of each
+  int live_ = 0;
 };
 
 }  // namespace
