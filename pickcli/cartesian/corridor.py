@@ -155,28 +155,26 @@ def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
 
 def _explained(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker) -> Reason:
     """Explain what blocks a corridor, and where it is worst of the sampled poses that are not valid."""
-    way = np.stack([c.lift, *c.retreat])
+    way, along = np.stack([c.lift, *c.retreat]), EXPLAINED_SHARES[1:]
     shares = np.linspace(0.0, 1.0, len(way))
-    sampled = [
-        *(
-            (leaving, s * c.first_stretch, f"{100 * s:.0f} % along the first stretch")
-            for s in EXPLAINED_SHARES[1:]
-        ),
-        (carrying, c.first_stretch, "after the first stretch"),
-        (carrying, c.lift, "at the end of the lift"),
-        *(
-            (
-                carrying,
-                np.array([np.interp(s, shares, x) for x in way.T]),
-                f"{100 * s:.0f} % along the retreat",
-            )
-            for s in EXPLAINED_SHARES[1:]
-        ),
-    ]
-    blocked = [each for each in sampled if not each[0].is_valid(each[1])] or sampled
-    checker, worst, where = min(blocked, key=lambda each: each[0].clearance(each[1]).distance)
-    why = checker.explain(worst)
-    return Reason("no way out", "lift", f"{why.detail}, {where}", why.in_the_way)
+    out = np.column_stack([np.interp(along, shares, x) for x in way.T])
+    while_leaving, while_carrying = (
+        np.outer(along, c.first_stretch),
+        np.vstack([c.first_stretch, c.lift, out]),
+    )
+    sampled = np.vstack([while_leaving, while_carrying])
+    is_valid = np.append(leaving.are_valid(while_leaving), carrying.are_valid(while_carrying))
+    clearances = np.append(leaving.clearances(while_leaving), carrying.clearances(while_carrying))
+    is_looked_at = ~is_valid if not is_valid.all() else is_valid
+    worst = int(np.argmin(np.where(is_looked_at, clearances, np.inf)))
+    where = (
+        *(f"{100 * s:.0f} % along the first stretch" for s in along),
+        "after the first stretch",
+        "at the end of the lift",
+        *(f"{100 * s:.0f} % along the retreat" for s in along),
+    )
+    why = (leaving if worst < len(while_leaving) else carrying).explain(sampled[worst])
+    return Reason("no way out", "lift", f"{why.detail}, {where[worst]}", why.in_the_way)
 
 
 def _turned(yaw: float, pitch: float, roll: float = 0.0) -> Array:

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
@@ -36,6 +39,16 @@ class MotionValidator(Protocol):
 
         Returns:
             True if it does.
+        """
+
+    def are_valid(self, Q: Array) -> NDArray[np.bool_]:
+        """Whether each of many configurations keeps the margin.
+
+        Args:
+            Q: (N, n) configurations.
+
+        Returns:
+            (N,) True for those that do.
         """
 
     def is_valid_edge(self, q0: Array, q1: Array) -> bool:

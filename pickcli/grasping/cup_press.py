@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from pickcli.cell.tool import Tool
@@ -27,7 +29,8 @@ def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
         m along the cup's axis.
     """
     # The far side of a tilted cup must meet the surface as well.
-    off = _off(grasp, noise) + _lag(grasp, tool)
+    error, lag = _error_and_lag(grasp, tool, noise)
+    off = error + lag
     # With the opposite pose error the bellows must not be compressed beyond their stroke. The vacuum closes a
     # remaining gap.
     most = max(tool.cup.stroke - off, LEAST_OF_STROKE * tool.cup.stroke)
@@ -45,7 +48,8 @@ def max_press_depth(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
     Returns:
         m along the cup's axis.
     """
-    return overtravel(grasp, tool, noise) + _off(grasp, noise)
+    error, _ = _error_and_lag(grasp, tool, noise)
+    return overtravel(grasp, tool, noise) + error
 
 
 def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, cup_excess: float) -> CupPress:
@@ -63,7 +67,8 @@ def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, c
     """
     x, y, z = (R_world_item @ grasp.T_item_tip[:3, 2]).tolist()
     beyond = overtravel(grasp, tool, noise)
-    depth = beyond + _lag(grasp, tool) + cup_excess
+    _, lag = _error_and_lag(grasp, tool, noise)
+    depth = beyond + lag + cup_excess
     return CupPress(outward_of(grasp.face, R_world_item), (x, y, z), depth, beyond)
 
 
@@ -84,12 +89,22 @@ def outward_of(face: str, R_world_item: Array) -> Outward | None:
     return x, y, z
 
 
-def _off(grasp: Grasp, noise: PoseNoise) -> float:
-    """Bound the error, in m along the cup's axis, of the surface under the cup."""
-    aside = float(np.linalg.norm(cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
-    return noise.position + noise.angle * aside
+def _error_and_lag(grasp: Grasp, tool: Tool, noise: PoseNoise) -> tuple[float, float]:
+    """Bound two errors of the surface under the cup, in m along the cup's axis.
+
+    Returns:
+        The error due to the item's pose, and how much later the far side of a tilted cup meets the face than
+        its middle.
+    """
+    return _of_press(grasp.face, grasp.T_item_tip[:3, 2:].tobytes(), tool, noise)
 
 
-def _lag(grasp: Grasp, tool: Tool) -> float:
-    """Return how much later, in m, the far side of a tilted cup meets the face than its middle."""
-    return tool.cup.radius * float(np.sin(tilt_on(grasp.face, grasp.T_item_tip)))
+@lru_cache(
+    maxsize=4096
+)  # turns about the cup's axis have the same press, and each grasp needs it several times
+def _of_press(face: str, axis_and_point: bytes, tool: Tool, noise: PoseNoise) -> tuple[float, float]:
+    T_item_tip = np.eye(4)
+    T_item_tip[:3, 2:] = np.frombuffer(axis_and_point).reshape(3, 2)
+    aside = float(np.linalg.norm(cross(T_item_tip[:3, 3], T_item_tip[:3, 2])))
+    lag = tool.cup.radius * float(np.sin(tilt_on(face, T_item_tip)))
+    return noise.position + noise.angle * aside, lag

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.robot import Robot
 from pickcli.geometry import Array
@@ -79,7 +80,18 @@ class JointSpace:
         Returns:
             True if it is.
         """
-        if np.shape(q) != (self.n,):
-            return False
-        is_within = (q >= self.lower - LIMIT_TOLERANCE) & (q <= self.upper + LIMIT_TOLERANCE)
-        return bool((is_within & np.isfinite(q)).all())
+        return bool(self.are_held(np.asarray(q)[None])[0])
+
+    def are_held(self, Q: Array) -> NDArray[np.bool_]:
+        """Whether each of many configurations is finite and within the limits, up to LIMIT_TOLERANCE.
+
+        Args:
+            Q: (N, n) configurations.
+
+        Returns:
+            (N,) True for those that are; False for all if they do not have n joints.
+        """
+        if Q.shape[1:] != (self.n,):
+            return np.zeros(len(Q), dtype=bool)
+        is_within = (self.lower - LIMIT_TOLERANCE <= Q) & (self.upper + LIMIT_TOLERANCE >= Q)
+        return np.asarray((is_within & np.isfinite(Q)).all(axis=1))

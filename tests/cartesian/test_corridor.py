@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from pickcli.cartesian.corridor import (
     LEAST_LIP_DISTANCE,
@@ -39,6 +40,9 @@ class Open:
     def is_valid(self, d: Array) -> bool:
         return bool(d[2] >= self.wall)
 
+    def are_valid(self, D: Array) -> NDArray[np.bool_]:
+        return np.array([self.is_valid(d) for d in D])
+
     def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
         return self.first_blocked_edge(Q, slack) < 0
 
@@ -47,6 +51,9 @@ class Open:
 
     def clearance(self, d: Array) -> Contact:
         return Contact(0.001, "item", "neighbour", "item")
+
+    def clearances(self, D: Array) -> Array:
+        return np.array([self.clearance(d).distance for d in D])
 
     def explain(self, d: Array) -> Reason:
         contact = self.clearance(d)

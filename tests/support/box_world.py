@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
@@ -40,6 +41,9 @@ class BoxWorld:
 
     def is_valid(self, q: Array) -> bool:
         return not any(bool(np.all((q >= lo) & (q <= hi))) for lo, hi in self.boxes)
+
+    def are_valid(self, Q: Array) -> NDArray[np.bool_]:
+        return np.array([self.is_valid(q) for q in Q], dtype=bool)
 
     def is_valid_edge(self, q0: Array, q1: Array) -> bool:
         self.n_edges += 1

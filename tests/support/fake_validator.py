@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.errors import Reason
 from pickcli.geometry import Array
@@ -22,6 +23,9 @@ class FakeValidator(ABC):
 
     @abstractmethod
     def is_valid(self, q: Array) -> bool: ...
+
+    def are_valid(self, Q: Array) -> NDArray[np.bool_]:
+        return np.array([self.is_valid(q) for q in Q], dtype=bool)
 
     @abstractmethod
     def first_blocked_edge(self, Q: Array, slack: Array | None = None) -> int: ...
