@@ -15,7 +15,7 @@ from pickcli.simulation.grip import Grip
 from pickcli.simulation.hold_watch import HoldWatch, SealWatch
 from pickcli.simulation.reality import Reality
 from pickcli.simulation.servo import CupDrive
-from pickcli.simulation.simulated_tool import SimulatedTool, device_for
+from pickcli.simulation.simulated_tool import SimulatedTool, first_device_of
 from pickcli.simulation.suction import CupModel, Suction
 from pickcli.simulation.thresholds import Thresholds
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
@@ -43,7 +43,7 @@ class SimulatedCup(SimulatedTool):
     def _drive(self, lag: float, state: ToolState) -> CupDrive:
         """Create the drive of the cup's joint, at rest. Raises InputError if the cell has none."""
         tool = self.tool
-        lead = device_for(self._cell, tool.mover).lead
+        lead = first_device_of(self._cell, tool.mover).lead
         force = self._cell.robot.motor_forces.get(tool.joints[0], TOOL_FORCE)
         return CupDrive(tool.position(state), lead, force, lag)
 
@@ -61,7 +61,7 @@ class SimulatedCup(SimulatedTool):
         reality = self._reality
         is_compliant = reality.compliant_cup
         bellows = Bellows(engine, robot, self.tool, self._cup.stiffness if is_compliant else 0.0)
-        pump, valve = (device_for(self._cell, kind) for kind in (DeviceKind.PUMP, DeviceKind.VALVE))
+        pump, valve = (first_device_of(self._cell, kind) for kind in (DeviceKind.PUMP, DeviceKind.VALVE))
         cup = CupModel(Vacuum(pump.lead, valve.lead), bellows, Stiffness() if is_compliant else RIGID)
         self._suction = Suction(engine, robot, self.tool, cup, items, reality.honest_seals)
 

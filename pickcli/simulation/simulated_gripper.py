@@ -13,7 +13,7 @@ from pickcli.simulation.fingers import Fingers
 from pickcli.simulation.grip import Grip
 from pickcli.simulation.hold_watch import GraspWatch, HoldWatch
 from pickcli.simulation.servo import FingerDrive
-from pickcli.simulation.simulated_tool import SimulatedTool, device_for
+from pickcli.simulation.simulated_tool import SimulatedTool, first_device_of
 from pickcli.simulation.start_check import WIDTH_TOLERANCE
 from pickcli.simulation.thresholds import Thresholds
 
@@ -33,7 +33,7 @@ class SimulatedGripper(SimulatedTool):
 
     def __init__(self, cell: Cell, gripper: ParallelGripper, lag: float, state: ToolState) -> None:
         self.tool, self._gripper = cell.robot.tool, gripper
-        (least, most), lead = self.tool.range, device_for(cell, self.tool.mover).lead
+        (least, most), lead = self.tool.range, first_device_of(cell, self.tool.mover).lead
         delay = max(0.0, lead - (most - least) / gripper.closing_speed)
         self.drive: FingerDrive = FingerDrive(gripper, self.tool.position(state), delay, lag)
 

@@ -166,7 +166,7 @@ class BareTool(SimulatedTool):
         return NoWatch()
 
 
-def device_for(cell: Cell, kind: DeviceKind) -> Device:
+def first_device_of(cell: Cell, kind: DeviceKind) -> Device:
     """Return the device for the simulation of a tool.
 
     Args:
