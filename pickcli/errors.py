@@ -289,6 +289,10 @@ class NoPlanError(ApcError):
         return self.failures.summary()
 
 
+class NoExtractionError(NoPlanError):
+    """No grasp leads an item out of its place, wherever it is to be brought. With all reasons."""
+
+
 def _reasons_text(reasons: Sequence[Reason]) -> str:
     """Format the first of several reasons of one kind, and their number."""
     return (

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 
 from pickcli.collision.motion_segment import Mode
-from pickcli.errors import Failures, NoPlanError
+from pickcli.errors import Failures, NoPlanError, NoExtractionError
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.stitching import stitch_pick
 from pickcli.planning.pick_problem import Certify, PickProblem, PickQuery
@@ -49,6 +49,7 @@ def plan_pick(
 
     Raises:
         UnknownNameError: If a place or item of the query does not exist.
+        NoExtractionError: If no grasp leads the item out of its place; with every reason.
         NoPlanError: If the start is not free, or no candidate leads to a complete, certified motion; with
             every reason.
     """
@@ -76,9 +77,13 @@ def _candidates(
 ) -> Iterator[Plan | Failures]:
     """Yield uncertified plans of a pick, one per grasp, the best first, and the failures of other grasps.
 
+    Raises NoExtractionError if there is no grasp.
+
     began: s by ``time.perf_counter`` at the start of the query
     """
     grasps, failures = feasible_grasps(problem, query.exclude)
+    if not grasps:
+        raise NoExtractionError(problem.label, failures)
     grasped = time.perf_counter()
     elsewhere = 0.0  # s in which candidates were verified
     yield failures

@@ -50,6 +50,7 @@ class TargetState:
         cleared: Number of motions, failed or not, to move blocking items aside.
         refusals: Number of looks at the present scene that led to no plan.
         clearings: Number of looks at the present scene without a movable blocking item.
+        is_doubted: Whether the last plan failed, and nothing that it blamed has moved since.
     """
 
     index: int
@@ -62,6 +63,7 @@ class TargetState:
     cleared: int = 0
     refusals: int = 0
     clearings: int = 0
+    is_doubted: bool = False
 
     def tried(self) -> TargetState:
         """Count one more attempt.
@@ -69,7 +71,7 @@ class TargetState:
         Returns:
             The target after it.
         """
-        return replace(self, attempts=self.attempts + 1)
+        return replace(self, attempts=self.attempts + 1, is_doubted=False)
 
     def timed(self, seconds: float) -> TargetState:
         """Replace the estimated duration by that of a plan.
@@ -98,13 +100,16 @@ class TargetState:
         """
         return replace(self, refusals=self.refusals + 1)
 
-    def renewed(self) -> TargetState:
+    def renewed(self, is_doubted: bool = False) -> TargetState:
         """Reset the counts of looks after the relevant part of the scene has changed.
+
+        Args:
+            is_doubted: Whether the last plan failed, and nothing that it blamed has moved.
 
         Returns:
             The updated target.
         """
-        return replace(self, refusals=0, clearings=0)
+        return replace(self, refusals=0, clearings=0, is_doubted=is_doubted)
 
     @property
     def can_pick(self) -> bool:
@@ -179,6 +184,8 @@ def open_targets(
         chance = outcomes.chance(state.target) * RETRY_CHANCE**state.failures if state.can_hold else 0.0
         if state.target.into in waiting:
             chance *= HIDING_FACTOR
+        if state.is_doubted:
+            chance *= AGAIN_CHANCE
         rates = {}
         if state.can_pick:
             seconds = state.seconds + PLANNING_CHARGE

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
-from pickcli.errors import Failures, NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError, NoExtractionError, Reason
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
@@ -207,15 +207,20 @@ class AttemptRunner:
         return self._first_plan(scene, attempt, pushing, certifier)
 
     def _first_plan(self, scene: Scene, attempt: Attempt, query: PickQuery, certifier: Certifier) -> Plan:
-        """Return the plan of a query by the first arm that has one. Raises NoPlanError if none has."""
+        """Return the plan of a query by the first arm that has one.
+
+        Raises NoExtractionError if no arm can take the item out of its place, NoPlanError if none has a plan.
+        """
         seed = self._seed(attempt)
         if not attempt.arms:
             self.charge()
             return self.interfaces.plan(scene, query, self._start(scene.cell), seed, certifier.within(scene))
         failures = Failures(tuple(arm.reason for arm in attempt.arms if not arm.is_able))
+        error_type: type[NoPlanError] = NoExtractionError
         for arm in attempt.arms:
             if arm.is_able and not self.has_time_to_plan:
                 failures += Reason("no time", f"arm {arm.arm}", "no time is left to plan with it")
+                error_type = NoPlanError
             elif arm.is_able:
                 self.charge()
                 seen = self._seen_by(arm.arm, scene)
@@ -225,7 +230,8 @@ class AttemptRunner:
                     )
                 except NoPlanError as error:
                     failures += error.failures.within(f"arm {arm.arm}")
-        raise NoPlanError(f"pick {attempt.item} from {attempt.out_of}", failures)
+                    error_type = error_type if isinstance(error, NoExtractionError) else NoPlanError
+        raise error_type(f"pick {attempt.item} from {attempt.out_of}", failures)
 
     def certifier(self) -> Certifier:
         """Create a certifier for one query's plans.
@@ -283,7 +289,7 @@ class AttemptRunner:
             outcome = Outcome.REJECTED if certifier.rejected else Outcome.NO_PLAN
             attempt = replace(
                 attempt, outcome=outcome, reason=error.summary(), in_the_way=error.in_the_way,
-                reasons=error.reasons,
+                reasons=error.reasons, has_way_out=not isinstance(error, NoExtractionError),
             )  # fmt: skip
         verifying = 1e3 * certifier.seconds
         statistics = {} if attempt.plan is None else dict(attempt.plan.statistics)

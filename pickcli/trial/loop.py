@@ -204,10 +204,7 @@ class _Trial:
         return planned if planned.plan is None else carry_out(self.runner, planned)
 
     def _stowed(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """Try to bring an item into the first of its bins that has room.
-
-        After the first bin without room, check whether the item can be extracted from its place at all.
-        """
+        """Try to bring an item into the first of its bins that has room, unless it cannot leave its place."""
         if not self.runner.has_time_to_plan:
             return replace(attempt, outcome=Outcome.NO_TIME, reason=NO_TIME_TO_PLAN)
         first: Attempt | None = None
@@ -218,11 +215,9 @@ class _Trial:
             if tried.execution is not None or tried.outcome is Outcome.NO_TIME:
                 is_there = self.order.is_met(attempt.target, tried.seen_in)
                 return replace(tried, outcome=Outcome.DELIVERED) if is_there else tried
-            if first is None:
-                first = tried
-                out = self._planned(replace(attempt, into=TOTE), scene)
-                if out.plan is None:
-                    return replace(out, into=name)
+            first = first or tried
+            if not tried.has_way_out:
+                break
         return first or replace(attempt, outcome=Outcome.NO_PLAN, reason="no bin is large enough for it")
 
     def _planned(self, attempt: Attempt, scene: Scene) -> Attempt:
@@ -262,7 +257,15 @@ class _Trial:
         touched = {attempt.out_of, attempt.into, attempt.seen_in}
         for index, other in self.open.items():
             if touched & {placed.location for placed in self._copies(self.runner.scene(), other)}:
-                self.open[index] = other.renewed()
+                self.open[index] = other.renewed(is_doubted=not self._may_help(attempt, index))
+
+    def _may_help(self, attempt: Attempt, index: int) -> bool:
+        """Whether an attempt moved what a failed plan for another target blamed, or there was none."""
+        if index not in self.refused or attempt.plan is None:
+            return True
+        _, item, blamed = self.refused[index]
+        pushed = {name for segment in attempt.plan.segments for name in segment.pushing}
+        return bool({attempt.item, *pushed} & {item, *blamed})
 
     def clear(self, index: int) -> bool:
         """Move one item aside that blocks a target; return whether the target may be tried again."""

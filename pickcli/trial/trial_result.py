@@ -92,6 +92,8 @@ class Attempt:
         seen_in: Place where the item was perceived afterwards, "" if it was not.
         truly_in: True place of the item afterwards.
         in_the_way: Ids blamed by the failed plan, the most blamed first.
+        has_way_out: Whether the item might be brought to another destination; False if no grasp leads it out
+            of its place.
         reasons: All reasons why there is no plan.
         rejected: Plans that the verifier rejected.
         statistics: Wall-clock figures.
@@ -114,6 +116,7 @@ class Attempt:
     seen_in: str = ""
     truly_in: str = ""
     in_the_way: tuple[str, ...] = ()
+    has_way_out: bool = True
     reasons: tuple[Reason, ...] = ()
     rejected: tuple[RejectedPlan, ...] = ()
     statistics: dict[str, float] = field(default_factory=dict)

@@ -10,7 +10,7 @@ import pytest
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.motion_segment import Mode, MotionSegment
-from pickcli.errors import Failures, NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError, NoExtractionError, Reason
 from pickcli.geometry import pose
 from pickcli.io_events import event_binding
 from pickcli.io_events.resolve import ResolvedEvents
@@ -70,6 +70,15 @@ def test_what_fills_the_floor_of_the_destination(
     error = refusal(context, scene, PickQuery(FROM, ITEM, into=INTO), home)
     assert error.in_the_way == (BLOCKER,)
     assert "no free place on the floor" in {r.what for r in error.reasons if r.in_the_way == BLOCKER}
+    assert not isinstance(error, NoExtractionError)  # it may be brought elsewhere
+
+
+def test_what_no_cup_holds_leaves_its_bin_for_no_destination(
+    context: PlanningContext, scene_with: SceneWith, home: Start
+) -> None:
+    scene = scene_with(("cherokee_easy_tee_shirt", FROM, 0.2, 0.0))
+    with pytest.raises(NoExtractionError, match="cannot be held by suction"):
+        plan_pick(context, scene, PickQuery(FROM, "cherokee_easy_tee_shirt", into=INTO), home)
 
 
 def test_what_fills_the_tote(context: PlanningContext, scene_with: SceneWith, home: Start) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
-from pickcli.errors import InputError, NoPlanError, Reason
+from pickcli.errors import InputError, NoPlanError, NoExtractionError, Reason
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
@@ -147,11 +147,11 @@ class ScriptedTrial:
         beside = self.heaped.get(item)
         here = {placed.id for placed in scene.in_location(query.out_of)}
         if beside in here and query.neighbours is not Neighbours.PUSH:
-            raise NoPlanError(f"pick {item}", [Reason("rests on the target", "lift", "", beside)])
+            raise NoExtractionError(f"pick {item}", [Reason("rests on the target", "lift", "", beside)])
         if item in self.no_plan:
-            raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
+            raise NoExtractionError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
         if self.blocked.get(item) in {placed.id for placed in scene.in_location(query.out_of)}:
-            raise NoPlanError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
+            raise NoExtractionError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
         if into in self.full:
             raise NoPlanError(f"pick {item}", [Reason("no free place on the floor", into)])
         grasp = Grasp(item, "frontal", "-x", STRAIGHT, np.eye(4), float(len(query.exclude)), *[0.0] * 5)

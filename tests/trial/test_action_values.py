@@ -108,6 +108,14 @@ def test_a_changed_scene_gives_new_looks_but_no_new_failures() -> None:
     assert not replace(spent, failures=MOST_FAILURES).renewed().can_pick
 
 
+def test_what_failed_comes_later_if_nothing_that_it_blamed_has_moved() -> None:
+    state = JOB.tried().refused()
+    doubted = rates(state.renewed(is_doubted=True))[ActionKind.PICK]
+    fresh = rates(state.renewed())[ActionKind.PICK]
+    assert 0.0 < doubted < fresh
+    assert not state.renewed(is_doubted=True).tried().is_doubted
+
+
 def test_something_is_moved_aside_only_for_what_was_refused_and_where_the_rules_let_it() -> None:
     assert set(rates(JOB.refused())) == {ActionKind.PICK, ActionKind.CLEAR}
     assert set(rates(JOB)) == {ActionKind.PICK}
