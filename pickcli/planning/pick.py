@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 
 from pickcli.collision.motion_segment import Mode
-from pickcli.errors import Failures, NoPlanError, NoExtractionError
+from pickcli.errors import Failures, NoExtractionError, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.stitching import stitch_pick
 from pickcli.planning.pick_problem import Certify, PickProblem, PickQuery

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
-from pickcli.errors import Failures, NoPlanError, NoExtractionError, Reason
+from pickcli.errors import Failures, NoExtractionError, NoPlanError, Reason
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery

@@ -10,7 +10,7 @@ import pytest
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.motion_segment import Mode, MotionSegment
-from pickcli.errors import Failures, NoPlanError, NoExtractionError, Reason
+from pickcli.errors import Failures, NoExtractionError, NoPlanError, Reason
 from pickcli.geometry import pose
 from pickcli.io_events import event_binding
 from pickcli.io_events.resolve import ResolvedEvents

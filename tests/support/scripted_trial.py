@@ -9,7 +9,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
-from pickcli.errors import InputError, NoPlanError, NoExtractionError, Reason
+from pickcli.errors import InputError, NoExtractionError, NoPlanError, Reason
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
