@@ -55,7 +55,7 @@ class LiftPoses:
     Attributes:
         first_stretch: (4, 4) at the end of the first stretch, in which item and support may touch.
         lift: (4, 4) at the end of the lift.
-        retreat: At least one (4, 4), at the end of each line of the retreat.
+        retreat: (4, 4) each, at the end of each line of the retreat; none if the item stays in its place.
     """
 
     first_stretch: Array

@@ -35,6 +35,7 @@ COMMANDS: dict[str, str] = {
     "make-order": "Draw a random order by the official rules.",
     "make-scene": "Place items in bins and other places, at rest.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",
+    "plan-shift": "Plan one shift: move an item within its bin, lifted a little.",
     "plan-stow": "Plan one stow: take an item out of the tote, and set it down in a bin.",
     "plan-move": "Plan a move between two configurations.",
     "verify": "Check a plan with the independent verifier.",

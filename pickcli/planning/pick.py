@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoExtractionError, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.planning.assembly.stitching import stitch_pick
-from pickcli.planning.pick_problem import Certify, PickProblem, PickQuery
+from pickcli.planning.pick_problem import Certify, PickProblem, PickQuery, shift_label
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
+from pickcli.planning.stages.shift_corridor import shift_corridor
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
@@ -30,7 +32,7 @@ def plan_pick(
     recorder: ExperienceRecorder | None = None,
     certify: Certify | None = None,
 ) -> Plan:
-    """Plan one pick.
+    """Plan one pick, or the shift of an item within its place.
 
     If ``certify`` rejects a plan, the next candidate is tried.
 
@@ -54,7 +56,7 @@ def plan_pick(
             every reason.
     """
     began = time.perf_counter()
-    problem = PickProblem.of(context, scene, query, seed)
+    problem = _problem(context, scene, query, seed)
     standing = context.checker_for(scene, Mode(start.tool_state))
     if not standing.is_valid(start.q):
         raise NoPlanError(problem.label, [standing.explain(start.q).at("start")])
@@ -70,6 +72,17 @@ def plan_pick(
         if n_rejected == MOST_REJECTED:
             break
     raise NoPlanError(problem.label, failures)
+
+
+def _problem(context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
+    """Return the problem of a query, of a shift with its way; raise NoPlanError if a shift has none."""
+    problem = PickProblem.of(context, scene, query, seed)
+    if query.by is None:
+        return problem
+    way = shift_corridor(problem, query.by)
+    if isinstance(way, Failures):
+        raise NoPlanError(shift_label(problem.target, query.by), way)
+    return replace(problem, shift=way)
 
 
 def _candidates(

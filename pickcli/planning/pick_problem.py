@@ -26,6 +26,26 @@ Certify = Callable[[Plan], Plan | Failures]  # returns the certified plan, or wh
 
 
 @dataclass(frozen=True)
+class Shift:
+    """A displacement of an item within its place.
+
+    Attributes:
+        x: m along x of the place's frame, into the place.
+        y: m along its y, to the left.
+        turn: rad about its z, to the left.
+    """
+
+    x: float
+    y: float
+    turn: float = 0.0
+
+    def __str__(self) -> str:
+        """Return the shift as it is written in queries: "30,-20 mm", or "30,-20 mm and 15 deg"."""
+        way = f"{1e3 * self.x:.0f},{1e3 * self.y:.0f} mm"
+        return f"{way} and {np.degrees(self.turn):.0f} deg" if self.turn != 0.0 else way
+
+
+@dataclass(frozen=True)
 class PickQuery:
     """A requested pick.
 
@@ -35,6 +55,7 @@ class PickQuery:
         into: Place that the item is brought to.
         exclude: Grasps that failed before, or kinds of them.
         neighbours: How motions inside the place treat other items.
+        by: Shift of the item within its place, which is then ``into``, too; None to take it out.
     """
 
     out_of: str
@@ -42,6 +63,26 @@ class PickQuery:
     into: str = TOTE
     exclude: tuple[Grasp | GraspKind, ...] = ()
     neighbours: Neighbours = Neighbours.AVOID
+    by: Shift | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ShiftCorridor:
+    """Way of an item that is moved within its place: up, aside, and down.
+
+    Displacements have m along the axes of the entry frame, and rad about its z, then its y, then its x axis.
+
+    Attributes:
+        by: The requested shift.
+        lifted: (6,) displacement at the end of the lift, until which item and support may touch.
+        over: (6,) displacement from which the item is put down; ``lifted`` itself on a short way.
+        placed: The item at the release.
+    """
+
+    by: Shift
+    lifted: Array
+    over: Array
+    placed: PlacedItem
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +97,7 @@ class PickProblem:
         destination: Place that the target is brought to.
         neighbours: How motions inside the place treat other items.
         seed: Seed of all random choices.
+        shift: Way of the target, if it is moved within its place.
     """
 
     context: PlanningContext
@@ -65,6 +107,7 @@ class PickProblem:
     destination: Place
     neighbours: Neighbours = Neighbours.AVOID
     seed: int = 0
+    shift: ShiftCorridor | None = None
 
     @classmethod
     def of(cls, context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
@@ -104,12 +147,14 @@ class PickProblem:
         neighbours = Neighbours.AVOID if self.neighbours is Neighbours.PUSH else self.neighbours
         return replace(
             self, scene=moved, place=self.destination, target=placed, destination=self.place,
-            neighbours=neighbours,
+            neighbours=neighbours, shift=None,
         )  # fmt: skip
 
     @property
     def label(self) -> str:
-        """Name of the pick in plans and messages: "pick ITEM from PLACE", "into PLACE" if not the tote."""
+        """Name in plans and messages: "pick ITEM from PLACE", "into PLACE" if not the tote; or of a shift."""
+        if self.shift is not None:
+            return shift_label(self.target, self.shift.by)
         name = f"pick {self.target.id} from {self.place.name}"
         return name if self.destination.name == TOTE else f"{name} into {self.destination.name}"
 
@@ -163,6 +208,19 @@ class PickProblem:
     def _results(self) -> dict[Hashable, Any]:
         """Results of ``once_per_problem`` functions, by function and arguments."""
         return {}
+
+
+def shift_label(target: PlacedItem, by: Shift) -> str:
+    """Return the name of a shift in plans and messages.
+
+    Args:
+        target: The item in its place.
+        by: The shift.
+
+    Returns:
+        "shift ITEM in PLACE by X,Y mm", "and N deg" if it is turned.
+    """
+    return f"shift {target.id} in {target.location} by {by}"
 
 
 def once_per_problem(

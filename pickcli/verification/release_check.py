@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -17,6 +18,8 @@ from pickcli.verification.pile_statics import keeps_standing
 from pickcli.verification.static_solids import place_at, release_pose
 
 DROP_LIMIT = 0.3  # m from the item's bottom to the floor between walls (rules of 2016)
+SHIFT = re.compile(r"shift \S+ in \S+ by (?P<x>-?\d+),(?P<y>-?\d+) mm(?: and (?P<turn>-?\d+) deg)?")
+OFF_SHIFT, OFF_TURN = 3.0, np.radians(2.0)  # mm and rad by which a shift may end off what the query says
 SET_DOWN = 0.02  # m to the floor of any other place, on top of the item's uncertainty: it must not tumble
 
 
@@ -47,11 +50,34 @@ def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterable[Reason]
         yield Reason("released outside of every place", plan.grasp.item, "the cell has no place there")
         return
     placed = PlacedItem(plan.grasp.item, scene.item(plan.grasp.item), place.name, T)
+    yield from _as_stated(plan, scene, placed)
     if place.is_open_box:
         yield from _dropped(scene, place, placed)
         return
     yield from _off_floor(scene, place, placed)
     yield from _tumbles(scene, placed)
+
+
+def _as_stated(plan: Plan, scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
+    """Check that an item is shifted within its place as the query says; () for all other plans."""
+    found = SHIFT.fullmatch(plan.query)
+    if found is None or scene.held is not None:
+        return
+    before = scene.find(placed.id)
+    if placed.location != before.location:
+        detail = f"released in {placed.location}, taken from {before.location}"
+        yield Reason("not shifted as stated", placed.id, detail)
+        return
+    T_world_place = scene.T_world_place(scene.cell.places[placed.location])
+    start, end = (inverse(T_world_place) @ T for T in (before.T_world_item, placed.T_world_item))
+    x, y = (end - start)[:2, 3]
+    across = end[:3, :3] @ start[:3, :3].T
+    turn = np.arctan2(across[1, 0] - across[0, 1], across[0, 0] + across[1, 1])
+    stated = float(found["x"]), float(found["y"]), np.radians(float(found["turn"] or 0.0))
+    off_turn = abs(np.angle(np.exp(1j * (turn - stated[2]))))
+    if np.hypot(1e3 * x - stated[0], 1e3 * y - stated[1]) > OFF_SHIFT or off_turn > OFF_TURN:
+        detail = f"by {1e3 * x:.0f},{1e3 * y:.0f} mm and {np.degrees(turn):.0f} deg"
+        yield Reason("not shifted as stated", placed.id, detail)
 
 
 def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:

@@ -120,12 +120,13 @@ def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _query(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """Check that the query of a pick, which messages repeat, names the item and place of the motion."""
+    """Check that the query of a pick or shift, which messages repeat, names the motion's item and place."""
     words = plan.query.split(" ")
-    if plan.grasp is None or words[::2][:2] != ["pick", "from"] or scene.held is not None:
+    verbs = words[::2][:2]
+    if plan.grasp is None or verbs not in (["pick", "from"], ["shift", "in"]) or scene.held is not None:
         return
     placed = next((placed for placed in scene.items if placed.id == plan.grasp.item), None)
-    if placed is not None and words[1:4] != [placed.id, "from", placed.location]:
+    if placed is not None and words[1:4] != [placed.id, verbs[1], placed.location]:
         motion = f"the motion picks {placed.id} from {placed.location}"
         yield Reason("wrong query", "query", f"{plan.query!r}, but {motion}")
 

@@ -28,6 +28,7 @@ RANDOM = {
     "make-order",
     "make-scene",
     "plan-pick",
+    "plan-shift",
     "plan-stow",
     "plan-move",
     "execute",

@@ -7,4 +7,5 @@
 - Coarse motions: `grasp_transit` to the grasp, and `transfer` with the item to its placement, by ways of
   `item_transfer`.
 - Release, in `placement`: at `drop_placements` from above, else by `set_down` at `floor_placements`.
+- Shifts within a place: `shift_corridor` for the item as a free flyer, `shift_end` for the release.
 """

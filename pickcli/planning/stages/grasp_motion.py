@@ -69,6 +69,28 @@ def plan_grasp_motion(
     return failures
 
 
+def plan_motion_down(back: PickProblem, ways: ToolLines, T_over: Array, q: Array) -> GraspMotion | Failures:
+    """Follow the straight line on which a held item is put down, and the way of the empty tool from there.
+
+    Args:
+        back: The pick of the item from where it is put down.
+        ways: Tool motions of that pick, planned without the arm.
+        T_over: (4, 4) pose of the tool in the world at the start of the line.
+        q: (n,) configuration there.
+
+    Returns:
+        The motion that picks the item up again, to be reversed; or every reason for failure.
+    """
+    lines = _Lines.of(back, ways, back.context.cell.robot.tool.contact_speed)
+    down = lines.down(T_over, q)
+    if isinstance(down, Failures):
+        return down
+    inward = _first(ways.inward, lines.inward, down.end)
+    if isinstance(inward, Failures):
+        return inward
+    return GraspMotion(ways.grasp, lines.attached, inward, (down.backwards(SegmentKind.LIFT),))
+
+
 def _seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
     """Return configurations in front of the place, the first also moved along the rails, and random ones."""
     arm, fronts = problem.context.arm, problem.context.configurations_at(problem.place)
@@ -158,6 +180,8 @@ class _Lines:
         freeing = self._followed((first,), q_contact)
         if isinstance(freeing, Failures):
             return freeing
+        if not poses.retreat and np.array_equal(poses.lift, poses.first_stretch):  # it is put down from here
+            return freeing
         q, carrying = freeing[-1].end, self.checker(modes.carrying)
         if not carrying.is_valid(q):
             return _invalid(carrying, q, f"{self.where}, lift")
@@ -168,6 +192,12 @@ class _Lines:
         )
         rest = self._followed((lift, *lines), q)
         return rest if isinstance(rest, Failures) else (*freeing, *rest)
+
+    def down(self, T_over: Array, q: Array) -> MotionSegment | Failures:
+        """Follow the line from a pose (4, 4) of the tool, with q (n,) there, to the end of the item."""
+        line = _Line(SegmentKind.PLACE, self.modes.lifting, T_over, self.contact, self.settings.lift_speed)
+        found = self._followed((line,), q)
+        return found if isinstance(found, Failures) else found[0]
 
     def _followed(self, lines: Iterable[_Line], q: Array) -> tuple[MotionSegment, ...] | Failures:
         """Follow lines one after the other, from a configuration (n,) at the start of the first."""

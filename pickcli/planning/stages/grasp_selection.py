@@ -18,6 +18,7 @@ from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.shift_end import plan_end_of_shift, shift_transforms
 from pickcli.planning.stages.target_check import check_target
 from pickcli.planning.stages.tool_clearance import tool_lines, with_tool_clearance
 from pickcli.seeds import derived_rng
@@ -68,6 +69,8 @@ def _candidates(
 
 def _ways_out(problem: PickProblem, corridors: CorridorSet) -> tuple[Array, ...] | Failures:
     """Return the ways out for the target as a free flyer, or the reasons against picking it at all."""
+    if problem.shift is not None:  # already checked
+        return (shift_transforms(problem),)
     if (against := check_target(problem)).reasons:
         return against
     return extraction_of(problem).transforms(corridors)
@@ -96,6 +99,9 @@ def _tried(
             failures += tool
             continue
         result = plan_grasp_motion(problem, tool, speed, rng)
+        if problem.shift is not None and not isinstance(result, Failures):
+            end = plan_end_of_shift(problem, result)
+            result = end if isinstance(end, Failures) else result
         if isinstance(result, Failures):
             failures += result
             n_unfollowed += 1

@@ -63,7 +63,7 @@ def plan_set_downs(
         if isinstance(picked, Failures):
             failures += picked
             continue
-        found.append(_set_down(back, picked, NEXT_COST * k))
+        found.append(set_down(back, picked, NEXT_COST * k))
         if len(found) >= N_MOTIONS:
             break
     return tuple(found) or failures
@@ -134,8 +134,17 @@ def _too_close(back: PickProblem, names: frozenset[str], where: str) -> Failures
     )
 
 
-def _set_down(back: PickProblem, picked: GraspMotion, cost: float) -> PlaceMotion:
-    """Reverse the segments of a pick from the placement."""
+def set_down(back: PickProblem, picked: GraspMotion, cost: float) -> PlaceMotion:
+    """Reverse the segments of a pick from a placement.
+
+    Args:
+        back: The pick of the item from there.
+        picked: Its motion inside the place.
+        cost: s, penalty of the placement.
+
+    Returns:
+        The motion that sets the item down there.
+    """
     kinds = {SegmentKind.RETREAT: SegmentKind.INSERT, SegmentKind.LIFT: SegmentKind.PLACE}
     inward = tuple(segment.backwards(kinds[segment.kind]) for segment in reversed(picked.outward))
     off, *rest = (segment.backwards(SegmentKind.DEPART) for segment in reversed(picked.inward))

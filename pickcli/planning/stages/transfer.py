@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pickcli.errors import Failures
-from pickcli.planning.pick_motion import GraspTransit, PickMotion
+from pickcli.planning.pick_motion import GraspTransit, PickMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.item_transfer import plan_direct_transfer, plan_transfer_with_tool_change
 from pickcli.planning.stages.placement import placing_states, plan_placement
+from pickcli.planning.stages.shift_end import plan_end_of_shift
 
 
 def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | Failures:
@@ -20,6 +21,9 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
         All segments of the pick, or every reason for failure.
     """
     taking, failures = reached.taking, Failures()
+    if problem.shift is not None:
+        end = plan_end_of_shift(problem, taking)
+        return end if isinstance(end, Failures) else PickMotion(reached.transit, taking, Transfer((), end))
     for tool_state in placing_states(problem, taking):
         placements = plan_placement(problem, taking, tool_state)
         if isinstance(placements, Failures):
