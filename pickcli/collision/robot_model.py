@@ -93,8 +93,27 @@ class CollisionModel:
 
     @property
     def held_tested_frames(self) -> NDArray[np.int32]:
-        """Frames that the held item must keep clear of: all except those rigid with it or with the base."""
-        return np.array([k for k, b in enumerate(self.bodies) if 0 < b < self.bodies[-1]], dtype=np.int32)
+        """Frames that the held item must keep clear of.
+
+        All except those that are rigid with the base, the links that hold it, and the links of the chain
+        that are rigid with those. A side branch that is rigid with them, such as a second tool on the flange,
+        is not excepted.
+        """
+        holding = {*self._chain, *self.tool_frames}
+        last = self.bodies[-1]
+        return np.array(
+            [k for k, b in enumerate(self.bodies) if b > 0 and (b < last or k not in holding)], dtype=np.int32
+        )
+
+    @property
+    def _chain(self) -> frozenset[int]:
+        """Frames from the base to the tool, without side branches."""
+        parents = {joint.child: joint.parent for joint in self.robot.joints}
+        link, found = self.frame_names[-1], set[str]()
+        while link in parents:
+            found.add(link)
+            link = parents[link]
+        return frozenset(k for k, name in enumerate(self.frame_names) if name in found)
 
     def state(self, tool_state: ToolState) -> KernelRobot:
         """Return the robot's arrays in one tool state, built at the first call.
