@@ -4,6 +4,9 @@ Rays along the cup's axis, one in the middle and eight on the rim, measure how f
 pressed in, by items, shelf or floor alike; each carries its share of the spring force. So the force is even
 on a perpendicular face, and one-sided at an edge. Beyond the stroke the folds are in contact, and only
 rubber, lance and arm comply; farther in, the cup's collision shape in the engine takes over.
+
+A body that meets the lip from its side does not compress it, but bends it aside, with a force that is small
+compared to that of the collision shape that follows.
 """
 
 from __future__ import annotations
@@ -17,6 +20,10 @@ from pickcli.geometry import Array, length
 from pickcli.simulation.engine import ContactPoint, Engine
 
 N_RIM = 8
+BENT_DEPTH = 1.5e-3  # m that a ray is pressed in within one step if a body comes from the side: 1.5 m/s
+STEEP = np.cos(
+    np.radians(45.0)
+)  # of the angle between axis and normal, up to which a face compresses the lip
 PROBE_BACK = 0.02  # m behind the compressed cup where rays start, so that they never start inside an item
 RELAXATION = 4e-3  # s, damping over stiffness of the rubber
 SOLID_STIFFNESS = 3e4  # N/m beyond the stroke: solid rubber, lance and arm in series (docs/simulation.md)
@@ -63,6 +70,10 @@ class Bellows:
         angles = np.arange(N_RIM) * 2 * np.pi / N_RIM
         rim = tool.cup.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         self._points = np.concatenate([np.zeros((1, 2)), rim])  # (9, 2) in the tip's x-y plane
+        self._before = np.full(
+            N_RIM + 1, -np.inf
+        )  # distances in the step before; no ray is bent in the first
+        self._bent = np.zeros(N_RIM + 1, dtype=bool)  # rays whose part of the lip is bent aside
 
     def probe(self, T_world_tip: Array, ahead: float) -> Probe:
         """Cast the rays along the cup's axis.
@@ -78,11 +89,17 @@ class Bellows:
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         middle = tip + (ahead - back) / 2 * R[:, 2]
         if self._engine.near(middle, (ahead + back) / 2 + self._tool.cup.radius) <= {self._robot}:
+            self._before, self._bent = NOTHING.distances, np.zeros(N_RIM + 1, dtype=bool)
             return NOTHING
         starts = tip + self._points @ R[:, :2].T - back * R[:, 2]
-        hits = self._engine.ray_hits(starts, starts + (back + ahead) * R[:, 2])
-        distances = [share * (back + ahead) - back if name else np.inf for name, share in hits]
-        return Probe(tuple(name for name, _ in hits), np.array(distances))
+        hits = self._engine.ray_faces(starts, starts + (back + ahead) * R[:, 2])
+        distances = np.array([share * (back + ahead) - back if name else np.inf for name, share, _ in hits])
+        is_steep = -np.array([normal for _, _, normal in hits]) @ R[:, 2] < STEEP
+        is_from_side = is_steep | ((self._before > 0.0) & (distances < -BENT_DEPTH))
+        self._bent = (self._bent | is_from_side) & (distances < 0.0)
+        self._before = distances
+        names = ("" if is_bent else hit[0] for hit, is_bent in zip(hits, self._bent, strict=True))
+        return Probe(tuple(names), np.where(self._bent, np.inf, distances))
 
     def points(self, T_world_tip: Array, probe: Probe) -> Array:
         """Compute the points at which the rays of a probe hit bodies.

@@ -162,10 +162,24 @@ class Engine(EngineBodies):
         Returns:
             Name and the fraction in [0, 1] of the ray; ("", 1.0) without a hit.
         """
+        return [(name, share) for name, share, _ in self.ray_faces(starts, ends)]
+
+    def ray_faces(self, starts: Array, ends: Array) -> list[tuple[str, float, tuple[float, float, float]]]:
+        """Find the first item or firm body on each ray, and how its surface faces there.
+
+        Args:
+            starts: (R, 3) m in the world.
+            ends: (R, 3) m in the world.
+
+        Returns:
+            Name, the fraction in [0, 1] of the ray, and the outward unit normal in the world; ("", 1.0) and
+            no direction without a hit.
+        """
         hits = p.rayTestBatch(
             starts.tolist(), ends.tolist(), collisionFilterMask=PROBED, physicsClientId=self._client
         )
-        return [(self._names.get(h[0], ""), float(h[2])) if h[0] >= 0 else ("", 1.0) for h in hits]
+        none = ("", 1.0, (0.0, 0.0, 0.0))
+        return [(self._names.get(h[0], ""), float(h[2]), h[4]) if h[0] >= 0 else none for h in hits]
 
     # Motors and forces -------------------------------------------------------------------------------
 
