@@ -14,6 +14,7 @@ from pickcli.statics.supports import Supports
 # both, it resists by at most its weight, 6 N: a third of the pull that a cup keeps in reserve as it pushes.
 HEAVIEST = 0.6
 MARGIN = 0.002  # m, besides both pose errors, by which an item beside or below another counts as over it
+REARING_RISE = 0.015  # m by which friction may lift an item that rears up beside the lifted one
 N_DIRECTIONS = 36  # horizontal ones, in which an item may be beside the lifted one
 
 
@@ -72,14 +73,39 @@ def mass_above(supports: Supports, item_id: str) -> float:
     Returns:
         kg at most.
     """
-    graph = supports.graph
-    met = [
-        name
-        for name in _above(supports, item_id)
-        if name in _lying_on(supports, item_id) or _is_over(supports, name, item_id, partly=True)
-    ]
+    graph, met = supports.graph, _met_above(supports, item_id)
     borne = set(met).union(*(_lying_on(supports, name) for name in met)) - {item_id}
     return sum(graph.items[name].item.heaviest for name in sorted(borne))
+
+
+def rearing_height(supports: Supports, item_id: str) -> float:
+    """Return how high an item may rear up that slides off a lifted one, or leans on it as it rises.
+
+    It is lifted by one side, and at worst stands on a corner.
+
+    Args:
+        supports: The support relation of the scene.
+        item_id: Id of the lifted item.
+
+    Returns:
+        m in the world; minus infinity if nothing is above the item.
+    """
+    graph, heights = supports.graph, [-np.inf]
+    for name in _met_above(supports, item_id):
+        placed, k = graph.items[name], graph.index[name]
+        bottom = float(placed.T_world_item[2, 3] - graph.solids.upright[k, 2] + graph.solids.bound[k])
+        heights.append(bottom + float(np.linalg.norm(placed.item.shape.extents)) + REARING_RISE)
+    return max(heights)
+
+
+def _met_above(supports: Supports, item_id: str) -> list[str]:
+    """Return what a lifted item takes along by one side at least: what lies on it, or partly over it."""
+    lying = _lying_on(supports, item_id)
+    return [
+        name
+        for name in _above(supports, item_id)
+        if name in lying or _is_over(supports, name, item_id, partly=True)
+    ]
 
 
 def _lying_on(supports: Supports, item_id: str) -> frozenset[str]:

@@ -59,8 +59,8 @@ def check_push(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
     Returns:
         The faults; () for a plan that pushes nothing.
     """
-    if not pushed_by(plan):
-        return ()
+    if not pushed_by(plan) or plan.grasp is None:
+        return ()  # without an item it topples others: ``topple_check``
     reasons = tuple(_wrong_segments(plan))
     if reasons or T_tip_item is None:
         return reasons or (Reason("pushes without an item", "plan", "nothing is held"),)
@@ -77,6 +77,7 @@ def check_push(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
         *heap.carried_along(pushed_by(plan)),
         *_too_fast(plan, scene),
         *_descending(plan, scene, T_tip_item),
+        *_among_reared(plan, scene, T_tip_item, heap.reared_to(pushed_by(plan))),
         *_without_reserve(plan, scene, T_tip_item, heap.mass_on_it(pushed_by(plan))),
     )
 
@@ -167,14 +168,32 @@ class PushedHeap:
         Returns:
             kg at most.
         """
+        met = self._met(pushed)
+        borne = met.union(*(lying_on(self.scene, name) for name in met)) - {self.taken.id}
+        return float(sum(self.scene.find(name).item.heaviest for name in sorted(borne)))
+
+    def reared_to(self, pushed: frozenset[str]) -> float:
+        """Return how high the items may stand that are lifted by one side as they slide off.
+
+        Args:
+            pushed: Ids of the pushed items.
+
+        Returns:
+            m in the world: from the lowest point of each over its diagonal; minus infinity without any.
+        """
+        met = [self.scene.find(name) for name in sorted(self._met(pushed))]
+        lowest = [float(p.T_world_item[2, 3] - p.item.shape.reach(p.T_world_item[:3, :3])[2]) for p in met]
+        diagonals = (float(np.linalg.norm(placed.item.shape.extents)) for placed in met)
+        return max((low + long for low, long in zip(lowest, diagonals, strict=True)), default=-np.inf)
+
+    def _met(self, pushed: frozenset[str]) -> set[str]:
+        """Return what lies on the taken item, or is higher and partly over it."""
         lying = lying_on(self.scene, self.taken.id)
-        met = {
+        return {
             name
             for name in self._higher(pushed)
             if name in lying or self._is_over(self.scene.find(name), partly=True)
         }
-        borne = met.union(*(lying_on(self.scene, name) for name in met)) - {self.taken.id}
-        return float(sum(self.scene.find(name).item.heaviest for name in sorted(borne)))
 
     def _higher(self, pushed: frozenset[str]) -> frozenset[str]:
         """Return what lies on the taken item, and the pushed items whose centre is higher."""
@@ -223,6 +242,26 @@ def _descending(plan: Plan, scene: Scene, T_tip_item: Array) -> Iterator[Reason]
             if descent > MOST_DESCENT:
                 where = f"segment {k} ({segment.kind})"
                 yield Reason("pushes downwards", where, f"the item comes down by {1e3 * descent:.1f} mm")
+
+
+def _among_reared(plan: Plan, scene: Scene, T_tip_item: Array, height: float) -> Iterator[Reason]:
+    """Yield a fault if the held item, as it pushes no longer, is lower than what may stand beside it.
+
+    height: m in the world, which nothing that rears up beside it exceeds
+    """
+    k = max(k for k, segment in enumerate(plan.segments) if segment.pushing)
+    segment, item = plan.segments[k], scene.item(_held(plan))
+    q = positions_at(plan.trajectory, segment.t_end)
+    T = tip_poses(scene.cell.robot, link_poses(scene.cell.robot, q), segment.tool_state)[0] @ T_tip_item
+    lowest = float(T[2, 3] - item.shape.reach(T[:3, :3])[2])
+    if lowest < height:
+        detail = f"the item is {1e3 * (height - lowest):.0f} mm lower than what it pushed may stand up"
+        yield Reason("pushes no longer", f"segment {k} ({segment.kind})", detail)
+
+
+def _held(plan: Plan) -> str:
+    assert plan.grasp is not None
+    return plan.grasp.item
 
 
 def _without_reserve(plan: Plan, scene: Scene, T_tip_item: Array, on_it: float) -> Iterator[Reason]:

@@ -9,7 +9,8 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import NoPlanError
-from pickcli.geometry import pose
+from pickcli.geometry import inverse, pose
+from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import plan_to_dict
 from pickcli.motion.segment import SegmentKind
@@ -21,9 +22,9 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.world import World
-from pickcli.statics.pushing import HEAVIEST, MARGIN, mass_above, pushable, riders
+from pickcli.statics.pushing import HEAVIEST, MARGIN, mass_above, pushable, rearing_height, riders
 from pickcli.statics.supports import supports_of
-from pickcli.verification.verify import certify
+from pickcli.verification.verify import certify, verify
 from support.heaps import BOOK, BOX, OTHER, bridge, in_tote
 
 OUTWARDS = (SegmentKind.LIFT, SegmentKind.RETREAT)
@@ -147,3 +148,33 @@ def test_a_plan_is_the_same_if_there_is_nothing_to_push(
         for way in (Neighbours.AVOID, Neighbours.PUSH)
     ]
     assert plans[0] == plans[1]
+
+
+def test_the_retreat_ends_above_what_may_rear_up_beside_the_target(heap: Scene, pushing: Plan) -> None:
+    """The book, lifted by one side, could stand on a corner when the item is gone."""
+    book = heap.find(BOOK)
+    bottom = float(book.T_world_item[2, 3] - book.item.shape.extents[2] / 2)
+    top = bottom + float(np.linalg.norm(book.item.shape.extents))
+    supports = supports_of(heap)
+    assert top < rearing_height(supports, BOX) < top + 0.03
+    assert rearing_height(supports, BOOK) == -np.inf  # nothing lies on the book
+    retreat = max(k for k, s in enumerate(pushing.segments) if s.kind is SegmentKind.RETREAT)
+    assert lowest_held(pushing, heap, pushing.segments[retreat].t_end) > top
+
+
+def test_a_retreat_that_ends_lower_is_refused(
+    context: PlanningContext, heap: Scene, home: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(PickProblem, "above_reared", -np.inf)
+    low = plan_pick(context, heap, PUSH, home)
+    found = [str(reason) for reason in verify(low, heap).reasons]
+    assert len(found) == 1 and "lower than what it pushed may stand up" in found[0]
+
+
+def lowest_held(plan: Plan, scene: Scene, t: float) -> float:
+    """Height in m of the lowest point of the held item at a time."""
+    robot = scene.cell.robot
+    held = next(s for s in plan.segments if s.t_start <= t <= s.t_end and s.held is not None)
+    assert plan.grasp is not None
+    T = Arm(robot).tip(plan.trajectory.sample(t)[0], held.tool_state) @ inverse(plan.grasp.T_item_tip)
+    return float(T[2, 3] - scene.item(plan.grasp.item).shape.reach(T[:3, :3])[2])

@@ -5,11 +5,13 @@ They are found for the item as a free flyer, so that a buried item fails before 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, partial
 
-from pickcli.cartesian.corridor import Corridor, corridor_transforms, corridors
+import numpy as np
+
+from pickcli.cartesian.corridor import RETREAT_DISTANCE, Corridor, corridor_transforms, corridors
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
 from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
@@ -42,6 +44,7 @@ class Extraction:
         carrying: Checker of the item after that, when it may touch nothing.
         first_stretch: m, length of the first stretch.
         seed: Seed of planned ways.
+        further: m by which ways out of an open box lead on upwards, over items that rear up beside it.
     """
 
     place: Place
@@ -52,6 +55,7 @@ class Extraction:
     carrying: FreeItemChecker
     first_stretch: float
     seed: int
+    further: float = 0.0
 
     @cached_property
     def corridors(self) -> tuple[Corridor, ...] | Failures:
@@ -83,7 +87,7 @@ class Extraction:
         return tuple(corridor_transforms(way, self.T_world_entry, centre) for way in ways)
 
     def _simple(self, n_most: int) -> tuple[Corridor, ...] | Failures:
-        return corridors(
+        found = corridors(
             self.place,
             self.T_entry_item,
             self.shape,
@@ -92,6 +96,15 @@ class Extraction:
             self.first_stretch,
             n_most,
         )
+        if isinstance(found, Failures) or self.further == 0.0:
+            return found
+        return tuple(
+            replace(way, retreat=(*way.retreat[:-1], self._led_on(way.retreat[-1]))) for way in found
+        )
+
+    def _led_on(self, end: Array) -> Array:
+        """Return a displacement (6,) that ends further outside; nothing but the arm is met up there."""
+        return np.asarray(end - np.array([self.further, *np.zeros(5)]))
 
     @cached_property
     def _planned(self) -> tuple[Corridor, ...]:
@@ -126,4 +139,5 @@ def extraction_of(problem: PickProblem) -> Extraction:
         carrying=checker(contacts.while_carrying()),
         first_stretch=problem.context.settings.first_stretch,
         seed=derived_seed(problem.seed, "exit", problem.target.id),
+        further=max(0.0, problem.above_reared - RETREAT_DISTANCE),
     )
