@@ -5,7 +5,8 @@ perceived pose, without the pose error, and shifted away by the depth that expla
 uncertain poses already overlap, or as far as the bellows give way along the cup's axis. A solid that the
 shifted one clears is entered no deeper than that. A solid without a shift may be touched at any depth;
 everything that is not named keeps the cell's clearance. Items that a held item may push aside are not tested
-against it at all; cup and arm keep clear of them where they are perceived.
+against it at all; cup and arm keep clear of them where they are perceived. An empty tool pushes with its cup,
+and only the arm keeps clear of them.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class AllowedContacts:
         tool: Solids that the cup or the fingers may touch: body or item by name, and how far it is shifted
             away; None if it may be touched at any depth.
         absent: Ids of items that are not in the world: the held one, and those that a planner ignores.
-        pushed: Ids of items that the held item may push aside.
+        pushed: Ids of items that the held item may push aside; if there is none, the cup.
         opening_pairs: Pairs (link of the robot or "held <item>", body or item) that are not tested, because a
             recovery motion only has to separate them.
     """
@@ -96,13 +97,16 @@ class AllowedContacts:
         """The contacts of the tool, without those of the held item."""
         return replace(self, item=())
 
-    def ignored_frames(self, world: CollisionWorld, tool: tuple[int, ...], item: int) -> NDArray[np.uint64]:
+    def ignored_frames(
+        self, world: CollisionWorld, tool: tuple[int, ...], item: int, is_empty: bool = False
+    ) -> NDArray[np.uint64]:
         """Return the frames that keep no clearance from each solid.
 
         Args:
             world: Solids of the scene.
             tool: Frames of the tool that may touch: that of the cup, or those of the fingers.
             item: Frame of the held item.
+            is_empty: Whether the tool pushes by itself, because it holds nothing.
 
         Returns:
             (B,) frames as bits, per solid of the world.
@@ -111,8 +115,9 @@ class AllowedContacts:
             UnknownNameError: If the scene has no solid with one of the names.
         """
         bits = np.zeros(len(world.names), np.uint64)
-        touched = (*(name for name, _ in self.item), *sorted(self.pushed))
-        for frames, names in ((tool, tuple(name for name, _ in self.tool)), ((item,), touched)):
+        touched = tuple(name for name, _ in self.item)
+        met, pushing = tuple(name for name, _ in self.tool), tool if is_empty else (item,)
+        for frames, names in ((tool, met), ((item,), touched), (pushing, tuple(sorted(self.pushed)))):
             bits[world.indices(names)] |= np.uint64(sum(1 << f for f in set(frames)))
         return bits
 

@@ -62,7 +62,9 @@ class SceneChecker(KernelValidator):
     def _clear_of(self, world: CollisionWorld, contacts: AllowedContacts) -> KernelWorld:
         """Return the whole robot with all solids except those that it may touch."""
         item = self._cup + 1
-        ignored_frames = world.ignored_frames | contacts.ignored_frames(world, self._model.tool_frames, item)
+        ignored_frames = world.ignored_frames | contacts.ignored_frames(
+            world, self._model.tool_frames, item, is_empty=self.held is None
+        )
         for part, name in contacts.opening_pairs:
             frame = item if part.startswith("held ") else self._model.frame_names.index(part)
             ignored_frames[world.indices([name])] |= np.uint64(1 << frame)

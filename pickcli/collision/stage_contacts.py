@@ -80,6 +80,18 @@ def while_coming_free(
     return AllowedContacts(free.item, free.tool, opening_pairs=opening_pairs)
 
 
+def while_toppling(pushed: frozenset[str]) -> AllowedContacts:
+    """Return the contacts of the empty tool that pushes an item over, and of its way back from there.
+
+    Args:
+        pushed: Ids of the item and of all that lies on it, which may be anywhere in the box afterwards.
+
+    Returns:
+        The contacts.
+    """
+    return AllowedContacts(pushed=pushed)
+
+
 def while_in_segment(
     touching: Iterable[str],
     absent: frozenset[str],
@@ -92,7 +104,7 @@ def while_in_segment(
         touching: Names that tool and held item may touch, at any depth.
         absent: Ids of items that are absent.
         left_out: Pairs of a part of the robot and a solid that are not tested.
-        pushed: Ids of items that the held item may push aside.
+        pushed: Ids of items that the held item, or the empty tool, may push aside.
 
     Returns:
         The contacts.

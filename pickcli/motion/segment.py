@@ -26,6 +26,7 @@ class SegmentKind(StrEnum):
     TRANSFER = "transfer"  # coarse, item held
     INSERT = "insert"  # straight into a bin, item held
     PLACE = "place"  # straight down into the tote, or onto the floor of a bin
+    PUSH = "push"  # straight and level, empty: against the upper part of an item, which turns over
     DEPART = "depart"  # straight away, empty: from a released item, or from solids that the cup touches
 
 
@@ -101,8 +102,8 @@ class Segment:
         touching: Names that the tool or the held item may touch here (target, its support, neighbours in the
             first stated distance of the lift, or the last before a release in a bin); everything else keeps
             the cell's clearance.
-        pushing: Ids of items that the held item may push aside here, out of an open box; they may be
-            anywhere in the box afterwards.
+        pushing: Ids of items in an open box that the held item, or without one the tool's contact link, may
+            push here; they may be anywhere in the box afterwards.
     """
 
     kind: SegmentKind

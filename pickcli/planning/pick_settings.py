@@ -27,7 +27,9 @@ class PickSettings:
         preapproach_speed: m/s of the tool from the pre-approach into the bin.
         lift_speed: m/s of the tool on the lift.
         retreat_speed: m/s of the tool on the retreat.
-        push_speed: m/s of the tool on lift and retreat where the item may push others aside.
+        push_speed: m/s of the tool on lift and retreat where the item may push others aside, and where the
+            empty tool topples an item.
+        push_rest: s at rest at the end of a push that topples an item, in which it falls.
         drop_speed: m/s of the tool on the last line to where the item is dropped.
         release_time: s at rest at the release, while the cup is vented. Not longer: an item that lands on an
             edge turns over, and its other end rises.
@@ -47,6 +49,7 @@ class PickSettings:
     lift_speed: float = 0.25
     retreat_speed: float = 0.6
     push_speed: float = 0.095
+    push_rest: float = 0.2
     drop_speed: float = 0.5
     release_time: float = 0.06
     load_ratio: float = 0.8

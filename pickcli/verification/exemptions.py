@@ -28,7 +28,8 @@ class Exemptions:
         pinched: Id of the item that fingers close on or open from here, "" if none.
         neighbours: Pairs of links connected by a joint, directly or through links without a shape.
         allowed: The cell's allowed pairs, each with a reason in the cell file.
-        pushed: Ids of items that the held one may push aside here.
+        pushed: Ids of items that the held one may push aside here, or the empty cup.
+        is_empty: Whether nothing is held.
     """
 
     touching: frozenset[str]
@@ -36,6 +37,7 @@ class Exemptions:
     neighbours: frozenset[frozenset[str]]
     allowed: frozenset[frozenset[str]]
     pushed: frozenset[str] = frozenset()
+    is_empty: bool = False
 
     def is_world_pair_untested(self, part: Part, name: str) -> bool:
         """Whether a part may touch a body or item of the world.
@@ -49,7 +51,7 @@ class Exemptions:
         """
         if part.is_finger:
             return name == self.pinched
-        if part.is_held and name in self.pushed:
+        if name in self.pushed and (part.is_cup if self.is_empty else part.is_held):
             return True
         if part.is_cup or part.is_held:
             return name in self.touching
@@ -95,7 +97,7 @@ def exemptions(
     return tuple(
         Exemptions(
             _touching(plan, scene, states, moving, world, k), pinched(plan, k), neighbours, allowed,
-            frozenset(segment.pushing),
+            frozenset(segment.pushing), segment.held is None,
         )
         for k, segment in enumerate(plan.segments)
     )  # fmt: skip

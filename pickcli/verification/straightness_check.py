@@ -25,6 +25,7 @@ STRAIGHT = (
     SegmentKind.RETREAT,
     SegmentKind.INSERT,
     SegmentKind.PLACE,
+    SegmentKind.PUSH,
     SegmentKind.DEPART,
 )
 OFF_LINE = 0.002  # m

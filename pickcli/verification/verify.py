@@ -36,6 +36,7 @@ from pickcli.verification.structure_check import check_structure
 from pickcli.verification.support_check import check_support
 from pickcli.verification.tipping_check import check_tipping
 from pickcli.verification.tool_speed import check_tool_speed
+from pickcli.verification.topple_check import check_topple, is_toppling
 from pickcli.verification.verdict import Verdict
 
 MOTION_CHECKS = (
@@ -54,6 +55,9 @@ ITEM_CHECKS = (  # of a plan that takes or carries an item
 )
 PUSH_CHECKS = (
     "pushing: only light items in an open box, slowly, outwards, nothing carried along, load in reserve",
+)
+TOPPLE_CHECKS = (
+    "toppling: an empty cup, slowly and not downwards, against light items that cannot leave their open box",
 )
 RECOVERY_CHECKS = (
     "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",
@@ -109,6 +113,7 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
         *check_touch(plan, scene, states, moving, world, exempt),
         *check_support(plan, scene),
         *check_push(plan, scene, T_tip_item),
+        *check_topple(plan, scene),
         *check_tipping(plan, scene),
         *check_lines(plan, scene.cell.robot, states),
         *check_tool_speed(plan, scene.cell),
@@ -140,7 +145,8 @@ def _certificate(
         checks=(
             *MOTION_CHECKS,
             *(ITEM_CHECKS if plan.grasp is not None else ()),
-            *(PUSH_CHECKS if pushed_by(plan) else ()),
+            *(PUSH_CHECKS if pushed_by(plan) and not is_toppling(plan) else ()),
+            *(TOPPLE_CHECKS if is_toppling(plan) else ()),
             *(RECOVERY_CHECKS if plan.recovery is not None else ()),
         ),
     )

@@ -51,6 +51,9 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "plan-stow": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
     },
+    "plan-topple": {
+        "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
+    },
     "explain-stow": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "verify": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "stopped_path": PLAN,

@@ -30,6 +30,7 @@ RANDOM = {
     "plan-pick",
     "plan-shift",
     "plan-stow",
+    "plan-topple",
     "plan-move",
     "execute",
     "run-trial",

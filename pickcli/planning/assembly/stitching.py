@@ -96,13 +96,35 @@ def stitch_run(
     Returns:
         The plan, uncertified; or every reason, if start and goal coincide or a proof fails.
     """
-    segments = _moving(context, segments)
-    if not segments:
+    return stitch_runs(context, scene, [segments], label, seed)
+
+
+def stitch_runs(
+    context: PlanningContext, scene: Scene, runs: Sequence[Sequence[MotionSegment]], label: str, seed: int,
+    rest: float = 0.0,
+) -> Plan | Failures:  # fmt: skip
+    """Time and prove runs of the empty tool, one after the other, as a plan without events.
+
+    Args:
+        context: The cell with the models that time and prove the runs.
+        scene: The planning scene.
+        runs: Segments of each run, from rest to rest.
+        label: Name of the plan.
+        seed: Seed recorded in the plan.
+        rest: s at rest between two runs.
+
+    Returns:
+        The plan, uncertified; or every reason, if start and goal coincide or a proof fails.
+    """
+    parts: list[PlanPart] = []
+    for segments in filter(None, (_moving(context, run) for run in runs)):
+        run = proven_run(context, scene, segments)
+        if isinstance(run, Failures):
+            return run
+        parts.append(PlanPart(segments, run, rest))
+    if not parts:
         return Failures.of(Reason("nothing to do", "", "start and goal are the same"))
-    run = proven_run(context, scene, segments)
-    if isinstance(run, Failures):
-        return run
-    trajectory, timed = _joined([PlanPart(segments, run)])
+    trajectory, timed = _joined(parts)
     cell = context.cell
     return Plan(
         label, cell.fingerprint, scene_hash(scene), seed, timed, trajectory, (),

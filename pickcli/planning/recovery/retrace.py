@@ -34,6 +34,7 @@ _BACKWARDS = {
     SegmentKind.PREAPPROACH: SegmentKind.RETREAT,
     SegmentKind.APPROACH: SegmentKind.RETREAT,
     SegmentKind.CONTACT: SegmentKind.DEPART,
+    SegmentKind.PUSH: SegmentKind.RETREAT,
     SegmentKind.LIFT: SegmentKind.RETREAT,
     SegmentKind.TRANSFER: SegmentKind.TRANSIT,
     SegmentKind.INSERT: SegmentKind.RETREAT,

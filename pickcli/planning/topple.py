@@ -1,0 +1,304 @@
+"""``plan_topple``: turn an item that stands on edge in an open box over, with a push of the empty tool.
+
+The tool comes straight down beside the item, pushes its upper part until the item falls by itself, and leaves
+straight up. What is pushed may be anywhere in the box afterwards: take another look before the next plan.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from pickcli.cartesian.line import shifted
+from pickcli.cartesian.line_following import follow_line
+from pickcli.cell.place import Place
+from pickcli.cell.tool import MOVING, ToolState
+from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.collision.stage_contacts import while_toppling
+from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
+from pickcli.geometry import Array, pose
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind, SegmentLimits
+from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.assembly.stitching import stitch_runs
+from pickcli.planning.coarse_motion import plan_coarse
+from pickcli.planning.pick_problem import Certify
+from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
+from pickcli.planning.start_state import Start
+from pickcli.roadmap.query_experience import ExperienceRecorder
+from pickcli.scene.scene import Scene
+from pickcli.seeds import derived_seed
+from pickcli.statics.supports import supports_of
+from pickcli.statics.toppling import Topple, loaded_on, topples
+
+BENDS = 0.004  # m of the cup, besides the stroke of its bellows, that bends aside at the item
+BESIDE = 0.003  # m between tip and item before the push, besides clearance and errors: spheres cover the cup
+LEAST_BELOW_TOP = 0.002  # m that are left of it as the push rises
+RISING_TILTS = np.radians((20.0, 16.0, 12.0, 8.0, 4.0, 0.0))  # rad, tilts up to which the push rises
+ABOVE_RIM = 0.06  # m from the rim up to the tip, at the start of the way in
+ASIDE = (0.0, 0.2, -0.2)  # shares of the item's width by which the tip is off its middle
+N_TURNS, N_SEEDS = 8, 12  # turns of the tool about the vertical; seeds of inverse kinematics
+_DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
+
+
+@dataclass(frozen=True)
+class TopplingQuery:
+    """An item that is to be toppled.
+
+    Attributes:
+        out_of: The open box in which it stands.
+        item: Its instance id or name.
+    """
+
+    out_of: str
+    item: str
+
+
+@dataclass(frozen=True, eq=False)
+class _PushPoses:
+    """Poses (4, 4) of the tool in the world: in, at the item, at the ends of both lines, and out again."""
+
+    above: Array
+    beside: Array
+    risen: Array
+    end: Array
+    out: Array
+
+
+def plan_topple(
+    context: PlanningContext,
+    scene: Scene,
+    query: TopplingQuery,
+    start: Start,
+    seed: int = 0,
+    recorder: ExperienceRecorder | None = None,
+    certify: Certify | None = None,
+) -> Plan:
+    """Plan one push that topples an item so that a face that seals comes to lie on top.
+
+    Args:
+        context: The cell, its models and its precomputed files.
+        scene: Poses as perceived; their noise bounds inflate the shapes.
+        query: The item.
+        start: Configuration and tool state in which the robot is at rest.
+        seed: Seed of all random choices.
+        recorder: Records experience of coarse queries; None discards it.
+        certify: Returns the plan with its certificate, or the reasons for its rejection; None leaves plans
+            uncertified.
+
+    Returns:
+        The plan; it ends above the box.
+
+    Raises:
+        UnknownNameError: If the place or the item does not exist.
+        NoPlanError: If no push topples the item, or none can be carried out; with every reason.
+    """
+    began = time.perf_counter()
+    if query.out_of not in scene.cell.places:
+        raise UnknownNameError("place", query.out_of, list(scene.cell.places))
+    place, item = scene.cell.places[query.out_of], scene.find(query.item, query.out_of).id
+    label = f"topple {item} in {place.name}"
+    tool = context.cell.robot.tool
+    state = None if tool.grip.takes_widths else tool.state_with_lance(np.array([0.0, 0.0, 1.0]))
+    if state is None:
+        why = f"only a cup in line with its lance pushes, not a {tool.grip.kind}"
+        raise NoPlanError(label, [Reason("cannot be toppled", item, why)])
+    standing = context.checker_for(scene, Mode(start.tool_state))
+    if not standing.is_valid(start.q):
+        raise NoPlanError(label, [standing.explain(start.q).at("start")])
+    pushes = topples(supports_of(scene), item)
+    if isinstance(pushes, Reason):
+        raise NoPlanError(label, [pushes])
+    failures = Failures()
+    for push in pushes:
+        planner = _PushPlanner(context, scene, place, push, state, seed)
+        plan = planner.plan(label, start, recorder or ExperienceRecorder())
+        if isinstance(plan, Plan):
+            plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))
+            certified = plan if certify is None else certify(plan)
+            if not isinstance(certified, Failures):
+                return certified
+            plan = certified
+        failures += plan
+    raise NoPlanError(label, failures)
+
+
+@dataclass(frozen=True, eq=False)
+class _PushPlanner:
+    """Plans the motion of one push.
+
+    Attributes:
+        context: The cell, its models and its precomputed files.
+        scene: The planning scene.
+        place: The box.
+        push: The push.
+        state: State of the tool while it pushes.
+        seed: Seed of all random choices.
+    """
+
+    context: PlanningContext
+    scene: Scene
+    place: Place
+    push: Topple
+    state: ToolState
+    seed: int
+
+    def plan(self, label: str, start: Start, recorder: ExperienceRecorder) -> Plan | Failures:
+        """Return the fastest of the first few motions that the arm can follow, or why there is none."""
+        found: list[tuple[MotionSegment, ...]] = []
+        failures = Failures()
+        for poses in self._poses():
+            lines = self._lines(poses)
+            if isinstance(lines, Failures):
+                failures += lines
+                continue
+            found.append(lines)
+            if len(found) == self.context.settings.wanted:
+                break
+        if not found:
+            return failures or Failures.of(Reason("no push", self.where, "it slips off below the tool"))
+        return self._reached(found, label, start, recorder)
+
+    @property
+    def where(self) -> str:
+        """Name of the push in reasons."""
+        return f"push on face {self.push.face}"
+
+    @property
+    def pushed(self) -> frozenset[str]:
+        """Ids of the item and of all that lies on it."""
+        return frozenset({self.push.item, *loaded_on(supports_of(self.scene), self.push.item)})
+
+    def _poses(self) -> Iterator[_PushPoses]:
+        """Yield poses of the tool, the push through the middle of the item first."""
+        push, grip = self.push, self.context.cell.robot.tool.grip
+        pushed_at = push.highest
+        height = pushed_at - grip.gives_way - BENDS
+        begin = push.near_side(height) - grip.tip_radius - self.context.cell.clearance - push.bound - BESIDE
+        rising, level = self._ways(pushed_at, begin + grip.tip_radius)
+        if not np.isfinite(level).all():
+            return
+        # It rises already before it meets the item, at the height meant.
+        rise = float(rising[2]) / max(float(rising @ push.direction), 1e-9)
+        lower = rise * (push.near_side(pushed_at) - begin - grip.tip_radius)
+        across = np.cross([0.0, 0.0, 1.0], push.direction)
+        placed = self.scene.find(push.item)
+        width = float(np.abs(across @ placed.T_world_item[:3, :3]) @ placed.item.shape.extents)
+        rim = float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])
+        above = max(rim, height) + ABOVE_RIM - height + lower
+        for share, k in product(ASIDE, range(N_TURNS)):
+            turn = 2.0 * np.pi * k / N_TURNS
+            c, s = np.cos(turn), np.sin(turn)
+            R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ _DOWN
+            aside = (push.centre @ across + share * width) * across
+            beside = pose(aside + begin * push.direction + np.array([0.0, 0.0, height - lower]), R=R)
+            risen, end = (shifted(beside, way) for way in (rising, rising + level))
+            up = np.array([0.0, 0.0, above])
+            yield _PushPoses(
+                shifted(beside, up), beside, risen, end, shifted(end, up - [0.0, 0.0, rising[2]])
+            )
+
+    def _ways(self, height: float, begin: float) -> tuple[Array, Array]:
+        """Return the ways (3,) m of the push: up along the item until it tilts, then level until it falls.
+
+        The weight turns the item back most at the start. A straight line cannot follow the pushed face, which
+        rises less the more it tilts.
+
+        height: m in the world, of the pushed point. begin: m along the push, of the tool's side
+        """
+        push = self.push
+        slope = push.slope(height)
+        for tilt in RISING_TILTS:
+            rise = push.travel(height, slope, tilt) if tilt > 0.0 else 0.0
+            top = push.top(tilt) - push.bound - LEAST_BELOW_TOP
+            if height + slope * rise <= top or tilt == 0.0:
+                break
+        rising = push.near_side(height) - begin + rise if rise > 0.0 else 0.0
+        level = push.near_side(height + slope * rise, push.tilt) - begin - rising + push.bound
+        up = np.array([0.0, 0.0, slope * rising])
+        return rising * push.direction + up, level * push.direction
+
+    def _lines(self, poses: _PushPoses) -> tuple[MotionSegment, ...] | Failures:
+        """Follow the way in and the push, from the first configuration beside the item that allows it."""
+        settings, kind = self.context.settings, SegmentKind
+        solutions = self.context.arm.solve(poses.beside, self.state, self._seeds())
+        if len(solutions) == 0:
+            x, y, z = poses.beside[:3, 3]
+            at = f"tool at ({x:.3f}, {y:.3f}, {z:.3f}) m"
+            return Failures.of(Reason("no inverse-kinematics solution", self.where, at))
+        failures = Failures()
+        for q in solutions[: settings.solutions_per_grasp]:
+            down = self._followed(kind.PREAPPROACH, (poses.beside, poses.above), q, self._free)
+            rising = self._followed(kind.PUSH, (poses.beside, poses.risen), q, self._pushing)
+            if isinstance(down, Failures):
+                failures += down
+                continue
+            if isinstance(rising, Failures):
+                failures += rising
+                continue
+            level = self._followed(kind.PUSH, (poses.risen, poses.end), rising.end, self._pushing)
+            if isinstance(level, Failures):
+                failures += level
+                continue
+            up = self._followed(kind.DEPART, (poses.end, poses.out), level.end, self._pushing)
+            if not isinstance(up, Failures):
+                return down.backwards(kind.PREAPPROACH), rising, level, up
+            failures += up
+        return failures
+
+    def _followed(
+        self, kind: SegmentKind, ends: tuple[Array, Array], q: Array, mode: Mode
+    ) -> MotionSegment | Failures:
+        """Follow a line between two poses (4, 4), from the configuration (n,) at the first."""
+        settings = self.context.settings
+        speed = settings.preapproach_speed if kind is SegmentKind.PREAPPROACH else settings.push_speed
+        limits = SegmentLimits(max_tool_speed=speed)
+        if np.allclose(*ends):
+            return MotionSegment(kind, np.stack([q, q]), limits, mode=mode)
+        checker, where = self.context.checker_for(self.scene, mode), f"{self.where}, {kind}"
+        line = follow_line(self.context.arm, checker, *ends, self.state, q, where)
+        return line if isinstance(line, Failures) else MotionSegment(kind, line, limits, mode=mode)
+
+    def _reached(
+        self,
+        motions: list[tuple[MotionSegment, ...]],
+        label: str,
+        start: Start,
+        recorder: ExperienceRecorder,
+    ) -> Plan | Failures:
+        """Plan the transit to the fastest of some motions, and time all of it."""
+        context, scene = self.context, self.scene
+        mode = Mode(self.state if self.state == start.tool_state else MOVING, reserve=COARSE_RESERVE)
+        if not context.checker_for(scene, mode).is_valid(start.q):
+            mode = replace(mode, reserve=0.0)
+        goals = np.stack([motion[0].start for motion in motions])
+        extra = [sum(estimated_duration(context.space, s.waypoints) for s in motion) for motion in motions]
+        seed = derived_seed(self.seed, "transit", self.push.item, self.push.face)
+        checker = context.checker_for(scene, mode)
+        coarse = plan_coarse(context, checker, start.q, goals, extra, seed, "transit")
+        if isinstance(coarse, Failures):
+            return coarse
+        recorder.record(coarse.experience)
+        inward, *pushes, up = motions[coarse.goal]
+        transit = coarse.segment(SegmentKind.TRANSIT, replace(mode, reserve=0.0))
+        runs = ([transit, inward, *pushes], [up])
+        return stitch_runs(context, scene, runs, label, self.seed, context.settings.push_rest)
+
+    @property
+    def _free(self) -> Mode:
+        return Mode(self.state)
+
+    @property
+    def _pushing(self) -> Mode:
+        return Mode(self.state, contacts=while_toppling(self.pushed))
+
+    def _seeds(self) -> Array:
+        """Return configurations (N, n) over the box, and random ones."""
+        fronts = self.context.configurations_at(self.place)
+        rng = np.random.default_rng(derived_seed(self.seed, "topple", self.push.item))
+        drawn = self.context.arm.random_seeds(rng, N_SEEDS)
+        return np.vstack([*(q[None] for q in fronts), drawn])

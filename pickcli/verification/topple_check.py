@@ -1,0 +1,205 @@
+"""Check the pushes of an empty tool that topples an item in an open box: which items, where, and how.
+
+Where they end up is not known. So they must be items that may lie anywhere in their box and cannot leave it,
+the tool must be slow and weak against what it meets, and must squeeze nothing onto the floor or a wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from pickcli.cell.place import Place
+from pickcli.cell.tool import MOVING
+from pickcli.errors import Reason
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.pile_statics import lying_on, removal
+from pickcli.verification.push_check import HEAVIEST, MOST_DESCENT, MOST_SPEED, pushed_by
+from pickcli.verification.quintic import positions_at
+from pickcli.verification.straightness_check import SPEED_TOLERANCE, every_millisecond, fastest_tip
+
+MOST_PUSH = 0.15  # m of all pushes of a plan
+STEEPEST = np.radians(50.0)  # rad, slope up to which a push still goes across and does not lift
+
+
+def is_toppling(plan: Plan) -> bool:
+    """Whether a plan pushes with the empty tool.
+
+    Args:
+        plan: The plan.
+
+    Returns:
+        True if any of its segments is a push, or names pushed items without a held one.
+    """
+    return any(
+        segment.kind is SegmentKind.PUSH or (segment.pushing and segment.held is None)
+        for segment in plan.segments
+    )
+
+
+def check_topple(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
+    """Check every condition of toppling an item.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+
+    Returns:
+        The faults; () for a plan whose empty tool pushes nothing.
+    """
+    if not is_toppling(plan):
+        return ()
+    if reasons := tuple(_wrong_segments(plan, scene)):
+        return reasons
+    here = {placed.id: placed for placed in scene.items}
+    unknown = sorted(pushed_by(plan) - here.keys())
+    if unknown:
+        return tuple(_fault(name, "it is not in the scene") for name in unknown)
+    items = [here[name] for name in sorted(pushed_by(plan))]
+    places = {placed.location for placed in items}
+    place = scene.cell.places.get(items[0].location)
+    if len(places) > 1 or place is None or not place.is_open_box:
+        at = ", ".join(sorted(places)) or "no place"
+        return (Reason("pushes outside of an open box", items[0].id, f"the pushed items are in {at}"),)
+    return (
+        *_not_toppled(scene, place, items),
+        *_too_fast(plan, scene),
+        *_wrong_lines(plan, scene, place, items),
+    )
+
+
+def _wrong_segments(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """Yield what is not an empty cup that pushes, and then leaves upwards."""
+    if plan.grasp is not None or plan.recovery is not None or scene.held is not None:
+        yield Reason(
+            "pushing not allowed", "plan", "only the empty tool topples an item, and not in a recovery"
+        )
+        return
+    if scene.cell.robot.tool.grip.takes_widths:
+        yield Reason("pushing not allowed", "plan", "only a cup topples an item, not fingers")
+    kinds = [segment.kind for segment in plan.segments]
+    if SegmentKind.PUSH not in kinds:
+        yield Reason("pushing not allowed", "plan", "nothing is held, and no segment is a push")
+        return
+    if not pushed_by(plan):
+        yield Reason("pushing not allowed", "plan", "a push names no item")
+    first = kinds.index(SegmentKind.PUSH)
+    last = len(kinds) - 1 - kinds[::-1].index(SegmentKind.PUSH)
+    for k, segment in enumerate(plan.segments):
+        where = f"segment {k} ({segment.kind})"
+        wanted = (SegmentKind.PUSH,) if first <= k <= last else (SegmentKind.DEPART,)
+        if k < first and segment.pushing:
+            yield Reason("pushing not allowed", where, "before the push everything keeps its distance")
+        if k >= first and (segment.kind not in wanted or segment.tool_state == MOVING or segment.touching):
+            yield Reason("pushing not allowed", where, "after a push the tool, as it is, only departs")
+        if k >= first and set(segment.pushing) != pushed_by(plan):
+            yield Reason("pushing not allowed", where, "from the push on, what is pushed may be anywhere")
+
+
+def _not_toppled(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Iterator[Reason]:
+    """Yield what is heavy, or could leave the box, or carries or supports what may not move."""
+    names = {placed.id for placed in items}
+    rim = float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
+    mass = sum(placed.item.heaviest for placed in items)
+    if mass > HEAVIEST:
+        yield _fault(items[0].id, f"all that is pushed may have {mass:.2f} kg, at most {HEAVIEST}")
+    for placed in items:
+        # Turning over any of its corners, its middle is no higher above it than half the diagonal.
+        shape, T = placed.item.shape, placed.T_world_item
+        lowest = float(T[2, 3] - shape.reach(T[:3, :3])[2])
+        highest = lowest + float(np.linalg.norm(shape.extents)) / 2 + scene.noise.bound(placed.item)
+        if not highest < rim:
+            over = 1e3 * (highest - rim)
+            yield _fault(placed.id, f"its middle may come {over:.0f} mm over the rim of {place.name}")
+        for other in sorted(lying_on(scene, placed.id) - names):
+            yield _fault(placed.id, f"{other} lies on it and is not named as pushed")
+        for other in sorted(removal(scene, placed.id).falling - names):
+            beside = scene.find(other)
+            if not beside.T_world_item[2, 3] + scene.noise.bound(beside.item) < rim:
+                yield _fault(placed.id, f"{other} leans on it and could fall over the rim")
+
+
+def _too_fast(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """Yield the segments in which items may be met at more than the speed allowed."""
+    for k, segment in enumerate(plan.segments):
+        if segment.pushing:
+            speed = fastest_tip(plan, scene.cell.robot, segment.tool_state, segment.t_start, segment.t_end)
+            if not speed <= MOST_SPEED * (1.0 + SPEED_TOLERANCE):
+                detail = f"{speed:.4f} m/s, at most {MOST_SPEED}"
+                yield Reason("pushes too fast", f"segment {k} ({segment.kind})", detail)
+
+
+def _wrong_lines(plan: Plan, scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Iterator[Reason]:
+    """Yield pushes that lead down or up, leave the box, go far, meet items low or squeeze them."""
+    total = 0.0
+    for k, segment in enumerate(plan.segments):
+        if not segment.pushing:
+            continue
+        where = f"segment {k} ({segment.kind})"
+        tips = _tips(plan, scene, segment)
+        heights = tips[:, 2, 3]
+        descent = float((np.maximum.accumulate(heights) - heights).max())
+        if descent > MOST_DESCENT:
+            yield Reason("pushes downwards", where, f"the tool comes down by {1e3 * descent:.1f} mm")
+        if segment.kind is not SegmentKind.PUSH:
+            continue
+        way = tips[-1, :3, 3] - tips[0, :3, 3]
+        across = float(np.linalg.norm(way[:2]))
+        total += float(np.linalg.norm(way))
+        if np.arctan2(way[2], across) > STEEPEST:
+            detail = f"{1e3 * way[2]:.1f} mm up, {1e3 * across:.1f} across"
+            yield Reason("lifts instead of pushing", where, detail)
+        if not _is_inside(scene, place, tips):
+            detail = f"the tool is not over the floor of {place.name}"
+            yield Reason("pushes outside of an open box", where, detail)
+        rigid = float(heights[0]) + scene.cell.robot.tool.grip.gives_way
+        if all(rigid < placed.T_world_item[2, 3] for placed in items):
+            yield Reason("pushes too low", where, "the cup meets all pushed items below their middle")
+        yield from _squeezed(scene, place, items, tips, where)
+    if total > MOST_PUSH:
+        yield Reason("pushes too far", "plan", f"{1e3 * total:.0f} mm, at most {1e3 * MOST_PUSH:.0f}")
+
+
+def _tips(plan: Plan, scene: Scene, segment: Segment) -> Array:
+    """Return the tool frame (N, 4, 4) at every millisecond of a segment."""
+    robot = scene.cell.robot
+    times = every_millisecond(segment.t_start, segment.t_end)
+    links = link_poses(robot, positions_at(plan.trajectory, times))
+    return np.asarray(tip_poses(robot, links, segment.tool_state))
+
+
+def _is_inside(scene: Scene, place: Place, tips: Array) -> bool:
+    """Whether the tip stays between the walls of a box."""
+    p = (inverse(scene.T_world_place(place)) @ tips)[:, :2, 3]
+    low, high = place.room.low[:2], place.room.high[:2]
+    return bool(((low <= p) & (p <= high)).all())
+
+
+def _squeezed(
+    scene: Scene, place: Place, items: Sequence[PlacedItem], tips: Array, where: str
+) -> Iterator[Reason]:
+    """Yield a fault if the tool ends nearer to the wall ahead than an item is thick."""
+    T_place = inverse(scene.T_world_place(place))
+    p = (T_place @ tips[-1])[:2, 3]
+    way = (T_place[:3, :3] @ (tips[-1, :3, 3] - tips[0, :3, 3]))[:2]
+    length = float(np.linalg.norm(way))
+    if length < 1e-6:
+        return
+    ahead = way / length
+    walls = np.where(ahead > 0.0, place.room.high[:2], place.room.low[:2])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ways = np.where(np.abs(ahead) > 1e-9, (walls - p) / ahead, np.inf)
+    left = float(ways.min()) - scene.cell.robot.tool.grip.tip_radius
+    thickness = max(float(placed.item.shape.extents.min()) for placed in items)
+    if left < thickness:
+        detail = f"{1e3 * left:.0f} mm are left to the wall ahead, an item is {1e3 * thickness:.0f} mm thick"
+        yield Reason("squeezes onto a wall", where, detail)
+
+
+def _fault(name: str, why: str) -> Reason:
+    return Reason("may not be toppled", name, why, name)

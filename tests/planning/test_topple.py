@@ -1,0 +1,127 @@
+"""Toppling: the plan's segments and its certificate, and that boxes fall in simulation onto another face."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pickcli.errors import NoPlanError, UnknownNameError
+from pickcli.geometry import Array
+from pickcli.motion.plan import Plan
+from pickcli.motion.plan_file import plan_to_dict, read_plan, write_plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
+from pickcli.planning.topple import TopplingQuery, plan_topple
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.simulation.execute import execute
+from pickcli.simulation.world import World
+from pickcli.verification.verify import TOPPLE_CHECKS, certify
+from support.standing import BOX, CRATE, CRATES, SHELF, box, crate, lying, standing
+
+CONTEXT = PlanningContext(CRATES)
+HOME = Start(CRATES.configurations["home"].q, CRATES.configurations["home"].tool_state)
+ERASER = "expo_dry_erase_board_eraser"  # 20 g, 35 mm wide and 54 mm high on its edge: nearly too wide to turn
+
+
+def topple(scene: Scene, item: str = BOX) -> Plan:
+    return certify(plan_topple(CONTEXT, scene, TopplingQuery(CRATE, item), HOME), scene)
+
+
+def played(scene: Scene, plan: Plan) -> tuple[World, Scene]:
+    """The world after a plan, and its scene with the noise of the first."""
+    world = World(scene, HOME.q, HOME.tool_state)
+    run = execute(plan, world)
+    assert not run.stopped and not run.limit_violations
+    world.wait(0.5)
+    assert not world.contacts.collisions
+    return world, replace(world.now(), noise=scene.noise)
+
+
+def height_of_face(placed: PlacedItem, face: str) -> float:
+    """Vertical part of the outward normal of a face."""
+    up: Array = placed.T_world_item[2, :3]
+    return float(up["xyz".index(face[1])] * (1.0 if face[0] == "+" else -1.0))
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return crate(standing(BOX, 0.02, 0.0, 0.4), lying("mead_index_cards", -0.12, 0.05))
+
+
+@pytest.fixture(scope="module")
+def plan(scene: Scene) -> Plan:
+    return topple(scene)
+
+
+def test_it_comes_in_pushes_twice_and_leaves_upwards(plan: Plan) -> None:
+    kind = SegmentKind
+    kinds = [segment.kind for segment in plan.segments]
+    assert kinds == [kind.TRANSIT, kind.PREAPPROACH, kind.PUSH, kind.PUSH, kind.DEPART]
+    assert [segment.pushing for segment in plan.segments] == [(), (), (BOX,), (BOX,), (BOX,)]
+    assert all(segment.held is None and not segment.touching for segment in plan.segments)
+    assert plan.grasp is None and not plan.events and plan.query == f"topple {BOX} in {CRATE}"
+
+
+def test_the_certificate_names_the_check_and_the_file_is_read_again(plan: Plan, tmp_path: Path) -> None:
+    assert plan.certificate is not None and set(TOPPLE_CHECKS) <= set(plan.certificate.checks)
+    write_plan(plan, tmp_path / "plan.json")
+    assert plan_to_dict(read_plan(tmp_path / "plan.json")) == plan_to_dict(plan)
+
+
+def test_afterwards_there_is_a_plan_to_pick_it(scene: Scene, plan: Plan) -> None:
+    query = PickQuery(CRATE, BOX, into=SHELF)
+    with pytest.raises(NoPlanError, match="no face within reach"):
+        plan_pick(CONTEXT, scene, query, HOME)
+    world, now = played(scene, plan)
+    assert abs(height_of_face(now.find(BOX), "+z")) > 0.95
+    assert plan_pick(CONTEXT, now, query, Start(world.q, world.tool_state)).grasp is not None
+    world.close()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_box_of_random_size_falls_onto_another_side(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    width = float(rng.uniform(0.015, 0.03))
+    item = box(float(rng.uniform(0.06, 0.12)), float(rng.uniform(0.06, 0.085)), width, rng.uniform(0.02, 0.3))
+    x, y = rng.uniform((-0.06, -0.03), (0.06, 0.03))
+    scene = crate(standing(BOX, float(x), float(y), float(rng.uniform(0.0, 2 * np.pi)), item=item))
+    world, now = played(scene, topple(scene))
+    assert abs(height_of_face(now.find(BOX), "+z")) > np.cos(np.radians(60.0))
+    assert now.find(BOX).location == CRATE
+    world.close()
+
+
+def test_a_light_wide_item_is_lifted_by_its_near_side() -> None:
+    scene = crate(standing(ERASER, -0.05, 0.0, 0.3))
+    world, now = played(scene, topple(scene, ERASER))
+    assert height_of_face(now.find(ERASER), "+z") > 0.95  # the face that seals better, of the two
+    world.close()
+
+
+def test_the_same_query_gives_the_same_plan(scene: Scene, plan: Plan) -> None:
+    again = topple(scene)
+    assert plan_to_dict(replace(again, statistics={})) == plan_to_dict(replace(plan, statistics={}))
+
+
+def test_what_cannot_be_toppled_says_why() -> None:
+    flat = crate(lying("mead_index_cards", 0.0, 0.0))
+    with pytest.raises(NoPlanError, match="no upright face of it seals"):
+        topple(flat, "mead_index_cards")
+    shelf = crate(standing(BOX, 0.1, 0.0, place=SHELF))
+    with pytest.raises(NoPlanError, match="is no box that is open above"):
+        plan_topple(CONTEXT, shelf, TopplingQuery(SHELF, BOX), HOME)
+    with pytest.raises(UnknownNameError):
+        plan_topple(CONTEXT, shelf, TopplingQuery("nowhere", BOX), HOME)
+
+
+def test_no_room_for_the_tool_between_item_and_wall_is_said() -> None:
+    """Between a box and the wall behind it there is less than the cup is wide."""
+    beside = crate(standing(BOX, 0.165, 0.0))
+    with pytest.raises(NoPlanError, match=r"pre-approach: .*crate_right_wall"):
+        topple(beside)
