@@ -24,8 +24,8 @@ from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
 
 JOINT, POSE, KILOPASCAL = 1e-4, 1e-4, 0.05  # resolutions
 _TONES = {
-    "in tote": Tone.GOOD, "delivered": Tone.GOOD, "moved aside": Tone.GOOD, "not picked": Tone.FAIR,
-    "no time": Tone.FAIR,
+    "in tote": Tone.GOOD, "delivered": Tone.GOOD, "moved aside": Tone.GOOD, "toppled": Tone.GOOD,
+    "not picked": Tone.FAIR, "not toppled": Tone.FAIR, "no time": Tone.FAIR,
 }  # fmt: skip
 
 
@@ -124,8 +124,11 @@ def _chapter(attempt: _Played, scene: Scene) -> Chapter:
     record = attempt.record
     item, aside = record["item"], "aside: " if record["is_aside"] else ""
     retry = f" (try {record['number']})" if record["number"] > 1 else ""
+    way = f"{record['out_of'] or record['bin']} to {record['into']}"
+    if record.get("topples"):
+        aside, way = "topple: ", str(record["into"])
     return Chapter(
-        f"{aside}{item.replace('_', ' ')}, {record['out_of'] or record['bin']} to {record['into']}{retry}",
+        f"{aside}{item.replace('_', ' ')}, {way}{retry}",
         record["outcome"],
         _TONES.get(record["outcome"], Tone.BAD),
         round(attempt.t_start, 3),

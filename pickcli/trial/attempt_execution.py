@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pickcli.scene.scene import TOTE
+import numpy as np
+
+from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.arm_turns import hand_over
 from pickcli.trial.attempt_runner import AttemptRunner
+from pickcli.trial.disturbance import MIN_TOPPLING_ANGLE
 from pickcli.trial.final_state import HELD
 from pickcli.trial.recovery_levels import recover
 from pickcli.trial.trial_interfaces import ExecutionResult
@@ -43,7 +46,29 @@ def _executed(runner: AttemptRunner, attempt: Attempt) -> Attempt:
     if execution.stopped or runner.interfaces.arena.is_holding():
         runner.say(attempt, "recovering")
         attempt = replace(attempt, recovery=recover(runner, attempt, before))
+    if attempt.topples:
+        return _judged_toppling(runner, attempt, before)
     return _judged(runner, attempt, execution)
+
+
+def _judged_toppling(runner: AttemptRunner, attempt: Attempt, before: Scene) -> Attempt:
+    """Determine whether an item is perceived to lie on another side than before."""
+    assert attempt.execution is not None
+    stopped = attempt.execution.stopped
+    attempt = replace(attempt, truly_in=_true_place(runner, attempt.item))
+    seen = next((placed for placed in runner.scene().items if placed.id == attempt.item), None)
+    if not runner.is_current:
+        return replace(attempt, outcome=Outcome.NO_TIME, reason="the time was over before a look")
+    if seen is None:
+        return replace(attempt, outcome=Outcome.LOST, reason="the item is not seen again")
+    up = before.find(attempt.item).T_world_item[2, :3]  # the vertical in the item's axes
+    turned = float(np.arccos(np.clip(up @ seen.T_world_item[2, :3], -1.0, 1.0)))
+    attempt = replace(attempt, seen_in=seen.location)
+    if turned >= MIN_TOPPLING_ANGLE:
+        return replace(attempt, outcome=Outcome.TOPPLED)
+    cause = f"{stopped}; " if stopped else ""
+    reason = f"{cause}it is tilted by {np.degrees(turned):.0f} degrees"
+    return replace(attempt, outcome=Outcome.NOT_TOPPLED, reason=reason)
 
 
 def _judged(runner: AttemptRunner, attempt: Attempt, execution: ExecutionResult) -> Attempt:

@@ -18,6 +18,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.start_state import Start
+from pickcli.planning.topple import TopplingQuery
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.reality import DEFAULT, Reality
@@ -297,6 +298,30 @@ class AttemptRunner:
         statistics |= {"verification_ms": verifying} if verifying else {}
         rejected = (*attempt.rejected, *certifier.rejected)
         return replace(attempt, rejected=rejected, statistics=statistics)
+
+    def toppling(self, attempt: Attempt, scene: Scene) -> Attempt:
+        """Plan to topple the item of an attempt with the active arm, and have the plan certified.
+
+        Args:
+            attempt: The item and its place.
+            scene: The perceived scene.
+
+        Returns:
+            The attempt with its certified plan, or with the reason for failure.
+        """
+        certifier, query = self.certifier(), TopplingQuery(attempt.out_of, attempt.item)
+        self.charge()
+        try:
+            plan = self.interfaces.topple(
+                scene, query, self._start(scene.cell), self._seed(attempt), certifier.within(scene)
+            )
+        except NoPlanError as error:
+            outcome = Outcome.REJECTED if certifier.rejected else Outcome.NO_PLAN
+            return replace(
+                attempt, outcome=outcome, reason=error.summary(), in_the_way=error.in_the_way,
+                reasons=error.reasons, rejected=tuple(certifier.rejected),
+            )  # fmt: skip
+        return replace(attempt, plan=plan, statistics=dict(plan.statistics))
 
     def certified(self, plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Plan | Failures:
         """Request a certificate from the verifier.

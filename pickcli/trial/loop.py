@@ -31,6 +31,7 @@ from pickcli.trial.final_state import Drop, final_state
 from pickcli.trial.order import ANY_BIN, Order, OrderKind, may_move_others, require_playable, time_limit
 from pickcli.trial.score import Score, item_bonuses, score
 from pickcli.trial.stow_assignment import assign_bins
+from pickcli.trial.toppling_memory import TopplingMemory
 from pickcli.trial.trial_interfaces import TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult
 
@@ -125,6 +126,7 @@ class _Trial:
         self.delivered: set[str] = set()
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
         self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
+        self.toppling = TopplingMemory()
         self.attempts: list[tuple[TargetState, Attempt]] = []
         self.player = StrategyPlayer(settings.strategy, self)
         names = {name for name, _ in cell.items} | {placed.item.name for placed in self.before.items}
@@ -179,9 +181,27 @@ class _Trial:
             self.open[state.index] = state.refused()
             if attempt.outcome in (Outcome.NO_PLAN, Outcome.REJECTED):
                 self.refused[state.index] = (self.runner.scene(), attempt.item, attempt.in_the_way)
+                for name in (attempt.item, *attempt.in_the_way):
+                    if self._topple(self.open[state.index], name):
+                        break
         else:
             self.open[state.index] = self.open[state.index].failed()
         return attempt.outcome.is_delivered
+
+    def _topple(self, state: TargetState, name: str) -> bool:
+        """Topple an item that no tool can take as it stands; return whether something was tried for it."""
+        scene = self.runner.scene()
+        placed = next((placed for placed in scene.items if placed.id == name), None)
+        if placed is None or not self.toppling.is_due(placed) or not self.runner.has_time_to_plan:
+            return False
+        attempt = Attempt(
+            state.target, name, state.attempts, self.runner.clock.now, Outcome.NO_PLAN,
+            into=placed.location, out_of=placed.location, is_aside=True, topples=True,
+        )  # fmt: skip
+        self.runner.say(attempt, "planning to topple it")
+        planned = self.runner.toppling(attempt, scene)
+        self._note(state, planned if planned.plan is None else carry_out(self.runner, planned))
+        return self.attempts[-1][1].execution is not None
 
     def give_up(self, index: int) -> None:
         """Close a target."""
@@ -238,6 +258,7 @@ class _Trial:
     def _note(self, state: TargetState, attempt: Attempt) -> None:
         """Record an attempt and update the outcomes."""
         self.attempts.append((state, attempt))
+        self.toppling.note(attempt)
         self.after_attempt(partial(self.result, self.runner.last_scene))
         self.open[state.index] = state
         if attempt.plan is None:
@@ -294,7 +315,8 @@ class _Trial:
         while self.runner.has_time_to_plan and (name := clearing.next_item()) is not None:
             aside = self._moved_aside(replace(wanted, item=name, is_aside=True), scene)
             self._note(self.open[state.index], aside)
-            if aside.execution is not None:  # the scene has changed
+            is_toppled = aside.execution is None and self._topple(self.open[state.index], name)
+            if aside.execution is not None or is_toppled:  # the scene has changed
                 self.open[state.index] = replace(self.open[state.index], cleared=state.cleared + 1)
                 return True
             clearing.also(aside.in_the_way)

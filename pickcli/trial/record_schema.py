@@ -90,6 +90,7 @@ class _Attempt(_Part):
     out_of: Text
     into: Text
     is_aside: bool
+    topples: bool = False
     number: Count
     outcome: Text
     reason: Text

@@ -19,6 +19,7 @@ from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.recovery.recovery_plan import plan_recovery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.planning.start_state import Start
+from pickcli.planning.topple import TopplingQuery, plan_topple
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 from pickcli.simulation.arm_turn import let_move
@@ -265,8 +266,12 @@ def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInter
     def bring(scene: Scene, stopped: StoppedMotion, bringing: ItemRecovery, seed: int) -> Plan:
         return bring_item(stopped, bringing, scene, by_arm[scene.cell.arm].context.arm.limits, seed)
 
+    def topple(scene: Scene, query: TopplingQuery, start: Start, seed: int, certify: Certify) -> Plan:
+        own = by_arm[scene.cell.arm]
+        return plan_topple(own.context, scene, query, start, seed, own.experience_recorder, certify)
+
     if len(by_arm) == 1:
-        return TrialInterfaces(plan, recover, bring, verify, arena)
+        return TrialInterfaces(plan, recover, bring, verify, arena, topple=topple)
 
     def rank(scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
         return rank_arms(scenes, {arm: own.preference for arm, own in by_arm.items()}, query, seed)
@@ -286,7 +291,7 @@ def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInter
         )
 
     cells = {arm: own.context.cell for arm, own in by_arm.items()}
-    return TrialInterfaces(plan, recover, bring, verify, arena, cells, rank, park)
+    return TrialInterfaces(plan, recover, bring, verify, arena, cells, rank, park, topple)
 
 
 def _let_go(world: World, duration: float, open_to: ToolState | None) -> None:

@@ -19,6 +19,7 @@ from pickcli.planning.arm_choice import ArmSuitability
 from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
+from pickcli.planning.topple import TopplingQuery
 from pickcli.scene.scene import Scene
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.final_state import Drop
@@ -169,6 +170,29 @@ class PlanPick(Protocol):
         ...
 
 
+class PlanTopple(Protocol):
+    """Planner of pushes that topple an item, such as ``planning.topple.plan_topple``."""
+
+    def __call__(self, scene: Scene, query: TopplingQuery, start: Start, seed: int, certify: Certify) -> Plan:
+        """Plan to topple an item.
+
+        Args:
+            scene: The perceived scene.
+            query: The item and its place.
+            start: Start configuration and tool state.
+            seed: Seed of the plan.
+            certify: Returns a plan with its certificate, or reasons for rejection; then the next candidate is
+                tried.
+
+        Returns:
+            The plan with its certificate.
+
+        Raises:
+            NoPlanError: No plan is certified; with the reasons.
+        """
+        ...
+
+
 class PlanRecovery(Protocol):
     """Planner of recovery motions with an empty tool, on one level of recovery."""
 
@@ -255,6 +279,10 @@ def _never_parked(scene: Scene, start: Start, seed: int) -> Plan:
     raise NoPlanError("parking", [Reason("the cell has one arm")])
 
 
+def _never_toppled(scene: Scene, query: TopplingQuery, start: Start, seed: int, certify: Certify) -> Plan:
+    raise NoPlanError(f"topple {query.item}", [Reason("the trial has no planner for it")])
+
+
 def _nothing_to_rank(scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
     return ()
 
@@ -272,6 +300,7 @@ class TrialInterfaces:
         cells: The cell as seen by each arm, by name; empty with a single arm.
         rank: Ranks the arms for a pick, if there are several.
         park: Plans the parking motion of an arm, if there are several.
+        topple: Plans to topple an item that stands on edge in an open box.
     """
 
     plan: PlanPick
@@ -282,3 +311,4 @@ class TrialInterfaces:
     cells: Mapping[str, Cell] = field(default_factory=dict)
     rank: RankArms = _nothing_to_rank
     park: PlanParking = _never_parked
+    topple: PlanTopple = _never_toppled

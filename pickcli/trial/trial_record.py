@@ -200,6 +200,7 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
         "out_of": attempt.out_of,
         "into": attempt.into,
         "is_aside": attempt.is_aside,
+        "topples": attempt.topples,
         "number": attempt.number,
         "outcome": str(attempt.outcome),
         "reason": attempt.reason,

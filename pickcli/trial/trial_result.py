@@ -28,6 +28,8 @@ class Outcome(StrEnum):
     IN_TOTE = "in tote"
     DELIVERED = "delivered"  # in a stow into a bin, with moves to the destination
     MOVED = "moved aside"  # a blocking item, into another bin or the tote
+    TOPPLED = "toppled"  # an item that stood on edge, so that a face that seals is on top
+    NOT_TOPPLED = "not toppled"  # it was pushed, and stands as before
     NO_PLAN = "no plan"
     REJECTED = "rejected"  # the verifier rejected all plans; nothing was executed
     NOT_PICKED = "not picked"  # no item was measured in the tool after the retreat
@@ -83,7 +85,8 @@ class Attempt:
         reason: Why it failed, "" if it succeeded.
         into: Destination; a bin for items moved aside.
         out_of: Place of the item before.
-        is_aside: Whether it moves a blocking item aside.
+        is_aside: Whether it moves a blocking item aside, or topples an item.
+        topples: Whether it topples an item.
         arms: The ranked arms in the order in which they were tried; empty with a single arm.
         plan: The plan that was or should have been executed.
         parking: Execution of the motion that parked the previous arm, or None.
@@ -108,6 +111,7 @@ class Attempt:
     into: str = TOTE
     out_of: str = ""
     is_aside: bool = False
+    topples: bool = False
     arms: tuple[ArmSuitability, ...] = ()
     plan: Plan | None = None
     parking: ExecutionResult | None = None

@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, NoExtractionError, NoPlanError, Reason
-from pickcli.geometry import Array, pose
+from pickcli.geometry import Array, pose, rotation_rpy
 from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
@@ -19,6 +19,7 @@ from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
+from pickcli.planning.topple import TopplingQuery
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
@@ -63,6 +64,8 @@ class ScriptedTrial:
     durations: s of motions other than the default, by how their query begins
     stuck: levels of recovery that have no plan, by round; the last entry holds for ever
     blocked: items that cannot be picked while another one is in their bin
+    standing: items that cannot be picked until they are toppled; fixed: those that never can be toppled
+    firm: items that stay as they are when they are pushed
     heaped: items that, while another one is in their place, can only be picked if it may be pushed aside
     executions: per item, what its executions are, one after the other; then it is delivered
     cells: the cell as each of several arms sees it; able: by item, the arms that can take it, best first
@@ -76,6 +79,10 @@ class ScriptedTrial:
     clings: frozenset[str] = frozenset()
     blocked: dict[str, str] = field(default_factory=dict)
     heaped: dict[str, str] = field(default_factory=dict)
+    standing: frozenset[str] = frozenset()
+    fixed: frozenset[str] = frozenset()
+    firm: frozenset[str] = frozenset()
+    lying: set[str] = field(default_factory=set)  # those that were toppled
     lying_sensor: bool = False
     clogged: bool = False
     durations: dict[str, float] = field(default_factory=dict)
@@ -91,6 +98,7 @@ class ScriptedTrial:
     ways: list[tuple[str, Neighbours]] = field(default_factory=list)  # of each plan: item and how
     # Of each plan asked for: item, seed, excluded grasps.
     planned: list[tuple[str, int, tuple[Grasp | GraspKind, ...]]] = field(default_factory=list)
+    toppled: list[str] = field(default_factory=list)  # asked to be toppled, in the order of time
     perceived: list[Scene] = field(default_factory=list)
     executed: list[Plan] = field(default_factory=list)
     turns: list[str] = field(default_factory=list)  # arms that were let move, in the order of time
@@ -104,8 +112,18 @@ class ScriptedTrial:
 
     def interfaces(self) -> TrialInterfaces:
         """This fake in all its roles."""
-        several = (self.cells, self.rank, self.park) if self.cells else ()
-        return TrialInterfaces(self.plan, self.recover, self.bring, self.verify, self, *several)
+        fake = TrialInterfaces(self.plan, self.recover, self.bring, self.verify, self, topple=self.topple)
+        return replace(fake, cells=self.cells, rank=self.rank, park=self.park) if self.cells else fake
+
+    def topple(self, scene: Scene, query: TopplingQuery, start: Start, seed: int, certify: Certify) -> Plan:
+        self.toppled.append(query.item)
+        if query.item in self.fixed:
+            raise NoPlanError(f"topple {query.item}", [Reason("cannot be toppled", query.item)])
+        certified = certify(
+            self._motion(f"topple {query.item} in {query.out_of}", seed, None, scene.cell.arm)
+        )
+        assert isinstance(certified, Plan)
+        return certified
 
     def rank(self, scenes: Sequence[Scene], query: PickQuery, seed: int) -> tuple[ArmSuitability, ...]:
         arms = self.able.get(query.item, tuple(self.cells))
@@ -148,6 +166,8 @@ class ScriptedTrial:
         here = {placed.id for placed in scene.in_location(query.out_of)}
         if beside in here and query.neighbours is not Neighbours.PUSH:
             raise NoExtractionError(f"pick {item}", [Reason("rests on the target", "lift", "", beside)])
+        if item in self.standing - self.lying:
+            raise NoExtractionError(f"pick {item}", [Reason("no face within reach", item)])
         if item in self.no_plan:
             raise NoExtractionError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
         if self.blocked.get(item) in {placed.id for placed in scene.in_location(query.out_of)}:
@@ -193,6 +213,8 @@ class ScriptedTrial:
         self.executed.append(plan)
         if plan.grasp is None:
             assert self.held is None, "recoveries are planned for the empty tool"
+            if plan.query.startswith("topple"):
+                self._fall(plan.query.split()[1])
             script = self.executions.get(plan.query, [])
             return script.pop(0) if script else ExecutionResult(plan.trajectory.duration)
         if plan.query.startswith("bring"):
@@ -211,6 +233,14 @@ class ScriptedTrial:
             self.put(self.held, self.releases_into)
         self.held = None
         return ExecutionResult(0.5)
+
+    def _fall(self, item: str) -> None:
+        """An item turns onto another side, unless it stays as it is."""
+        if item not in self.firm:
+            self.lying |= {item}
+            placed = self.scene.find(item)
+            T = placed.T_world_item @ pose((0.0, 0.0, 0.0), R=rotation_rpy(np.pi / 2, 0.0, 0.0))
+            self.scene = self.scene.moved(replace(placed, T_world_item=T))
 
     def put(self, item: str, location: str) -> None:
         """An item gets elsewhere."""

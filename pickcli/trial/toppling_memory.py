@@ -1,0 +1,65 @@
+"""Remembers which items no tool can take as they stand, and which were toppled without effect."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from pickcli.errors import Reason
+from pickcli.scene.scene import PlacedItem
+from pickcli.trial.trial_result import Attempt, Outcome
+
+MOST_TOPPLED = 3  # pushes against one item
+STANDS = ("no face within reach", "tips the item")  # reasons of a pose in which no grasp is possible
+OUT_OF_REACH = ("collision", "no room for the tool", "no inverse-kinematics solution")  # at the item
+MOST_SHARE = 0.5  # of the reasons against an item, that must be of these kinds
+
+
+@dataclass
+class TopplingMemory:
+    """What a trial knows about items that stand on edge.
+
+    Attributes:
+        standing: Ids of the items whose last attempt had no plan because of their pose.
+        in_vain: Ids of the items that cannot be toppled in the present scene.
+        n_pushed: Number of pushes against each item.
+    """
+
+    standing: set[str] = field(default_factory=set)
+    in_vain: set[str] = field(default_factory=set)
+    n_pushed: Counter[str] = field(default_factory=Counter)
+
+    def note(self, attempt: Attempt) -> None:
+        """Learn from an attempt.
+
+        Args:
+            attempt: The attempt, of any kind.
+        """
+        if attempt.execution is not None:
+            self.in_vain.clear()  # something has moved
+            self.standing.discard(attempt.item)
+            self.n_pushed.update([attempt.item] if attempt.topples else [])
+        elif attempt.topples:
+            self.in_vain.add(attempt.item)
+        elif attempt.outcome in (Outcome.NO_PLAN, Outcome.REJECTED):
+            stands = sum(_is_of_pose(reason) for reason in attempt.reasons)
+            is_standing = stands > MOST_SHARE * len(attempt.reasons)
+            (self.standing.add if is_standing else self.standing.discard)(attempt.item)
+
+    def is_due(self, placed: PlacedItem) -> bool:
+        """Whether an item should be toppled: it has no grasp as it stands, and it was not tried too often.
+
+        Args:
+            placed: The item as perceived.
+
+        Returns:
+            True if it should.
+        """
+        known = placed.id in self.standing and placed.id not in self.in_vain
+        return known and self.n_pushed[placed.id] < MOST_TOPPLED
+
+
+def _is_of_pose(reason: Reason) -> bool:
+    """Whether a grasp failed because of the item's pose between walls and robot, not of other items."""
+    is_at_item = reason.what in OUT_OF_REACH and "contact" in reason.where and not reason.in_the_way
+    return reason.what in STANDS or is_at_item

@@ -1,0 +1,95 @@
+"""A trial topples what no tool can take as it stands, looks again, and goes on."""
+
+from __future__ import annotations
+
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import Reason
+from pickcli.trial.attempt_runner import TrialSettings
+from pickcli.trial.loop import run_trial
+from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.order_file import BINS
+from pickcli.trial.toppling_memory import MOST_TOPPLED, TopplingMemory
+from pickcli.trial.trial_interfaces import ExecutionResult
+from pickcli.trial.trial_record import trial_record
+from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
+from support.scripted_trial import ScriptedTrial, scene_of
+
+BAR, DVD, CARDS = "dove_beauty_bar", "jane_eyre_dvd", "staples_index_cards"
+STOW = Order(OrderKind.STOW, 2016, dict.fromkeys(BINS, (BAR,)), (DVD, CARDS), ())
+
+
+def play(fake: ScriptedTrial) -> TrialResult:
+    return run_trial(STOW, fake.interfaces(), TrialSettings(time_limit=2000.0))
+
+
+def outcomes(result: TrialResult, item: str) -> list[Outcome]:
+    return [attempt.outcome for attempt in result.attempts if attempt.item == item]
+
+
+def test_it_is_toppled_after_the_first_attempt_and_then_delivered(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(STOW, cell), standing=frozenset({DVD}))
+    result = play(fake)
+    assert fake.toppled == [DVD]
+    assert outcomes(result, DVD) == [Outcome.NO_PLAN, Outcome.TOPPLED, Outcome.DELIVERED]
+    assert [target.outcome for target in result.targets] == [Outcome.DELIVERED] * 2
+
+
+def test_the_record_says_what_was_done(cell: Cell) -> None:
+    result = play(ScriptedTrial(scene_of(STOW, cell), standing=frozenset({DVD})))
+    entry = next(a for a in trial_record(result, "o.json", 0.0)["attempts"] if a["outcome"] == "toppled")
+    assert entry["plan"]["query"] == f"topple {DVD} in tote" and entry["plan"]["grasp"] is None
+    assert (entry["out_of"], entry["into"], entry["is_aside"]) == ("tote", "tote", True)
+    assert entry["topples"]
+
+
+def test_what_needs_no_toppling_is_never_toppled(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(STOW, cell), no_plan=frozenset({DVD}))
+    play(fake)
+    assert fake.toppled == []
+
+
+def test_without_effect_it_is_tried_a_few_times_only(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(STOW, cell), standing=frozenset({DVD}), firm=frozenset({DVD}))
+    result = play(fake)
+    assert outcomes(result, DVD).count(Outcome.NOT_TOPPLED) == MOST_TOPPLED == len(fake.toppled)
+    assert any("tilted by 0 degrees" in a.reason or "tilted by 1" in a.reason for a in result.attempts)
+
+
+def test_what_cannot_be_toppled_is_asked_again_only_after_something_moved(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(STOW, cell), standing=frozenset({DVD}), fixed=frozenset({DVD}))
+    result = play(fake)
+    n_executed = sum(attempt.execution is not None for attempt in result.attempts)
+    assert 1 <= len(fake.toppled) <= 1 + n_executed
+    assert result.targets[-1].outcome is Outcome.DELIVERED or result.targets[0].outcome is Outcome.DELIVERED
+
+
+def test_what_stands_and_is_in_the_way_is_toppled_for_the_one_behind(cell: Cell) -> None:
+    fake = ScriptedTrial(
+        scene_of(STOW, cell), standing=frozenset({CARDS}), blocked={DVD: CARDS}, fixed=frozenset()
+    )
+    result = play(fake)
+    assert fake.toppled == [CARDS]
+    assert [target.outcome for target in result.targets] == [Outcome.DELIVERED] * 2
+
+
+def test_a_stopped_push_is_recovered_from(cell: Cell) -> None:
+    stopped = ExecutionResult(2.0, stopped="unexpected contact", path_time=1.0)
+    fake = ScriptedTrial(
+        scene_of(STOW, cell), standing=frozenset({DVD}), firm=frozenset({DVD}),
+        executions={f"topple {DVD} in tote": [stopped]},
+    )  # fmt: skip
+    result = play(fake)
+    first = next(a for a in result.attempts if a.outcome is Outcome.NOT_TOPPLED)
+    assert first.reason.startswith("unexpected contact; ") and first.recovery
+
+
+@pytest.mark.parametrize(("n_standing", "n_other", "is_due"), [(3, 1, True), (1, 3, False), (0, 2, False)])
+def test_most_reasons_must_be_its_pose(cell: Cell, n_standing: int, n_other: int, is_due: bool) -> None:
+    memory, placed = TopplingMemory(), scene_of(STOW, cell).find(DVD)
+    against_walls = Reason("collision", "grasp 1, contact", "wrist against shelf")
+    others = Reason("collision", "grasp 2, contact", "cup against cards", CARDS)
+    reasons = (Reason("tips the item", ""), against_walls, against_walls)[:n_standing] + (others,) * n_other
+    memory.note(Attempt(STOW.targets[0], DVD, 1, 0.0, Outcome.NO_PLAN, out_of="tote", reasons=reasons))
+    assert memory.is_due(placed) is is_due
