@@ -22,6 +22,7 @@ MAX_STEPS = 200
 GAP_TOLERANCE = 1e-5  # m between bound and distance at which the search may end
 _MIN_LENGTH = 1e-9  # length below which a vector has no direction
 _SPREADS = (0.3, 0.2, 0.1, 0.1, 0.05, 0.03, 0.02, 0.01)  # rad, around the best direction so far
+_N_STARTS = 6  # directions from which the search for the best one begins: it ends in the nearest valley
 _AROUND = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
 
 
@@ -74,15 +75,20 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array] = 
         return half_widths(a, ways @ R_a) + half_widths(b, -ways @ R_b) - ways @ between
 
     found = depths(across)
-    best, least = across[int(np.argmin(found))], float(found.min())
     is_round = not {a.kind, b.kind} <= {ShapeKind.BOX, ShapeKind.HULL}
+    starts = np.argsort(found, kind="stable")[: _N_STARTS if is_round else 1]
+    best, least = across[starts], found[starts]
     for spread in _SPREADS if is_round else ():  # the least overlap of round solids may lie in between
-        around = best + spread * (_AROUND @ np.array(perpendiculars(best)))
-        around /= np.linalg.norm(around, axis=1)[:, None]
-        found = depths(around)
-        if found.min() < least:
-            best, least = around[int(np.argmin(found))], float(found.min())
-    return least, best
+        beside = np.array([perpendiculars(way) for way in best])
+        around = best[:, None] + spread * (_AROUND @ beside)
+        around /= np.linalg.norm(around, axis=2)[:, :, None]
+        found = depths(around.reshape(-1, 3)).reshape(around.shape[:2])
+        nearest = found.argmin(axis=1)
+        lower, rows = found.min(axis=1), np.arange(len(best))
+        best = np.where((lower < least)[:, None], around[rows, nearest], best)
+        least = np.minimum(lower, least)
+    first = int(np.argmin(least))
+    return float(least[first]), best[first]
 
 
 @lru_cache(maxsize=256)

@@ -317,6 +317,22 @@ POSES = st.builds(
     T_b=pose((-0.09375, 0.0, -0.09375), rpy=(1.0, 0.0, 0.0)),
     seed=0,
 )
+@example(  # the best direction lies in another valley than the best of those tried first
+    a=Shape(ShapeKind.BOX, (0.2741398, 0.01, 0.01)),
+    T_a=pose(
+        (0.0625, 0.0625, -0.0625),
+        R=np.array(
+            [
+                [-0.22068, 0.9747009, 0.0354743],
+                [-0.9673375, -0.2233745, 0.1198417],
+                [0.1247339, -0.007869, 0.992159],
+            ]
+        ),
+    ),
+    b=Shape(ShapeKind.CYLINDER, (0.0701997, 0.2645043)),
+    T_b=pose((-0.0304184, -0.090435, 0.078313), rpy=(0.0, 0.0, -0.25)),
+    seed=7,
+)
 def test_the_depth_is_that_of_the_best_direction(
     a: Shape, T_a: Array, b: Shape, T_b: Array, seed: int
 ) -> None:
