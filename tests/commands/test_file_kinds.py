@@ -51,6 +51,9 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "plan-stow": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
     },
+    "plan-shift": {
+        "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
+    },
     "plan-topple": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
     },
@@ -122,7 +125,7 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     """A right call of a command but for one file."""
     right: dict[str, object] = {
         "bin_name": "bin_C", "item": ITEM, "start": "home", "goal": "bin_C", "output": out,
-        "folder": out, "format_name": "joint-trajectory", "item_name": ITEM,
+        "folder": out, "format_name": "joint-trajectory", "item_name": ITEM, "by": "0,20",
     }  # fmt: skip
     argv: list[object] = [command]
     if command == "check-driver":
