@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.scene.solid_overlap import TOUCH
+from pickcli.scene.solid_distance import separation
+from pickcli.scene.solid_overlap import TOUCH, PosedSolid
 from pickcli.scene.touching import Gaps, PosedSolids, gaps
 from pickcli.statics.solid_contact import SolidContact
 
@@ -95,9 +96,10 @@ class ContactGraph:
     def near(
         self, item_id: str, reach: float, also: frozenset[str] = frozenset()
     ) -> tuple[SolidContact, ...]:
-        """Find all solids whose gap to an item may be below a threshold within the pose errors.
+        """Find all solids whose distance from an item may be below a threshold within the pose errors.
 
-        Bodies of carriers are grown by the errors of their poses.
+        Bodies of carriers are grown by the errors of their poses. Distances are exact, within
+        ``solid_distance.TOLERANCE``: the verifier refuses contacts with what it measures to be farther.
 
         Args:
             item_id: Id of the item.
@@ -115,11 +117,16 @@ class ContactGraph:
         is_requested = np.array([name in also for name in solids.names])
         b = np.flatnonzero(is_requested | (np.array(is_here) & (apart <= balls + balls[k] + reach)))
         b = b[b != k]
-        found = gaps(solids, np.full(len(b), k), b)
-        close = np.flatnonzero(is_requested[b] | (found.width < reach + solids.bound[k] + solids.bound[b]))
-        return tuple(
-            SolidContact(item_id, solids.names[b[i]], float(found.width[i]), found.normal[i]) for i in close
-        )
+        found, limit = gaps(solids, np.full(len(b), k), b), reach + solids.bound[k] + solids.bound[b]
+        contacts = []
+        for i in np.flatnonzero(is_requested[b] | (found.width < limit)):
+            gap, normal = float(found.width[i]), found.normal[i]
+            if gap > 0.0:  # a lower bound of the distance
+                pair = (PosedSolid(solids.shapes[j], solids.T[j]) for j in (k, b[i]))
+                gap, normal = max((gap, normal), separation(*pair), key=lambda bound: bound[0])
+            if is_requested[b[i]] or gap < limit[i]:
+                contacts.append(SolidContact(item_id, solids.names[b[i]], gap, normal))
+        return tuple(contacts)
 
     def chain(self, following: Callable[[str], Iterable[str]], name: str) -> frozenset[str]:
         """Collect the items reachable from an item by a relation: all on it, or all under it.

@@ -1,0 +1,55 @@
+"""Distance between two convex solids, by the algorithm of Gilbert, Johnson and Keerthi.
+
+The vectors from points of one solid to points of the other form a convex body, whose point nearest to 0 is
+the shortest of them. The algorithm collects corners of that body from the farthest points of the solids, and
+finds the nearest point of their hull by non-negative least squares (Lawson and Hanson, Solving Least Squares
+Problems, 1974, ch. 23). Each step gives a direction, in which the empty slab between the solids is a lower
+bound.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.scene.solid_overlap import PosedSolid
+
+TOLERANCE = 1e-5  # m between the bounds of a distance at which the search ends
+
+_MAX_STEPS = 100
+_ROUNDING = 1e-9  # m, distance between two solids within rounding errors
+
+
+def separation(a: PosedSolid, b: PosedSolid) -> tuple[float, Array]:
+    """Compute the distance between two solids.
+
+    Args:
+        a: One solid.
+        b: The other, in the same frame.
+
+    Returns:
+        m, a lower bound of the distance, normally ``TOLERANCE`` too small at most, 0 if they touch; and
+        the unit vector (3,) from ``a`` to ``b`` along which it is the width of the empty slab between them.
+    """
+    between = b.center - a.center
+    corners, best, across = between[None], 0.0, between / max(float(np.linalg.norm(between)), _ROUNDING)
+    for _ in range(_MAX_STEPS):
+        nearest = _nearest_to_zero(corners)
+        length = float(np.linalg.norm(nearest))
+        if length <= max(best + TOLERANCE, _ROUNDING):
+            break
+        way = nearest / length
+        corner = b.support(-way) - a.support(way)
+        if float(corner @ way) > best:
+            best, across = float(corner @ way), way
+        corners = np.vstack([corners, corner])
+    return best, across
+
+
+def _nearest_to_zero(corners: Array) -> Array:
+    """Point (3,) of the convex hull of corners (K, 3) that is nearest to 0."""
+    from scipy.optimize import nnls
+
+    size = max(float(np.abs(corners).max()), _ROUNDING)
+    weights, _ = nnls(np.vstack([corners.T / size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0]))
+    return np.asarray(weights @ corners / weights.sum())
