@@ -77,6 +77,19 @@ def least_turn(a: Array, b: Array) -> Array:
     return rotation_axis_angle(axis / sine, float(np.arctan2(sine, cosine)))
 
 
+def levelled(R: Array) -> Array:
+    """Turn an orientation by the least angle that makes its most vertical axis vertical.
+
+    Args:
+        R: (3, 3) orientation in a frame whose z points up.
+
+    Returns:
+        (3, 3) the turned orientation.
+    """
+    axis = int(np.argmax(np.abs(R[2])))
+    return least_turn(R[:, axis], np.sign(R[2, axis]) * np.array([0.0, 0.0, 1.0])) @ R
+
+
 def rotation_axis_angle(axis: Sequence[float] | Array, angle: float) -> Array:
     """Compute the rotation matrix about an axis (Rodrigues).
 

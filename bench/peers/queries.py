@@ -30,7 +30,7 @@ from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
-from pickcli.planning.stages.placement import plan_placement
+from pickcli.planning.stages.placement import plan_placements
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng, derived_seed
@@ -94,7 +94,7 @@ def _of_pick(
     start = _start(context, scene, tool_state, rng)
     there = _nearest(context, start, [f.start for f in kin])
     chosen = kin[there]
-    landings = plan_placement(asked, chosen, tool_state)
+    landings = next(plan_placements(asked, chosen))
     if isinstance(landings, Failures):
         return []
     out = chosen.end

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
+    from pickcli.planning.start_state import Start
     from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -77,6 +78,25 @@ def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]
     q = _numbers(cell, text)
     refuse_beyond_limits(cell.robot, q, f"configuration {text!r}")
     return q, None
+
+
+def parse_start(cell: Cell, text: str) -> Start:
+    """Parse the state of the robot before a motion, with the default tool state for numbers.
+
+    Args:
+        cell: The cell.
+        text: Text from the command line.
+
+    Returns:
+        Configuration and tool state.
+
+    Raises:
+        InputError: As ``parse_configuration``.
+    """
+    from pickcli.planning.start_state import Start
+
+    q, tool_state = parse_configuration(cell, text)
+    return Start(q, tool_state or cell.robot.tool.default_state)
 
 
 def _numbers(cell: Cell, text: str) -> Array:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.configuration_option import parse_configuration
+from pickcli.commands.configuration_option import parse_configuration, parse_start
 from pickcli.commands.stated_pick import destination, example, refuse_impossible
 from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
 from pickcli.errors import InputError, UnknownNameError
@@ -161,12 +161,8 @@ def start_of_queries(given: Sequence[tuple[str, str]], scene: Scene, start: str 
     Raises:
         InputError: The cell has no such configuration.
     """
-    from pickcli.planning.start_state import Start
-
     kind, words = given[0]
-    name = start or (words.partition(":")[0] if kind == "moves" else "home")
-    q, tool_state = parse_configuration(scene.cell, name)
-    return Start(q, tool_state or scene.cell.robot.tool.default_state)
+    return parse_start(scene.cell, start or (words.partition(":")[0] if kind == "moves" else "home"))
 
 
 def answers_summary(

@@ -5,9 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pickcli.commands.arm_options import preferences_of, seen_by_others
-from pickcli.commands.artifact_options import load_context
-from pickcli.commands.configuration_option import parse_configuration
-from pickcli.commands.experience_session import experience_session
 from pickcli.commands.logs import stage
 from pickcli.commands.plan_verification import timed_certifier
 
@@ -54,19 +51,12 @@ def plan_with_first_able(scene: Scene, query: PickQuery, options: PlanOptions) -
 def _plan_with(
     scene: Scene, query: PickQuery, options: PlanOptions, ranked: tuple[ArmSuitability, ...]
 ) -> None:  # fmt: skip
-    from pickcli.api.arm_states import refuse_standing
     from pickcli.errors import NoPlanError
     from pickcli.planning.blockers import with_blockers
     from pickcli.planning.pick import plan_pick
-    from pickcli.planning.start_state import Start
 
-    q, tool_state = parse_configuration(scene.cell, options.start)
-    roadmap, trajectories = options.roadmap, options.trajectories
-    with stage("reading of roadmap and trajectories"):
-        context = load_context(scene.cell, roadmap, trajectories)
-    begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
-    refuse_standing(scene, begin)
-    with experience_session(context, roadmap, trajectories, options.learn) as session:
+    begin = options.begin(scene)
+    with options.session(scene.cell) as session:
 
         def plan_in(scene: Scene, query: PickQuery) -> Plan:
             certify = None if options.no_verify else timed_certifier(scene)

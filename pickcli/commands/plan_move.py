@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import click
 
-from pickcli.commands.artifact_options import load_context
 from pickcli.commands.command import Command
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_configuration
-from pickcli.commands.experience_session import experience_session
 from pickcli.commands.logs import stage
 from pickcli.commands.plan_options import PlanOptions, plan_options
 from pickcli.commands.scene_options import scene_or_cell_options
@@ -30,20 +28,13 @@ def command(goal: str, options: PlanOptions) -> None:
       apc plan-move --cell my_robot --from home --to parked -o move.json
       apc plan-move --cell my_baxter --arm left --standing right=home --from home --to parked -o move.json
     """
-    from pickcli.api.arm_states import refuse_standing
     from pickcli.planning.move import plan_move
-    from pickcli.planning.start_state import Start
 
     scene = options.scene(goal)
-    q, tool_state = parse_configuration(scene.cell, options.start)
     q_goal, _ = parse_configuration(scene.cell, goal)
-    roadmap, trajectories = options.roadmap, options.trajectories
-    with stage("reading of roadmap and trajectories"):
-        context = load_context(scene.cell, roadmap, trajectories)
-    begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
-    refuse_standing(scene, begin)
+    begin = options.begin(scene)
     label = f"move from {options.start} to {goal}"
-    with experience_session(context, roadmap, trajectories, options.learn) as session:
+    with options.session(scene.cell) as session:
         with stage("planning"):
             plan = plan_move(session.context, scene, begin, q_goal, options.seed, label, session.recorder)
         options.deliver(plan, scene)

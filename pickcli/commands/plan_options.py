@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -10,10 +11,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
-from pickcli.commands.artifact_options import artifact_options
+from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.command import emit_json
-from pickcli.commands.configuration_option import start_option
-from pickcli.commands.experience_session import learn_option
+from pickcli.commands.configuration_option import parse_start, start_option
+from pickcli.commands.experience_session import ExperienceSession, experience_session, learn_option
+from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, passed_as, refuse_output, seed_option
 from pickcli.commands.plan_verification import certified
 from pickcli.commands.report import plan_summary, plan_text
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.motion.plan import Plan
     from pickcli.planning.arm_choice import ArmSuitability
+    from pickcli.planning.start_state import Start
     from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -94,6 +97,39 @@ class PlanOptions:
         scene = scene_or_empty(self.scene_path, self.cell_name, self.arms(*goals))
         refuse_held(scene, self.scene_path)
         return scene
+
+    def begin(self, scene: Scene) -> Start:
+        """Return the state of the robot before the motion, after a check of the arms that stand still.
+
+        Args:
+            scene: The scene.
+
+        Returns:
+            Configuration and tool state.
+
+        Raises:
+            InputError: The start is no configuration of the cell, or another arm is in collision.
+        """
+        from pickcli.api.arm_states import refuse_standing
+
+        start = parse_start(scene.cell, self.start)
+        refuse_standing(scene, start)
+        return start
+
+    @contextmanager
+    def session(self, cell: Cell) -> Iterator[ExperienceSession]:
+        """Load what the motion is planned with; ``experience_session`` states the rest.
+
+        Args:
+            cell: The cell as the moving arm sees it.
+
+        Yields:
+            The session, with the planning context to be used.
+        """
+        with stage("reading of roadmap and trajectories"):
+            context = load_context(cell, self.roadmap, self.trajectories)
+        with experience_session(context, self.roadmap, self.trajectories, self.learn) as session:
+            yield session
 
     def deliver(
         self, plan: Plan, scene: Scene, is_judged: bool = False, ranked: Sequence[ArmSuitability] = ()

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import click
 
-from pickcli.commands.artifact_options import load_context
 from pickcli.commands.command import Command
-from pickcli.commands.configuration_option import parse_configuration
-from pickcli.commands.experience_session import experience_session
 from pickcli.commands.logs import stage
 from pickcli.commands.plan_options import PlanOptions, plan_options
 from pickcli.commands.plan_verification import timed_certifier
@@ -33,21 +30,14 @@ def command(bin_name: str, item: str, options: PlanOptions) -> None:
     Example:
       apc plan-topple --scene scene.json --bin crate_left --item crayola_24_ct -o topple.json
     """
-    from pickcli.api.arm_states import refuse_standing
-    from pickcli.planning.start_state import Start
     from pickcli.planning.topple import TopplingQuery, plan_topple
 
     scene = options.scene()
     scene.cell.require_places()
-    q, tool_state = parse_configuration(scene.cell, options.start)
-    roadmap, trajectories = options.roadmap, options.trajectories
-    with stage("reading of roadmap and trajectories"):
-        context = load_context(scene.cell, roadmap, trajectories)
-    begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
-    refuse_standing(scene, begin)
+    begin = options.begin(scene)
     query = TopplingQuery(bin_name, item)
     certify = None if options.no_verify else timed_certifier(scene)
-    with experience_session(context, roadmap, trajectories, options.learn) as session:
+    with options.session(scene.cell) as session:
         with stage("planning"):
             plan = plan_topple(session.context, scene, query, begin, options.seed, session.recorder, certify)
         options.deliver(plan, scene, is_judged=True)

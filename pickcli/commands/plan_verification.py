@@ -42,8 +42,7 @@ def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -
     except RejectedError as error:
         what = plan.query if path is None else f"{path}: {plan.query}"
         raise RejectedError(what, error.reasons, advice) from None
-    plan.statistics.update(verification_ms=1e3 * (time.perf_counter() - began))
-    return plan
+    return plan.with_statistics(verification_ms=1e3 * (time.perf_counter() - began))
 
 
 def timed_certifier(scene: Scene) -> Certify:
@@ -63,8 +62,9 @@ def timed_certifier(scene: Scene) -> Certify:
         began = time.perf_counter()
         with stage("verification"):
             judged = judge(plan)
-        plan.statistics.update(verification_ms=1e3 * (time.perf_counter() - began))
-        return judged
+        if isinstance(judged, Failures):
+            return judged
+        return judged.with_statistics(verification_ms=1e3 * (time.perf_counter() - began))
 
     return certify
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from pickcli.cell.cell import ArmState, Cell
@@ -169,10 +170,21 @@ class Plan:
     grasp: Grasp | None = None
     speed_scale: float = 1.0
     certificate: Certificate | None = None
-    statistics: dict[str, float] = field(default_factory=dict)
+    statistics: Mapping[str, float] = field(default_factory=dict)
     recovery: RecoveryLevel | None = None
     arm: str = ""
     others: tuple[ArmState, ...] = ()
+
+    def with_statistics(self, **values: float) -> Plan:
+        """Return the plan with further measurements.
+
+        Args:
+            values: Measurements by name, times in ms.
+
+        Returns:
+            The plan, the same except for ``statistics``.
+        """
+        return replace(self, statistics={**self.statistics, **values})
 
 
 def other_arm_elsewhere(plan: Plan, cell: Cell) -> str:

@@ -62,5 +62,4 @@ def plan_move(
     plan = stitch_run(context, scene, [coarse.segment(SegmentKind.TRANSIT, mode)], label, seed)
     if isinstance(plan, Failures):
         raise NoPlanError(query, plan)
-    plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))
-    return plan
+    return plan.with_statistics(planning_ms=1e3 * (time.perf_counter() - began))

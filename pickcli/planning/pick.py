@@ -113,7 +113,7 @@ def _candidates(
         carried = time.perf_counter()
         plan = stitch_pick(problem, motion)
         if not isinstance(plan, Failures):
-            plan.statistics.update(
+            plan = plan.with_statistics(
                 grasps_ms=1e3 * (grasped - began),
                 coarse_ms=1e3 * (carried - grasped - elsewhere),
                 timing_ms=1e3 * (time.perf_counter() - carried),

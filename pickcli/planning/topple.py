@@ -118,7 +118,7 @@ def plan_topple(
         planner = _PushPlanner(context, scene, place, push, state, seed)
         plan = planner.plan(label, start, recorder or ExperienceRecorder())
         if isinstance(plan, Plan):
-            plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))
+            plan = plan.with_statistics(planning_ms=1e3 * (time.perf_counter() - began))
             certified = plan if certify is None else certify(plan)
             if not isinstance(certified, Failures):
                 return certified

@@ -1,10 +1,14 @@
-"""The way of an item through a pick is as the page about the architecture draws it, short, and leads down."""
+"""The way of an item through a pick is as the page about the architecture draws it, short, and leads down.
+
+So is that of an item that is stowed: taken out of the tote, and set down in a bin.
+"""
 
 from __future__ import annotations
 
 import ast
 import re
 import sys
+from collections.abc import Callable
 from functools import cache
 from itertools import groupby, pairwise
 from pathlib import Path
@@ -14,15 +18,20 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.geometry import pose
+from pickcli.motion.plan import Plan
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from planning.conftest import SceneWith
 
+ITEM = "crayola_24_ct"
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "pickcli" / "planning"
-MOST_STOPS, MOST_STEPS_BACK = 30, 5
+MOST_STOPS = 30
+MOST_STEPS_BACK = {"pick": 5, "stow": 6}  # a stow plans a second pick, which takes the item back
 
 # What stages hand to each other. A method of these derives a value from the value that it belongs to: who
 # reads `problem.contacts` does not go there, so it is no stop. The methods of all other classes do work and
@@ -30,11 +39,12 @@ MOST_STOPS, MOST_STEPS_BACK = 30, 5
 VALUES = ("pick_problem", "pick_motion", "planning_context")
 
 
-def drawn() -> list[str]:
-    """The functions and methods in the drawing, in their order."""
+def drawn() -> dict[str, list[str]]:
+    """The functions and methods in the two drawings, in their order."""
     page = (ROOT / "docs" / "architecture.md").read_text()
-    (block,) = re.findall(r"```text\n(pick\.plan_pick\n.*?)```", page, re.DOTALL)
-    return [line.split()[0] for line in block.splitlines()]
+    blocks = re.findall(r"```text\n(pick\.plan_pick\n.*?)```", page, re.DOTALL)
+    functions = [[line.split()[0] for line in block.splitlines()] for block in blocks]
+    return dict(zip(("pick", "stow"), functions, strict=True))
 
 
 @cache
@@ -49,14 +59,32 @@ def floor(module: str) -> int:
 
 
 @pytest.fixture(scope="module")
-def passed(cell: Cell, context: PlanningContext, scene_with: SceneWith) -> list[tuple[str, str]]:
-    """(module, name) of what is called in the package, in the order of the first calls.
+def in_tote(cell: Cell) -> Scene:
+    """One box in the tote."""
+    item = cell.item(ITEM)
+    T_tote_item = pose([0.1, 0.0, float(item.shape.extents[2]) / 2 + 0.0005])
+    placed = PlacedItem(ITEM, item, TOTE, cell.T_world_place(cell.places[TOTE]) @ T_tote_item)
+    return Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
+
+
+@pytest.fixture(scope="module")
+def passed(
+    context: PlanningContext, scene_with: SceneWith, in_tote: Scene, home: Start
+) -> dict[str, list[tuple[str, str]]]:
+    """(module, name) of what is called in the package by a pick and by a stow."""
+    in_bin = scene_with((ITEM, "bin_B", 0.2, 0.0))
+    return {
+        "pick": called(lambda: plan_pick(context, in_bin, PickQuery("bin_B", ITEM), home)),
+        "stow": called(lambda: plan_pick(context, in_tote, PickQuery(TOTE, ITEM, into="bin_H"), home)),
+    }
+
+
+def called(query: Callable[[], Plan]) -> list[tuple[str, str]]:
+    """(module, name) of what a query calls in the package, in the order of the first calls.
 
     Every function and every method is there, private ones and properties too, but the methods of VALUES.
     Comprehensions and functions within functions count as what they stand in.
     """
-    scene = scene_with(("crayola_24_ct", "bin_B", 0.2, 0.0))
-    home = cell.configurations["home"]
     found: dict[tuple[str, str], None] = {}
 
     def note(frame: FrameType, event: str, arg: object) -> None:
@@ -69,16 +97,17 @@ def passed(cell: Cell, context: PlanningContext, scene_with: SceneWith) -> list[
     before = sys.getprofile()
     sys.setprofile(note)
     try:
-        plan = plan_pick(context, scene, PickQuery("bin_B", "crayola_24_ct"), Start(home.q, home.tool_state))
+        plan = query()
     finally:
         sys.setprofile(before)
     assert np.isfinite(plan.trajectory.duration)
     return list(found)
 
 
-def test_a_pick_goes_the_way_that_is_drawn(passed: list[tuple[str, str]]) -> None:
-    public = [f"{module}.{name}" for module, name in passed if not re.search(r"\b_", name)]
-    assert public == drawn()
+@pytest.mark.parametrize("query", MOST_STEPS_BACK)
+def test_an_item_goes_the_way_that_is_drawn(passed: dict[str, list[tuple[str, str]]], query: str) -> None:
+    public = [f"{module}.{name}" for module, name in passed[query] if not re.search(r"\b_", name)]
+    assert public == drawn()[query]
 
 
 def stops_of(passed: list[tuple[str, str]]) -> list[str]:
@@ -91,10 +120,14 @@ def steps_back(stops: list[str]) -> list[tuple[str, str]]:
     return [(a, b) for a, b in pairwise(stops) if floor(f"planning.{b}") > floor(f"planning.{a}")]
 
 
-def test_the_way_of_a_pick_is_short_and_seldom_leads_back_up(passed: list[tuple[str, str]]) -> None:
+@pytest.mark.parametrize(("query", "most_back"), MOST_STEPS_BACK.items())
+def test_the_way_is_short_and_seldom_leads_back_up(
+    passed: dict[str, list[tuple[str, str]]], query: str, most_back: int
+) -> None:
     """A stop is a module that is entered; a step back leads to one that stands higher than the last."""
-    assert any(name.startswith("_") for _, name in passed) and any("." in name for _, name in passed)
-    stops = stops_of(passed)
+    names = [name for _, name in passed[query]]
+    assert any(name.startswith("_") for name in names) and any("." in name for name in names)
+    stops = stops_of(passed[query])
     assert len(stops) <= MOST_STOPS
     back = steps_back(stops)
-    assert len(back) <= MOST_STEPS_BACK, back
+    assert len(back) <= most_back, back

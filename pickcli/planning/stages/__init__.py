@@ -6,6 +6,7 @@
 - Extraction, in `extraction`: `planned_extraction` and `lift_sampling` if no simple corridor is free.
 - Coarse motions: `grasp_transit` to the grasp, and `transfer` with the item to its placement, by ways of
   `item_transfer`.
-- Release, in `placement`: at `drop_placements` from above, else by `set_down` at `floor_placements`.
+- Release, in `placement`: at `drop_placements` from above, else by `set_down`, with `picks_back` from
+  `floor_placements`.
 - Shifts within a place: `shift_corridor` for the item as a free flyer, `shift_end` for the release.
 """

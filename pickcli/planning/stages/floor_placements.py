@@ -17,7 +17,7 @@ from pickcli.cell.place import Place
 from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.collision.stage_contacts import while_resting_on
 from pickcli.errors import Failures, Reason
-from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.geometry import Array, levelled, pose, rotation_axis_angle
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.statics.supports import supports_of
@@ -160,24 +160,6 @@ def _stays(scene: Scene, placement: PlacedItem) -> bool:
     beside = (p for p in scene.in_location(placement.location) if p.id != placement.id)
     supports = supports_of(replace(scene, items=(*beside, placement)))
     return supports.balance.stays(placement.id) or supports.balance.lies_level(placement.id)
-
-
-def levelled(R: Array) -> Array:
-    """Turn an orientation by the least angle that makes the item's most vertical axis vertical.
-
-    Args:
-        R: (3, 3) orientation.
-
-    Returns:
-        (3, 3) the turned orientation.
-    """
-    axis = int(np.argmax(np.abs(R[2])))
-    up = np.sign(R[2, axis]) * np.array([0.0, 0.0, 1.0])
-    across = np.cross(R[:, axis], up)
-    sine = float(np.linalg.norm(across))
-    if sine < 1e-9:
-        return R
-    return np.asarray(rotation_axis_angle(across / sine, float(np.arcsin(min(sine, 1.0)))) @ R)
 
 
 def _grid_placements(place: Place, half: Array, uncertainty: float, step: float) -> Array:

@@ -8,23 +8,18 @@ import numpy as np
 
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Failures, Reason
-from pickcli.geometry import Array, least_turn, rotation_axis_angle
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
-from pickcli.planning.pick_problem import PickProblem, once_per_problem
+from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.extraction import CorridorSet, extraction_of
-from pickcli.planning.stages.floor_placements import floor_placements, levelled
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.picks_back import picks_back
 from pickcli.planning.stages.tool_clearance import tool_lines
 from pickcli.seeds import derived_rng
 
 N_MOTIONS = 2  # motions from which the best is chosen
 NEXT_COST = 0.1  # s of additional cost of each next placement
-SAME_TURN = 9  # decimals: orientations that differ only by rounding have the same placements
-# Axes, in the entry frame, of a tool frame below a level lance that points into the place.
-LANCE_INWARD = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
-QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
 
 
 def plan_set_downs(
@@ -44,14 +39,7 @@ def plan_set_downs(
         The motions, the best placement first; or every reason for failure.
     """
     target, destination = problem.target, problem.destination
-    backs: list[PickProblem] = []
-    failures = Failures()
-    for R_place_item in _orientations(problem, chosen.grasp, tool_state):
-        there = _picks_from(problem, tuple(levelled(R_place_item).round(SAME_TURN).ravel().tolist()))
-        if isinstance(there, Failures):
-            failures += there
-        else:
-            backs += there
+    backs, failures = picks_back(problem, chosen.grasp, tool_state)
     grasp = replace(chosen.grasp, tool_state=tool_state)
     rng = derived_rng(problem.seed, "set down", target.id, destination.name)
     found: list[PlaceMotion] = []
@@ -69,16 +57,6 @@ def plan_set_downs(
     return tuple(found) or failures
 
 
-@once_per_problem
-def _picks_from(problem: PickProblem, orientation: tuple[float, ...]) -> tuple[PickProblem, ...] | Failures:
-    """Return the picks from all placements with an orientation, given row by row."""
-    R_place_item = np.reshape(orientation, (3, 3))
-    placed = floor_placements(
-        problem.context, problem.scene, problem.target, R_place_item, problem.destination
-    )
-    return placed if isinstance(placed, Failures) else tuple(map(problem.back_from, placed))
-
-
 def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> GraspMotion | Failures:
     """Plan the lines of a pick from where the item is set down, with the same grasp."""
     ways_out = extraction_of(back).transforms(CorridorSet.FEW)
@@ -88,34 +66,6 @@ def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> G
     if isinstance(lines, Failures):
         return lines
     return plan_grasp_motion(back, lines, back.context.cell.robot.tool.contact_speed, rng)
-
-
-def _orientations(problem: PickProblem, grasp: Grasp, tool_state: ToolState) -> list[Array]:
-    """Return orientations (3, 3) for the target at its destination; by default its current one.
-
-    An item taken from above is put into a bin with the grasped side to the front, turned about the way in by
-    any quarter turn; or with that side up, if the tool changes its state on the way. On a table that side is
-    up.
-    """
-    if problem.destination.access.is_from_above:
-        return _hanging(problem, grasp)
-    R_entry_item = problem.T_entry_item[:3, :3]
-    if not problem.place.access.is_from_above:
-        return [R_entry_item]
-    if tool_state != grasp.tool_state:
-        return [LANCE_INWARD @ grasp.T_item_tip[:3, :3].T]
-    inward = np.array([1.0, 0.0, 0.0])
-    straight = least_turn(R_entry_item @ grasp.T_item_tip[:3, 2], inward) @ R_entry_item
-    return [rotation_axis_angle(inward, turn) @ straight for turn in QUARTER_TURNS]
-
-
-def _hanging(problem: PickProblem, grasp: Grasp) -> list[Array]:
-    """Return orientations for a cup that points down: the least turn, and quarter turns from it."""
-    R_place_world = problem.scene.T_world_place(problem.destination)[:3, :3].T
-    R_place_item = R_place_world @ problem.target.T_world_item[:3, :3]
-    down = np.array([0.0, 0.0, -1.0])
-    upright = least_turn(R_place_item @ grasp.T_item_tip[:3, 2], down) @ R_place_item
-    return [rotation_axis_angle(down, turn) @ upright for turn in QUARTER_TURNS]
 
 
 def _leant_on(back: PickProblem) -> frozenset[str]:

@@ -6,7 +6,7 @@ from pickcli.errors import Failures
 from pickcli.planning.pick_motion import GraspTransit, PickMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.item_transfer import plan_direct_transfer, plan_transfer_with_tool_change
-from pickcli.planning.stages.placement import placing_states, plan_placement
+from pickcli.planning.stages.placement import plan_placements
 from pickcli.planning.stages.shift_end import plan_end_of_shift
 
 
@@ -24,16 +24,14 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
     if problem.shift is not None:
         end = plan_end_of_shift(problem, taking)
         return end if isinstance(end, Failures) else PickMotion(reached.transit, taking, Transfer((), end))
-    for tool_state in placing_states(problem, taking):
-        placements = plan_placement(problem, taking, tool_state)
+    for placements in plan_placements(problem, taking):
         if isinstance(placements, Failures):
             failures += placements
             continue
         limits = problem.context.arm.limits
         placements = tuple(motion.unwound_towards(limits, taking.end) for motion in placements)
-        plan = (
-            plan_direct_transfer if tool_state == taking.grasp.tool_state else plan_transfer_with_tool_change
-        )
+        keeps_state = placements[0].holding_state == taking.holding_state
+        plan = plan_direct_transfer if keeps_state else plan_transfer_with_tool_change
         transfer = plan(problem, taking, placements)
         if not isinstance(transfer, Failures):
             return PickMotion(reached.transit, taking, transfer)

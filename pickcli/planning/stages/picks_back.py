@@ -1,0 +1,80 @@
+"""Picks that undo a placement: one from each free place, in each orientation, in which an item may lie."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.tool import ToolState
+from pickcli.errors import Failures
+from pickcli.geometry import Array, least_turn, levelled, rotation_axis_angle
+from pickcli.motion.plan import Grasp
+from pickcli.planning.pick_problem import PickProblem, once_per_problem
+from pickcli.planning.stages.floor_placements import floor_placements
+
+SAME_TURN = 9  # decimals: orientations that differ only by rounding have the same placements
+# Axes, in the entry frame, of a tool frame below a level lance that points into the place.
+LANCE_INWARD = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
+QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
+
+
+def picks_back(
+    problem: PickProblem, grasp: Grasp, tool_state: ToolState
+) -> tuple[tuple[PickProblem, ...], Failures]:
+    """Return the picks that would take the target back from where it may be set down.
+
+    Args:
+        problem: The pick.
+        grasp: Grasp of the target.
+        tool_state: State of the tool in which the target is set down.
+
+    Returns:
+        One pick for each free placement, the best first for each orientation; and why there are none in
+        other orientations.
+    """
+    found: list[PickProblem] = []
+    failures = Failures()
+    for R_place_item in _orientations(problem, grasp, tool_state):
+        there = _picks_from(problem, tuple(levelled(R_place_item).round(SAME_TURN).ravel().tolist()))
+        if isinstance(there, Failures):
+            failures += there
+        else:
+            found += there
+    return tuple(found), failures
+
+
+@once_per_problem
+def _picks_from(problem: PickProblem, orientation: tuple[float, ...]) -> tuple[PickProblem, ...] | Failures:
+    """Return the picks from all placements with an orientation, given row by row."""
+    R_place_item = np.reshape(orientation, (3, 3))
+    placed = floor_placements(
+        problem.context, problem.scene, problem.target, R_place_item, problem.destination
+    )
+    return placed if isinstance(placed, Failures) else tuple(map(problem.back_from, placed))
+
+
+def _orientations(problem: PickProblem, grasp: Grasp, tool_state: ToolState) -> list[Array]:
+    """Return orientations (3, 3) for the target at its destination; by default its current one.
+
+    An item taken from above is put into a bin with the grasped side to the front, turned about the way in by
+    any quarter turn; or with that side up, if the tool changes its state on the way. On a table that side is
+    up.
+    """
+    if problem.destination.access.is_from_above:
+        return _hanging(problem, grasp)
+    R_entry_item = problem.T_entry_item[:3, :3]
+    if not problem.place.access.is_from_above:
+        return [R_entry_item]
+    if tool_state != grasp.tool_state:
+        return [LANCE_INWARD @ grasp.T_item_tip[:3, :3].T]
+    inward = np.array([1.0, 0.0, 0.0])
+    straight = least_turn(R_entry_item @ grasp.T_item_tip[:3, 2], inward) @ R_entry_item
+    return [rotation_axis_angle(inward, turn) @ straight for turn in QUARTER_TURNS]
+
+
+def _hanging(problem: PickProblem, grasp: Grasp) -> list[Array]:
+    """Return orientations for a cup that points down: the least turn, and quarter turns from it."""
+    R_place_world = problem.scene.T_world_place(problem.destination)[:3, :3].T
+    R_place_item = R_place_world @ problem.target.T_world_item[:3, :3]
+    down = np.array([0.0, 0.0, -1.0])
+    upright = least_turn(R_place_item @ grasp.T_item_tip[:3, 2], down) @ R_place_item
+    return [rotation_axis_angle(down, turn) @ upright for turn in QUARTER_TURNS]
