@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pickcli.api.arm_states import refuse_standing, states_of
-from pickcli.api.configurations import Configuration, goals_of, start_of
+from pickcli.api.configurations import Configuration, goals_of, start_of, state_named
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_workcell
 from pickcli.cell.fingerprint import fingerprint
@@ -26,7 +26,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.assembly.stitching import stitch_run
 from pickcli.planning.coarse_motion import COARSE_LIMITS, plan_coarse
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -211,7 +211,12 @@ class Planner:
         return plan
 
     def plan_move(
-        self, start: Configuration, goal: Configuration, scene: Scene | None = None, seed: int = 0
+        self,
+        start: Configuration,
+        goal: Configuration,
+        scene: Scene | None = None,
+        seed: int = 0,
+        tool_state: str | None = None,
     ) -> Plan:
         """Plan a timed move of the empty tool from rest to rest (KTH's primitive).
 
@@ -220,6 +225,7 @@ class Planner:
             goal: Goal configuration.
             scene: The scene; None for the empty cell.
             seed: Seed of all random choices.
+            tool_state: Name of the tool state at the goal; None to keep that of the start.
 
         Returns:
             The plan, uncertified.
@@ -231,7 +237,8 @@ class Planner:
         (q_goal,) = goals_of(self.cell, goal)
         begin, here = start_of(self.cell, start), self._seen(scene)
         refuse_standing(here, begin)
-        return plan_move(self.context, here, begin, q_goal, seed)
+        state = None if tool_state is None else state_named(self.cell, tool_state)
+        return plan_move(self.context, here, begin, MoveGoal(q_goal, state), seed)
 
     def plan_pick(
         self, scene: Scene, item: str, into: str = TOTE, start: Configuration = "home", seed: int = 0

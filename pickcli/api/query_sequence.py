@@ -10,11 +10,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
-from pickcli.geometry import Array
 from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Plan
 from pickcli.planning.first_plan import first_plan
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -71,11 +70,11 @@ class MoveStep:
 
     Attributes:
         name: Name of the goal.
-        q: (n,) the goal.
+        goal: The goal.
     """
 
     name: str
-    q: Array
+    goal: MoveGoal
 
     def plan(self, context: PlanningContext, scene: Scene, start: Start, seed: int) -> Plan | None:
         """Plan the move and verify it.
@@ -87,16 +86,17 @@ class MoveStep:
             seed: Seed of all random choices.
 
         Returns:
-            The plan with its certificate; None if the arm is already there.
+            The plan with its certificate; None if arm and tool are already there.
 
         Raises:
             NoPlanError: No motion was found; with the reasons.
             RejectedError: The verifier rejects it.
         """
-        goal = unwound_towards(context.cell.robot.limits, self.q, start.q)
-        if abs(goal - start.q).max() <= AT_GOAL:
+        q = unwound_towards(context.cell.robot.limits, self.goal.q, start.q)
+        is_in_state = self.goal.tool_state in (None, start.tool_state)
+        if is_in_state and abs(q - start.q).max() <= AT_GOAL:
             return None
-        return certify(plan_move(context, scene, start, self.q, seed, f"move to {self.name}"), scene)
+        return certify(plan_move(context, scene, start, self.goal, seed, f"move to {self.name}"), scene)
 
     def after(self, scene: Scene) -> Scene:
         """Return the scene, which a move does not change.

@@ -31,9 +31,9 @@ from pickcli.simulation.installed_drivers import SIMULATED, driver_factory, driv
 if TYPE_CHECKING:
     from pickcli.cell.robot import Limits
     from pickcli.cell.tool import ToolState
-    from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.planning_context import PlanningContext
+    from pickcli.planning.start_state import Start
     from pickcli.scene.scene import Scene
     from pickcli.simulation.world import World
 
@@ -92,6 +92,7 @@ def command(
     from pickcli.commands.execution_report import execution_summary, execution_text, trouble
     from pickcli.errors import TrialAbortedError
     from pickcli.motion.plan_file import read_plan
+    from pickcli.planning.start_state import Start
     from pickcli.simulation.driver import DriverRequest
     from pickcli.simulation.guarded_driver import GuardedDriver, connected
     from pickcli.simulation.reality import read_reality
@@ -127,9 +128,9 @@ def command(
     plans = [plan]
     driver = connected(driver_name, connect, DriverRequest(scene, q, tool_state, reality, seed))
     with closing(driver if driver_name == SIMULATED else GuardedDriver(driver_name, driver)) as driver:
-        if bridge and _is_away(plan, driver.q, scene.cell.robot.limits):
+        if bridge and _is_away(plan, Start(driver.q, tool_state), scene.cell.robot.limits):
             context = load_context(scene.cell, roadmap, trajectories)
-            plans.insert(0, _bridge(context, believed, plan, driver.q, tool_state, seed))
+            plans.insert(0, _bridge(context, believed, plan, Start(driver.q, tool_state), seed))
         film = film_of(video, scene.cell, plans)
         world = cast("World", driver) if driver_name == SIMULATED else None
         with stage("simulation" if world else "execution"):
@@ -213,21 +214,27 @@ def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
             )
 
 
-def _is_away(plan: Plan, q: Array, limits: Limits) -> bool:
+def _is_away(plan: Plan, start: Start, limits: Limits) -> bool:
     from pickcli.kinematics.continuous_joints import unwound_towards
     from pickcli.simulation.start_check import START_TOLERANCE
 
-    first = unwound_towards(limits, plan.trajectory.positions[0], q)
-    return bool(abs(q - first).max() > START_TOLERANCE)
+    first = unwound_towards(limits, plan.trajectory.positions[0], start.q)
+    is_in_state = _first_state(plan) in (None, start.tool_state)
+    return not is_in_state or bool(abs(start.q - first).max() > START_TOLERANCE)
 
 
-def _bridge(
-    context: PlanningContext, believed: Scene, plan: Plan, q: Array, tool_state: ToolState, seed: int
-) -> Plan:  # fmt: skip
-    """Plan a certified move from the robot's configuration to the plan's first point."""
-    from pickcli.planning.move import plan_move
-    from pickcli.planning.start_state import Start
+def _first_state(plan: Plan) -> ToolState | None:
+    """Return the state of the tool at the plan's first point; None if it may be any."""
+    from pickcli.cell.tool import MOVING
 
-    goal = plan.trajectory.positions[0]
-    bridge = plan_move(context, believed, Start(q, tool_state), goal, seed, label="bridge to the first point")
+    state = plan.segments[0].tool_state
+    return None if state == MOVING else state
+
+
+def _bridge(context: PlanningContext, believed: Scene, plan: Plan, start: Start, seed: int) -> Plan:
+    """Plan a certified move from the state of the robot to that at the plan's first point."""
+    from pickcli.planning.move import MoveGoal, plan_move
+
+    goal = MoveGoal(plan.trajectory.positions[0], _first_state(plan))
+    bridge = plan_move(context, believed, start, goal, seed, label="bridge to the first point")
     return certified(bridge, believed, "try another --seed")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.configuration_option import parse_configuration, parse_start
+from pickcli.commands.configuration_option import named_state, parse_configuration, parse_start
 from pickcli.commands.stated_pick import destination, example, refuse_impossible
 from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
 from pickcli.errors import InputError, UnknownNameError
@@ -35,8 +35,9 @@ def query_options(function: F) -> F:
         The command with the options.
     """
     function = click.option(
-        "--move", "moves", metavar="FROM:TO", multiple=True,
-        help="Query instead of PLAN: move between two configurations; may be repeated.",
+        "--move", "moves", metavar="FROM:TO[:STATE]", multiple=True,
+        help="Query instead of PLAN: move between two configurations, with the tool to end in STATE; may be "
+        "repeated.",
     )(function)  # fmt: skip
     function = click.option(
         "--stow", "stows", metavar="ITEM[:BIN]", multiple=True,
@@ -123,13 +124,17 @@ def _stow(words: str, scene: Scene) -> MotionQuery:
 
 def _move(words: str, scene: Scene) -> MotionQuery:
     from pickcli.api.query_sequence import MotionQuery, MoveStep
+    from pickcli.planning.move import MoveGoal
 
-    ends = words.split(":")
-    if len(ends) != 2 or not all(ends):
+    parts = words.split(":")
+    if not 2 <= len(parts) <= 3 or not all(parts):
         known = ":".join(list(scene.cell.configurations)[:2])
-        raise click.UsageError(f"--move: expected FROM:TO, got {words!r}; e.g. {known}")
-    steps = tuple(MoveStep(name, parse_configuration(scene.cell, name)[0]) for name in ends)
-    return MotionQuery(f"move from {ends[0]} to {ends[1]}", steps)
+        raise click.UsageError(f"--move: expected FROM:TO or FROM:TO:STATE, got {words!r}; e.g. {known}")
+    q_start, q_goal = (parse_configuration(scene.cell, name)[0] for name in parts[:2])
+    state = named_state(scene.cell, parts[2]) if len(parts) == 3 else None
+    steps = (MoveStep(parts[0], MoveGoal(q_start)), MoveStep(parts[1], MoveGoal(q_goal, state)))
+    ending = "" if state is None else f" with the tool {state}"
+    return MotionQuery(f"move from {parts[0]} to {parts[1]}{ending}", steps)
 
 
 KINDS: dict[str, Callable[[str, Scene], MotionQuery]] = {"picks": _pick, "stows": _stow, "moves": _move}
@@ -144,7 +149,7 @@ def configurations_in(given: Sequence[tuple[str, str]]) -> tuple[str, ...]:
     Returns:
         Names, or numbers with commas.
     """
-    return tuple(name for kind, words in given if kind == "moves" for name in words.split(":") if name)
+    return tuple(name for kind, words in given if kind == "moves" for name in words.split(":")[:2] if name)
 
 
 def start_of_queries(given: Sequence[tuple[str, str]], scene: Scene, start: str | None) -> Start:

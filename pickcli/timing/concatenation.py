@@ -17,6 +17,39 @@ _Rows: TypeAlias = tuple[Array, Array, Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
+class RestingRun:
+    """A run in which the arm rests, e.g. while only the tool moves.
+
+    Attributes:
+        trajectory: Two equal points.
+        part_times: (2,) s of its start and end.
+        piece_scales: (1,) speed scale, for ``check_limits``.
+    """
+
+    trajectory: Trajectory
+    part_times: Array
+    piece_scales: Array
+
+    @classmethod
+    def of(cls, joint_names: tuple[str, ...], q: Array, duration: float) -> RestingRun:
+        """Return a run at rest.
+
+        Args:
+            joint_names: Names of the n joints.
+            q: (n,) configuration.
+            duration: s, above 0.
+
+        Returns:
+            The run.
+        """
+        trajectory = _trajectory(joint_names, [_at_rest(q, 0.0), _at_rest(q, duration)])
+        return cls(trajectory, trajectory.times, np.ones(1))
+
+
+Run: TypeAlias = TimedRun | RestingRun
+
+
+@dataclass(frozen=True, eq=False)
 class ConcatenatedRuns:
     """Several runs as one trajectory.
 
@@ -36,11 +69,11 @@ class ConcatenatedRuns:
     piece_scales: Array
 
 
-def concatenate(runs: Sequence[TimedRun], rests: Sequence[float]) -> ConcatenatedRuns:
+def concatenate(runs: Sequence[Run], rests: Sequence[float]) -> ConcatenatedRuns:
     """Join runs to one trajectory, with a rest after each run except the last.
 
     Args:
-        runs: R timed runs, each beginning where the one before it ends.
+        runs: R runs, each beginning where the one before it ends.
         rests: (R - 1,) s, at least 0.
 
     Returns:

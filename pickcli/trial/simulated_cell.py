@@ -13,7 +13,7 @@ from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.arm_choice import ArmSuitability, rank_arms
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.recovery.recovery_plan import plan_recovery
@@ -284,7 +284,7 @@ def interfaces_of(arms: Iterable[TrialArm], arena: SimulatedArena) -> TrialInter
             own.context,
             scene,
             start,
-            own.parked.q,
+            MoveGoal(own.parked.q, own.parked.tool_state),
             seed,
             f"park arm {scene.cell.arm}",
             own.experience_recorder,

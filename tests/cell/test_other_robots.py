@@ -16,7 +16,7 @@ from pickcli.cell.robots.srdf import read_srdf
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import inverse
 from pickcli.kinematics.chain import bodies_of_frames, build_chain
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
@@ -110,7 +110,9 @@ def test_an_srdf_is_read(tmp_path: Path) -> None:
 def test_a_move_is_planned_and_verified(branching: Cell) -> None:
     scene = Scene(branching, np.eye(4), (), PoseNoise(0.0, 0.0))
     home, away = branching.configurations["home"], branching.configurations["away"]
-    plan = plan_move(PlanningContext(branching), scene, Start(home.q, home.tool_state), away.q, seed=1)
+    plan = plan_move(
+        PlanningContext(branching), scene, Start(home.q, home.tool_state), MoveGoal(away.q), seed=1
+    )
     verdict = verify(plan, scene)
     assert verdict.certificate is not None, verdict.reasons
     assert verdict.certificate.min_clearance >= branching.clearance - 1e-6

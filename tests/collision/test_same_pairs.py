@@ -17,7 +17,7 @@ from pickcli.collision.motion_segment import Mode
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
@@ -54,7 +54,7 @@ def scene_of(cell: Cell) -> Scene:
 
 def move(cell: Cell, start: tuple[float, ...], goal: tuple[float, ...]) -> Plan:
     begin = Start(np.array(start), cell.robot.tool.default_state)
-    return plan_move(PlanningContext(cell), scene_of(cell), begin, np.array(goal))
+    return plan_move(PlanningContext(cell), scene_of(cell), begin, MoveGoal(np.array(goal)))
 
 
 def nearest(cell: Cell, q: Array) -> tuple[float, set[str]]:

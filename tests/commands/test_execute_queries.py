@@ -150,9 +150,9 @@ def test_a_stop_ends_the_sequence_and_is_no_error(made: Made, tmp_path: Path) ->
         (("--pick", "a:b:c:d"), "--pick: expected PLACE:ITEM"),
         (("--stow", "a:b:c"), "--stow: expected ITEM or ITEM:BIN, got 'a:b:c'"),
         (("--stow", "a:"), "--stow: expected ITEM or ITEM:BIN"),
-        (("--move", "home"), "--move: expected FROM:TO, got 'home'"),
+        (("--move", "home"), "--move: expected FROM:TO or FROM:TO:STATE, got 'home'"),
         (("--move", "home:"), "--move: expected FROM:TO"),
-        (("--move", "home:bin_C:bin_D"), "--move: expected FROM:TO"),
+        (("--move", "home:bin_C:down:bin_D"), "--move: expected FROM:TO or FROM:TO:STATE"),
         ((), "nothing to execute: name a PLAN, or queries"),
     ],
 )
@@ -170,6 +170,7 @@ def test_queries_of_another_form_are_wrong_usage(argv: tuple[str, ...], told: st
         (("--pick", f"bin_C:{ITEM}:bin_Z"), "unknown place 'bin_Z'"),
         (("--move", "home:bin_Z"), "unknown configuration 'bin_Z'"),
         (("--move", "home:1,2"), "got 2 of 8 numbers"),
+        (("--move", "home:bin_C:dwon"), "unknown state of the tool 'dwon'; did you mean 'down'?"),
         (
             ("--pick", f"bin_C:{ITEM}", "--pick", f"bin_C:{ITEM}"),
             f"after --pick bin_C:{ITEM} {ITEM} is in tote",
@@ -203,3 +204,13 @@ def test_queries_are_filmed(made: Made, tmp_path: Path) -> None:
     film = tmp_path / "film.gif"
     answered(made, "--move", "home:bin_C", "--video", film)
     assert film.read_bytes().startswith(b"GIF8")
+
+
+def test_a_move_may_end_with_the_tool_in_another_state(made: Made) -> None:
+    told = answered(
+        made, "--move", "home:home:down", "--move", "home:bin_C", "--move", "bin_C:bin_C:straight"
+    )
+    assert [[e["action"] for m in each["motions"] for e in m["events"]] for each in told["queries"]] == [
+        ["down"], [], ["straight"],
+    ]  # fmt: skip
+    assert all(each["is_clean"] for each in told["queries"])

@@ -23,7 +23,7 @@ from pickcli.kinematics.continuous_joints import unwound_towards, ways_round
 from pickcli.motion.plan import Plan
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
@@ -74,7 +74,7 @@ def scene_of(cell: Cell) -> Scene:
 def move(cell: Cell, start: tuple[float, ...], goal: tuple[float, ...]) -> Plan:
     context = PlanningContext(cell)
     begin = Start(np.array(start), cell.robot.tool.default_state)
-    return plan_move(context, scene_of(cell), begin, np.array(goal), seed=1)
+    return plan_move(context, scene_of(cell), begin, MoveGoal(np.array(goal)), seed=1)
 
 
 def test_a_continuous_joint_has_no_limits_and_is_drawn_from_one_turn(cell: Cell) -> None:

@@ -26,7 +26,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
 from pickcli.meshes.mesh_file import parse_triangles, read_mesh_bytes
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import empty_scene
@@ -191,7 +191,9 @@ def test_every_state_is_free_of_the_other_arm(baxter: Workcell) -> None:
         beside = np.linspace(ends[0], ends[1], 200)
         in_the_way += judge.deepest({"left": beside, "right": np.tile(FORWARD, (200, 1))}) < 0.003
         try:
-            plan = certify(plan_move(context, scene, Start(ends[0], FIXED), ends[1], planned), scene)
+            plan = certify(
+                plan_move(context, scene, Start(ends[0], FIXED), MoveGoal(ends[1]), planned), scene
+            )
         except NoPlanError:
             continue
         t = np.arange(0.0, plan.trajectory.duration, STEP)

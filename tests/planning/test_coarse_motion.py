@@ -13,7 +13,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError
 from pickcli.planning.coarse_motion import plan_coarse
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -51,7 +51,7 @@ def test_what_stands_where_a_move_begins_is_named(
 ) -> None:
     start = Start(cell.configurations["bin_A"].q, STRAIGHT)
     with pytest.raises(NoPlanError) as caught:
-        plan_move(context, blocked, start, cell.configurations["home"].q)
+        plan_move(context, blocked, start, MoveGoal(cell.configurations["home"].q))
     assert caught.value.in_the_way == ("at_bin_A",)
     assert [reason.where for reason in caught.value.reasons] == ["move, start"]
 

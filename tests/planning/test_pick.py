@@ -17,7 +17,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning import pick
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
@@ -213,11 +213,11 @@ def test_a_move_arrives_and_a_blocked_goal_is_explained(
 ) -> None:
     scene = scene_with()
     goal = cell.configurations["bin_K"].q
-    plan = plan_move(context, scene, home, goal)
+    plan = plan_move(context, scene, home, MoveGoal(goal))
     np.testing.assert_allclose(plan.trajectory.positions[-1], goal)
     assert verify(plan, scene).reasons == ()
     with pytest.raises(NoPlanError, match="goal"):
-        plan_move(context, scene, home, cell.configurations["tote_10h"].q)
+        plan_move(context, scene, home, MoveGoal(cell.configurations["tote_10h"].q))
 
 
 def test_a_pick_starts_where_a_move_may_end(

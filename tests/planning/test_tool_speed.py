@@ -11,7 +11,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.tool import ToolState
 from pickcli.motion.plan import Plan
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.recovery.retrace import StoppedMotion, back_to_start
 from pickcli.planning.start_state import Start
@@ -32,7 +32,7 @@ def moved(context: PlanningContext, tool_state: ToolState = STRAIGHT) -> tuple[P
     cell = context.cell
     scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
     start = Start(cell.configurations["home"].q, tool_state)
-    return plan_move(context, scene, start, cell.configurations["midway"].q), scene
+    return plan_move(context, scene, start, MoveGoal(cell.configurations["midway"].q)), scene
 
 
 def fastest(context: PlanningContext, plan: Plan, tool_state: ToolState) -> float:

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.tool import ToolState
 from pickcli.errors import NoPlanError, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
@@ -22,7 +24,7 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.world import World
 from pickcli.verification.verify import TOPPLE_CHECKS, certify
-from support.standing import BOX, CRATE, CRATES, SHELF, box, crate, lying, standing
+from support.standing import BOX, CRATE, CRATES, NOISE, SHELF, box, crate, lying, standing
 
 CONTEXT = PlanningContext(CRATES)
 HOME = Start(CRATES.configurations["home"].q, CRATES.configurations["home"].tool_state)
@@ -125,3 +127,14 @@ def test_no_room_for_the_tool_between_item_and_wall_is_said() -> None:
     beside = crate(standing(BOX, 0.165, 0.0))
     with pytest.raises(NoPlanError, match=r"pre-approach: .*crate_right_wall"):
         topple(beside)
+
+
+def test_from_another_state_of_the_tool_the_cup_turns_on_the_way() -> None:
+    cell = load_cell("apc2016_delft")
+    T = cell.T_world_place(cell.places["tote"]) @ np.linalg.inv(CRATES.T_world_place(CRATES.places[CRATE]))
+    placed = standing(BOX, 0.0, 0.0, 0.4)
+    placed = replace(placed, item=cell.item(BOX), location="tote", T_world_item=T @ placed.T_world_item)
+    scene = Scene(cell, cell.T_world_pod, (placed,), NOISE)
+    query, start = TopplingQuery("tote", BOX), Start(cell.home.q, ToolState("down"))
+    plan = certify(plan_topple(PlanningContext(cell), scene, query, start), scene)
+    assert [event.action for event in plan.events] == ["straight"]

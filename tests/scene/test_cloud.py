@@ -17,7 +17,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array, pose, transform_points
 from pickcli.motion.plan import Plan
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.cloud import Cloud
@@ -181,7 +181,7 @@ def wall(spacing: float = 0.02) -> Cloud:
 def move(scene: Scene) -> Plan:
     cell = scene.cell
     home, away = cell.configurations["home"], cell.configurations["away"]
-    return plan_move(PlanningContext(cell), scene, Start(home.q, home.tool_state), away.q, seed=1)
+    return plan_move(PlanningContext(cell), scene, Start(home.q, home.tool_state), MoveGoal(away.q), seed=1)
 
 
 def test_a_plan_leads_around_a_cloud_and_is_proven(branching: Cell) -> None:

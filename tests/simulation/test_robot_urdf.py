@@ -18,7 +18,7 @@ from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
 from pickcli.errors import InputError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
-from pickcli.planning.move import plan_move
+from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
@@ -100,7 +100,7 @@ def test_links_that_the_srdf_exempts_or_no_joint_parts_do_not_collide(tmp_path: 
 def plan_of(cell: Cell) -> Plan:
     home, away = cell.configurations["home"], cell.configurations["away"]
     start = Start(home.q, home.tool_state)
-    return plan_move(PlanningContext(cell), scene_of(cell), start, away.q, seed=1)
+    return plan_move(PlanningContext(cell), scene_of(cell), start, MoveGoal(away.q), seed=1)
 
 
 def test_a_plan_is_followed_as_well_as_by_the_default_robot(branching: Cell) -> None:

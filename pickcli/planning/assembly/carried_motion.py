@@ -18,16 +18,16 @@ from pickcli.kinematics.tool_change import changing_tip
 from pickcli.planning.assembly.proven_timing import carried_run, divided_lift
 from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.timing.timed_run import TimedRun
+from pickcli.timing.concatenation import Run
 
 
 @dataclass(frozen=True, eq=False)
 class PlanPart:
-    """A timed run with its segments, and the rest of the arm after it.
+    """A run with its segments, and the rest of the arm after it.
 
     Attributes:
         segments: Segments of the run.
-        run: The timed run.
+        run: The run.
         rest: s at rest after it.
         at_rest: The segment of that rest, in which only the tool moves; None if the rest belongs to the last
             segment of the run.
@@ -35,7 +35,7 @@ class PlanPart:
     """
 
     segments: Sequence[MotionSegment]
-    run: TimedRun
+    run: Run
     rest: float = 0.0
     at_rest: MotionSegment | None = None
     continues: bool = False
