@@ -32,7 +32,8 @@ class Workcell:
     """A cell with all its arms.
 
     Planner, verifier and stored files handle one arm each: they use the cell of that arm, in which the other
-    arms are links that no joint moves. The joint positions of the others are part of its fingerprint.
+    arms are links that no joint moves. The joint positions of the others are part of its fingerprint. Arms
+    with the same joints are tools on one flange: the links of the other tool move along.
 
     Attributes:
         arms: The cell of every arm by name, all others parked, the preferred arm first; a single arm has the
@@ -159,6 +160,7 @@ def _beside(
     posture = dict(rest)
     for state in others:
         own = cells[state.arm].robot
+        # Joints that the arms share are among ``moving``, which the posture does not fix.
         posture |= dict(zip(own.joint_names, state.q.tolist(), strict=True))
         posture |= {joint: own.tool.joint_position(joint, state.tool_state) for joint in own.tool.joints}
     moving = [*cell.robot.joint_names, *cell.robot.tool.joints]

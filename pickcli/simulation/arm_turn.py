@@ -1,6 +1,7 @@
 """Turns of several arms in one world: one arm moves while the others are stationary.
 
-Stationary arms are fixed links of the robot, so contacts with them are judged like any other contact.
+Stationary arms are fixed links of the robot, so contacts with them are judged like any other contact. Tools
+on one flange take turns where the arm stands.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from pickcli.simulation.world import World
 
 def let_move(world: World, cell: Cell) -> None:
     """Switch to another arm, which moves from where it stands; the previous one stays where it is.
+
+    An arm with the joints of the previous one, for another tool on the flange, stands where that one is.
 
     Args:
         world: The world.
@@ -35,4 +38,5 @@ def let_move(world: World, cell: Cell) -> None:
             f"arm {before.arm} stands {off.max():.4f} rad or m from where it is to stand while arm "
             f"{cell.arm} moves, its tool {world.tool_state}; bring it to {stated} first"
         )
-    world.let_move(cell, stood.q, stood.tool_state)
+    is_same_arm = cell.robot.joint_names == before.robot.joint_names
+    world.let_move(cell, world.q if is_same_arm else stood.q, stood.tool_state)

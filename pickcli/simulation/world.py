@@ -84,6 +84,7 @@ class World:
         self.observer: Callable[[World], None] | None = None  # called after every step; read-only
         self.robot = scene.cell.robot
         self.engine = Engine(time_step)
+        self._model = Engine(time_step)  # only the robot, for its inverse dynamics
         add_statics(self.engine, scene)
         add_items(self.engine, scene, true_masses(scene, reality, seed))
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
@@ -92,8 +93,9 @@ class World:
         self._mount(q, tool_state or self.robot.tool.default_state)
 
     def close(self) -> None:
-        """Free the engine."""
+        """Free the engines."""
         self.engine.close()
+        self._model.close()
 
     def let_move(self, cell: Cell, q: Array, tool_state: ToolState) -> None:
         """Switch to another arm of the robot; all others are stationary where its cell has them.
@@ -106,6 +108,9 @@ class World:
             tool_state: State of its tool.
         """
         self.engine.remove(ROBOT)
+        # pybullet keeps inverse dynamics by a body's address, also for the next body at that address.
+        self._model.close()
+        self._model = Engine(self.time_step)
         self.scene, self.robot = replace(self.scene, cell=cell), cell.robot
         self._mount(q, tool_state, self.contacts.collisions)
 
@@ -122,7 +127,8 @@ class World:
         tool = self.robot.tool
         with TemporaryDirectory() as folder:
             urdf = write_urdf(self.robot, Path(folder))
-            self.engine.load_robot(ROBOT, urdf, self.robot.T_world_base)
+            for engine in (self.engine, self._model):
+                engine.load_robot(ROBOT, urdf, self.robot.T_world_base)
         indices = self.engine.joints(ROBOT)
         names, forces = self.robot.joint_names, self.robot.motor_forces
         self._drives = Drives(
@@ -270,7 +276,7 @@ class World:
         Returns:
             (m,) Nm or N.
         """
-        return self.engine.inverse_dynamics(ROBOT, joints, dq, ddq)
+        return self._model.inverse_dynamics(ROBOT, joints, dq, ddq)
 
     @property
     def torques(self) -> Array:

@@ -300,7 +300,9 @@ class AttemptRunner:
         return replace(attempt, rejected=rejected, statistics=statistics)
 
     def toppling(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """Plan to topple the item of an attempt with the active arm, and have the plan certified.
+        """Plan to topple the item of an attempt, and have the plan certified.
+
+        Cups push: of several arms those with a cup are tried, the active one first.
 
         Args:
             attempt: The item and its place.
@@ -309,12 +311,9 @@ class AttemptRunner:
         Returns:
             The attempt with its certified plan, or with the reason for failure.
         """
-        certifier, query = self.certifier(), TopplingQuery(attempt.out_of, attempt.item)
-        self.charge()
+        certifier = self.certifier()
         try:
-            plan = self.interfaces.topple(
-                scene, query, self._start(scene.cell), self._seed(attempt), certifier.within(scene)
-            )
+            plan = self._first_push(scene, attempt, certifier)
         except NoPlanError as error:
             outcome = Outcome.REJECTED if certifier.rejected else Outcome.NO_PLAN
             return replace(
@@ -322,6 +321,23 @@ class AttemptRunner:
                 reasons=error.reasons, rejected=tuple(certifier.rejected),
             )  # fmt: skip
         return replace(attempt, plan=plan, statistics=dict(plan.statistics))
+
+    def _first_push(self, scene: Scene, attempt: Attempt, certifier: Certifier) -> Plan:
+        """Return the plan to topple an item by the first arm that has one. Raises NoPlanError if none has."""
+        query, failures = TopplingQuery(attempt.out_of, attempt.item), Failures()
+        cells = self.interfaces.cells
+        pushing = [arm for arm, cell in cells.items() if cell.robot.tool.grip.holds_by_vacuum]
+        for arm in sorted(pushing, key=lambda arm: arm != self.arm) or [self.arm]:
+            if failures.parts and not self.has_time_to_plan:
+                break
+            self.charge()
+            seen = self._seen_by(arm, scene)
+            start = self._start(seen.cell)
+            try:
+                return self.interfaces.topple(seen, query, start, self._seed(attempt), certifier.within(seen))
+            except NoPlanError as error:
+                failures += error.failures
+        raise NoPlanError(f"topple {attempt.item} in {attempt.out_of}", failures)
 
     def certified(self, plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Plan | Failures:
         """Request a certificate from the verifier.

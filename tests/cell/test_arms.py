@@ -102,7 +102,7 @@ Change = Callable[[dict[str, Any]], object]
 MISTAKES: dict[str, tuple[Change, str]] = {
     "joint in two arms": (
         _second_owner,
-        "arms.right.joints: 'left_yaw' is a joint of arm left too; one arm moves at a time",
+        "arms.right.joints: 'left_yaw' is a joint of arm left too; leave it out, or list",
     ),
     "no place to park": (
         lambda c: c["arms"]["left"].pop("parked"),

@@ -16,6 +16,8 @@ MOVES = {  # by cell and arm: from home to where
     ("apc2016_kth", "left"): "tote",
     ("apc2016_kth_picking", "right"): "drop_0",
     ("apc2016_kth_picking", "left"): "drop_0",
+    ("apc2016_delft_pinch", "suction"): "bin_A",
+    ("apc2016_delft_pinch", "fingers"): "bin_A",
 }
 
 

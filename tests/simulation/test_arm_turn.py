@@ -11,6 +11,7 @@ from pickcli.cell.cell import ArmState, Cell
 from pickcli.cell.cell_file import load_workcell
 from pickcli.cell.workcell import Workcell
 from pickcli.errors import InputError
+from pickcli.geometry import Array
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.arm_turn import let_move
 from pickcli.simulation.servo import IDEAL
@@ -86,4 +87,41 @@ def test_an_arm_that_is_not_where_it_is_parked_keeps_the_turn(arms: Workcell) ->
     with pytest.raises(InputError, match=r"arm left stands 1\.\d+ rad or m from where"):
         let_move(world, arms.cell("right"))
     assert world.scene.cell.arm == "left"
+    world.close()
+
+
+@pytest.mark.parametrize("name", ["apc2016_delft_pinch", "apc2016_kth_picking"])
+def test_torques_are_those_of_the_arm_that_moves_after_any_number_of_turns(name: str) -> None:
+    workcell = load_workcell(name)
+    worlds = {arm: world_of(cell, "home") for arm, cell in workcell.arms.items()}
+    first, *_ = worlds
+    needed = {arm: at_rest(world) for arm, world in worlds.items()}
+    world = world_of(workcell.arms[first], "home")
+    for arm in [*reversed(worlds), *worlds] * 8:
+        if arm != world.scene.cell.arm:
+            let_move(world, workcell.arms[arm])
+        np.testing.assert_allclose(at_rest(world), needed[arm], atol=1e-6)
+    for each in (world, *worlds.values()):
+        each.close()
+
+
+def at_rest(world: World) -> Array:
+    """Torques that hold the arm in its home configuration."""
+    still = np.zeros(len(world.joints))
+    return world.inverse_dynamics(world.joints, still, still)
+
+
+def test_another_tool_on_the_flange_goes_on_where_the_arm_stands() -> None:
+    workcell = load_workcell("apc2016_delft_pinch")
+    world = world_of(workcell.arms["suction"], "home")
+    home = world.q.copy()
+    goal = home + 0.004
+    for share in np.linspace(0.0, 1.0, 200):
+        world.command(home + share * (goal - home))
+        world.step()
+    world.wait(0.2)
+    stood = world.q.copy()
+    let_move(world, workcell.arms["fingers"])
+    np.testing.assert_array_equal(world.q, stood)
+    assert np.abs(stood - home).max() > 0.003 and world.tool_state.name == "closed"
     world.close()

@@ -135,7 +135,7 @@ class ScriptedTrial:
         return self._motion(f"park {scene.cell.arm}", seed, None, scene.cell.arm)
 
     def let_move(self, cell: Cell) -> None:
-        if self.executed[-1].query in self.strays:
+        if self.executed and self.executed[-1].query in self.strays:
             raise InputError("it stands elsewhere")
         self.turns.append(cell.arm)
         self.scene = replace(self.scene, cell=cell)

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from pickcli.cell.cell_file import load_workcell
+from pickcli.cell.tool import MOVING
 from pickcli.cell.workcell import Workcell
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.simulation.protective_stop import StopCause
-from pickcli.trial.attempt_runner import TrialSettings
+from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
-from pickcli.trial.trial_result import ArmSummary, Outcome, TrialResult
+from pickcli.trial.trial_result import ArmSummary, Attempt, Outcome, TrialResult
 from pickcli.trial.trial_summary import summary
 from support.order_builders import pick_order
 from support.scripted_trial import DURATION, ScriptedTrial, scene_of
@@ -36,7 +38,8 @@ def kth() -> Workcell:
 
 def fake_of(kth: Workcell, **scripted: object) -> ScriptedTrial:
     scene = replace(scene_of(ORDER, kth.preferred), cell=kth.preferred)
-    return ScriptedTrial(scene, cells=dict(kth.arms), **scripted)  # type: ignore[arg-type]
+    q = {"q": np.zeros(len(kth.preferred.robot.joint_names))}
+    return ScriptedTrial(scene, cells=dict(kth.arms), **(q | scripted))  # type: ignore[arg-type]
 
 
 def play(fake: ScriptedTrial, **settings: object) -> TrialResult:
@@ -65,6 +68,32 @@ def test_an_arm_that_acts_again_is_not_parked_between(kth: Workcell) -> None:
     fake = fake_of(kth, able=dict.fromkeys(BOTH, ("right",)))
     play(fake)
     assert not [query for query in moved(fake) if query.startswith("park")] and not fake.turns
+
+
+@pytest.mark.parametrize(("is_in_state", "n_parkings"), [(True, 0), (False, 1)])
+def test_an_arm_that_is_parked_already_does_not_move_again(
+    kth: Workcell, is_in_state: bool, n_parkings: int
+) -> None:
+    """It is parked if its tool is in the state of that configuration, too."""
+    parked = kth.parked["right"]
+    state = parked.tool_state if is_in_state else MOVING
+    fake = fake_of(kth, able=dict.fromkeys(BOTH, ("left",)), q=parked.q, tool_state=state)
+    assert play(fake).items_in_tote == 3
+    assert fake.turns == ["left"] and moved(fake).count("park right") == n_parkings
+
+
+def test_an_item_is_toppled_by_an_arm_with_a_cup(kth: Workcell) -> None:
+    """The left arm, which has acted last, has a gripper."""
+    fake = fake_of(kth)
+    runner = AttemptRunner(fake.interfaces(), TrialSettings(), 900.0, lambda *_: None)
+    runner.let_move("left")
+    target, clock = ORDER.targets[0], runner.clock
+    attempt = Attempt(
+        target, "crayola_24_ct", 0, 0.0, Outcome.NO_PLAN, into="bin_B", out_of="bin_B", topples=True
+    )  # fmt: skip
+    plan = runner.toppling(attempt, runner.scene()).plan
+    assert plan is not None and plan.arm == "right"
+    assert runner.clock.now == pytest.approx(clock.now + PLANNING_CHARGE)
 
 
 def test_parking_takes_time_and_a_planning_call(kth: Workcell) -> None:

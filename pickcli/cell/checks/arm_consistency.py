@@ -77,6 +77,7 @@ def check_arms(source: Source, model: CellModel) -> None:
         for name, arm in model.arms.items():
             own = [c.name for c in model.configurations if c.arm == name]
             refer(source, ("arms", name, "parked"), f"configuration of arm {name}", arm.parked, own)
+        _check_same_parking(source, model)
     elif not model.robots and not model.robot.joints:
         text = "expected the planned joints, base outwards, got nothing; add it, or arms"
         source.add(("robot", "joints"), text)
@@ -191,12 +192,31 @@ def _check_one_owner(source: Source, model: CellModel) -> None:
     for name, arm in model.arms.items():
         for joint in arm.joints:
             owner = owners.setdefault(joint, name)
-            if owner != name:
-                text = f"{joint!r} is a joint of arm {owner} too; one arm moves at a time: leave it out"
+            if owner != name and arm.joints != model.arms[owner].joints:
+                text = (
+                    f"{joint!r} is a joint of arm {owner} too; leave it out, or list the same joints in the "
+                    "same order for two tools on one flange"
+                )
                 source.add(("arms", name, "joints"), text)
     for joint in model.robot.posture.keys() & owners.keys():
         text = f"is a joint of arm {owners[joint]}; its configurations say where it stands: leave it out"
         source.add(("robot", "posture", joint), text)
+
+
+def _check_same_parking(source: Source, model: CellModel) -> None:
+    """Check that tools on one flange park at the same joint positions, where they take turns."""
+    parked = {
+        name: tuple(c.q)
+        for name, arm in model.arms.items()
+        for c in model.configurations
+        if (c.arm, c.name) == (name, arm.parked)
+    }
+    first: dict[tuple[str, ...], str] = {}
+    for name in parked:
+        other = first.setdefault(tuple(model.arms[name].joints), name)
+        if parked[name] != parked[other]:
+            text = f"is on the joints of {other}, which is parked at other positions; give both the same q"
+            source.add(("arms", name, "parked"), text)
 
 
 def _check_robots(source: Source, model: CellModel) -> None:

@@ -101,7 +101,7 @@ class JointLimitModel(FileModel):
 
 
 class ArmModel(FileModel):
-    """One of several arms: joints, tool and parking configuration."""
+    """One of several arms, or of several tools on one flange: joints, tool and parking configuration."""
 
     joints: Joints = Field(description="the arm's joints, base outwards")
     tip: Text | None = Field(None, description="the last link of its chain, where it has no tool")
