@@ -2,12 +2,14 @@
 
 ApcError
 ├── InputError            3  a file, name or value from outside is not usable
-│   └── UnknownNameError  3  a name that is not in the cell, the items or the scene
+│   ├── UnknownNameError  3  a name that is not in the cell, the items or the scene
+│   └── StartError        3  a robot that is not where the plan begins (``simulation.start_check``)
 ├── ArtifactError         4  a stored file is stale, damaged or rejected
 │   ├── StaleError        4  made for another cell, scene or version (the message names both)
 │   ├── DamagedError      4  truncated, flipped bits, wrong checksums
 │   └── RejectedError     4  the verifier said no
 ├── NoPlanError           5  no motion exists that the planner could find; carries every reason
+│   └── NoExtractionError 5  no grasp leads an item out of its place, wherever it is to be brought
 ├── TrialAbortedError     6  a trial, or an execution of plans, in which a motion went wrong
 ├── WorkerLostError       1  a task of a build that ended the processes which tried it
 └── LimitError            1  our own bug: timing made no trajectory that keeps the limits
@@ -241,7 +243,7 @@ class NoPlanError(ApcError):
     Args:
         query: The query, e.g. "pick crayola_24_ct from bin_B".
         reasons: Every reason, in the order in which the candidates were tried.
-        text: Text instead of the most frequent reasons.
+        text: Text instead of the most frequent reasons, by default their summary.
         blockers: Ids of items without which there is a plan; () if no such items are known.
     """
 
@@ -251,12 +253,11 @@ class NoPlanError(ApcError):
         self, query: str, reasons: Iterable[Reason], text: str = "", blockers: Sequence[str] = ()
     ) -> None:
         self.query, self.failures, self.blockers = query, Failures(tuple(reasons)), tuple(blockers)
-        super().__init__(f"no plan for {query}: {text or self.summary()}")
+        self.text = text or self.summary()
+        super().__init__(f"no plan for {query}: {self.text}")
 
-    @classmethod
-    def of_alternatives(
-        cls, query: str, alternatives: Sequence[tuple[str, NoPlanError | None]]
-    ) -> NoPlanError:
+    @staticmethod
+    def of_alternatives(query: str, alternatives: Sequence[tuple[str, NoPlanError | None]]) -> NoPlanError:
         """Return the error of several alternatives (arms, bins) without a plan, with a line for each.
 
         Args:
@@ -264,11 +265,15 @@ class NoPlanError(ApcError):
             alternatives: In their order, each in words, and its error; None for one that was not tried.
 
         Returns:
-            The error, with the reasons of all.
+            The error, with the reasons and blockers of all; a NoExtractionError if all errors are.
         """
         lines = [f"{each}{'' if error is None else f': {error.summary()}'}" for each, error in alternatives]
-        reasons = (reason for _, error in alternatives if error is not None for reason in error.reasons)
-        return cls(query, reasons, "".join(f"\n  {line}" for line in lines))
+        errors = [error for _, error in alternatives if error is not None]
+        is_stuck = bool(errors) and all(isinstance(error, NoExtractionError) for error in errors)
+        reasons = (reason for error in errors for reason in error.reasons)
+        blockers = tuple(dict.fromkeys(name for error in errors for name in error.blockers))
+        text = "".join(f"\n  {line}" for line in lines)
+        return (NoExtractionError if is_stuck else NoPlanError)(query, reasons, text, blockers)
 
     @property
     def reasons(self) -> tuple[Reason, ...]:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.errors import Failures, NoPlanError, Reason, RejectedError, UnknownNameError
+import pickcli.errors
+from pickcli.errors import ApcError, Failures, NoPlanError, Reason, RejectedError, UnknownNameError
 from pickcli.name_suggestion import suggestion
+from pickcli.simulation.start_check import StartError
+
+ERRORS_PAGE = Path(__file__).parents[1] / "docs" / "reference" / "errors.md"
 
 reasons = st.builds(
     Reason, st.sampled_from(["collision", "too close"]), st.text("ab", max_size=2), st.just(""),
@@ -108,3 +114,20 @@ def test_a_rejection_has_one_fault_per_line() -> None:
     )
     assert error.reasons == reasons
     assert str(RejectedError("p")) == "p: rejected, plan it again"
+
+
+def all_errors(base: type[ApcError] = ApcError) -> list[type[ApcError]]:
+    """Every subclass that users may see."""
+    return [each for child in base.__subclasses__() for each in (child, *all_errors(child))]
+
+
+def test_the_tree_and_the_page_name_every_error_with_its_exit_code() -> None:
+    errors = {error.__name__: error.exit_code for error in all_errors()}
+    assert StartError.__name__ in errors
+    assert pickcli.errors.__doc__ is not None
+    tree = dict(re.findall(r"─ (\w+) +(\d)  ", pickcli.errors.__doc__))
+    assert {name: int(code) for name, code in tree.items()} == errors
+    rows = re.findall(r"^\| (\d+) \|([^|]*)\|", ERRORS_PAGE.read_text(), re.MULTILINE)
+    page = {name: int(code) for code, names in rows for name in re.findall(r"`(\w+)`", names)}
+    kinds = {name: code for name, code in errors.items() if name != "ArtifactError"}  # a base only
+    assert page == kinds

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Plan
-from pickcli.planning.first_plan import first_plan
+from pickcli.planning.destination_choice import plan_into_first
 from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -185,7 +184,7 @@ class StowStep:
             query = PickQuery(TOTE, self.item, name)
             return plan_pick(context, scene, query, start, seed, certify=certifier(scene))
 
-        return first_plan(f"stow {self.item}", [(name, partial(plan_into, name)) for name in self.bins])
+        return plan_into_first(f"stow {self.item}", self.bins, plan_into)
 
     def after(self, scene: Scene) -> Scene:
         """Predict the scene with the item in the first of the bins.

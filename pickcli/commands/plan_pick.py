@@ -8,7 +8,7 @@ import click
 
 from pickcli.commands.command import Command
 from pickcli.commands.option_types import RenamedOption
-from pickcli.commands.pick_request import plan_with_first_able
+from pickcli.commands.pick_request import plan_requested
 from pickcli.commands.plan_options import PlanOptions, plan_options
 from pickcli.commands.scene_options import scene_options
 from pickcli.commands.stated_pick import destination, refuse_impossible
@@ -54,7 +54,7 @@ def command(
     query = PickQuery(out_of, item, into=into, neighbours=Neighbours(neighbours))
     out_of_option = "--bin" if pick is None else "--pick"
     refuse_impossible(scene, query, out_of_option=out_of_option, into_option="--into")
-    plan_with_first_able(scene, query, options)
+    plan_requested(scene, (query,), options)
 
 
 def _taken(pick: str | None, place: str | None, item: str | None, scene: Scene) -> tuple[str, str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command
-from pickcli.commands.pick_request import plan_with_first_able
+from pickcli.commands.pick_request import plan_requested
 from pickcli.commands.plan_options import PlanOptions, plan_options
 from pickcli.commands.scene_options import scene_options
 
@@ -44,7 +44,7 @@ def command(bin_name: str, item: str, by: str, options: PlanOptions) -> None:
     if bin_name not in scene.cell.places:
         raise UnknownNameError("place", bin_name, list(scene.cell.places), "--bin")
     scene.find(item, bin_name)
-    plan_with_first_able(scene, PickQuery(bin_name, item, bin_name, by=shift), options)
+    plan_requested(scene, (PickQuery(bin_name, item, bin_name, by=shift),), options)
 
 
 def _parsed(text: str) -> Shift:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import click
 
 from pickcli.commands.command import Command
-from pickcli.commands.pick_request import plan_with_first_able
+from pickcli.commands.pick_request import plan_requested
 from pickcli.commands.plan_options import PlanOptions, plan_options
 from pickcli.commands.scene_options import scene_options
 from pickcli.commands.stated_stow import bins_for, item_in_tote, stated_bin
@@ -34,7 +32,6 @@ def command(item: str, into: str | None, neighbours: str, options: PlanOptions) 
     Example:
       apc plan-stow --scene scene.json --item dove_beauty_bar --into bin_H -o plan.json
     """
-    from pickcli.planning.first_plan import first_plan
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours
     from pickcli.scene.scene import TOTE
@@ -43,9 +40,6 @@ def command(item: str, into: str | None, neighbours: str, options: PlanOptions) 
     scene.cell.require_pod_and_tote()
     placed = item_in_tote(scene, item, "--item", "apc plan-pick")
     bins = bins_for(scene, placed) if into is None else (stated_bin(scene, placed, into, "--into"),)
-
-    def plan_into(name: str) -> None:
-        query = PickQuery(TOTE, placed.id, name, neighbours=Neighbours(neighbours))
-        plan_with_first_able(scene, query, options)
-
-    first_plan(f"stow {placed.id}", [(name, partial(plan_into, name)) for name in bins])
+    way = Neighbours(neighbours)
+    queries = [PickQuery(TOTE, placed.id, name, neighbours=way) for name in bins]
+    plan_requested(scene, queries, options, f"stow {placed.id}")

@@ -3,7 +3,7 @@
 Read `pick` with `pick_problem`, then its `stages` in their order, with the results that they pass on in
 `pick_motion` and the motions between them by `coarse_motion`, then `assembly`, which makes a plan of the
 proven segments. `move`, `topple` and `recovery` are the other queries; `arm_choice` selects one of several
-arms, `first_plan` the first of several queries that has a plan, and `blockers` finds the items without which
+arms, `destination_choice` one of several destinations, and `blockers` finds the items without which
 a pick would have one. All need the `planning_context`, the `start_state` and the parameters in
 `pick_settings`.
 """

@@ -13,6 +13,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
 from pickcli.grasping.method_choice import may_hold
 from pickcli.motion.plan import Plan
+from pickcli.planning.destination_choice import plan_into_first
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 
@@ -111,7 +112,9 @@ def from_the_mouth(scene: Scene, items: Iterable[PlacedItem]) -> list[PlacedItem
     return sorted(items, key=depth)
 
 
-def with_blockers(error: NoPlanError, plan_in: PlanIn, scene: Scene, query: PickQuery) -> NoPlanError:
+def with_blockers(
+    error: NoPlanError, plan_in: PlanIn, scene: Scene, queries: Sequence[PickQuery]
+) -> NoPlanError:
     """Add the blockers to the error of a pick, and which of them have no plan themselves.
 
     The reasons of a failed plan name the item beside each candidate; planning without them shows which of
@@ -121,24 +124,29 @@ def with_blockers(error: NoPlanError, plan_in: PlanIn, scene: Scene, query: Pick
         error: The error of the pick in the scene.
         plan_in: Plans a pick in any scene, or raises NoPlanError.
         scene: The scene.
-        query: The pick.
+        queries: The pick, by its destination, in their order; at least one.
 
     Returns:
         The error with the advice in its message; the same error if removing items does not help.
     """
     if not error.in_the_way:
         return error
+    query, into = queries[0], {query.into: query for query in queries}
+
+    def what_if(left: Scene) -> object:
+        return plan_into_first(error.query, list(into), lambda name: plan_in(left, into[name]))
+
     target = scene.find(query.item, query.out_of)
-    names = blocking_items(lambda left: plan_in(left, query), scene, target, blamed=error.in_the_way)
+    names = blocking_items(what_if, scene, target, blamed=error.in_the_way)
     if not names:
         return error
     away = query.into if query.out_of == TOTE or TOTE not in scene.cell.places else TOTE
     clearings = [PickQuery(query.out_of, name, away, neighbours=query.neighbours) for name in names]
     stuck = [clearing.item for clearing in clearings if not _has_plan(plan_in, scene, clearing)]
-    advice = f"{error.summary()}\nwithout {' and '.join(names)} there is a plan"
+    advice = f"{error.text}\nwithout {' and '.join(names)} there is a plan"
     if stuck:
         advice += f", but {' and '.join(stuck)} cannot be picked either"
-    return NoPlanError(error.query, error.reasons, advice, names)
+    return type(error)(error.query, error.reasons, advice, names)
 
 
 def _has_plan(plan_in: PlanIn, scene: Scene, query: PickQuery) -> bool:

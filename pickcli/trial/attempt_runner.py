@@ -196,7 +196,8 @@ class AttemptRunner:
             The plan with its certificate.
 
         Raises:
-            NoPlanError: There is no plan that the verifier accepts; with the reasons.
+            NoExtractionError: No grasp leads the item out of its place, even if it may push others aside.
+            NoPlanError: There is no plan that the verifier accepts; with the reasons of both calls.
         """
         query, certifier = _query(attempt, exclude), certifier or self.certifier()
         try:
@@ -204,8 +205,13 @@ class AttemptRunner:
         except NoPlanError as error:
             if not (self.has_time_to_plan and _is_in_a_heap(scene, attempt, error.in_the_way)):
                 raise
-        pushing = replace(query, neighbours=Neighbours.PUSH)
-        return self._first_plan(scene, attempt, pushing, certifier)
+            avoiding = error
+        try:
+            return self._first_plan(scene, attempt, replace(query, neighbours=Neighbours.PUSH), certifier)
+        except NoPlanError as pushing:
+            is_stuck = all(isinstance(each, NoExtractionError) for each in (avoiding, pushing))
+            error_type = NoExtractionError if is_stuck else NoPlanError
+            raise error_type(avoiding.query, avoiding.failures + pushing.failures) from None
 
     def _first_plan(self, scene: Scene, attempt: Attempt, query: PickQuery, certifier: Certifier) -> Plan:
         """Return the plan of a query by the first arm that has one.

@@ -9,16 +9,18 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.errors import NoPlanError, Reason
+from pickcli.cell.cell_file import load_cell
+from pickcli.errors import NoExtractionError, NoPlanError, Reason
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.planning.blockers import with_blockers
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import write_scene
 from support.command_line import apc
 
 TARGET, BOX, HOOKS, GLUE = "crayola_24_ct", "kleenex_tissue_box", "command_hooks", "dove_beauty_bar"
+BOOK = "i_am_a_bunny_book"
 
 
 def scene_of(cell: Cell, *names: str) -> Scene:
@@ -62,16 +64,43 @@ def test_the_items_that_matter_are_named_and_those_that_are_stuck_themselves(
     cell: Cell, needed: set[str], blame: tuple[str, ...], stuck: set[str], told: str
 ) -> None:
     scene, query = scene_of(cell, TARGET, BOX, HOOKS), PickQuery("bin_E", TARGET)
-    error = with_blockers(blamed(query, *blame), planning(needed, stuck, *blame), scene, query)
+    error = with_blockers(blamed(query, *blame), planning(needed, stuck, *blame), scene, [query])
     assert str(error).splitlines()[-1] == told and set(error.blockers) == needed
     assert len(error.reasons) == len(blame)
+
+
+def test_several_destinations_are_all_planned_without_the_items_and_the_lines_of_each_are_kept(
+    cell: Cell,
+) -> None:
+    scene = scene_of(cell, TARGET, BOX)
+    queries = [PickQuery("bin_E", TARGET, into=name) for name in ("bin_A", "bin_B")]
+    failed = [(query.into, blamed(query, BOX)) for query in queries]
+    error = NoPlanError.of_alternatives(f"stow {TARGET}", failed)
+    into_second = planning({BOX}, set(), BOX)
+
+    def plan_in(scene: Scene, query: PickQuery) -> Plan:
+        if query.into == "bin_A":
+            raise blamed(query, GLUE)
+        return into_second(scene, query)  # type: ignore[no-any-return]
+
+    told = with_blockers(error, plan_in, scene, queries)
+    assert told.blockers == (BOX,)
+    lines = str(told).splitlines()
+    assert lines[-1] == f"without {BOX} there is a plan"
+    assert [line.split(":")[0].strip() for line in lines[1:-1]] == ["bin_A", "bin_B"]
+
+
+def test_the_type_of_the_error_is_kept(cell: Cell) -> None:
+    scene, query = scene_of(cell, TARGET, BOX), PickQuery("bin_E", TARGET)
+    stuck = NoExtractionError("pick", blamed(query, BOX).reasons)
+    assert isinstance(with_blockers(stuck, planning({BOX}, set(), BOX), scene, [query]), NoExtractionError)
 
 
 @pytest.mark.parametrize("blame", [(), (BOX, HOOKS)])
 def test_where_removing_items_does_not_help_nothing_is_advised(cell: Cell, blame: tuple[str, ...]) -> None:
     scene, query = scene_of(cell, TARGET, BOX, HOOKS), PickQuery("bin_E", TARGET)
     error = blamed(query, *blame)
-    assert with_blockers(error, planning({TARGET}, set(), *blame), scene, query) is error
+    assert with_blockers(error, planning({TARGET}, set(), *blame), scene, [query]) is error
 
 
 def test_a_pick_behind_a_box_says_that_the_box_has_to_go(cell: Cell, tmp_path: Path) -> None:
@@ -90,3 +119,41 @@ def test_a_pick_behind_a_box_says_that_the_box_has_to_go(cell: Cell, tmp_path: P
         assert error["blockers"] == [BOX] and error["message"].endswith(f"without {BOX} there is a plan")
     else:
         pytest.fail(answer.out)
+
+
+def test_a_stow_of_what_lies_below_names_what_lies_on_it(cell: Cell, tmp_path: Path) -> None:
+    """Without --into the bins are tried in turn; none of them has a plan as long as the cover is there."""
+    T, below, above = cell.T_world_place(cell.places[TOTE]), cell.item(BOOK), cell.item(TARGET)
+    height = float(below.shape.extents[2])
+    placed = (
+        PlacedItem(BOOK, below, TOTE, T @ pose([0.0, 0.0, height / 2 + 0.0005])),
+        PlacedItem(TARGET, above, TOTE, T @ pose([0.0, 0.0, height + above.shape.extents[2] / 2 + 0.001])),
+    )
+    scene, out = tmp_path / "scene.json", tmp_path / "plan.json"
+    write_scene(Scene(cell, cell.T_world_pod, placed, PoseNoise(0.002, float(np.radians(1.0)))), scene)
+    answer = apc("plan-stow", "--scene", scene, "--item", BOOK, "-o", out, "--json")
+    assert answer.code == 5, answer.out
+    error = json.loads(answer.out)["error"]
+    assert error["kind"] == "NoExtractionError" and error["blockers"] == [TARGET]
+    assert error["message"].endswith(f"without {TARGET} there is a plan")
+
+
+def test_a_pick_with_two_arms_names_what_is_in_the_way_of_both(tmp_path: Path) -> None:
+    cell = load_cell("apc2016_kth_picking", arm="right")
+    cell_bin = cell.pod.bins["bin_E"]
+    T = cell.T_world_place(cell_bin)
+
+    def on_floor(name: str, x: float) -> PlacedItem:
+        size = cell.item(name).shape.extents
+        floor, _ = cell_bin.room.rest(np.array(x - size[0] / 2), np.array(0.0))
+        z = float(floor) + float(size[2]) / 2 + 0.002
+        return PlacedItem(name, cell.item(name), "bin_E", T @ pose([x, 0.0, z]))
+
+    scene, out = tmp_path / "scene.json", tmp_path / "plan.json"
+    items = (on_floor(GLUE, 0.25), on_floor(BOX, 0.13))
+    write_scene(Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0)))), scene)
+    answer = apc("plan-pick", "--scene", scene, "--bin", "bin_E", "--item", GLUE, "-o", out, "--json")
+    assert answer.code == 5, answer.out
+    error = json.loads(answer.out)["error"]
+    assert error["blockers"] == [BOX]
+    assert "arm" in error["message"] and f"without {BOX} there is a plan" in error["message"]

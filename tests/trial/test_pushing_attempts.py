@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.errors import NoExtractionError, NoPlanError, Reason
+from pickcli.motion.plan import Plan
+from pickcli.planning.pick_problem import Certify, PickQuery
 from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.start_state import Start
+from pickcli.scene.scene import Scene
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
@@ -44,4 +51,45 @@ def test_what_lies_in_a_bin_is_never_pushed(cell: Cell) -> None:
 def test_nothing_is_pushed_for_what_no_item_is_in_the_way_of(cell: Cell) -> None:
     fake = ScriptedTrial(scene_of(STOW, cell), no_plan=frozenset({DVD}))
     run_trial(STOW, fake.interfaces(), TrialSettings())
+    assert (DVD, Neighbours.AVOID) in fake.ways
     assert all(way is Neighbours.AVOID for _, way in fake.ways)
+
+
+def test_a_push_that_fails_hides_no_reason_and_closes_no_other_bin(cell: Cell) -> None:
+    """The first bin is full: that other grasps do not hold what is pushed does not change it."""
+    fake, full = ScriptedTrial(scene_of(STOW, cell)), []
+
+    def plan(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
+        if query.item != DVD or query.into not in (full or (query.into,)):
+            return fake.plan(scene, query, start, seed, certify)
+        full.append(query.into)
+        fake.ways.append((DVD, query.neighbours))
+        if query.neighbours is Neighbours.PUSH:
+            raise NoExtractionError("pick", [Reason("does not hold", "lift")])
+        raise NoPlanError(
+            "pick", [Reason("collision", "lift", "", CARDS), Reason("no free place", query.into)]
+        )
+
+    result = run_trial(STOW, replace(fake.interfaces(), plan=plan), TrialSettings())
+    assert [way for item, way in fake.ways if item == DVD][:2] == [Neighbours.AVOID, Neighbours.PUSH]
+    into = [attempt.into for attempt in result.attempts if attempt.item == DVD]
+    assert into and into[-1] not in full
+    assert [target.outcome for target in result.targets] == [Outcome.DELIVERED] * 2
+
+
+def test_where_every_bin_fails_the_reasons_of_both_calls_are_told(cell: Cell) -> None:
+    fake = ScriptedTrial(scene_of(STOW, cell))
+
+    def plan(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
+        if query.item != DVD:
+            return fake.plan(scene, query, start, seed, certify)
+        if query.neighbours is Neighbours.PUSH:
+            raise NoExtractionError("pick", [Reason("does not hold", "lift")])
+        raise NoPlanError(
+            "pick", [Reason("collision", "lift", "", CARDS), Reason("no free place", query.into)]
+        )
+
+    result = run_trial(STOW, replace(fake.interfaces(), plan=plan), TrialSettings())
+    first = next(attempt for attempt in result.attempts if attempt.item == DVD)
+    assert [reason.what for reason in first.reasons] == ["collision", "no free place", "does not hold"]
+    assert first.in_the_way == (CARDS,) and first.has_way_out
