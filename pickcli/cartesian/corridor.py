@@ -154,7 +154,7 @@ def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
 
 
 def _explained(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker) -> Reason:
-    """Explain what blocks a corridor, and where it is worst of the sampled poses that are not valid."""
+    """Explain what blocks a corridor, and where it is worst of sampled poses; else the blocked edge."""
     way, along = np.stack([c.lift, *c.retreat]), EXPLAINED_SHARES[1:]
     shares = np.linspace(0.0, 1.0, len(way))
     out = np.column_stack([np.interp(along, shares, x) for x in way.T])
@@ -165,8 +165,12 @@ def _explained(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
     sampled = np.vstack([while_leaving, while_carrying])
     is_valid = np.append(leaving.are_valid(while_leaving), carrying.are_valid(while_carrying))
     clearances = np.append(leaving.clearances(while_leaving), carrying.clearances(while_carrying))
-    is_looked_at = ~is_valid if not is_valid.all() else is_valid
-    worst = int(np.argmin(np.where(is_looked_at, clearances, np.inf)))
+    if is_valid.all():
+        first = np.stack([np.zeros(6), c.first_stretch])
+        path = np.stack([c.first_stretch, c.lift, *c.retreat])
+        why = carrying.explain_path(path) if leaving.is_valid_path(first) else leaving.explain_path(first)
+        return Reason("no way out", "lift", why.detail, why.in_the_way)
+    worst = int(np.argmin(np.where(is_valid, np.inf, clearances)))
     where = (
         *(f"{100 * s:.0f} % along the first stretch" for s in along),
         "after the first stretch",

@@ -52,7 +52,7 @@ def follow_line(
         return Failures((lambda: [_at_waypoint(checker, kept, blocked).at(where)],))
     edge = checker.first_blocked_edge(kept)
     if edge >= 0:
-        return Failures((lambda: [checker.explain_edge(kept[edge], kept[edge + 1]).at(where)],))
+        return Failures((lambda: [checker.explain_path(kept[edge : edge + 2]).at(where)],))
     return kept
 
 

@@ -20,6 +20,7 @@ from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.collision_world import KERNEL_KINDS, build_world
 from pickcli.collision.kernel_validator import KernelValidator, KernelWorld
 from pickcli.collision.robot_model import CollisionModel
+from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, pose
 from pickcli.kernel import Chain, Checker, JointKind
 from pickcli.scene.scene import Scene
@@ -111,7 +112,7 @@ class FreeItemChecker(KernelValidator):
         return self.is_valid_path(np.stack([q0, q1]))
 
     def first_blocked_edge(self, Q: Array, slack: Array | None = None) -> int:
-        """Find the first displacement that is not proven free or pushes something.
+        """Find the first displacement that is not proven free; if all are, the first that pushes something.
 
         Args:
             Q: (N, 6) displacements, joined by straight lines.
@@ -121,18 +122,36 @@ class FreeItemChecker(KernelValidator):
             Index of the edge, -1 if all are proven.
         """
         blocked = super().first_blocked_edge(Q, slack)
-        return blocked if blocked >= 0 else self._first_pursued(Q)
+        if blocked < 0 and (pursued := self._first_pursued(Q)) is not None:
+            return pursued[0]
+        return blocked
 
-    def _first_pursued(self, Q: Array) -> int:
-        """Return the first displacement on which a neighbour could roll after the item, or -1."""
+    def explain_path(self, Q: Array, slack: Array | None = None) -> Reason:
+        """Explain why a path is not free, or which neighbour could roll after the item.
+
+        Args:
+            Q: (N, 6) displacements, joined by straight lines.
+            slack: (N - 1, 6) half-widths of a tube around each edge that must be free as well.
+
+        Returns:
+            The item, obstacle, depth, and location on the edge.
+        """
+        if super().first_blocked_edge(Q, slack) < 0 and (pursued := self._first_pursued(Q)) is not None:
+            i, other = pursued
+            contact = other.clearance(Q[i + 1])
+            return Reason("too close", "", f"{contact}, which could roll after it", contact.item)
+        return super().explain_path(Q, slack)
+
+    def _first_pursued(self, Q: Array) -> tuple[int, FreeItemChecker] | None:
+        """Return the first displacement on which a neighbour could roll after the item, and its checker."""
         for other in self._beside:
             start = other.clearance(Q[0]).distance
             for i, (a, b) in enumerate(pairwise(Q)):
                 if min(other.clearance(d).distance for d in ((a + b) / 2, b)) < start - PUSH_TOLERANCE:
-                    return i
+                    return i, other
             if other.clearance(Q[-1]).distance < start + ROLLING_LEAD:
-                return len(Q) - 2
-        return -1
+                return len(Q) - 2, other
+        return None
 
 
 class FreeToolChecker(KernelValidator):

@@ -162,9 +162,12 @@ class KernelValidator:
         """
         Q = np.ascontiguousarray(Q)
         blocked = int(self.kernel.first_blocked_edge(Q, self.margin, slack))
-        if blocked >= 0 or self._touch is None:
+        if blocked == 0 or self._touch is None:
             return blocked
-        return int(self._touch.kernel.first_blocked_edge(Q, 0.0, slack))
+        n_edges = len(Q) - 1 if blocked < 0 else blocked
+        earlier = Q[: n_edges + 1], 0.0, None if slack is None else slack[:n_edges]
+        too_deep = int(self._touch.kernel.first_blocked_edge(*earlier))
+        return blocked if too_deep < 0 else too_deep
 
     def at_margin(self, margin: float) -> Self:
         """Return a validator for the same body and world with another margin.
@@ -242,40 +245,46 @@ class KernelValidator:
         Returns:
             Part of the body, obstacle and depth.
         """
-        if self.kernel.is_free(q, self.margin) and (reason := self._too_deep(q)) is not None:
-            return reason
-        return self._reason(self.clearance(q), self.is_valid(q), "")
+        is_free = bool(self.kernel.is_free(q, self.margin))
+        if is_free and self._touch is not None and not self._touch.kernel.is_free(q, 0.0):
+            return self._too_deep(self._touch, q)
+        return self._reason(self.clearance(q), is_free, "")
 
-    def explain_edge(self, q0: Array, q1: Array) -> Reason:
-        """Explain why a straight edge is not free: the deepest pair of even samples and the kernel's witness.
+    def explain_path(self, Q: Array, slack: Array | None = None) -> Reason:
+        """Explain why a polyline is not free, by its first edge that is not.
 
         Args:
-            q0: (n,) configuration at the start.
-            q1: (n,) configuration at the end.
+            Q: (N, n) waypoints, N > 1.
+            slack: (N - 1, n) half-width per joint of a tube around each edge that must be free as well.
 
         Returns:
-            Part of the body, obstacle, depth, and location on the edge.
+            Part of the body, obstacle, depth, and location on the edge: the deepest pair of even samples and
+            the kernel's witness.
         """
-        result = self.kernel.check_edge(q0, q1, self.margin)
+        i = max(0, self.first_blocked_edge(Q, slack))
+        q0, q1, loose = Q[i], Q[i + 1], None if slack is None else slack[i]
+        result = self.kernel.check_edge(q0, q1, self.margin, loose)
         if result.free and self._touch is not None:
-            touch = self._touch.kernel.check_edge(q0, q1, 0.0)
-            if not touch.free and (reason := self._too_deep((1 - touch.t) * q0 + touch.t * q1)) is not None:
-                return reason
-        fractions = np.linspace(0.0, 1.0, _SAMPLES)
-        if not result.free:
-            fractions = np.append(fractions, result.t)
-        Q = np.outer(1 - fractions, q0) + np.outer(fractions, q1)
-        # Distances beyond the margin are irrelevant and not measured.
-        t = float(fractions[np.argmin(self.kernel.clearances(Q, self.margin))])
+            touch = self._touch.kernel.check_edge(q0, q1, 0.0, loose)
+            if not touch.free:
+                return self._too_deep(self._touch, (1 - touch.t) * q0 + touch.t * q1)
+        t = self._worst(q0, q1, 0.0 if result.free else result.t)
         contact = self.clearance((1 - t) * q0 + t * q1)
         return self._reason(contact, result.free, f" at {100 * t:.0f} % of the edge")
 
-    def _too_deep(self, q: Array) -> Reason | None:
-        """Explain if q violates only the limited depth of a planned contact."""
-        if self._touch is None or self._touch.kernel.is_free(q, 0.0):
-            return None
-        contact = self._decoded(self._touch, q, 1.0)
+    def _worst(self, q0: Array, q1: Array, witness: float) -> float:
+        """Return the fraction of an edge with the least clearance; the witness if all have the margin."""
+        fractions = np.append(witness, np.linspace(0.0, 1.0, _SAMPLES))
+        Q = np.outer(1 - fractions, q0) + np.outer(fractions, q1)
+        # Distances beyond the margin are irrelevant and not measured.
+        return float(fractions[np.argmin(self.kernel.clearances(Q, self.margin))])
+
+    def _too_deep(self, touch: KernelWorld, q: Array) -> Reason:
+        """Explain what violates the limited depth of a planned contact at q, or near it on an edge."""
+        contact = self._decoded(touch, q, 1.0)
         beyond = f"{-1e3 * contact.distance:.1f} mm beyond what poses and bellows explain"
+        if contact.distance > 0.0:
+            beyond = "not proven to stay within what poses and bellows explain"
         return Reason("planned contact too deep", "", f"{contact}, {beyond}", contact.item)
 
     def _decoded(self, entered: KernelWorld, q: Array, max_distance: float) -> Contact:
@@ -294,5 +303,9 @@ class KernelValidator:
     def _reason(self, contact: Contact, is_valid: bool, place: str) -> Reason:
         if is_valid:
             return Reason("no collision", "", f"{contact}, {1e3 * contact.distance:.0f} mm apart{place}")
+        if contact.distance > self.margin:
+            apart = f"{contact}, {1e3 * contact.distance:.1f} mm apart{place}"
+            kept = f"{1e3 * self.margin:.3g} mm are not proven for all deviations of the motion"
+            return Reason("too close", "", f"{apart}: {kept}", contact.item)
         what = "too close" if contact.distance > 0 else "collision"
         return Reason(what, "", self.description(contact, place), contact.item)

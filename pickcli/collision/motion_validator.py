@@ -94,12 +94,12 @@ class MotionValidator(Protocol):
             Part of the body, obstacle and depth.
         """
 
-    def explain_edge(self, q0: Array, q1: Array) -> Reason:
-        """Explain why a straight edge is not proven free.
+    def explain_path(self, Q: Array, slack: Array | None = None) -> Reason:
+        """Explain why a polyline is not proven, by its first edge that is not.
 
         Args:
-            q0: (n,) configuration at the start.
-            q1: (n,) configuration at the end.
+            Q: (N, n) waypoints.
+            slack: (N - 1, n) half-width per joint of a tube around each edge that must be free as well.
 
         Returns:
             Part of the body, obstacle, depth, and location on the edge.

@@ -145,7 +145,7 @@ class CoarseMotionPlanner:
         )
         if best is not None:
             return best
-        straight = checker.explain_edge(q0, q1)
+        straight = checker.explain_path(np.stack([q0, q1]))
         detail = f"nor has {self.settings.planner} in {self.settings.n_tries} tries; on the line: {straight}"
         return Reason("no path", f"{key.start} to {key.goal}", f"bending has found none, {detail}")
 

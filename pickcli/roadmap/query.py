@@ -181,7 +181,7 @@ def _quickest(problem: PlanningProblem) -> CoarseRoute | None:
 def _why_none(problem: PlanningProblem) -> Failures:
     """Return the reasons: no planner found a path, and the obstacles on the straight line to each goal."""
     detail = f"{problem.options.planner} gave up after {problem.options.max_iterations} iterations"
-    met = (problem.checker.explain_edge(problem.q_start, goal) for goal in problem.goals)
+    met = (problem.checker.explain_path(np.stack([problem.q_start, goal])) for goal in problem.goals)
     return Failures.of(Reason("no path", "", detail), *met)
 
 

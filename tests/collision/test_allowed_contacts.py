@@ -127,8 +127,15 @@ def test_what_goes_too_deep_is_named(
     assert reason.what == "planned contact too deep" and reason.in_the_way == "item0"
     moved = home.copy()
     moved[0] -= 0.01
-    assert checker.explain_edge(moved, home).what == "planned contact too deep"
+    assert checker.explain_path(np.stack([moved, home])).what == "planned contact too deep"
     assert not checker.is_valid_edge(moved, home) and checker.first_blocked_edge(np.stack([moved, home])) == 0
+    folded = np.array(
+        [0.5, 0, 0, 0, 2.2689, 0, 1.9198, 0]
+    )  # collides with itself: a later edge, another rule
+    path = np.stack([moved, home, folded])
+    assert checker.explain(folded).what == "collision" and not checker.is_valid_edge(home, folded)
+    assert checker.first_blocked_edge(path) == 0
+    assert checker.explain_path(path).what == "planned contact too deep"
 
 
 def test_a_held_item_may_lie_on_what_it_may_touch_and_sink_into_nothing(

@@ -43,7 +43,7 @@ def test_edge_tells_the_deepest_place(cell: Cell, make_checker: MakeChecker) -> 
     q0, q1 = q.copy(), q.copy()
     q0[0], q0[1], q1[0], q1[1] = 0.6, -1.2, 0.6, 1.2
     assert not checker.is_valid_edge(q0, q1)
-    reason = checker.explain_edge(q0, q1)
+    reason = checker.explain_path(np.stack([q0, q1]))
     found = re.fullmatch(r"\w+ against pod \w+, (\d+) mm deep at (\d+) % of the edge", reason.detail)
     assert reason.what == "collision" and found
     t = int(found[2]) / 100
@@ -53,7 +53,7 @@ def test_edge_tells_the_deepest_place(cell: Cell, make_checker: MakeChecker) -> 
 
 
 def test_free_edges_say_so(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
-    reason = make_checker().explain_edge(home, cell.configurations["bin_E"].q)
+    reason = make_checker().explain_path(np.stack([home, cell.configurations["bin_E"].q]))
     assert reason.what == "no collision" and "apart" in reason.detail
 
 
@@ -69,3 +69,17 @@ def test_self_collision_names_both_links(make_checker: MakeChecker) -> None:
 def test_nothing_near(make_checker: MakeChecker, home: Array) -> None:
     assert make_checker().clearance(home, max_distance=1e-3) == Contact(1e-3, "", "")
     assert str(Contact(1.0, "", "")) == "nothing near"
+
+
+def test_what_only_the_deviations_of_a_motion_can_meet_is_named(
+    make_scene: MakeScene, make_checker: MakeChecker, home: Array, cell: Cell
+) -> None:
+    """10 mm before the cup: free on the path, but not for a rail that may be 20 mm off."""
+    tip = Arm(cell.robot).tip(home, STRAIGHT)
+    scene = make_scene((box_item((0.1, 0.1, 0.1)), tip @ pose((0, 0, 0.05 + 0.010))))
+    checker, path = make_checker(scene), np.stack([home, home])
+    slack = np.full((1, len(home)), 0.02)
+    assert checker.is_valid_path(path) and not checker.is_valid_path(path, slack)
+    reason = checker.explain_path(path, slack)
+    assert (reason.what, reason.in_the_way) == ("too close", "item0")
+    assert "not proven for all deviations" in reason.detail and "are needed" not in reason.detail

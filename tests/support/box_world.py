@@ -61,8 +61,9 @@ class BoxWorld:
     def explain(self, q: Array) -> Reason:
         return Reason("collision", detail="inside a box")
 
-    def explain_edge(self, q0: Array, q1: Array) -> Reason:
-        (k, *_) = (k for k, (lo, hi) in enumerate(self.boxes) if _hits(q0, q1, lo, hi))
+    def explain_path(self, Q: Array, slack: Array | None = None) -> Reason:
+        i = self.first_blocked_edge(Q)
+        (k, *_) = (k for k, (lo, hi) in enumerate(self.boxes) if _hits(Q[i], Q[i + 1], lo, hi))
         return Reason("collision", detail=f"through box {k}", in_the_way=f"box {k}")
 
 

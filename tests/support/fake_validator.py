@@ -39,5 +39,5 @@ class FakeValidator(ABC):
     def explain(self, q: Array) -> Reason:
         return Reason("collision", detail="in a fake")
 
-    def explain_edge(self, q0: Array, q1: Array) -> Reason:
+    def explain_path(self, Q: Array, slack: Array | None = None) -> Reason:
         return Reason("collision", detail="in a fake")

@@ -55,20 +55,25 @@ def test_nothing_is_pushed_for_what_no_item_is_in_the_way_of(cell: Cell) -> None
     assert all(way is Neighbours.AVOID for _, way in fake.ways)
 
 
+def failure(query: PickQuery) -> NoPlanError:
+    """In a heap, of an item whose bin is full; no grasp of it holds what is pushed."""
+    if query.neighbours is Neighbours.PUSH:
+        return NoExtractionError("pick", [Reason("does not hold", "lift")])
+    full = Reason("no free place", query.into)
+    return NoPlanError("pick", [Reason("collision", "lift", "", CARDS), full])
+
+
 def test_a_push_that_fails_hides_no_reason_and_closes_no_other_bin(cell: Cell) -> None:
     """The first bin is full: that other grasps do not hold what is pushed does not change it."""
-    fake, full = ScriptedTrial(scene_of(STOW, cell)), []
+    fake = ScriptedTrial(scene_of(STOW, cell))
+    full: list[str] = []
 
     def plan(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         if query.item != DVD or query.into not in (full or (query.into,)):
             return fake.plan(scene, query, start, seed, certify)
         full.append(query.into)
         fake.ways.append((DVD, query.neighbours))
-        if query.neighbours is Neighbours.PUSH:
-            raise NoExtractionError("pick", [Reason("does not hold", "lift")])
-        raise NoPlanError(
-            "pick", [Reason("collision", "lift", "", CARDS), Reason("no free place", query.into)]
-        )
+        raise failure(query)
 
     result = run_trial(STOW, replace(fake.interfaces(), plan=plan), TrialSettings())
     assert [way for item, way in fake.ways if item == DVD][:2] == [Neighbours.AVOID, Neighbours.PUSH]
@@ -83,11 +88,7 @@ def test_where_every_bin_fails_the_reasons_of_both_calls_are_told(cell: Cell) ->
     def plan(scene: Scene, query: PickQuery, start: Start, seed: int, certify: Certify) -> Plan:
         if query.item != DVD:
             return fake.plan(scene, query, start, seed, certify)
-        if query.neighbours is Neighbours.PUSH:
-            raise NoExtractionError("pick", [Reason("does not hold", "lift")])
-        raise NoPlanError(
-            "pick", [Reason("collision", "lift", "", CARDS), Reason("no free place", query.into)]
-        )
+        raise failure(query)
 
     result = run_trial(STOW, replace(fake.interfaces(), plan=plan), TrialSettings())
     first = next(attempt for attempt in result.attempts if attempt.item == DVD)

@@ -38,8 +38,9 @@ def why_not_proven(
             continue
         i = checker.first_blocked_edge(chords[first : last + 1], slack[first:last])
         if i >= 0:
-            reason = checker.explain_edge(chords[first + i], chords[first + i + 1])
-            where = f"{segment.kind} at {times[first + i]:.3f} s"
+            k = first + i
+            reason = checker.explain_path(chords[k : k + 2], slack[k : k + 1])
+            where = f"{segment.kind} at {times[k]:.3f} s"
             what = "the timed motion is not proven free"
             return Reason(what, where, str(reason), reason.in_the_way)
     return None

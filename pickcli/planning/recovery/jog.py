@@ -45,7 +45,7 @@ def plan_jog(rules: RecoveryRules, label: str, seed: int) -> Plan | Failures:
     for _, end in sorted(ranked):
         edge = np.stack([q, np.array(end)])
         if not checker.is_valid_edge(edge[0], edge[1]):
-            failures += checker.explain_edge(edge[0], edge[1])
+            failures += checker.explain_path(edge)
         elif (closes := rules.closes(edge)) is not None:
             failures += closes
         else:

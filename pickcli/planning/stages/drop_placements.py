@@ -191,15 +191,14 @@ def _lowered(
     for segment in (opening, depart):
         checker = context.checker_for(problem.scene, segment.mode)
         if not checker.is_valid_path(segment.waypoints):
-            return _why_not_opened(checker, depart)
+            return _why_not_opened(checker, segment)
     return PlaceMotion(problem.scene, (place,), (opening, depart), DROP_COST * placement.cost)
 
 
-def _why_not_opened(checker: SceneChecker, depart: MotionSegment) -> Failures:
+def _why_not_opened(checker: SceneChecker, segment: MotionSegment) -> Failures:
     """Explain what open or opening fingers collide with on the way up; evaluated lazily."""
-    k = checker.first_blocked_edge(depart.waypoints)
-    q = depart.waypoints[max(0, k)]
-    return Failures((lambda: (checker.explain(q).at("place, with open fingers"),),))
+    where = "place, with open fingers"
+    return Failures((lambda: (checker.explain_path(segment.waypoints).at(where),),))
 
 
 def drop_placements(

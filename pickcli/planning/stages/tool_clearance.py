@@ -82,12 +82,12 @@ def _why_not_clear(problem: PickProblem, grasp: Grasp, T: Array, ways_out: Seque
     where = str(grasp)
     for tool in _at_target(problem, grasp):
         if not _are_valid(tool, T[None])[0]:
-            return _blocked(problem, tool, T, f"{where}, contact")
+            return _blocked(problem, tool, T[None], f"{where}, contact")
     empty, touch = _approaching(problem, grasp), _touch(problem, grasp, T)
     if not _are_valid(empty, touch[None])[0]:
-        return _blocked(problem, empty, touch, f"{where}, approach")
+        return _blocked(problem, empty, touch[None], f"{where}, approach")
     lifted = ways_out[0][LIFTED] @ T
-    return _blocked(problem, _carrying(problem, grasp), lifted, f"{where}, lift")
+    return _blocked(problem, _carrying(problem, grasp), lifted[None], f"{where}, lift")
 
 
 def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) -> ToolLines | Failures:
@@ -124,13 +124,14 @@ def _ways_in(problem: PickProblem, grasp: Grasp) -> tuple[PickPoses, ...] | Fail
     plain = poses_of(usual)
     for tool in _at_target(problem, grasp):
         if not _is_valid_path(tool, plain.contact, plain.touch):
-            return _blocked(problem, tool, plain.contact, "contact")
+            return _blocked(problem, tool, np.stack([plain.contact, plain.touch]), "contact")
     found: list[PickPoses] = []
     for poses in (plain, poses_of(shortest)):
         found += islice(_with_preapproaches(problem, empty, poses), N_WAYS - len(found))
         if len(found) == N_WAYS:
             break
-    return tuple(found) or _blocked(problem, empty, plain.approach, "approach")
+    way_in = np.stack([plain.touch, plain.approach, plain.preapproach])
+    return tuple(found) or _blocked(problem, empty, way_in, "approach")
 
 
 def _with_preapproaches(
@@ -164,7 +165,7 @@ def _ways_out(
     roomy = [poses for poses, is_clear in zip(found, _all_valid(tool, found), strict=True) if is_clear]
     free = [poses for poses in roomy if _is_valid_path(tool, *poses)]
     if not free:
-        return _blocked(problem, tool, found[0][LIFTED], "lift")
+        return _blocked(problem, tool, found[0], "lift")
     T_tip_item, item = inverse(grasp.T_item_tip), problem.target.item
     hold = problem.context.method.hold(item, grasp.face, T_tip_item)
     most, laden = problem.settings.load_ratio, Laden.of(item, T_tip_item, problem.mass_on_target)
@@ -222,17 +223,13 @@ def _is_valid_path(tool: FreeToolChecker, *poses: Array) -> bool:
     return tool.is_valid_path(tool.displacements(np.stack(poses)))
 
 
-def _blocked(problem: PickProblem, tool: FreeToolChecker, T: Array, where: str) -> Failures:
-    """Explain what is nearest to the tool at a pose (4, 4); evaluated lazily."""
+def _blocked(problem: PickProblem, tool: FreeToolChecker, poses: Array, where: str) -> Failures:
+    """Explain what blocks the tool at a pose (1, 4, 4), or on the straight ways between N; lazily."""
 
-    def nearest() -> Iterator[Reason]:
-        contact = tool.clearance(tool.displacements(T[None])[0])
-        in_the_way = contact.item if contact.item != problem.target.id else ""
-        yield Reason(
-            "no room for the tool",
-            where,
-            tool.description(contact),
-            in_the_way,
-        )
+    def blocking() -> Iterator[Reason]:
+        D = tool.displacements(poses)
+        why = tool.explain_path(D) if len(D) > 1 else tool.explain(D[0])
+        in_the_way = why.in_the_way if why.in_the_way != problem.target.id else ""
+        yield Reason("no room for the tool", where, why.detail, in_the_way)
 
-    return Failures((nearest,))
+    return Failures((blocking,))
