@@ -1,4 +1,4 @@
-"""Cache of the checkers of one collision model; planners get all their checkers from it."""
+"""Cache of the checkers of one collision model, for what is checked in the same scene again and again."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ def command(
 
     where = "--in" if order_path is None else str(order_path)
     refuse_too_much(contents, cell, year, where)
-    with stage("stowing"), progress("settling") as report, of_file(Path(where)):
+    with stage("placing of the items"), progress("settling") as report, of_file(Path(where)):
         scene = make_scene(contents, cell, seed, year, report, T_world_pod)
     write_scene(scene, output, overwrite)
     if perceived is not None:

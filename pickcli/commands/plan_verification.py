@@ -13,8 +13,7 @@ from pickcli.commands.logs import stage
 from pickcli.errors import Failures, RejectedError
 
 if TYPE_CHECKING:
-    from pickcli.motion.plan import Plan
-    from pickcli.planning.pick_problem import Certify
+    from pickcli.motion.plan import Certify, Plan
     from pickcli.scene.scene import Scene
 
 

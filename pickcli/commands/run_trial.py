@@ -92,7 +92,7 @@ def command(
     refuse_too_much(order.contents, cell, order.year, str(order_path))
     request = TrialRequest(order, order_path.name, options.conditions(reality), seed)
     contexts = options.planning_contexts(cells)
-    with stage("stowing"), progress("placing the items") as report, of_file(order_path):
+    with stage("placing of the items"), progress("placing the items") as report, of_file(order_path):
         scene = stowed_scene(request, cell, report)
     with ExitStack() as stack:
         sessions = [

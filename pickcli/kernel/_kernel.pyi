@@ -366,7 +366,7 @@ class Checker:
             q1: (n,) where it ends.
             margin: m that everything keeps more than.
             slack: (n,) rad or m, half width of the tube in each joint; none unless given.
-            resolution: m.
+            resolution: m, distance up to which an edge is split.
         """
 
     def first_blocked_edge(self, Q: numpy.typing.NDArray[numpy.float64], margin: float = 0.0, slack: numpy.typing.NDArray[numpy.float64] | None = None, resolution: float = 0.0002) -> int:
@@ -377,11 +377,23 @@ class Checker:
             Q: (N, n) vertices; a single one counts as an edge of no length.
             margin: m that everything keeps more than.
             slack: (N-1, n) rad or m, half width of the tube around each edge; none unless given.
-            resolution: m, as of edge_is_free.
+            resolution: m, distance up to which an edge is split.
         """
 
     def check_edge(self, q0: numpy.typing.NDArray[numpy.float64], q1: numpy.typing.NDArray[numpy.float64], margin: float = 0.0, slack: numpy.typing.NDArray[numpy.float64] | None = None, resolution: float = 0.0002) -> EdgeReport:
-        """What edge_is_free answers for the same arguments, with the reason."""
+        """
+        Whether a straight segment, and a tube around it, is proven free, and where it is not.
+
+        Args:
+            q0: (n,) where the edge begins.
+            q1: (n,) where it ends.
+            margin: m that everything keeps more than.
+            slack: (n,) rad or m, half width of the tube in each joint; none unless given.
+            resolution: m, distance up to which an edge is split.
+
+        Returns:
+            Whether it is free, as from edge_is_free; if not, the place on the edge.
+        """
 
     def clearance(self, q: numpy.typing.NDArray[numpy.float64], max_distance: float = 1.0) -> tuple[float, int, ContactKind, int]:
         """

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from pickcli.cell.cell import ArmState, Cell
 from pickcli.cell.tool import ToolState
+from pickcli.errors import Failures
 from pickcli.geometry import Array
 from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment
@@ -185,6 +186,9 @@ class Plan:
             The plan, the same except for ``statistics``.
         """
         return replace(self, statistics={**self.statistics, **values})
+
+
+Certify = Callable[[Plan], Plan | Failures]  # returns the certified plan, or why it is rejected
 
 
 def other_arm_elsewhere(plan: Plan, cell: Cell) -> str:

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoExtractionError, NoPlanError
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Certify, Plan
 from pickcli.planning.assembly.stitching import stitch_pick
-from pickcli.planning.pick_problem import Certify, PickProblem, PickQuery, shift_label
+from pickcli.planning.pick_problem import PickProblem, PickQuery, shift_label
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps

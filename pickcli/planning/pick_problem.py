@@ -11,9 +11,9 @@ import numpy as np
 
 from pickcli.cell.place import Place
 from pickcli.collision.stage_contacts import PickContacts
-from pickcli.errors import Failures, UnknownNameError
+from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, inverse
-from pickcli.motion.plan import Grasp, GraspKind, Plan
+from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_settings import Neighbours, PickSettings
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
@@ -22,7 +22,6 @@ from pickcli.statics.supports import supports_of
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
-Certify = Callable[[Plan], Plan | Failures]  # returns the certified plan, or why it is rejected
 
 
 @dataclass(frozen=True)

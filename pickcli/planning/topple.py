@@ -21,12 +21,11 @@ from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.collision.stage_contacts import while_toppling
 from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array, pose
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Certify, Plan
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assembly.stitching import stitch_runs
 from pickcli.planning.coarse_motion import plan_coarse
-from pickcli.planning.pick_problem import Certify
 from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder

@@ -10,8 +10,8 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
+from pickcli.statics.balance import FREE_SLENDERNESS
 
-FREE_SLENDERNESS = 0.35  # narrowest side of the footprint over height, below which an item needs a neighbour
 SUPPORTED_SLENDERNESS = 0.1  # below this an item falls over even next to a wall
 LEAST_EDGE = 0.01  # m, least thickness of an item on its edge: leaflets and bags do not stand
 WEIGHTS = (0.5, 0.3, 0.2)  # of the lowest pose, the next and the highest

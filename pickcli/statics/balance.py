@@ -39,6 +39,8 @@ ROUGH = 1.0  # friction that no item exceeds on another
 LEVER = 5e-4  # m, of rounded poses of settled items
 # weights left unbalanced; settled piles leave 0.005 at most, as seen with errors of poses
 WEIGHT_TOLERANCE = 0.03
+# narrowest side of the base over the height, below which an item must lean on something
+FREE_SLENDERNESS = 0.35
 N_TILTS = 8  # number of directions in which the world is tilted
 _UP = np.array([0.0, 0.0, 1.0])
 _NO_FORCE = np.zeros((6, 1))  # for a body without contacts

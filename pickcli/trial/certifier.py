@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from pickcli.errors import Failures
-from pickcli.motion.plan import Plan
-from pickcli.planning.pick_problem import Certify
+from pickcli.motion.plan import Certify, Plan
 from pickcli.scene.scene import Scene
 from pickcli.trial.trial_result import RejectedPlan
 

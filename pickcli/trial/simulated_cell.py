@@ -11,11 +11,11 @@ from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.plan import Certify, Plan, RecoveryLevel
 from pickcli.planning.arm_choice import ArmSuitability, rank_arms
 from pickcli.planning.move import MoveGoal, plan_move
 from pickcli.planning.pick import plan_pick
-from pickcli.planning.pick_problem import Certify, PickQuery
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.recovery.recovery_plan import plan_recovery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.planning.start_state import Start

@@ -13,10 +13,10 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.plan import Certify, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.arm_choice import ArmSuitability
-from pickcli.planning.pick_problem import Certify, PickQuery
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.planning.topple import TopplingQuery

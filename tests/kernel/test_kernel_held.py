@@ -274,8 +274,8 @@ def test_both_builds_give_the_same_bits(both: tuple[str, str]) -> None:
 @pytest.mark.parametrize(
     ("half", "kind", "rounding", "message"),
     [
-        ((0.1, -0.1, 0.1), BOX, 0.0, "negative half extent"),
-        ((0.1, 0.1, 0.1), BOX, -0.1, "negative rounding"),
+        ((0.1, -0.1, 0.1), BOX, 0.0, "half extents 0.1.*, -0.1.*: must be at least 0"),
+        ((0.1, 0.1, 0.1), BOX, -0.1, "rounding -0.1.*: must be at least 0"),
         ((0.1, 0.2, 0.1), CYLINDER, 0.0, "must be its radius"),
         ((0.1, 0.1, 0.2), SPHERE, 0.0, "must be its radius"),
         ((0.1, 0.1, 0.1), 3, 0.0, "0 is a box, 1 a cylinder, 2 a sphere"),

@@ -20,7 +20,6 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.floor_placements import (
     BEHIND_LIP,
-    FREE_SLENDERNESS,
     FROM_MOUTH,
     FROM_WALLS,
     STEP,
@@ -29,6 +28,7 @@ from pickcli.planning.stages.floor_placements import (
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.settle import settle
+from pickcli.statics.balance import FREE_SLENDERNESS
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.release_check import check_release
 from pickcli.verification.static_solids import release_pose

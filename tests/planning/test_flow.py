@@ -129,5 +129,6 @@ def test_the_way_is_short_and_seldom_leads_back_up(
     assert any(name.startswith("_") for name in names) and any("." in name for name in names)
     stops = stops_of(passed[query])
     assert len(stops) <= MOST_STOPS
+    assert len(drawn()[query]) <= MOST_STOPS
     back = steps_back(stops)
     assert len(back) <= most_back, back

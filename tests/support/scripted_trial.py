@@ -11,11 +11,11 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, NoExtractionError, NoPlanError, Reason
 from pickcli.geometry import Array, pose, rotation_rpy
-from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
+from pickcli.motion.plan import Certificate, Certify, Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.arm_choice import ArmSuitability
-from pickcli.planning.pick_problem import Certify, PickQuery
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start

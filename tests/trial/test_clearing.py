@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import inverse, pose
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Certify, Plan
 from pickcli.planning.blockers import MOST_BLOCKERS, blocking_items, from_the_mouth
-from pickcli.planning.pick_problem import Certify, PickQuery
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.trial.action_values import MOST_CLEARINGS

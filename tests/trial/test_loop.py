@@ -9,8 +9,8 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError, NoPlanError, Reason
-from pickcli.motion.plan import Grasp, GraspKind, Plan
-from pickcli.planning.pick_problem import Certify, PickQuery
+from pickcli.motion.plan import Certify, Grasp, GraspKind, Plan
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.start_state import Start
 from pickcli.progress import Progress
 from pickcli.scene.scene import Scene

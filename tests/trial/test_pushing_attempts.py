@@ -8,8 +8,8 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import NoExtractionError, NoPlanError, Reason
-from pickcli.motion.plan import Plan
-from pickcli.planning.pick_problem import Certify, PickQuery
+from pickcli.motion.plan import Certify, Plan
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene

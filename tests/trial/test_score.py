@@ -231,8 +231,8 @@ def test_a_limit_itself_costs_nothing() -> None:
 
 def test_what_stands_out_of_no_bin_costs_nothing() -> None:
     for place in (TOTE, HELD):
-        order, state = one_item(place, 0.5)
-        assert not any("stands" in line.reason for line in score(order, state, BONUS).lines)
+        (order, state), (_, inside) = one_item(place, 0.5), one_item(place, 0.0)
+        assert score(order, state, BONUS).lines == score(order, inside, BONUS).lines
 
 
 def test_damage_costs_by_how_bad_it_is_and_by_the_year() -> None:

@@ -20,6 +20,7 @@ from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, levelled, pose, rotation_axis_angle
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.statics.balance import FREE_SLENDERNESS
 from pickcli.statics.supports import supports_of
 
 STEP, FINE_STEP = 0.02, 0.01  # m between tried placements, and where none of those is free
@@ -32,9 +33,6 @@ WALL_GAP = 0.008  # m to the walls on either side of a leaning item, besides the
 N_HALVINGS = 5  # bisections of the step in which it meets its support
 SPREAD = 0.06  # m between the placements that are tried first
 N_EXPLAINED = 16  # about, of the placements if none is free
-# Narrowest side of the base over the height, below which an item does not stand free and must lean on
-# something. Random scenes (stowing.stable_poses) let items stand by the same figure.
-FREE_SLENDERNESS = 0.35
 
 
 def floor_placements(

@@ -170,7 +170,7 @@ inline void write_pose(const Pose& T, double* m) {
 
 //! What a check of collisions may be asked for.
 inline void check_margin(double margin) {
-  if (!(margin >= 0.0 && std::isfinite(margin))) throw nb::value_error("margin must not be negative");
+  if (!(margin >= 0.0 && std::isfinite(margin))) throw nb::value_error(("margin " + std::to_string(margin) + ": must be finite and at least 0").c_str());
 }
 
 inline void check_resolution(double resolution) {

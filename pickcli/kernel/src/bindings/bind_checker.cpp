@@ -316,7 +316,7 @@ Args:
     q1: (n,) where it ends.
     margin: m that everything keeps more than.
     slack: (n,) rad or m, half width of the tube in each joint; none unless given.
-    resolution: m.)")
+    resolution: m, distance up to which an edge is split.)")
       .def("first_blocked_edge", &first_blocked_edge, "Q"_a, "margin"_a = 0.0, "slack"_a = nb::none(),
            "resolution"_a = 2e-4,
            nb::sig("def first_blocked_edge(self, Q: " APC_F64 ", margin: float = 0.0, slack: " APC_F64
@@ -327,13 +327,23 @@ Args:
     Q: (N, n) vertices; a single one counts as an edge of no length.
     margin: m that everything keeps more than.
     slack: (N-1, n) rad or m, half width of the tube around each edge; none unless given.
-    resolution: m, as of edge_is_free.)")
+    resolution: m, distance up to which an edge is split.)")
       .def("check_edge", &check_edge, "q0"_a, "q1"_a, "margin"_a = 0.0, "slack"_a = nb::none(),
            "resolution"_a = 2e-4,
            nb::sig("def check_edge(self, q0: " APC_F64 ", q1: " APC_F64
                    ", margin: float = 0.0, slack: " APC_F64
                    " | None = None, resolution: float = 0.0002) -> EdgeReport"),
-           "What edge_is_free answers for the same arguments, with the reason.")
+           R"(Whether a straight segment, and a tube around it, is proven free, and where it is not.
+
+Args:
+    q0: (n,) where the edge begins.
+    q1: (n,) where it ends.
+    margin: m that everything keeps more than.
+    slack: (n,) rad or m, half width of the tube in each joint; none unless given.
+    resolution: m, distance up to which an edge is split.
+
+Returns:
+    Whether it is free, as from edge_is_free; if not, the place on the edge.)")
       .def("clearance", &clearance, "q"_a, "max_distance"_a = 1.0,
            nb::sig("def clearance(self, q: " APC_F64
                    ", max_distance: float = 1.0) -> tuple[float, int, ContactKind, int]"),

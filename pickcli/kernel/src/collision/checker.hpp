@@ -66,7 +66,8 @@ class Checker {
   //! The nearest pair at q (n), in double precision and signed; distance is at most max_distance.
   Contact clearance(const double* q, double max_distance) const;
 
-  //! Its distances at the rows of Q (n_rows, n): what the batch test proves free at max_distance is not measured.
+  //! Distances of the nearest pairs at the rows of Q (n_rows, n); where the batch test proves that none is
+  //! nearer than max_distance, that.
   void clearances(const double* Q, int n_rows, double max_distance, double* out) const;
 
   //! The n_most rows of Q (n_rows, n) with the largest clearances, the largest first, of equal ones in their order.

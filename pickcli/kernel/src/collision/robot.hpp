@@ -32,7 +32,7 @@ class Robot {
   Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<int>& frame,
         const std::vector<std::pair<int, int>>& self_pairs);
 
-  //! The same, its self pairs tested with tighter spheres in the frames that have any.
+  //! A robot whose self pairs are tested with tighter spheres in the frames that have any.
   Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<int>& frame,
         const std::vector<std::pair<int, int>>& self_pairs, const std::vector<Sphere>& fine_spheres,
         const std::vector<int>& fine_frame);
@@ -54,7 +54,7 @@ class Robot {
   //! Poses of all frames and of the held item (L + 1).
   void place(const double* q, Pose* frames) const;
 
-  //! The same in single precision, for the batch test. Valid until the next set_held.
+  //! The chain and the covers in single precision, for the batch test. Valid until the next set_held.
   const simd8::RobotData& single_precision() const { return single_; }
 
   //! Bound in m on how far any computed sphere centre is off in single precision, with all prismatic

@@ -37,7 +37,7 @@ class World {
   const std::shared_ptr<const Cloud>& cloud() const { return cloud_; }
   std::uint64_t ignored_by_cloud() const { return ignored_by_cloud_; }
 
-  //! The same in single precision, for the batch test. Valid until the world is changed.
+  //! Obstacles and cloud in single precision, for the batch test. Valid until the world is changed.
   simd8::WorldData single_precision() const;
 
   //! Bound in m on the error of a distance from an obstacle or a point of the cloud in single precision, for

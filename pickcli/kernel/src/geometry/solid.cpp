@@ -36,8 +36,10 @@ double gap(const Solid& a, const Solid& b, const Vec3& direction) {
 
 Solid make_solid(const Pose& T, const Vec3& half, SolidKind kind, double rounding) {
   if (!(half.x >= 0.0 && half.y >= 0.0 && half.z >= 0.0))
-    throw std::invalid_argument("negative half extent");
-  if (!(rounding >= 0.0)) throw std::invalid_argument("negative rounding");
+    throw std::invalid_argument("half extents " + std::to_string(half.x) + ", " + std::to_string(half.y) +
+                                ", " + std::to_string(half.z) + " m: must be at least 0");
+  if (!(rounding >= 0.0))
+    throw std::invalid_argument("rounding " + std::to_string(rounding) + " m: must be at least 0");
   if ((kind != SolidKind::box && half.x != half.y) || (kind == SolidKind::sphere && half.y != half.z))
     throw std::invalid_argument("the half extents of a round solid must be its radius where it is round");
   if (kind == SolidKind::sphere) return {T, {}, half.x + rounding, kind};

@@ -25,7 +25,7 @@ struct Solid {
 //! Throws std::invalid_argument for what is none.
 Solid make_solid(const Pose& T, const Vec3& half, SolidKind kind, double rounding);
 
-//! The same in single precision.
+//! A solid in single precision.
 simd8::SolidData to_single(const Solid& solid);
 
 //! How far the core reaches from its centre along a vector of the parent's frame, times the vector's length.

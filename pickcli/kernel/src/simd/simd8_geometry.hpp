@@ -79,7 +79,7 @@ APC_INLINE Placed map(const Place& T, const SolidData& s) {
 struct Bounds {
   Point low, high;
 
-  //! The same in every lane: which of those of eight things they meet, a bit each.
+  //! Which bounds of eight things these bounds meet, one bit each; these are the same in every lane.
   APC_INLINE int meets(const Bounds& things) const {
     const Mask apart = above(things.low.x, high.x) | above(things.low.y, high.y) |
                        above(things.low.z, high.z) | above(low.x, things.high.x) |

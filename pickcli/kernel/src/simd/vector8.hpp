@@ -87,7 +87,7 @@ APC_INLINE V load(const float* lanes) {
   return v;
 }
 
-//! The same in every lane.
+//! One number in every lane.
 APC_INLINE V all(float a) { return V{a, a, a, a, a, a, a, a}; }
 
 //! Lanes in another order: written with the builtin that GCC from 12 on and clang have, or with GCC's older
