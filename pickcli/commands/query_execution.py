@@ -96,9 +96,9 @@ def answer_queries(request: QueryRequest, scene: Scene, load: Callable[[], Plann
 
 
 def _print_answers(request: QueryRequest, queries: list[MotionQuery], sequence: QuerySequence) -> None:
-    """Print the results of queries; nothing if the first one failed before any motion."""
+    """Print the results of queries; nothing if the only one failed before any motion."""
     answers, world = sequence.answers, sequence.world
     if request.as_json:
         emit_json({"driver": SIMULATED, **answers_summary(queries, answers, world)})
-    elif any(answer.runs or answer.is_complete for answer in answers):
-        click.echo(answers_text(queries, answers, world))
+    elif text := answers_text(queries, answers, world):
+        click.echo(text)

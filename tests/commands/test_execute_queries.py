@@ -126,6 +126,14 @@ def test_a_query_without_a_plan_ends_the_sequence_and_what_was_done_is_told(
     assert text.out.splitlines()[-1] == f"pick {ITEM} from bin_C to tote: not started"
 
 
+def test_if_the_first_query_has_no_plan_the_others_are_told_as_not_started(made: Made) -> None:
+    none = ("execute", "--scene", made.scene, "--move", "home:tote_10h")
+    answer = apc(*none, "--pick", f"bin_C:{ITEM}")
+    assert answer.code == 5 and "goal: collision" in answer.err
+    assert answer.out.splitlines() == [f"pick {ITEM} from bin_C to tote: not started"]
+    assert apc(*none).out == ""
+
+
 def test_a_stop_ends_the_sequence_and_is_no_error(made: Made, tmp_path: Path) -> None:
     """The item is not where the scene says: nothing seals, and the arm stays where it stopped."""
     from unittest import mock
