@@ -22,6 +22,7 @@ from pickcli.planning.topple import TopplingQuery
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.statics.supports import supports_of
 from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
 from pickcli.strategy.strategy_tree import Strategy
 from pickcli.trial.certifier import Certifier
@@ -184,7 +185,7 @@ class AttemptRunner:
         """Call planner and verifier, charged to the clock: once, or for each suitable arm until one succeeds.
 
         If items of the same open box are in the way, they are called again for a plan on which the item may
-        push others aside.
+        push others aside. If some lean on the item, that comes first: friction may lift them along with it.
 
         Args:
             scene: The perceived scene.
@@ -200,18 +201,22 @@ class AttemptRunner:
             NoPlanError: There is no plan that the verifier accepts; with the reasons of both calls.
         """
         query, certifier = _query(attempt, exclude), certifier or self.certifier()
+        pushing, is_leant_on = replace(query, neighbours=Neighbours.PUSH), _is_leant_on(scene, attempt)
+        first, second = (pushing, query) if is_leant_on else (query, pushing)
         try:
-            return self._first_plan(scene, attempt, query, certifier)
+            return self._first_plan(scene, attempt, first, certifier)
         except NoPlanError as error:
-            if not (self.has_time_to_plan and _is_in_a_heap(scene, attempt, error.in_the_way)):
+            may_differ = is_leant_on or _is_in_a_heap(scene, attempt, error.in_the_way)
+            if not (self.has_time_to_plan and may_differ):
                 raise
-            avoiding = error
+            failed = error
         try:
-            return self._first_plan(scene, attempt, replace(query, neighbours=Neighbours.PUSH), certifier)
-        except NoPlanError as pushing:
-            is_stuck = all(isinstance(each, NoExtractionError) for each in (avoiding, pushing))
+            return self._first_plan(scene, attempt, second, certifier)
+        except NoPlanError as error:
+            avoiding, pushed = (error, failed) if is_leant_on else (failed, error)
+            is_stuck = all(isinstance(each, NoExtractionError) for each in (avoiding, pushed))
             error_type = NoExtractionError if is_stuck else NoPlanError
-            raise error_type(avoiding.query, avoiding.failures + pushing.failures) from None
+            raise error_type(avoiding.query, avoiding.failures + pushed.failures) from None
 
     def _first_plan(self, scene: Scene, attempt: Attempt, query: PickQuery, certifier: Certifier) -> Plan:
         """Return the plan of a query by the first arm that has one.
@@ -395,6 +400,15 @@ def _is_in_a_heap(scene: Scene, attempt: Attempt, in_the_way: Collection[str]) -
     if place is None or not place.is_open_box:
         return False
     return any(placed.id in in_the_way for placed in scene.in_location(place.name))
+
+
+def _is_leant_on(scene: Scene, attempt: Attempt) -> bool:
+    """Whether items of the same open box lean on the item of an attempt, and slump when it is lifted."""
+    if attempt.item not in {placed.id for placed in scene.items}:
+        return False
+    supports = supports_of(scene)
+    touching = {contact.b for contact in supports.graph.touching[attempt.item]}
+    return not touching.isdisjoint(supports.slumping(attempt.item))
 
 
 def _query(attempt: Attempt, exclude: Sequence[Grasp | GraspKind] = ()) -> PickQuery:

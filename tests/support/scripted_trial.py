@@ -178,7 +178,7 @@ class ScriptedTrial:
         query_text = f"pick {item}" + ("" if into == TOTE else f" into {into}")
         motion = self._motion(query_text, seed, grasp, scene.cell.arm)
         if query.neighbours is Neighbours.PUSH:
-            pushing = (self.heaped[item],)
+            pushing = (self.heaped[item],) if item in self.heaped else ()
             lift = Segment(SegmentKind.LIFT, 0.0, motion.trajectory.duration, STRAIGHT, item, (), pushing)
             motion = replace(motion, segments=(lift,))
         certified = certify(motion)

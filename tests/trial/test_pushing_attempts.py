@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import NoExtractionError, NoPlanError, Reason
+from pickcli.geometry import pose
 from pickcli.motion.plan import Certify, Plan
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import TOTE, Scene
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
@@ -23,6 +25,7 @@ from support.order_builders import pick_order
 from support.scripted_trial import ScriptedTrial, scene_of
 
 BAR, DVD, CARDS = "dove_beauty_bar", "jane_eyre_dvd", "staples_index_cards"
+BOX = "kleenex_tissue_box"
 STOW = Order(OrderKind.STOW, 2016, dict.fromkeys(BINS, (BAR,)), (DVD, CARDS), ())
 PICK = pick_order({"bin_A": (DVD, CARDS)}, ("bin_A", DVD))
 
@@ -94,3 +97,23 @@ def test_where_every_bin_fails_the_reasons_of_both_calls_are_told(cell: Cell) ->
     first = next(attempt for attempt in result.attempts if attempt.item == DVD)
     assert [reason.what for reason in first.reasons] == ["collision", "no free place", "does not hold"]
     assert first.in_the_way == (CARDS,) and first.has_way_out
+
+
+def test_what_others_lean_on_is_planned_to_push_them_first(cell: Cell) -> None:
+    """As it is lifted friction may take them along."""
+    order = Order(OrderKind.STOW, 2016, dict.fromkeys(BINS, (BAR,)), (BOX, DVD), ())
+    scene = scene_of(order, cell)
+    T_tote, lean = cell.T_world_place(cell.places[TOTE]), 0.65
+    thin, tall = (float(cell.item(DVD).shape.extents[k]) for k in (2, 1))
+    reach, height = (float(cell.item(BOX).shape.extents[k]) / 2 for k in (1, 2))
+    y = -(reach + np.sin(lean) * tall / 2 + np.cos(lean) * thin / 2)
+    z = np.cos(lean) * tall / 2 + np.sin(lean) * thin / 2
+    at = {
+        BOX: T_tote @ pose((0.0, 0.0, height)),
+        DVD: T_tote @ pose((0.0, y, z), rpy=(np.pi / 2 - lean, 0.0, 0.0)),
+    }
+    items = tuple(replace(p, T_world_item=at.get(p.id, p.T_world_item)) for p in scene.items)
+    fake = ScriptedTrial(replace(scene, items=items))
+    run_trial(order, fake.interfaces(), TrialSettings())
+    assert next(way for item, way in fake.ways if item == BOX) is Neighbours.PUSH
+    assert next(way for item, way in fake.ways if item == DVD) is Neighbours.AVOID
