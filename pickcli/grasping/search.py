@@ -72,7 +72,12 @@ class Search:
         # the lance lies across the cup's axis and leaves the cup along +x of the tool frame
         if kind == "top-down":
             return [ToolRoll(-np.array([np.cos(a), np.sin(a), 0.0]), abs(a)) for a in self.yaws]
-        return [ToolRoll(np.array([-np.cos(a), 0.0, np.sin(a)]), abs(a)) for a in self.pitches]
+        found = [ToolRoll(np.array([-np.cos(a), 0.0, np.sin(a)]), abs(a)) for a in self.pitches]
+        if is_from_above:
+            found += [
+                ToolRoll(np.array([-np.cos(a), np.sin(a), 0.0]), abs(a)) for a in self.pitches if a != 0.0
+            ]
+        return found
 
     @cached_property
     def outward(self) -> Array:

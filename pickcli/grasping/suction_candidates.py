@@ -26,6 +26,7 @@ MAX_LEAN_FROM_ABOVE = np.radians(75.0)
 # A lance across the way in may roll about itself, so that its cup meets faces that lean to either side; its
 # pitch is small, and it does not come from below.
 MAX_ACROSS_TILT = np.radians(25.0)
+MAX_LEAN_ACROSS = np.radians(35.0)  # of a lance from above that is across its cup, beside an upright face
 LANCE_CLEAR = 0.02  # m from the axis of the lance to a lip: its radius, the clearance, the cover's excess
 TRIES_PER_PLACE = 8
 SIDE = 0.15  # cost of a side grasp: it needs clearance beside the item
@@ -40,10 +41,10 @@ def sample_suctions(
     """Sample candidates of a cup for an item with a known pose.
 
     Into a place from the front, frontal grasps have the lance in line with the cup, top-down and side grasps
-    across it; from above all have it in line, leaning with the face. Each face yields its centre, random
-    places and those of the search's grid. They are ordered by ``Grasp.score``: load over limit, which is
-    least near the centre of mass and on faces that seal well, plus penalties for tilt, turn and pressing from
-    the side.
+    across it. From above it is in line, leaning with the face, or across, beside an upright face. Each face
+    yields its centre, random places and those of the search's grid. They are ordered by ``Grasp.score``: load
+    over limit, which is least near the centre of mass and on faces that seal well, plus penalties for tilt,
+    turn and pressing from the side.
 
     Args:
         target: The item to be grasped.
@@ -82,7 +83,8 @@ def _nothing_to_hold(target: GraspTarget, tool: Tool) -> Reason:
         return Reason("no face that takes the whole cup seals", target.id, item.seal_source)
     sealing = ", ".join(face.name for face in faces(item, tool))
     if target.place.access.is_from_above:
-        lean = f"{sealing} lean by over {np.degrees(MAX_LEAN_FROM_ABOVE):.0f} degrees, or point down"
+        most = MAX_LEAN_FROM_ABOVE if tool.state_with_lance(ACROSS) is None else np.pi / 2 + MAX_LEAN_ACROSS
+        lean = f"{sealing} lean by over {np.degrees(most):.0f} degrees, or point down"
         return Reason("no face within reach", target.id, lean)
     detail = f"{sealing}: too far from facing the mouth, up or a side, or facing down"
     return Reason("no face within reach", target.id, detail)
@@ -121,10 +123,11 @@ def _placements(
     """
     found: list[Grasp] = []
     rejected: list[Reason] = []
-    off, kinds = _kinds(T_item_tip[:, :3, 2] @ target.T_entry_item[:3, :3].T, _most_tilt(target))
+    along = T_item_tip[:, :3, 2] @ target.T_entry_item[:3, :3].T
+    is_from_above, has_across = target.place.access.is_from_above, tool.state_with_lance(ACROSS) is not None
+    off, kinds = _kinds_from_above(along, has_across) if is_from_above else _kinds(along)
     for kind, mine in kinds.items():
-        # From above there is no room for a level lance.
-        if mine.any() and (kind == "frontal" or not target.place.access.is_from_above):
+        if mine.any():
             grasps, against = _of_kind(
                 target, GraspKind(kind, face), T_item_tip[mine], off[mine], tool, search, most
             )
@@ -171,12 +174,23 @@ def _named(target: GraspTarget, kind: str, T_item_tip: Array) -> str:
     return max((x, "frontal"), (-z, "top-down"), (abs(y), "side"))[1]
 
 
-def _kinds(along: Array, most_tilt: float) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
+def _kinds_from_above(along: Array, has_across: bool) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
     """Return how many rad cups with axes (P, 3) in the entry frame are off the ideal, and masks by kind.
 
-    most_tilt: rad that a frontal grasp may be off the way in
+    A cup in line with its lance takes faces that lean up to a limit, one across it those that are upright.
+
+    has_across: whether the tool has a state with its lance across the cup's axis
     """
-    is_frontal = along[:, 0] >= np.cos(most_tilt)
+    is_frontal = along[:, 0] >= np.cos(MAX_LEAN_FROM_ABOVE)
+    is_side = has_across & (np.abs(along[:, 0]) <= np.sin(MAX_LEAN_ACROSS))
+    inwards = np.clip(along[:, 0], -1.0, 1.0)
+    off = np.where(is_frontal, np.arccos(inwards), np.abs(np.arcsin(inwards)))
+    return off, {"frontal": is_frontal, "side": is_side}
+
+
+def _kinds(along: Array) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
+    """Return how many rad cups with axes (P, 3) in the entry frame are off the ideal, and masks by kind."""
+    is_frontal = along[:, 0] >= np.cos(MAX_FRONTAL_TILT)
     down, aside = -along[:, 2], np.abs(along[:, 1])
     off = np.arccos(np.minimum(1.0, np.where(is_frontal, along[:, 0], np.maximum(down, aside))))
     is_across = ~is_frontal & (np.maximum(np.abs(along[:, 0]), along[:, 2]) <= np.sin(MAX_ACROSS_TILT))
@@ -188,13 +202,7 @@ def _turned_and_tilted(
     target: GraspTarget, kind: str, T_item_tip: Array, tool: Tool, search: Search
 ) -> tuple[Array, Array]:
     """Return every turn and tilt of the tool at places (P, 4, 4): poses (P, M, 4, 4), and costs (P, M)."""
-    is_from_above = target.place.access.is_from_above
-    is_turnable = is_from_above and tool.state_with_lance(ACROSS) is not None
-    rolls = search.rolls(kind, is_from_above, has_quarters=is_turnable)
-    x_targets = np.array([roll.x_target for roll in rolls]) @ target.T_entry_item[:3, :3]
-    if is_turnable:
-        # The cup may turn later to lay the item down: its edges are to be parallel to those of the bin then.
-        x_targets = np.array([_nearest_axis(x) for x in x_targets])
+    x_targets, off = _rolls(target, kind, tool, search)
     # The desired directions of x, along the tool's x and y axes.
     wanted = x_targets @ T_item_tip[:, :3, :2]
     T_turned = rolled(T_item_tip[:, None], np.arctan2(wanted[..., 1], wanted[..., 0]))
@@ -204,9 +212,28 @@ def _turned_and_tilted(
     tilts[..., 1:] = tool.cup.tilt * np.array(search.tilts)
     costs = 0.05 + np.abs(tilts) / np.pi
     costs[..., 0] = 0.0
-    costs += 0.3 * np.array([roll.off for roll in rolls])[:, None] / np.pi
+    costs += 0.3 * off[:, None] / np.pi
     n = len(T_item_tip)
     return tilted(T_turned[:, :, None], tilts).reshape(n, -1, 4, 4), costs.reshape(n, -1)
+
+
+def _rolls(target: GraspTarget, kind: str, tool: Tool, search: Search) -> tuple[Array, Array]:
+    """Return directions (R, 3) of the tool's x axis in the item frame, and how many rad (R,) they are off."""
+    is_from_above = target.place.access.is_from_above
+    is_turnable = is_from_above and tool.state_with_lance(ACROSS) is not None
+    rolls = search.rolls(kind, is_from_above, has_quarters=is_turnable)
+    x_targets = np.array([roll.x_target for roll in rolls]) @ target.T_entry_item[:3, :3]
+    off = np.array([roll.off for roll in rolls])
+    if not is_turnable:
+        return x_targets, off
+    # When the item is laid down, its edges are to be parallel to those of the bin.
+    if kind == "frontal":  # the cup turns before
+        return np.array([_nearest_axis(x) for x in x_targets]), off
+    parallel = _nearest_axis(x_targets[0])
+    lean = float(np.arccos(np.clip(parallel @ x_targets[0], -1.0, 1.0)))
+    if lean > MAX_LEAN_ACROSS:
+        return x_targets, off
+    return np.vstack([parallel, x_targets]), np.append(0.0, off)
 
 
 def _nearest_axis(direction: Array) -> Array:

@@ -13,12 +13,14 @@ from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import USUAL, WIDE_SEARCH, Search
 from pickcli.grasping.suction_candidates import (
     LANCE_CLEAR,
+    MAX_LEAN_ACROSS,
     MAX_LEAN_FROM_ABOVE,
     _tilt_over_the_lip,
     sample_suctions,
 )
 from pickcli.grasping.surfaces import faces, rolled, tilt_on, tilted
 from pickcli.motion.plan import Grasp
+from pickcli.scene.scene import TOTE
 from support.tool_states import DOWN
 
 CELL = load_cell("apc2016_delft")
@@ -183,6 +185,26 @@ def test_from_above_a_cup_leans_over_with_the_face_and_is_named_by_its_axis(lean
         assert np.arccos(-z) <= MAX_LEAN_FROM_ABOVE + 1e-6
         nearest = {"frontal": x, "top-down": -z, "side": abs(y)}
         assert nearest[grasp.kind] == max(nearest.values())
+
+
+@given(st.floats(0.0, np.pi), st.floats(-np.pi, np.pi))
+def test_from_above_a_cup_across_its_lance_meets_faces_that_are_nearly_upright(
+    lean: float, turn: float
+) -> None:
+    """Cards whose flats alone seal, in a tote: the lance stands beside them, and leans no farther."""
+    place, item = CELL.places[TOTE], CELL.item("staples_index_cards")
+    R = rotation_axis_angle((0.0, 0.0, 1.0), turn) @ rotation_axis_angle((0.0, 1.0, 0.0), lean)
+    T_entry_item = np.linalg.inv(place.T_place_entry) @ pose([0.0, 0.0, 0.06], R=R)
+    target = GraspTarget("cards", item, T_entry_item, place)
+    grasps = sample_suctions(target, TOOL, np.random.default_rng(0)).grasps
+    across = [grasp for grasp in grasps if grasp.tool_state == DOWN]
+    off = abs(lean - np.pi / 2)  # of the flats from upright
+    assume(abs(off - MAX_LEAN_ACROSS) > 1e-6)
+    assert bool(across) == (off < MAX_LEAN_ACROSS)
+    for grasp in across:
+        x, z = (R @ grasp.T_item_tip[:3, k] for k in (0, 2))
+        assert abs(z[2]) <= np.sin(MAX_LEAN_ACROSS) + 1e-6  # the cup's axis is nearly level
+        assert x[2] >= np.cos(2.0 * MAX_LEAN_ACROSS)  # the lance leaves the cup upwards
 
 
 def test_a_cup_from_above_is_tilted_to_every_side_where_few_grasps_do_not_do() -> None:

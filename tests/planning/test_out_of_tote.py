@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import Failures, NoPlanError, UnknownNameError
-from pickcli.geometry import inverse, pose
+from pickcli.geometry import inverse, pose, rotation_rpy
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickProblem, PickQuery
@@ -20,7 +20,7 @@ from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.world import World
 from pickcli.verification.verify import certify, verify
-from support.tool_states import STRAIGHT
+from support.tool_states import DOWN, STRAIGHT
 
 CRAYONS, BAR, BOOK = "crayola_24_ct", "dove_beauty_bar", "i_am_a_bunny_book"
 InTote = Callable[..., Scene]
@@ -107,3 +107,25 @@ def test_its_own_place_in_the_tote_is_free_for_it(
 def test_a_place_that_is_not_there_is_refused(context: PlanningContext, in_tote: InTote, home: Start) -> None:
     with pytest.raises(UnknownNameError, match="bin_Z"):
         plan_pick(context, in_tote((CRAYONS, 0.0, 0.0, 0.0)), PickQuery("bin_Z", CRAYONS), home)
+
+
+@pytest.mark.parametrize("yaw", [0.3, 2.0])
+def test_what_stands_on_edge_is_taken_by_its_side_and_laid_down_in_a_bin(
+    context: PlanningContext, cell: Cell, home: Start, yaw: float
+) -> None:
+    """A box whose upper side is narrower than a cup: the lance comes down beside it, across the cup."""
+    name = "command_hooks"
+    item = cell.item(name)
+    R = rotation_rpy(0.0, 0.0, yaw) @ rotation_rpy(np.pi / 2, 0.0, 0.0)
+    T = pose((0.0, 0.0, float(item.shape.extents[1]) / 2 + 0.0005), R=R)
+    placed = PlacedItem(name, item, TOTE, cell.T_world_place(cell.places[TOTE]) @ T)
+    scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
+    plan = certify(plan_pick(context, scene, PickQuery(TOTE, name, "bin_E"), home), scene)
+    assert plan.grasp is not None and plan.grasp.tool_state == DOWN and plan.grasp.face[1] == "z"
+    world = World(scene, home.q, home.tool_state)
+    run = execute(plan, world)
+    world.wait(0.5)
+    assert not run.stopped and not world.contacts.collisions
+    there = world.placed(name)
+    assert there.location == "bin_E" and abs(there.T_world_item[2, 2]) > 0.95
+    world.close()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.tool import ToolState
+from pickcli.cell.tool import ACROSS, ToolState
 from pickcli.errors import Failures
 from pickcli.geometry import Array, least_turn, levelled, rotation_axis_angle
 from pickcli.motion.plan import Grasp
@@ -56,15 +56,14 @@ def _orientations(problem: PickProblem, grasp: Grasp, tool_state: ToolState) -> 
     """Return orientations (3, 3) for the target at its destination; by default its current one.
 
     An item taken from above is put into a bin with the grasped side to the front, turned about the way in by
-    any quarter turn; or with that side up, if the tool changes its state on the way. On a table that side is
-    up.
+    any quarter turn; or with that side up, if the lance is across the cup there. On a table that side is up.
     """
     if problem.destination.access.is_from_above:
         return _hanging(problem, grasp)
     R_entry_item = problem.T_entry_item[:3, :3]
     if not problem.place.access.is_from_above:
         return [R_entry_item]
-    if tool_state != grasp.tool_state:
+    if problem.context.cell.robot.tool.has_lance(tool_state, ACROSS):
         return [LANCE_INWARD @ grasp.T_item_tip[:3, :3].T]
     inward = np.array([1.0, 0.0, 0.0])
     straight = least_turn(R_entry_item @ grasp.T_item_tip[:3, 2], inward) @ R_entry_item
