@@ -90,7 +90,7 @@ def corridor_transforms(corridor: Corridor, T_world_entry: Array, about: Array) 
     """
     R = T_world_entry[:3, :3]
     displacements = np.stack([corridor.first_stretch, corridor.lift, *corridor.retreat])
-    M = np.tile(np.eye(4), (len(displacements), 1, 1))
+    M = np.repeat(np.eye(4)[None], len(displacements), axis=0)
     for T, d in zip(M, displacements, strict=True):
         T[:3, :3] = R @ _turned(*d[3:]) @ R.T
         T[:3, 3] = about + R @ d[:3] - T[:3, :3] @ about

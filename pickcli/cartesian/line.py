@@ -25,7 +25,7 @@ def line(T_a: Array, T_b: Array, step: float = POSE_DISTANCE) -> Array:
     turn = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3]) if is_turned else np.zeros(3)
     angle = float(np.linalg.norm(turn))
     n = max(1, int(np.ceil(max(distance / step, angle / ANGLE_STEP))))
-    poses = np.tile(T_a, (n + 1, 1, 1))
+    poses = np.repeat(T_a[None], n + 1, axis=0)  # np.tile is slower
     s = np.linspace(0.0, 1.0, n + 1)[:, None]
     poses[:, :3, 3] = (1.0 - s) * T_a[:3, 3] + s * T_b[:3, 3]
     if angle > 1e-9:

@@ -49,11 +49,9 @@ def _contradictions(problem: PickProblem) -> tuple[Reason, ...]:
     """Return the solids that the target overlaps by more than pose errors explain."""
     scene = problem.scene
     bound = {placed.id: scene.noise.bound(placed.item) for placed in scene.items}
-    bound |= {
-        body.name: carrier.error.bound(_from_axis(carrier.T_world_carrier, problem.target))
-        for carrier in scene.posed_carriers
-        for body in carrier.bodies
-    }
+    for carrier in scene.posed_carriers:
+        error = carrier.error.bound(_from_axis(carrier.T_world_carrier, problem.target))
+        bound |= dict.fromkeys((body.name for body in carrier.bodies), error)
     ids = {placed.id for placed in scene.items}
     found = []
     for name, c in problem.contacts.near.items():
