@@ -6,12 +6,13 @@ the kernel proves a whole edge at the cost of a few of its configurations.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
 
@@ -104,3 +105,23 @@ class MotionValidator(Protocol):
         Returns:
             Part of the body, obstacle, depth, and location on the edge.
         """
+
+
+def explain_each(checker: MotionValidator, Q: Array, what: str, where: str) -> Failures:
+    """Explain what blocks each of several configurations, none of which is valid; evaluated lazily.
+
+    Args:
+        checker: The validator.
+        Q: (N, n) configurations.
+        what: What cannot be done in any of them.
+        where: Name of the segment.
+
+    Returns:
+        One reason for each configuration, with the item that is in the way, if there is one.
+    """
+
+    def blocked() -> Iterator[Reason]:
+        for why in map(checker.explain, Q):
+            yield Reason(what, where, str(why), why.in_the_way)
+
+    return Failures((blocked,))

@@ -7,7 +7,10 @@ from enum import StrEnum
 
 
 class AnchorKind(StrEnum):
-    """How a place on the path is stated. Anchors survive stitching; times do not."""
+    """How a place on the path is stated. Anchors survive stitching; times do not.
+
+    The planner binds its events to ends of segments; plans of other programs may bind theirs by any kind.
+    """
 
     SEGMENT_START = "segment start"
     SEGMENT_END = "segment end"

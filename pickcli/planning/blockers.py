@@ -140,9 +140,13 @@ def with_blockers(
     names = blocking_items(what_if, scene, target, blamed=error.in_the_way)
     if not names:
         return error
-    away = query.into if query.out_of == TOTE or TOTE not in scene.cell.places else TOTE
-    clearings = [PickQuery(query.out_of, name, away, neighbours=query.neighbours) for name in names]
-    stuck = [clearing.item for clearing in clearings if not _has_plan(plan_in, scene, clearing)]
+    away = list(into) if query.out_of == TOTE or TOTE not in scene.cell.places else [TOTE]
+
+    def is_stuck(name: str) -> bool:
+        clearings = [PickQuery(query.out_of, name, place, neighbours=query.neighbours) for place in away]
+        return not any(_has_plan(plan_in, scene, clearing) for clearing in clearings)
+
+    stuck = [name for name in names if is_stuck(name)]
     advice = f"{error.text}\nwithout {' and '.join(names)} there is a plan"
     if stuck:
         advice += f", but {' and '.join(stuck)} cannot be picked either"

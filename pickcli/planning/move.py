@@ -9,13 +9,13 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.motion_segment import Mode, MotionSegment, at_rest
-from pickcli.errors import Failures, NoPlanError, Reason
+from pickcli.collision.motion_validator import explain_each
+from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import Array
 from pickcli.kinematics.continuous_joints import unwound_towards, ways_round
 from pickcli.motion.plan import Plan
@@ -116,13 +116,15 @@ class _Move:
             self.recorder.record(coarse.experience)
         return coarse.segment(SegmentKind.TRANSIT, mode)
 
-    @cached_property
-    def places_to_change(self) -> Array:
-        """Configurations (K, n) in which the tool can change its state at rest."""
+    def places_to_change(self) -> Array | Failures:
+        """Return configurations (K, n) in which the tool can change its state at rest, or why none can."""
         named = [each.q for each in self.context.cell.configurations.values()]
         near = unwound_towards(self.context.arm.limits, np.stack([self.q_goal, *named]), self.start.q)
-        checker = self.context.checker_for(self.scene, Mode(MOVING))
-        return np.array([q for q in (self.start.q, *near) if checker.is_valid(q)])
+        Q, checker = np.vstack([self.start.q, near]), self.context.checker_for(self.scene, Mode(MOVING))
+        are_free = checker.are_valid(Q)
+        if not are_free.any():
+            return explain_each(checker, Q, "no room to change the tool's state", "move")
+        return np.asarray(Q[are_free])
 
     def duration(self, q: Array, q_goal: Array) -> float:
         """Estimate the duration in s of a straight motion."""
@@ -154,10 +156,9 @@ def _change_on_the_way(move: _Move) -> ToolChange | Failures:
 
 
 def _change_at_rest(move: _Move) -> ToolChange | Failures:
-    places = move.places_to_change
-    if not len(places):
-        met = move.context.checker_for(move.scene, Mode(MOVING)).explain(move.start.q)
-        return Failures.of(Reason("no room to change the tool's state", "move", str(met), met.in_the_way))
+    places = move.places_to_change()
+    if isinstance(places, Failures):
+        return places
     onward = [move.duration(q, move.q_goal) for q in places]
     there = move.segment(move.start.tool_state, move.start.q, places, "move to change the tool", onward)
     if isinstance(there, Failures):

@@ -126,8 +126,7 @@ class CoarseMotionPlanner:
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         for name, q in ((key.start, q0), (key.goal, q1)):
             if not checker.is_valid(q):
-                reason = checker.explain(q)
-                return Reason(reason.what, name, reason.detail)
+                return checker.explain(q).at(name)
         search = MinimumTimeSearch(
             TrajectoryValidator(checker, self._space),
             checker,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,21 @@ def test_several_destinations_are_all_planned_without_the_items_and_the_lines_of
     lines = str(told).splitlines()
     assert lines[-1] == f"without {BOX} there is a plan"
     assert [line.split(":")[0].strip() for line in lines[1:-1]] == ["bin_A", "bin_B"]
+
+
+def test_what_can_be_brought_to_another_of_the_destinations_is_not_stuck(cell: Cell) -> None:
+    there = scene_of(cell, TARGET, BOX)
+    scene = replace(there, items=tuple(replace(placed, location=TOTE) for placed in there.items))
+    queries = [PickQuery(TOTE, TARGET, into=name) for name in ("bin_A", "bin_B")]
+    only_into_b, nowhere = planning({BOX}, set(), BOX), planning({BOX}, {BOX}, BOX)
+
+    def plan_in(scene: Scene, query: PickQuery) -> Plan:
+        return (only_into_b if query.into == "bin_B" else nowhere)(scene, query)  # type: ignore[no-any-return]
+
+    told = with_blockers(blamed(queries[0], BOX), plan_in, scene, queries)
+    assert str(told).splitlines()[-1] == f"without {BOX} there is a plan"
+    told = with_blockers(blamed(queries[0], BOX), nowhere, scene, queries)
+    assert str(told).endswith(f"but {BOX} cannot be picked either")
 
 
 def test_the_type_of_the_error_is_kept(cell: Cell) -> None:

@@ -10,14 +10,14 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import NoPlanError
-from pickcli.geometry import inverse, pose, rotation_axis_angle
+from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery, Shift
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.world import World
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
@@ -108,6 +108,30 @@ def test_a_shift_into_a_wall_or_a_neighbour_or_out_of_the_mouth_is_refused(
             plan_shift(scene, "bin_B", by)
         assert caught.value.reasons[0].what == what
         assert caught.value.in_the_way == in_the_way
+
+
+def test_a_neighbour_that_could_roll_after_the_item_is_named(
+    context: PlanningContext, cell: Cell, home: Start
+) -> None:
+    """A bottle that lies against the item: what is in the way is not what happens to be nearest."""
+    place = cell.places["bin_B"]
+    T_world_place, lying = cell.T_world_place(place), rotation_axis_angle((0.0, 1.0, 0.0), np.pi / 2)
+
+    def on_floor(name: str, y: float, R: Array) -> PlacedItem:
+        above = float(cell.item(name).shape.reach(R)[2]) + 0.0005
+        height, pitch = place.room.rest(np.array(0.25), cell.item(name).shape.reach(R)[0])
+        at = np.array([0.25 + above * np.sin(pitch), y, height + above * np.cos(pitch)])
+        T = pose(at, R=rotation_axis_angle((0.0, 1.0, 0.0), float(pitch)) @ R)
+        return PlacedItem(name, cell.item(name), place.name, T_world_place @ T)
+
+    widths = cell.item(ITEM).shape.extents[1] / 2 + cell.item("up_glucose_bottle").shape.reach(lying)[1]
+    items = on_floor(ITEM, 0.05, np.eye(3)), on_floor("up_glucose_bottle", 0.044 - widths, lying)
+    scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
+    with pytest.raises(NoPlanError) as caught:
+        plan_pick(context, scene, PickQuery("bin_B", ITEM, "bin_B", by=Shift(0.0, 0.02)), home)
+    assert {reason.what for reason in caught.value.reasons} == {"no room to shift"}
+    assert all("could roll after it" in reason.detail for reason in caught.value.reasons)
+    assert caught.value.in_the_way == ("up_glucose_bottle",)
 
 
 @pytest.mark.parametrize("query", ["by -33,20 mm", "by -30,20 mm and 5 deg", "by -30,-20 mm"])

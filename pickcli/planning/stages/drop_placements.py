@@ -37,6 +37,7 @@ REACH_COST = 0.2  # m of drop per metre of distance from the shoulder, if severa
 MOST_SHARED = 90  # placements that are tried then
 MAX_DROP = 0.28  # m from the item's lowest point to the floor (the rules: 0.3)
 YAWS = np.radians(np.arange(-180, 180, 15))
+N_EXPLAINED = 3  # arm configurations over a placement, none of which is free
 N_MOTIONS = 4  # motions from which the best is chosen
 DROP_COST = 2.0  # s per metre of a drop's cost
 LEVEL_LANCE = np.radians(105.0)  # largest angle of a level lance from pointing across the place
@@ -162,7 +163,7 @@ def _dropped(
         return Failures.of(Reason("no inverse-kinematics solution", "place"))
     are_valid = checker.are_valid(solutions)
     if not are_valid.any():
-        return Failures((lambda: (checker.explain(solutions[0]).at("place"),),))
+        return Failures((lambda: (checker.explain(q).at("place") for q in solutions[:N_EXPLAINED]),))
     failures = Failures()
     for q in solutions[are_valid]:
         motion = _lowered(problem, placement, q, carrying, empty)

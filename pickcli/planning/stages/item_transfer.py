@@ -15,6 +15,7 @@ import numpy as np
 from pickcli.cell.device import device_of
 from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_segment import Mode, at_rest
+from pickcli.collision.motion_validator import explain_each
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.tool_change import changing_tip
@@ -108,10 +109,7 @@ def _places_to_change(
     checker = context.checker_for(problem.scene, changing)
     free = [q for q in Q if checker.is_valid(q)]
     if not free:
-        nearest = checker.explain(taking.end)
-        return Failures.of(
-            Reason("no room to change the tool's state", "transfer", str(nearest), nearest.in_the_way)
-        )
+        return explain_each(checker, Q, "no room to change the tool's state", "transfer")
     hold = context.method.hold(problem.target.item, taking.grasp.face, taking.attached.T_tip_item)
     states = taking.holding_state, placements[0].holding_state
     duration = device_of(context.cell.devices, context.cell.robot.tool.mover).lead

@@ -25,7 +25,6 @@ LONGEST = 0.3  # m
 LEAST, LEAST_TURN = 0.005, np.radians(2.0)  # m and rad: a shift by less is none
 NEARER = 0.0005  # m that the item may end nearer to a solid that it was near before
 MARGIN = 0.95  # share of the longest first stretch that is used: the tool moves farther if the item turns
-N_EXPLAINED = 5  # displacements along a blocked line at which an explanation looks for the obstacle
 
 
 def shift_corridor(problem: PickProblem, by: Shift) -> ShiftCorridor | Failures:
@@ -131,9 +130,8 @@ def _lifts(problem: PickProblem, end: Array) -> Iterator[tuple[Array, Array]]:
 def _no_room(checker: FreeItemChecker, start: Array, end: Array, where: str) -> Failures:
     """Explain what blocks a line from a displacement (6,) to another; evaluated lazily."""
 
-    def nearest() -> Iterator[Reason]:
-        along = (checker.clearance(start + s * (end - start)) for s in np.linspace(0.0, 1.0, N_EXPLAINED))
-        contact = min(along, key=lambda c: c.distance)
-        yield Reason("no room to shift", where, checker.description(contact), contact.item)
+    def blocking() -> Iterator[Reason]:
+        why = checker.explain_path(np.stack([start, end]))
+        yield Reason("no room to shift", where, why.detail, why.in_the_way)
 
-    return Failures((nearest,))
+    return Failures((blocking,))
