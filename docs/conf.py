@@ -27,7 +27,7 @@ html_title = "apc"
 html_static_path: list[str] = []
 pygments_style = "friendly"
 smartquotes = False  # two dashes begin an option
-# Some classes of different packages still share a name, and signatures name them without their package.
+# Attributes of different classes share a name, such as `n`, and docstrings name them without their class.
 suppress_warnings = ["ref.python"]
 
 myst_enable_extensions = ["colon_fence", "deflist"]

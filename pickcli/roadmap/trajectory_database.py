@@ -21,8 +21,8 @@ class PayloadClass(StrEnum):
     """Payload that a stored motion was proven with; Delft planned all of theirs with an attached cube."""
 
     EMPTY = "empty"
-    CUBE = "cube"  # 0.2 m, one face on the cup
-    CENTRED_CUBE = "centred cube"  # 0.2 m, its centre at the tip of the cup: Delft's own
+    CUBE = "cube"  # 0.2 m, one face on the tool frame
+    CENTRED_CUBE = "centred cube"  # 0.2 m, its centre at the tool frame: Delft's own
 
 
 @dataclass(frozen=True)
