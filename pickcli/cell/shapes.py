@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -45,6 +46,11 @@ class Shape:
             radius, length = self.size
             return np.array([2 * radius, 2 * radius, length])
         return np.full(3, 2 * self.size[0])
+
+    @cached_property
+    def bounding_radius(self) -> float:
+        """Radius of the ball around the axis-aligned box around the shape, m."""
+        return float((self.extents**2).sum() ** 0.5) / 2
 
     def reach(self, R: Array) -> Array:
         """Compute the half extents along the axes of a rotated frame.

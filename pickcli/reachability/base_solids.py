@@ -32,5 +32,5 @@ def overlaps(a: PosedSolid, b: PosedSolid) -> bool:
     Returns:
         True if they do.
     """
-    balls = sum(float(np.linalg.norm(each.shape.extents)) / 2 for each in (a, b))
+    balls = sum(each.shape.bounding_radius for each in (a, b))
     return bool(np.linalg.norm(a.center - b.center) < balls) and overlap_depth(a, b) > 0.0

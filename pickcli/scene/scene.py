@@ -78,8 +78,7 @@ class PoseNoise:
         Returns:
             m.
         """
-        radius = float((item.shape.extents**2).sum() ** 0.5) / 2
-        return self.position + self.angle * radius
+        return self.position + self.angle * item.shape.bounding_radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +124,7 @@ class PosedCarrier:
         Returns:
             m.
         """
-        reach = np.linalg.norm(body.T_parent_shape[:2, 3]) + np.linalg.norm(body.shape.extents) / 2
+        reach = np.linalg.norm(body.T_parent_shape[:2, 3]) + body.shape.bounding_radius
         return self.error.bound(float(reach))
 
 

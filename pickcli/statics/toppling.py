@@ -186,7 +186,7 @@ def _not_safe(supports: Supports, item_id: str, rim: float) -> str | None:
     # On whichever corner it turns, its centre is no higher above it than half its diagonal.
     k = graph.index[item_id]
     bottom = float(placed.T_world_item[2, 3] - graph.solids.upright[k, 2])
-    highest = bottom + float(np.linalg.norm(placed.item.shape.extents)) / 2 + float(graph.solids.bound[k])
+    highest = bottom + placed.item.shape.bounding_radius + float(graph.solids.bound[k])
     if not highest < rim:
         return f"its middle may come {1e3 * (highest - rim):.0f} mm over the rim"
     return None

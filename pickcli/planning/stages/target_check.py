@@ -66,4 +66,4 @@ def _contradictions(problem: PickProblem) -> tuple[Reason, ...]:
 def _from_axis(T_world_carrier: Array, placed: PlacedItem) -> float:
     """Bound the distance of any point of an item from the z axis of a carrier at a pose (4, 4), m."""
     p = (inverse(T_world_carrier) @ placed.T_world_item)[:2, 3]
-    return float(np.linalg.norm(p)) + float(np.linalg.norm(placed.item.shape.extents)) / 2
+    return float(np.linalg.norm(p)) + placed.item.shape.bounding_radius
