@@ -340,7 +340,7 @@ def test_a_scene_of_another_cell_is_made_again_or_where_nothing_makes_it_looked_
 def test_an_unknown_cell_is_told_where_it_stands_with_what_may_be_meant(
     written: Path, refused: Refused
 ) -> None:
-    edit(written, put_at("cell", "name", value="apc2016_delf"))
+    edit(written, put_at("cell", "name", value="ur5e_crate"))
     message = refused(lambda: read_scene(written))
-    assert f"{written}:" in message and "cell.name: unknown cell 'apc2016_delf'; did you mean " in message
-    assert message.endswith("'apc2016_delft'? (for a cell elsewhere: --cell)")
+    assert f"{written}:" in message and "cell.name: unknown cell 'ur5e_crate'; did you mean " in message
+    assert message.endswith("'ur5e_crates'? (for a cell elsewhere: --cell)")
