@@ -232,7 +232,7 @@ class PickContacts:
             The contacts with each such neighbour.
         """
         others = frozenset(placed.id for placed in self.scene.items)
-        ground = {body.name for body, _ in self.scene.standing} & set(self.near)
+        ground = {body.name for body, _ in self.scene.standing}
         near = self.near.keys() - self.pushed
         rolling = [p.id for p in self.scene.items if p.id in near and p.can_roll]
         return tuple(AllowedContacts.at_any_depth(ground, others - {name}) for name in rolling)

@@ -125,8 +125,8 @@ def _placements(
     rejected: list[Reason] = []
     along = T_item_tip[:, :3, 2] @ target.T_entry_item[:3, :3].T
     is_from_above, has_across = target.place.access.is_from_above, tool.state_with_lance(ACROSS) is not None
-    off, kinds = _kinds_from_above(along, has_across) if is_from_above else _kinds(along)
-    for kind, mine in kinds.items():
+    kinds = _kinds_from_above(along, has_across) if is_from_above else _kinds(along)
+    for kind, (mine, off) in kinds.items():
         if mine.any():
             grasps, against = _of_kind(
                 target, GraspKind(kind, face), T_item_tip[mine], off[mine], tool, search, most
@@ -174,8 +174,8 @@ def _named(target: GraspTarget, kind: str, T_item_tip: Array) -> str:
     return max((x, "frontal"), (-z, "top-down"), (abs(y), "side"))[1]
 
 
-def _kinds_from_above(along: Array, has_across: bool) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
-    """Return how many rad cups with axes (P, 3) in the entry frame are off the ideal, and masks by kind.
+def _kinds_from_above(along: Array, has_across: bool) -> dict[str, tuple[NDArray[np.bool_], Array]]:
+    """Return by kind which cups with axes (P, 3) in the entry frame are of it, and rad (P,) off the ideal.
 
     A cup in line with its lance takes faces that lean up to a limit, one across it those that are upright.
 
@@ -184,18 +184,18 @@ def _kinds_from_above(along: Array, has_across: bool) -> tuple[Array, dict[str, 
     is_frontal = along[:, 0] >= np.cos(MAX_LEAN_FROM_ABOVE)
     is_side = has_across & (np.abs(along[:, 0]) <= np.sin(MAX_LEAN_ACROSS))
     inwards = np.clip(along[:, 0], -1.0, 1.0)
-    off = np.where(is_frontal, np.arccos(inwards), np.abs(np.arcsin(inwards)))
-    return off, {"frontal": is_frontal, "side": is_side}
+    return {"frontal": (is_frontal, np.arccos(inwards)), "side": (is_side, np.abs(np.arcsin(inwards)))}
 
 
-def _kinds(along: Array) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
-    """Return how many rad cups with axes (P, 3) in the entry frame are off the ideal, and masks by kind."""
+def _kinds(along: Array) -> dict[str, tuple[NDArray[np.bool_], Array]]:
+    """Return by kind which cups with axes (P, 3) in the entry frame are of it, and rad (P,) off the ideal."""
     is_frontal = along[:, 0] >= np.cos(MAX_FRONTAL_TILT)
     down, aside = -along[:, 2], np.abs(along[:, 1])
     off = np.arccos(np.minimum(1.0, np.where(is_frontal, along[:, 0], np.maximum(down, aside))))
     is_across = ~is_frontal & (np.maximum(np.abs(along[:, 0]), along[:, 2]) <= np.sin(MAX_ACROSS_TILT))
     is_down = down >= aside
-    return off, {"frontal": is_frontal, "top-down": is_across & is_down, "side": is_across & ~is_down}
+    masks = {"frontal": is_frontal, "top-down": is_across & is_down, "side": is_across & ~is_down}
+    return {kind: (mask, off) for kind, mask in masks.items()}
 
 
 def _turned_and_tilted(

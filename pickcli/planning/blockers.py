@@ -143,19 +143,17 @@ def with_blockers(
     away = list(into) if query.out_of == TOTE or TOTE not in scene.cell.places else [TOTE]
 
     def is_stuck(name: str) -> bool:
-        clearings = [PickQuery(query.out_of, name, place, neighbours=query.neighbours) for place in away]
-        return not any(_has_plan(plan_in, scene, clearing) for clearing in clearings)
+        def bring(place: str) -> object:
+            return plan_in(scene, PickQuery(query.out_of, name, place, neighbours=query.neighbours))
+
+        try:
+            plan_into_first(name, away, bring)
+        except NoPlanError:
+            return True
+        return False
 
     stuck = [name for name in names if is_stuck(name)]
     advice = f"{error.text}\nwithout {' and '.join(names)} there is a plan"
     if stuck:
         advice += f", but {' and '.join(stuck)} cannot be picked either"
     return type(error)(error.query, error.reasons, advice, names)
-
-
-def _has_plan(plan_in: PlanIn, scene: Scene, query: PickQuery) -> bool:
-    try:
-        plan_in(scene, query)
-    except NoPlanError:
-        return False
-    return True

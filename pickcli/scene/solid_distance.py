@@ -34,7 +34,10 @@ def separation(a: PosedSolid, b: PosedSolid) -> tuple[float, Array]:
     between = b.center - a.center
     corners, best, across = between[None], 0.0, between / max(float(np.linalg.norm(between)), _ROUNDING)
     for _ in range(_MAX_STEPS):
-        nearest = _nearest_to_zero(corners)
+        weights = _weights_nearest_to_zero(corners)
+        if weights is None:
+            break
+        nearest = weights @ corners
         length = float(np.linalg.norm(nearest))
         if length <= max(best + TOLERANCE, _ROUNDING):
             break
@@ -42,14 +45,18 @@ def separation(a: PosedSolid, b: PosedSolid) -> tuple[float, Array]:
         corner = b.support(-way) - a.support(way)
         if float(corner @ way) > best:
             best, across = float(corner @ way), way
-        corners = np.vstack([corners, corner])
+        corners = np.vstack([corners[weights > 0.0], corner])
     return best, across
 
 
-def _nearest_to_zero(corners: Array) -> Array:
-    """Point (3,) of the convex hull of corners (K, 3) that is nearest to 0."""
+def _weights_nearest_to_zero(corners: Array) -> Array | None:
+    """Weights (K,) of corners (K, 3) in the point of their convex hull nearest to 0; None if not found."""
     from scipy.optimize import nnls
 
     size = max(float(np.abs(corners).max()), _ROUNDING)
-    weights, _ = nnls(np.vstack([corners.T / size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0]))
-    return np.asarray(weights @ corners / weights.sum())
+    scaled, wanted = np.vstack([corners.T / size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0])
+    try:
+        weights, _ = nnls(scaled, wanted)
+    except RuntimeError:  # no convergence, by rounding of corners that are nearly the same
+        return None
+    return np.asarray(weights / weights.sum())

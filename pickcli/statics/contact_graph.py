@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pickcli.cell.shapes import ShapeKind
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_distance import separation
 from pickcli.scene.solid_overlap import TOUCH, PosedSolid
@@ -121,9 +122,11 @@ class ContactGraph:
         contacts = []
         for i in np.flatnonzero(is_requested[b] | (found.width < limit)):
             gap, normal = float(found.width[i]), found.normal[i]
-            if gap > 0.0:  # a lower bound of the distance
-                pair = (PosedSolid(solids.shapes[j], solids.T[j]) for j in (k, b[i]))
-                gap, normal = max((gap, normal), separation(*pair), key=lambda bound: bound[0])
+            pair = [PosedSolid(solids.shapes[j], solids.T[j]) for j in (k, b[i])]
+            # A lower bound of the distance; that of boxes is positive whenever they are apart.
+            if gap > 0.0 or any(solid.shape.kind is not ShapeKind.BOX for solid in pair):
+                exact, across = separation(*pair)
+                gap, normal = (exact, across) if exact > max(gap, 0.0) else (gap, normal)
             if is_requested[b[i]] or gap < limit[i]:
                 contacts.append(SolidContact(item_id, solids.names[b[i]], gap, normal))
         return tuple(contacts)

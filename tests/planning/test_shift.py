@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.errors import NoPlanError
+from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
-from pickcli.planning.pick_problem import PickQuery, Shift
+from pickcli.planning.pick_problem import PickProblem, PickQuery, Shift
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.extraction import extraction_of
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.execute import execute
@@ -110,10 +111,8 @@ def test_a_shift_into_a_wall_or_a_neighbour_or_out_of_the_mouth_is_refused(
         assert caught.value.in_the_way == in_the_way
 
 
-def test_a_neighbour_that_could_roll_after_the_item_is_named(
-    context: PlanningContext, cell: Cell, home: Start
-) -> None:
-    """A bottle that lies against the item: what is in the way is not what happens to be nearest."""
+def beside_a_bottle(cell: Cell, y: float) -> Scene:
+    """The item in bin_B at y, and 6 mm beside it a bottle, which lies and can roll."""
     place = cell.places["bin_B"]
     T_world_place, lying = cell.T_world_place(place), rotation_axis_angle((0.0, 1.0, 0.0), np.pi / 2)
 
@@ -125,13 +124,28 @@ def test_a_neighbour_that_could_roll_after_the_item_is_named(
         return PlacedItem(name, cell.item(name), place.name, T_world_place @ T)
 
     widths = cell.item(ITEM).shape.extents[1] / 2 + cell.item("up_glucose_bottle").shape.reach(lying)[1]
-    items = on_floor(ITEM, 0.05, np.eye(3)), on_floor("up_glucose_bottle", 0.044 - widths, lying)
-    scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
+    items = on_floor(ITEM, y, np.eye(3)), on_floor("up_glucose_bottle", y - 0.006 - widths, lying)
+    return Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
+
+
+def test_a_neighbour_that_could_roll_after_the_item_is_named(
+    context: PlanningContext, cell: Cell, home: Start
+) -> None:
+    """What is in the way is not what happens to be nearest."""
+    scene = beside_a_bottle(cell, 0.05)
     with pytest.raises(NoPlanError) as caught:
         plan_pick(context, scene, PickQuery("bin_B", ITEM, "bin_B", by=Shift(0.0, 0.02)), home)
     assert {reason.what for reason in caught.value.reasons} == {"no room to shift"}
     assert all("could roll after it" in reason.detail for reason in caught.value.reasons)
     assert caught.value.in_the_way == ("up_glucose_bottle",)
+
+
+@pytest.mark.parametrize("y", [0.05, 0.07])
+def test_a_wall_does_not_roll_after_the_item(context: PlanningContext, cell: Cell, y: float) -> None:
+    """Beside a bottle on one side, the wall on the other side is not taken for something that rolls."""
+    problem = PickProblem.of(context, beside_a_bottle(cell, y), PickQuery("bin_B", ITEM), 0)
+    corridors = extraction_of(problem).corridors
+    assert not isinstance(corridors, Failures) and len(corridors) > 0
 
 
 @pytest.mark.parametrize("query", ["by -33,20 mm", "by -30,20 mm and 5 deg", "by -30,-20 mm"])

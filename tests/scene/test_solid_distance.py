@@ -27,6 +27,16 @@ solids = st.builds(PosedSolid, st.one_of(boxes, cylinders, balls), places)
 
 CAN, CARTON = Shape(ShapeKind.CYLINDER, (0.04, 0.2)), Shape(ShapeKind.BOX, (0.1, 0.1, 0.1))
 
+PIN = np.array([
+    [2.220446049250313e-16, 0.0, 1.0, 0.35527618926517973], [0.0, 1.0, 0.0, 0.359645373169289],
+    [-1.0, 0.0, 2.220446049250313e-16, -0.5427068227421141], [0.0, 0.0, 0.0, 1.0],
+])  # fmt: skip
+DISC = np.array([
+    [-5.551115123125783e-17, -0.7071067811865472, 0.7071067811865477, 0.2225142295147809],
+    [1.6653345369377348e-16, 0.7071067811865477, 0.7071067811865472, 0.7651958136592047],
+    [-1.0, 1.6653345369377348e-16, 5.551115123125783e-17, 0.13911509963430602], [0.0, 0.0, 0.0, 1.0],
+])  # fmt: skip
+
 
 @given(solids, solids)
 @settings(max_examples=300, deadline=None)
@@ -41,6 +51,19 @@ def test_the_distance_is_that_of_the_verifier(a: PosedSolid, b: PosedSolid) -> N
     assert distance == pytest.approx(one.distance(other), abs=MEASURE_TOLERANCE)
     if distance > 0.0:  # the slab proves it
         assert (b.support(-across) - a.support(across)) @ across == pytest.approx(distance, abs=1e-9)
+
+
+def test_corners_that_nearly_coincide_do_not_keep_it_from_an_end() -> None:
+    """Least squares over all corners ever found do not converge for these two, a pin and a disc."""
+    a = PosedSolid(Shape(ShapeKind.CYLINDER, (0.013754240993922551, 0.01991125567780891)), PIN)
+    b = PosedSolid(Shape(ShapeKind.CYLINDER, (0.7851617304974539, 0.05746171105642393)), DISC)
+    one, other = Solid(a.shape), Solid(b.shape)
+    one.place(a.T)
+    other.place(b.T)
+    distance, across = separation(a, b)
+    assert distance == pytest.approx(0.147387, abs=1e-5)
+    assert distance == pytest.approx(one.distance(other), abs=MEASURE_TOLERANCE)
+    assert (b.support(-across) - a.support(across)) @ across == pytest.approx(distance, abs=1e-9)
 
 
 def test_the_distance_of_a_corner_from_a_rim() -> None:

@@ -51,3 +51,16 @@ def test_near_are_those_that_the_verifier_measures_as_near(
     near = {contact.b: contact.gap for contact in supports_of(scene).graph.near("one", REACH)}
     assert ("other" in near) is (off < 0.0)
     assert abs(near.get("other", limit + off) - limit - off) < TOLERANCE
+
+
+def test_round_solids_that_no_direction_of_the_batch_test_separates_are_not_near() -> None:
+    """Two bottles across each other, 5.5 mm apart: every one of 20 directions sees them overlap."""
+    one = PlacedItem("one", CELL.item("up_glucose_bottle"), TOTE, pose(rpy=(0.5, 1.0, 0.5)))
+    T = pose(0.14 * np.array([0.7, 0.67, -0.25]), rpy=(-1.0, -0.8, 1.4))
+    other = PlacedItem("other", CELL.item("dasani_water_bottle"), TOTE, T)
+    apart = measured(one, other)
+    assert 0.005 < apart < 0.006
+    graph = supports_of(Scene(CELL, CELL.T_world_pod, (one, other), PoseNoise())).graph
+    assert "other" not in {contact.b for contact in graph.near("one", REACH)}
+    (gap,) = [contact.gap for contact in graph.near("one", 0.01) if contact.b == "other"]
+    assert abs(gap - apart) < TOLERANCE

@@ -162,9 +162,8 @@ def _dropped(
     if len(solutions) == 0:
         return Failures.of(Reason("no inverse-kinematics solution", "place"))
     are_valid = checker.are_valid(solutions)
-    if not are_valid.any():
-        return Failures((lambda: (checker.explain(q).at("place") for q in solutions[:N_EXPLAINED]),))
-    failures = Failures()
+    blocked = solutions[~are_valid][:N_EXPLAINED]
+    failures = Failures((lambda: (checker.explain(q).at("place") for q in blocked),))
     for q in solutions[are_valid]:
         motion = _lowered(problem, placement, q, carrying, empty)
         if not isinstance(motion, Failures):

@@ -42,6 +42,7 @@ def floor_placements(
     R_place_item: Array,
     place: Place,
     n_most: int = 8,
+    hover: float = HOVER,
 ) -> tuple[PlacedItem, ...] | Failures:
     """Find placements of an item on the floor of a place.
 
@@ -52,6 +53,8 @@ def floor_placements(
         R_place_item: (3, 3) its orientation at the destination, before it is levelled.
         place: The destination.
         n_most: Most placements.
+        hover: m over the floor, besides how much lower the item may be than its pose says; an item that leans
+            has ``HOVER``.
 
     Returns:
         The item at each placement, the best first; or the reasons for failure.
@@ -65,7 +68,7 @@ def floor_placements(
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], uncertainty)
     flying = FreeItemChecker(context.model, scene, free, while_resting_on(place.support, placed.id))
     for step in (STEP, FINE_STEP):
-        placements = _grid_placements(place, reach, uncertainty, step)
+        placements = _grid_placements(place, reach, uncertainty, step, hover)
         fitting = [_placed(placed, place.name, T_world_place, R, d) for d in placements if flying.is_valid(d)]
         if fitting:
             break
@@ -160,7 +163,7 @@ def _stays(scene: Scene, placement: PlacedItem) -> bool:
     return supports.balance.stays(placement.id) or supports.balance.lies_level(placement.id)
 
 
-def _grid_placements(place: Place, half: Array, uncertainty: float, step: float) -> Array:
+def _grid_placements(place: Place, half: Array, uncertainty: float, step: float, hover: float) -> Array:
     """Return (K, 6) displacements from the place's origin to placements on its floor, as of a free flyer.
 
     Behind a mouth, placements far back and near a wall come first; on a table, those near its middle,
@@ -175,7 +178,7 @@ def _grid_placements(place: Place, half: Array, uncertainty: float, step: float)
     x, y = (axis.ravel() for axis in np.meshgrid(along_x, along_y, indexing="ij"))
     height, pitch = place.room.rest(x, half[0])
     # The item hovers over the floor, parallel to its surface.
-    above = half[2] + uncertainty + HOVER
+    above = half[2] + uncertainty + hover
     none = np.zeros(len(x))
     at = (x + above * np.sin(pitch), y, height + above * np.cos(pitch), none, pitch, none)
     if is_from_above:

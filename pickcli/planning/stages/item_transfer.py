@@ -107,9 +107,11 @@ def _places_to_change(
     named = [each.q for each in context.cell.configurations.values()]
     Q = np.stack([taking.end, *(placement.start for placement in placements), *named])
     checker = context.checker_for(problem.scene, changing)
-    free = [q for q in Q if checker.is_valid(q)]
-    if not free:
-        return explain_each(checker, Q, "no room to change the tool's state", "transfer")
+    are_free = checker.are_valid(Q)
+    free, no_room = Q[are_free], "no room to change the tool's state"
+    blocked = explain_each(checker, Q[~are_free], no_room, "transfer")
+    if not len(free):
+        return blocked
     hold = context.method.hold(problem.target.item, taking.grasp.face, taking.attached.T_tip_item)
     states = taking.holding_state, placements[0].holding_state
     duration = device_of(context.cell.devices, context.cell.robot.tool.mover).lead
@@ -118,7 +120,7 @@ def _places_to_change(
     held = [q for q, load in zip(free, loads, strict=True) if load <= most]
     if not held:
         least = f"{min(loads):.2f} of what the cup bears, {most:g} allowed"
-        return Failures.of(Reason("does not hold", "change of the tool's state", least))
+        return blocked + Reason("does not hold", "change of the tool's state", least)
     return np.stack(held)
 
 
