@@ -125,8 +125,8 @@ CALL_MISTAKES = (
     ),
     Mistake(
         "a cell that is not there",
-        "check apc2016_delf",
-        "no such file, and no cell of that name; did you mean 'apc2016_delft'?",
+        "check ur5e_crate",
+        "no such file, and no cell of that name; did you mean 'ur5e_crates'?",
         3,
     ),
     Mistake(
