@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -85,8 +86,10 @@ class CheckerCache:
         return FreeItemChecker(self.model, scene, free, contacts, beside)
 
     def _robot(self, scene: Scene, mode: Mode) -> SceneChecker:
-        margin = self.model.cell.clearance + mode.reserve
-        return SceneChecker(self.model, scene, mode.tool_state, mode.attached, mode.contacts, margin)
+        if mode.reserve != 0.0:  # the same solids, another margin
+            without = self.robot(scene, replace(mode, reserve=0.0))
+            return without.at_margin(self.model.cell.clearance + mode.reserve)
+        return SceneChecker(self.model, scene, mode.tool_state, mode.attached, mode.contacts)
 
     def _tool(
         self, scene: Scene, tool_state: ToolState, axes: bytes, contacts: AllowedContacts

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import Tool
 from pickcli.geometry import Array, cross, pose
 from pickcli.grasping.region import TaskSpaceRegion
+
+N_CACHED = 256  # items of a scene, for each of some tools
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +43,9 @@ def faces(item: Item, tool: Tool) -> tuple[Face, ...]:
     return tuple(face for face in wide_faces(item, tool) if item.seals[face.name] > 0.0)
 
 
+@lru_cache(maxsize=N_CACHED)
 def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
-    """Find all faces of an item on which the whole cup fits, whether they seal or not.
+    """Find all faces of an item on which the whole cup fits, whether they seal or not. Cached.
 
     Args:
         item: The item.
