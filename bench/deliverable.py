@@ -142,7 +142,7 @@ def _has_grasp(placed: PlacedItem, scene: Scene, tools: Iterable[Tool]) -> bool:
     T_entry_item = inverse(scene.T_world_place(place) @ place.T_place_entry) @ placed.T_world_item
     target = GraspTarget(placed.id, placed.item, T_entry_item, place)
     return any(
-        grasp_method(tool).sample(target, derived_rng("has grasp", placed.id), WIDE_SEARCH, HOLDS).grasps
+        grasp_method(tool).sample(target, derived_rng("has grasp", placed.id), WIDE_SEARCH, HOLDS).batches
         for tool in tools
     )
 

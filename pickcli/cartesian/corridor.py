@@ -6,10 +6,12 @@ blocks it, and otherwise all grasps follow the same few corridors.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import islice, product
+from itertools import chain, islice, product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.place import Access, Place
 from pickcli.cell.shapes import Shape
@@ -25,10 +27,12 @@ TIGHT_MOUTH_PLAY = 0.10  # m of spare room in the mouth, below which turns of th
 SIDEWAYS_OFFSETS = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, displacements along y that are tried
 MAX_CENTRING = 0.015  # m that an item moves to the side in the first stretch, towards the middle of the bin
 BACKWARD_OFFSETS = (0.0, -0.02, -0.04)  # m, displacements towards the mouth that are tried
+PRICES = np.array([1.0, 1.0, 0.7, 0.1, 0.1, 0.1])  # of a displacement along and about the axes, per m or rad
 N_EXPLAINED = 8  # about, of the corridors if none is free, from the shortest to the longest
 # shares of a way at which an explanation looks for what blocks it
 EXPLAINED_SHARES = np.linspace(0.0, 1.0, 11)
 ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis, tried to either side
+YAWS, PITCHES = np.radians(np.arange(-24.0, 25.0, 2.0)), np.radians(np.arange(-8.0, 9.0, 1.0))  # tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +93,11 @@ def corridor_transforms(corridor: Corridor, T_world_entry: Array, about: Array) 
         stretch, of the lift, and of each line of the retreat.
     """
     R = T_world_entry[:3, :3]
-    displacements = np.stack([corridor.first_stretch, corridor.lift, *corridor.retreat])
-    M = np.repeat(np.eye(4)[None], len(displacements), axis=0)
-    for T, d in zip(M, displacements, strict=True):
-        T[:3, :3] = R @ _turned(*d[3:]) @ R.T
-        T[:3, 3] = about + R @ d[:3] - T[:3, :3] @ about
-    return M
+    d = np.array([corridor.first_stretch, corridor.lift, *corridor.retreat])
+    T = np.repeat(np.eye(4)[None], len(d), axis=0)
+    T[:, :3, :3] = R @ _turned(*d[:, 3:].T) @ R.T
+    T[:, :3, 3] = about + d[:, :3] @ R.T - T[:, :3, :3] @ about
+    return T
 
 
 def corridors(
@@ -122,12 +125,13 @@ def corridors(
         The corridors, at least one; or the reasons for failure: obstacles in some of those that would fit, or
         for every turn of the item why it does not fit.
     """
-    options: list[Corridor] = []
+    options: list[Iterable[Corridor]] = []
     failures = Failures()
     half_width = float(shape.reach(T_entry_item[:3, :3])[1])
     for turns in _turns(place, T_entry_item, shape):
         reach = shape.reach(_turned(*turns) @ T_entry_item[:3, :3])
         low, high = T_entry_item[:3, 3] - reach, T_entry_item[:3, 3] + reach
+        fitting: Iterable[Corridor] | Reason
         if place.access.is_from_above:
             fitting = _straight_up(place.access, low, high, first)
         else:
@@ -135,16 +139,23 @@ def corridors(
         if isinstance(fitting, Reason):
             failures += fitting
         else:
-            options += fitting
+            options.append(fitting)
     if not options:
         return failures
-    proven = (c for c in options if carrying.is_valid(c.lift) and _is_proven(c, leaving, carrying))
-    # The shortest ones may all be blocked by a wall, and only longer ones by a neighbour that can be moved
-    # aside.
-    explained = options[:: 1 + len(options) // N_EXPLAINED]
-    return tuple(islice(proven, n_most)) or Failures(
-        (lambda: (_explained(c, leaving, carrying) for c in explained),)
-    )
+    tried: list[Corridor] = []
+
+    def proven() -> Iterator[Corridor]:
+        for c in chain.from_iterable(options):
+            tried.append(c)
+            if carrying.is_valid(c.lift) and _is_proven(c, leaving, carrying):
+                yield c
+
+    def explained() -> Iterator[Reason]:
+        # The shortest ones may all be blocked by a wall, and only longer ones by a neighbour that can move.
+        for c in tried[:: 1 + len(tried) // N_EXPLAINED]:
+            yield _explained(c, leaving, carrying)
+
+    return tuple(islice(proven(), n_most)) or Failures((explained,))
 
 
 def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker) -> bool:
@@ -181,9 +192,10 @@ def _explained(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
     return Reason("no way out", "lift", f"{why.detail}, {where[worst]}", why.in_the_way)
 
 
-def _turned(yaw: float, pitch: float, roll: float = 0.0) -> Array:
-    """Return the rotation (3, 3) by yaw about z after pitch about y after roll about x."""
-    return rotation_rpy(roll, pitch, yaw)
+def _turned(yaw: float | Array, pitch: float | Array, roll: float | Array = 0.0) -> Array:
+    """Return the rotations (..., 3, 3) by yaw about z after pitch about y after roll about x, broadcast."""
+    rolls, pitches, yaws = np.broadcast_arrays(roll, pitch, yaw)
+    return np.moveaxis(rotation_rpy(rolls, pitches, yaws), (0, 1), (-2, -1))
 
 
 def _turns(place: Place, T_entry_item: Array, shape: Shape) -> list[tuple[float, float, float]]:
@@ -191,14 +203,12 @@ def _turns(place: Place, T_entry_item: Array, shape: Shape) -> list[tuple[float,
     if place.access.is_from_above:
         return [(0.0, 0.0, 0.0)]
     R = T_entry_item[:3, :3]
-    yaws = np.radians(np.arange(-24.0, 25.0, 2.0))
-    pitches = np.radians(np.arange(-8.0, 9.0, 1.0))
-    widths = [shape.reach(_turned(float(a), 0.0) @ R)[1] for a in yaws]
-    yaw = float(yaws[int(np.argmin(widths))]) if _is_tighter(widths, place.access.width) else 0.0
-    heights = [shape.reach(_turned(yaw, float(a)) @ R)[2] for a in pitches]
-    pitch = float(pitches[int(np.argmin(heights))]) if _is_tighter(heights, place.access.height) else 0.0
+    widths = shape.reach(_turned(YAWS, 0.0) @ R)[:, 1]
+    yaw = float(YAWS[np.argmin(widths)]) if _is_tighter(widths, place.access.width) else 0.0
+    heights = shape.reach(_turned(yaw, PITCHES) @ R)[:, 2]
+    flattest = float(PITCHES[np.argmin(heights)])
+    pitch = flattest if _is_tighter(heights, place.access.height) else 0.0
     level = [(0.0, 0.0, 0.0), (yaw, 0.0, 0.0), (yaw, pitch, 0.0)]
-    flattest = float(pitches[int(np.argmin(heights))])
     return list(dict.fromkeys([*level, *_rolls(place, R, shape, flattest)]))
 
 
@@ -213,24 +223,23 @@ def _rolls(place: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[
     """
     mouth = np.array([place.access.width, place.access.height]) - 2 * LEAST_LIP_DISTANCE
 
-    def fits(pitch: float, roll: float) -> bool:
-        return bool((2 * shape.reach(_turned(0.0, pitch, roll) @ R)[1:] <= mouth).all())
+    def fit(pitch: float, rolls: Array) -> NDArray[np.bool_]:
+        """Whether the item fits (N,) with each of N rolls."""
+        return np.asarray((2 * shape.reach(_turned(0.0, pitch, rolls) @ R)[:, 1:] <= mouth).all(axis=1))
 
-    if fits(0.0, 0.0):
+    if fit(0.0, np.zeros(1))[0]:
         return []
-    pitches = dict.fromkeys((0.0, flattest))
-    least = (
-        (p, next((r for r in ROLLS if fits(p, side * r)), None), side) for p in pitches for side in (1, -1)
-    )
-    return [(0.0, pitch, side * float(roll)) for pitch, roll, side in least if roll is not None]
+    found = []
+    for pitch, side in product(dict.fromkeys((0.0, flattest)), (1.0, -1.0)):
+        fitting = np.flatnonzero(fit(pitch, side * ROLLS))
+        found += [(0.0, pitch, side * float(ROLLS[k])) for k in fitting[:1].tolist()]
+    return found
 
 
-def _is_tighter(halves: list[float], mouth: float) -> bool:
-    """Whether the best turn is a relevant gain: half extents over turns, the one in the middle without."""
-    return (
-        halves[len(halves) // 2] - min(halves) > 0.003
-        and mouth - 2 * halves[len(halves) // 2] < TIGHT_MOUTH_PLAY
-    )
+def _is_tighter(halves: Array, mouth: float) -> bool:
+    """Whether the best turn is a relevant gain: half extents (N,) over turns, in the middle without one."""
+    unturned = halves[len(halves) // 2]
+    return bool(unturned - halves.min() > 0.003 and mouth - 2 * unturned < TIGHT_MOUTH_PLAY)
 
 
 def _options(
@@ -240,8 +249,8 @@ def _options(
     turns: tuple[float, float, float],
     first: float,
     half_width: float,
-) -> list[Corridor] | Reason:
-    """Return corridors that fit through the mouth, shortest first.
+) -> Iterator[Corridor] | Reason:
+    """Return corridors that fit through the mouth, shortest first; lazily, because few are needed.
 
     Args:
         place: Place of the item.
@@ -258,16 +267,16 @@ def _options(
     half = place.access.width / 2 - side
     least = float(np.clip(0.0, -half - low[1], half - high[1]))
     heights = _heights(max(above - low[2], LEAST_LIFT), place.access.height - above - high[2])
-    moves = [
-        np.array([dx, least + dy, dz, *turns])
-        for dz, dx, dy in product(heights, BACKWARD_OFFSETS, SIDEWAYS_OFFSETS)
-        if -half - 1e-9 <= low[1] + least + dy and high[1] + least + dy <= half + 1e-9
-    ]
-    moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1, 0.1)), tuple(d)))
+    dz, dx, dy = np.array([*product(heights, BACKWARD_OFFSETS, SIDEWAYS_OFFSETS)]).T
+    aside = least + dy
+    fits = (-half - 1e-9 <= low[1] + aside) & (high[1] + aside <= half + 1e-9)
+    moves = np.column_stack([dx, aside, dz, np.tile(turns, (len(dz), 1))])[fits]
+    moves = moves[np.lexsort((*moves.T[::-1], np.abs(moves) @ PRICES))]
     to_middle = float(
         np.clip(sum(place.room.y_range) / 2 - (low[1] + high[1]) / 2, -MAX_CENTRING, MAX_CENTRING)
     )
-    return [c for d in moves for c in _rolling(_corridor(d, float(high[0]), first), half_width, to_middle)]
+    straight = (_corridor(d, float(high[0]), first) for d in moves)
+    return chain.from_iterable(_rolling(c, half_width, to_middle) for c in straight)
 
 
 def _straight_up(access: Access, low: Array, high: Array, first: float) -> list[Corridor] | Reason:

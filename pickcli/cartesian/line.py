@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from pickcli.geometry import Array, rotation_vector
+from pickcli.geometry import Array, length, rotation_vector
 
 POSE_DISTANCE = 0.008  # m between two poses for inverse kinematics
 ANGLE_STEP = np.radians(2.0)
@@ -21,12 +23,13 @@ def line(T_a: Array, T_b: Array, step: float = POSE_DISTANCE) -> Array:
     Returns:
         (P, 4, 4) poses, both ends included, P at least 2.
     """
-    distance, is_turned = float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3])), (T_a[:3, :3] != T_b[:3, :3]).any()
+    # np.linalg.norm, np.linspace and np.tile are slower.
+    distance, is_turned = length(T_b[:3, 3] - T_a[:3, 3]), (T_a[:3, :3] != T_b[:3, :3]).any()
     turn = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3]) if is_turned else np.zeros(3)
-    angle = float(np.linalg.norm(turn))
-    n = max(1, int(np.ceil(max(distance / step, angle / ANGLE_STEP))))
-    poses = np.repeat(T_a[None], n + 1, axis=0)  # np.tile is slower
-    s = np.linspace(0.0, 1.0, n + 1)[:, None]
+    angle = length(turn)
+    n = max(1, math.ceil(max(distance / step, angle / ANGLE_STEP)))
+    poses = np.repeat(T_a[None], n + 1, axis=0)
+    s = np.arange(n + 1)[:, None] / n
     poses[:, :3, 3] = (1.0 - s) * T_a[:3, 3] + s * T_b[:3, 3]
     if angle > 1e-9:
         poses[:, :3, :3] = T_a[:3, :3] @ _rotations(turn / angle, s * angle)
@@ -41,15 +44,15 @@ def _rotations(axis: Array, angles: Array) -> Array:
 
 
 def shifted(T: Array, along: Array) -> Array:
-    """Move a pose, keeping its orientation.
+    """Move poses, keeping their orientations.
 
     Args:
-        T: (4, 4) pose.
-        along: (3,) m, in the axes of the pose's parent frame.
+        T: (..., 4, 4) poses.
+        along: (..., 3) m, in the axes of the poses' parent frame.
 
     Returns:
-        (4, 4) the moved pose.
+        (..., 4, 4) the moved poses.
     """
     out = T.copy()
-    out[:3, 3] += along
+    out[..., :3, 3] += along
     return out

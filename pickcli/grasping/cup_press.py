@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from pickcli.cell.tool import Tool
 from pickcli.collision.stage_contacts import CupPress, Outward
-from pickcli.geometry import Array, cross
+from pickcli.geometry import Array
 from pickcli.grasping.surfaces import flat_normal, tilt_on
 from pickcli.motion.plan import Grasp
 from pickcli.scene.scene import PoseNoise
@@ -28,13 +26,31 @@ def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
     Returns:
         m along the cup's axis.
     """
+    return float(overtravels(grasp.face, grasp.T_item_tip[None], tool, noise)[0])
+
+
+def overtravels(face: str, T_item_tip: Array, tool: Tool, noise: PoseNoise) -> Array:
+    """Return how far the cup is pressed beyond the surface for many grasps on one face (see ``overtravel``).
+
+    Args:
+        face: Face under the cup.
+        T_item_tip: (N, 4, 4) poses of the tool at the grasps.
+        tool: The tool with the cup.
+        noise: Bounds of the item's pose error.
+
+    Returns:
+        (N,) m along the cup's axis.
+    """
+    return _overtravels(*_error_and_lag(face, T_item_tip, tool, noise), tool)
+
+
+def _overtravels(error: Array, lag: Array, tool: Tool) -> Array:
     # The far side of a tilted cup must meet the surface as well.
-    error, lag = _error_and_lag(grasp, tool, noise)
     off = error + lag
     # With the opposite pose error the bellows must not be compressed beyond their stroke. The vacuum closes a
     # remaining gap.
-    most = max(tool.cup.stroke - off, LEAST_OF_STROKE * tool.cup.stroke)
-    return min(off + PRESS, MOST_OF_STROKE * tool.cup.stroke, most)
+    most = np.maximum(tool.cup.stroke - off, LEAST_OF_STROKE * tool.cup.stroke)
+    return np.minimum(np.minimum(off + PRESS, MOST_OF_STROKE * tool.cup.stroke), most)
 
 
 def max_press_depth(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
@@ -48,8 +64,8 @@ def max_press_depth(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
     Returns:
         m along the cup's axis.
     """
-    error, _ = _error_and_lag(grasp, tool, noise)
-    return overtravel(grasp, tool, noise) + error
+    error, lag = _error_and_lag(grasp.face, grasp.T_item_tip[None], tool, noise)
+    return float((_overtravels(error, lag, tool) + error)[0])
 
 
 def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, cup_excess: float) -> CupPress:
@@ -66,9 +82,9 @@ def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, c
         Face, direction, depth and overtravel, in the world.
     """
     x, y, z = (R_world_item @ grasp.T_item_tip[:3, 2]).tolist()
-    beyond = overtravel(grasp, tool, noise)
-    _, lag = _error_and_lag(grasp, tool, noise)
-    depth = beyond + lag + cup_excess
+    error, lag = _error_and_lag(grasp.face, grasp.T_item_tip[None], tool, noise)
+    beyond = float(_overtravels(error, lag, tool)[0])
+    depth = beyond + float(lag[0]) + cup_excess
     return CupPress(outward_of(grasp.face, R_world_item), (x, y, z), depth, beyond)
 
 
@@ -89,22 +105,16 @@ def outward_of(face: str, R_world_item: Array) -> Outward | None:
     return x, y, z
 
 
-def _error_and_lag(grasp: Grasp, tool: Tool, noise: PoseNoise) -> tuple[float, float]:
-    """Bound two errors of the surface under the cup, in m along the cup's axis.
+def _error_and_lag(face: str, T_item_tip: Array, tool: Tool, noise: PoseNoise) -> tuple[Array, Array]:
+    """Bound two errors of the surface under the cup at poses (N, 4, 4), in m along the cup's axis.
 
     Returns:
-        The error due to the item's pose, and how much later the far side of a tilted cup meets the face than
-        its middle.
+        (N,) the error due to the item's pose, and (N,) how much later the far side of a tilted cup meets the
+        face than its middle.
     """
-    return _of_press(grasp.face, grasp.T_item_tip[:3, 2:].tobytes(), tool, noise)
-
-
-@lru_cache(
-    maxsize=4096
-)  # turns about the cup's axis have the same press, and each grasp needs it several times
-def _of_press(face: str, axis_and_point: bytes, tool: Tool, noise: PoseNoise) -> tuple[float, float]:
-    T_item_tip = np.eye(4)
-    T_item_tip[:3, 2:] = np.frombuffer(axis_and_point).reshape(3, 2)
-    aside = float(np.linalg.norm(cross(T_item_tip[:3, 3], T_item_tip[:3, 2])))
-    lag = tool.cup.radius * float(np.sin(tilt_on(face, T_item_tip)))
+    point, axis = T_item_tip[:, :3, 3], T_item_tip[:, :3, 2]
+    along = np.einsum("ni,ni->n", point, axis)
+    off_axis = point - along[:, None] * axis
+    aside = np.sqrt(np.einsum("ni,ni->n", off_axis, off_axis))
+    lag = tool.cup.radius * np.sin(tilt_on(face, T_item_tip))
     return noise.position + noise.angle * aside, lag

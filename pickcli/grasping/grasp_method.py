@@ -139,7 +139,7 @@ class GraspMethod(ABC):
             most: Largest share of what the tool bears that the item at rest may take up.
 
         Returns:
-            Candidates, best first, and why others were dropped.
+            Candidates, and why others were dropped.
         """
 
     @abstractmethod
@@ -179,17 +179,18 @@ class GraspMethod(ABC):
             m/s, at most the tool's contact speed; None if it tips the target at any useful speed.
         """
 
-    def overtravel(self, grasp: Grasp, noise: PoseNoise) -> float:
+    def overtravel(self, face: str, T_item_tip: Array, noise: PoseNoise) -> Array:
         """Return how far the tool travels beyond the surface that it meets.
 
         Args:
-            grasp: Grasp of the target.
+            face: Face of the item's shape that it meets.
+            T_item_tip: (N, 4, 4) poses of the tool at grasps on it.
             noise: Bounds of the target's pose error.
 
         Returns:
-            m along the tool's axis; 0 if the tool is not pressed on the item.
+            (N,) m along the tool's axis; 0 if the tool is not pressed on the item.
         """
-        return 0.0
+        return np.zeros(len(T_item_tip))
 
     @abstractmethod
     def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:

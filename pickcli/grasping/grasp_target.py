@@ -2,28 +2,101 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
+from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class GraspBatch:
+    """N grasps of one item on one face in one state of the tool, as arrays: most of them are never tried.
+
+    Attributes:
+        item: Id of the item in its scene.
+        face: Face of the item's shape (see ``Grasp``).
+        tool_state: State of the tool that the grasps are made with.
+        kinds: (N,) "frontal", "top-down" or "side".
+        T_item_tip: (N, 4, 4) tool frame in the item frame.
+        scores: (N,) the smaller the better.
+        loads: (N, 5) moment, pull, shear, twist and load ratio at rest (see ``Grasp``).
+    """
+
+    item: str
+    face: str
+    tool_state: ToolState
+    kinds: NDArray[np.str_]
+    T_item_tip: Array
+    scores: Array
+    loads: Array
+
+    def select(self, which: NDArray[np.bool_]) -> GraspBatch:
+        """Return a part of the grasps.
+
+        Args:
+            which: (N,) True for each grasp that is kept.
+
+        Returns:
+            These, in their order.
+        """
+        of_each = self.kinds[which], self.T_item_tip[which], self.scores[which], self.loads[which]
+        return GraspBatch(self.item, self.face, self.tool_state, *of_each)
+
+    def __getitem__(self, k: int) -> Grasp:
+        """Return one grasp.
+
+        Args:
+            k: Its index.
+
+        Returns:
+            The grasp.
+        """
+        kind, score, loads = str(self.kinds[k]), float(self.scores[k]), self.loads[k].tolist()
+        return Grasp(self.item, kind, self.face, self.tool_state, self.T_item_tip[k], score, *loads)
+
+    def __len__(self) -> int:
+        """Return N."""
+        return len(self.kinds)
+
+
+@dataclass(frozen=True, eq=False)
 class CandidateSet:
     """Grasp candidates for one item.
 
     Attributes:
-        grasps: Candidates, best first.
+        batches: The candidates.
         rejected: Why others were dropped.
     """
 
-    grasps: tuple[Grasp, ...]
-    rejected: tuple[Reason, ...]
+    batches: tuple[GraspBatch, ...]
+    rejected: tuple[Reason, ...] = ()
+
+    def select(self, which: Sequence[NDArray[np.bool_]]) -> CandidateSet:
+        """Return a part of the candidates.
+
+        Args:
+            which: For each batch (N,) True for each grasp that is kept.
+
+        Returns:
+            These, with the same reasons against others, without empty batches.
+        """
+        parts = [batch.select(kept) for batch, kept in zip(self.batches, which, strict=True) if kept.any()]
+        return CandidateSet(tuple(parts), self.rejected)
+
+    @cached_property
+    def grasps(self) -> tuple[Grasp, ...]:
+        """All candidates, best first."""
+        found = [batch[k] for batch in self.batches for k in range(len(batch))]
+        return tuple(sorted(found, key=lambda grasp: grasp.score))
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,14 +12,15 @@ from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.grasping.antipodal import Pinch, limits_of, pinches
-from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
-from pickcli.grasping.holding import HoldLimits, loads_at_rest
+from pickcli.grasping.grasp_target import CandidateSet, GraspBatch, GraspTarget
+from pickcli.grasping.holding import GripLoad, HoldLimits, loads_at_rest
 from pickcli.grasping.search import Search
-from pickcli.motion.plan import Grasp
 
 STATE_COST = 0.05  # for each later state: the first, usual one is tried first
 TURN_COST = 0.3  # for a half turn of the hand
 WIDTH_ROUNDING = 1e-9  # m
+
+_Scored: TypeAlias = tuple[Array, float, GripLoad]  # pose (4, 4) of the tool, score, load at rest
 
 
 def sample_pinches(
@@ -43,11 +45,11 @@ def sample_pinches(
         most: Largest share of what the pads bear that the item at rest may take up.
 
     Returns:
-        Candidates, best first, and why others were dropped.
+        Candidates, and why others were dropped.
     """
     item, widest = target.item, max(tool.positions.values())
     way_in = target.T_entry_item[:3, :3].T @ (1.0, 0.0, 0.0)
-    found: list[Grasp] = []
+    found: dict[tuple[str, ToolState], list[_Scored]] = {}
     rejected: dict[str, Reason] = {}
     for pinch in pinches(item.shape, gripper.pad, way_in, search.fan, search.grid, rng, search.n_random):
         where = f"{target.id}, face {pinch.face}"
@@ -63,14 +65,20 @@ def sample_pinches(
             continue
         for state, cost in _states(tool, pinch):
             score = load.ratio + cost + _turn_cost(pinch, way_in)
-            figures = (load.moment, load.pull, load.shear, load.twist, load.ratio)
-            found.append(
-                Grasp(target.id, _kind(target), pinch.face, state, pinch.T_item_tip, score, *figures)
-            )
+            found.setdefault((pinch.face, state), []).append((pinch.T_item_tip, score, load))
     if not found and not rejected:
         detail = "no two opposite places across the way in take the pads"
         rejected[""] = Reason("nothing to pinch", target.id, detail)
-    return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected.values()))
+    batches = (_batch(target, face, state, scored) for (face, state), scored in found.items())
+    return CandidateSet(tuple(batches), tuple(rejected.values()))
+
+
+def _batch(target: GraspTarget, face: str, tool_state: ToolState, scored: Sequence[_Scored]) -> GraspBatch:
+    poses, scores, loads = zip(*scored, strict=True)
+    kind = "top-down" if target.place.access.is_from_above else "frontal"
+    figures = np.array([(load.moment, load.pull, load.shear, load.twist, load.ratio) for load in loads])
+    of_each = np.full(len(scored), kind), np.array(poses), np.array(scores), figures
+    return GraspBatch(target.id, face, tool_state, *of_each)
 
 
 def _states(tool: Tool, pinch: Pinch) -> Iterator[tuple[ToolState, float]]:
@@ -83,7 +91,3 @@ def _states(tool: Tool, pinch: Pinch) -> Iterator[tuple[ToolState, float]]:
 def _turn_cost(pinch: Pinch, way_in: Array) -> float:
     """Return the cost of a hand that does not come straight along the way in."""
     return TURN_COST * float(np.arccos(np.clip(pinch.T_item_tip[:3, 2] @ way_in, -1.0, 1.0))) / np.pi
-
-
-def _kind(target: GraspTarget) -> str:
-    return "top-down" if target.place.access.is_from_above else "frontal"

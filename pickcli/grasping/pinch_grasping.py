@@ -60,7 +60,7 @@ class PinchGrasping(GraspMethod):
             most: Largest share of what the pads bear that the item at rest may take up.
 
         Returns:
-            Candidates, best first, and why others were dropped.
+            Candidates, and why others were dropped.
         """
         return sample_pinches(target, self.tool, self.gripper, rng, search, most)
 

@@ -13,11 +13,11 @@ from pickcli.cell.tool import ACROSS, IN_LINE, Tool
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.grasping.face_poses import face_poses
-from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
+from pickcli.grasping.grasp_target import CandidateSet, GraspBatch, GraspTarget
 from pickcli.grasping.holding import HoldLimits, loads_at_rest
 from pickcli.grasping.search import USUAL, Search
-from pickcli.grasping.surfaces import Face, faces, rolled, tilted, wide_faces
-from pickcli.motion.plan import Grasp, GraspKind
+from pickcli.grasping.surfaces import Face, faces, flat_normal, rolled, tilted, wide_faces
+from pickcli.motion.plan import GraspKind
 
 # A straight lance fits into a bin only with a small tilt (30 degrees: 162 of 360 poses, 60: 54).
 MAX_FRONTAL_TILT = np.radians(30.0)
@@ -42,9 +42,9 @@ def sample_suctions(
 
     Into a place from the front, frontal grasps have the lance in line with the cup, top-down and side grasps
     across it. From above it is in line, leaning with the face, or across, beside an upright face. Each face
-    yields its centre, random places and those of the search's grid. They are ordered by ``Grasp.score``: load
-    over limit, which is least near the centre of mass and on faces that seal well, plus penalties for tilt,
-    turn and pressing from the side.
+    yields its centre, random places and those of the search's grid. The score of a grasp is load over limit,
+    which is least near the centre of mass and on faces that seal well, plus penalties for tilt, turn and
+    pressing from the side.
 
     Args:
         target: The item to be grasped.
@@ -54,23 +54,29 @@ def sample_suctions(
         most: Largest share of what the cup bears that the item at rest may take up.
 
     Returns:
-        Candidates, best first, and why others were dropped.
+        Candidates, and why others were dropped.
     """
     item = target.item
     if not item.suction:
         return CandidateSet((), (Reason("cannot be held by suction", target.id, item.why_not),))
-    found: list[Grasp] = []
+    found: list[GraspBatch] = []
     rejected: list[Reason] = []
     for face in faces(item, tool):
+        centre = face.region.centre()[None]
+        # All places on a flat face look the same way.
+        if flat_normal(face.name) is not None and not any(
+            m.any() for m, _ in _kinds(target, tool, centre).values()
+        ):
+            continue
         drawn = _reachable(face, target, tool, rng, search.n_random)
         chosen = face_poses(face, item, target.T_entry_item, search)
-        places = np.concatenate([face.region.centre()[None], drawn, chosen])
+        places = np.concatenate([centre, drawn, chosen])
         grasps, against = _placements(target, face.name, places, tool, search, most)
         found += grasps
         rejected += against
     if not found and not rejected:
         rejected.append(_nothing_to_hold(target, tool))
-    return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected))
+    return CandidateSet(tuple(found), tuple(rejected))
 
 
 def _nothing_to_hold(target: GraspTarget, tool: Tool) -> Reason:
@@ -116,34 +122,31 @@ def _to_lance(tool: Tool) -> Array:
 
 def _placements(
     target: GraspTarget, face: str, T_item_tip: Array, tool: Tool, search: Search, most: float
-) -> tuple[list[Grasp], list[Reason]]:
+) -> tuple[list[GraspBatch], list[Reason]]:
     """Return the grasps at places (P, 4, 4) on one face, and why others have none.
 
     A place that faces away from every way in is dropped without a reason.
     """
-    found: list[Grasp] = []
+    found: list[GraspBatch] = []
     rejected: list[Reason] = []
-    along = T_item_tip[:, :3, 2] @ target.T_entry_item[:3, :3].T
-    is_from_above, has_across = target.place.access.is_from_above, tool.state_with_lance(ACROSS) is not None
-    kinds = _kinds_from_above(along, has_across) if is_from_above else _kinds(along)
-    for kind, (mine, off) in kinds.items():
+    for kind, (mine, off) in _kinds(target, tool, T_item_tip).items():
         if mine.any():
-            grasps, against = _of_kind(
+            batch, against = _of_kind(
                 target, GraspKind(kind, face), T_item_tip[mine], off[mine], tool, search, most
             )
-            found += grasps
+            found += [] if batch is None else [batch]
             rejected += against
     return found, rejected
 
 
 def _of_kind(
     target: GraspTarget, of: GraspKind, T_item_tip: Array, off: Array, tool: Tool, search: Search, most: float
-) -> tuple[list[Grasp], list[Reason]]:
+) -> tuple[GraspBatch | None, list[Reason]]:
     """Return the grasps of one kind at places (P, 4, 4), whose axes are off (P,) rad from the ideal."""
     kind, face, where = of.kind, of.face, f"{target.id}, face {of.face}"
     tool_state = tool.state_with_lance(IN_LINE if kind == "frontal" else ACROSS)
     if tool_state is None:
-        return [], [Reason("no state of the tool for this grasp", where, kind)]
+        return None, [Reason("no state of the tool for this grasp", where, kind)]
     bears = HoldLimits(tool.cup.limits, target.item.seals[face])
     loads = loads_at_rest(target.item, bears, T_item_tip, target.R_level_item)
     rejected = [
@@ -153,25 +156,35 @@ def _of_kind(
         )
         for load in loads if load.ratio > most
     ]  # fmt: skip
-    T, costs = _turned_and_tilted(target, kind, T_item_tip, tool, search)
+    figures = np.array([(load.moment, load.pull, load.shear, load.twist, load.ratio) for load in loads])
+    held = figures[:, -1] <= most
+    if not held.any():
+        return None, rejected
+    T, costs = _turned_and_tilted(target, kind, T_item_tip[held], tool, search)
     if kind == "side":
         costs += SIDE + (ROLLING if target.item.can_roll(target.R_level_item) else 0.0)
-    scores = np.array([load.ratio for load in loads])[:, None] + off[:, None] / np.pi + costs
-    found = [
-        Grasp(target.id, _named(target, kind, pose), face, tool_state, pose, score, load.moment, load.pull,
-              load.shear, load.twist, load.ratio)
-        for load, poses, along in zip(loads, T, scores.tolist(), strict=True) if load.ratio <= most
-        for pose, score in zip(poses, along, strict=True)
-    ]  # fmt: skip
-    return found, rejected
+    scores = figures[held, -1:] + off[held, None] / np.pi + costs
+    poses = T.reshape(-1, 4, 4)
+    figures = np.repeat(figures[held], T.shape[1], axis=0)
+    kinds = _named(target, kind, poses)
+    return GraspBatch(target.id, face, tool_state, kinds, poses, scores.ravel(), figures), rejected
 
 
-def _named(target: GraspTarget, kind: str, T_item_tip: Array) -> str:
-    """Return the kind of a grasp (4, 4); from above, by the axis of the place nearest to the cup's axis."""
+def _named(target: GraspTarget, kind: str, T_item_tip: Array) -> NDArray[np.str_]:
+    """Return (N,) kinds of grasps (N, 4, 4); from above, by the place's axis nearest to the cup's."""
     if not target.place.access.is_from_above:
-        return kind
-    x, y, z = target.R_level_item @ T_item_tip[:3, 2]
-    return max((x, "frontal"), (-z, "top-down"), (abs(y), "side"))[1]
+        return np.full(len(T_item_tip), kind)
+    x, y, z = target.R_level_item @ T_item_tip[:, :3, 2].T
+    nearest = np.argmax(np.stack([x, -z, np.abs(y)]), axis=0)
+    return np.asarray(np.array(["frontal", "top-down", "side"])[nearest])
+
+
+def _kinds(target: GraspTarget, tool: Tool, T_item_tip: Array) -> dict[str, tuple[NDArray[np.bool_], Array]]:
+    """Return by kind which places (P, 4, 4) of a cup are of it, and rad (P,) off the ideal."""
+    along = T_item_tip[:, :3, 2] @ target.T_entry_item[:3, :3].T
+    if target.place.access.is_from_above:
+        return _kinds_from_above(along, has_across=tool.state_with_lance(ACROSS) is not None)
+    return _kinds_from_the_front(along)
 
 
 def _kinds_from_above(along: Array, has_across: bool) -> dict[str, tuple[NDArray[np.bool_], Array]]:
@@ -187,7 +200,7 @@ def _kinds_from_above(along: Array, has_across: bool) -> dict[str, tuple[NDArray
     return {"frontal": (is_frontal, np.arccos(inwards)), "side": (is_side, np.abs(np.arcsin(inwards)))}
 
 
-def _kinds(along: Array) -> dict[str, tuple[NDArray[np.bool_], Array]]:
+def _kinds_from_the_front(along: Array) -> dict[str, tuple[NDArray[np.bool_], Array]]:
     """Return by kind which cups with axes (P, 3) in the entry frame are of it, and rad (P,) off the ideal."""
     is_frontal = along[:, 0] >= np.cos(MAX_FRONTAL_TILT)
     down, aside = -along[:, 2], np.abs(along[:, 1])

@@ -14,7 +14,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array
-from pickcli.grasping.cup_press import cup_press, outward_of, overtravel
+from pickcli.grasping.cup_press import cup_press, outward_of, overtravels
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
 from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
@@ -66,7 +66,7 @@ class SuctionGrasping(GraspMethod):
             most: Largest share of what the cup bears that the item at rest may take up.
 
         Returns:
-            Candidates, best first, and why others were dropped.
+            Candidates, and why others were dropped.
         """
         return sample_suctions(target, self.tool, rng, search, most)
 
@@ -107,17 +107,18 @@ class SuctionGrasping(GraspMethod):
         """
         return contact_speed(contacts, self.tool, grasp)
 
-    def overtravel(self, grasp: Grasp, noise: PoseNoise) -> float:
+    def overtravel(self, face: str, T_item_tip: Array, noise: PoseNoise) -> Array:
         """Return how far the cup is pressed on the face (see ``cup_press``).
 
         Args:
-            grasp: Grasp of the target.
+            face: Face under the cup.
+            T_item_tip: (N, 4, 4) poses of the tool at grasps on it.
             noise: Bounds of the target's pose error.
 
         Returns:
-            m along the cup's axis.
+            (N,) m along the cup's axis.
         """
-        return overtravel(grasp, self.tool, noise)
+        return overtravels(face, T_item_tip, self.tool, noise)
 
     def at_target(self, contacts: PickContacts, grasp: Grasp) -> tuple[Mode, ...]:
         """Return the mode of a cup that is pressed on, at any depth.

@@ -195,18 +195,18 @@ def _outward(face: str) -> Array:
     return np.asarray(np.eye(3)["xyz".index(face[1])] * (1.0 if face[0] == "+" else -1.0))
 
 
-def tilt_on(face: str, T_item_tip: Array) -> float:
+def tilt_on(face: str, T_item_tip: Array) -> Array:
     """Return the angle between the cup's axis and the normal of the face under it.
 
     Args:
         face: Name of the face.
-        T_item_tip: (4, 4) tool frame in the item's.
+        T_item_tip: (..., 4, 4) tool frame in the item's.
 
     Returns:
-        rad.
+        (...) rad.
     """
     outward = flat_normal(face)
     if outward is None:
-        outward = T_item_tip[:3, 3] * (1.0, 1.0, 0.0 if face == "mantle" else 1.0)
-    cosine = -float(T_item_tip[:3, 2] @ outward) / float(np.linalg.norm(outward))
-    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        outward = T_item_tip[..., :3, 3] * (1.0, 1.0, 0.0 if face == "mantle" else 1.0)
+    cosine = -(T_item_tip[..., :3, 2] * outward).sum(axis=-1) / np.sqrt((outward**2).sum(axis=-1))
+    return np.asarray(np.arccos(np.minimum(1.0, np.maximum(-1.0, cosine))))

@@ -225,11 +225,18 @@ class Arm:
         Returns:
             (k, n) configurations.
         """
+        lower, upper = self._sampled
+        return lower + (upper - lower) * rng.random((k, self.n))
+
+    @cached_property
+    def _sampled(self) -> tuple[Array, Array]:
+        """Bounds (n,), (n,) of random configurations."""
         lower, upper = self.limits.window
         nearest = np.clip(0.0, lower + np.pi, upper - np.pi)  # to 0, of the middles of whole turns
-        lower = np.where(self._turns_more, nearest - np.pi, lower)
-        upper = np.where(self._turns_more, nearest + np.pi, upper)
-        return rng.uniform(lower, upper, size=(k, self.n))
+        return (
+            np.where(self._turns_more, nearest - np.pi, lower),
+            np.where(self._turns_more, nearest + np.pi, upper),
+        )
 
     @cached_property
     def _turns_more(self) -> Array:

@@ -20,19 +20,20 @@ _MAX_STEPS = 100
 _ROUNDING = 1e-9  # m, distance between two solids within rounding errors
 
 
-def separation(a: PosedSolid, b: PosedSolid) -> tuple[float, Array]:
+def separation(a: PosedSolid, b: PosedSolid, along: Array) -> tuple[float, Array]:
     """Compute the distance between two solids.
 
     Args:
         a: One solid.
         b: The other, in the same frame.
+        along: (3,) unit vector, a guess of the direction from ``a`` to ``b`` that the search starts with.
 
     Returns:
         m, a lower bound of the distance, normally ``TOLERANCE`` too small at most, 0 if they touch; and
         the unit vector (3,) from ``a`` to ``b`` along which it is the width of the empty slab between them.
     """
-    between = b.center - a.center
-    corners, best, across = between[None], 0.0, between / max(float(np.linalg.norm(between)), _ROUNDING)
+    corners = (b.support(-along) - a.support(along))[None]
+    best, across = max(0.0, float(corners[0] @ along)), along
     for _ in range(_MAX_STEPS):
         weights = _weights_nearest_to_zero(corners)
         if weights is None:
@@ -51,6 +52,13 @@ def separation(a: PosedSolid, b: PosedSolid) -> tuple[float, Array]:
 
 def _weights_nearest_to_zero(corners: Array) -> Array | None:
     """Weights (K,) of corners (K, 3) in the point of their convex hull nearest to 0; None if not found."""
+    if len(corners) == 1:
+        return np.ones(1)
+    if len(corners) == 2:
+        edge = corners[1] - corners[0]
+        share = -float(corners[0] @ edge) / max(float(edge @ edge), _ROUNDING**2)
+        share = min(1.0, max(0.0, share))
+        return np.array([1.0 - share, share])
     from scipy.optimize import nnls
 
     size = max(float(np.abs(corners).max()), _ROUNDING)

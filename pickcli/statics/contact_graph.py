@@ -125,7 +125,7 @@ class ContactGraph:
             pair = [PosedSolid(solids.shapes[j], solids.T[j]) for j in (k, b[i])]
             # A lower bound of the distance; that of boxes is positive whenever they are apart.
             if gap > 0.0 or any(solid.shape.kind is not ShapeKind.BOX for solid in pair):
-                exact, across = separation(*pair)
+                exact, across = separation(pair[0], pair[1], normal)
                 gap, normal = (exact, across) if exact > max(gap, 0.0) else (gap, normal)
             if is_requested[b[i]] or gap < limit[i]:
                 contacts.append(SolidContact(item_id, solids.names[b[i]], gap, normal))

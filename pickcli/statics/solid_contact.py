@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,6 +16,7 @@ CARRYING_NORMAL_Z = np.sin(np.radians(20.0))
 STEEP_NORMAL_XY = np.sin(np.arctan(0.5))  # least horizontal component of the normal of a contact without hold
 FRICTION = 0.2  # assumed coefficient; cardboard, plastic and cloth on board have 0.25 to 0.5
 MOST_FORCE = 4.0  # weights; larger forces mean wedging, and wedges slip
+BALANCED = 1e-9  # weights, or weights times size; rounding
 UNBALANCED = 1e-6  # weights, or weights times size; tolerated residual
 
 
@@ -61,14 +64,12 @@ def bears(patch: Array, normal: Array, force: Array, point: Array) -> bool:
     Returns:
         True if it does.
     """
-    along, across = -float(force @ normal), np.column_stack(perpendiculars(normal))
-    if len(patch) == 0 or along <= 0.0 or float(np.abs(force @ across).sum()) > FRICTION * along:
+    along, (u, v) = -float(force @ normal), perpendiculars(normal)
+    if len(patch) == 0 or along <= 0.0 or abs(force @ u) + abs(force @ v) > FRICTION * along:
         return False
-    through = point + force * (float((point - patch[0]) @ normal) / along)
-    x, y = ((patch - through) @ across).T
-    angles = np.sort(np.arctan2(y, x))
-    gaps_between = np.diff(angles, append=angles[0] + 2.0 * np.pi)
-    return bool(gaps_between.max() < np.pi)
+    corners = patch - (point + force * (float((point - patch[0]) @ normal) / along))
+    angles = sorted(np.arctan2(corners @ v, corners @ u).tolist())
+    return all(b - a < math.pi for a, b in pairwise([*angles, angles[0] + 2.0 * math.pi]))
 
 
 def friction_cones(arms: Array, normal: Array, friction: float = FRICTION) -> Array:
@@ -106,6 +107,9 @@ def missing_to_balance(
     """
     from scipy.optimize import linprog
 
+    unlimited = cones[:, sum(n for n, _ in limits) :]
+    if unlimited.size and balance(unlimited, wrench, size)[1] <= BALANCED:  # quicker than the program
+        return 0.0
     scale, n_cones = np.repeat([1.0, 1.0 / size], 3), cones.shape[1]
     ends = np.cumsum([n for n, _ in limits], dtype=int)
     is_of = np.zeros((len(limits), n_cones + 12))

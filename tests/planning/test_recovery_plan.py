@@ -58,7 +58,7 @@ def test_beside_a_tall_item_the_cup_goes_back_first(
 
     def from_the_side(*args: Any) -> Any:
         found = sample_suctions(*args)
-        return replace(found, grasps=tuple(g for g in found.grasps if g.kind == "side"))
+        return found.select([batch.kinds == "side" for batch in found.batches])
 
     monkeypatch.setattr(suction_grasping, "sample_suctions", from_the_side)
     scene = scene_with(("kleenex_tissue_box", "bin_D", 0.2, 0.04))

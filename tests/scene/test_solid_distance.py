@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import pose
+from pickcli.geometry import Array, pose, rotation_rpy
 from pickcli.scene.solid_distance import TOLERANCE, separation
 from pickcli.scene.solid_overlap import PosedSolid
 from pickcli.verification.fcl_solids import Solid
@@ -23,8 +23,10 @@ offsets, angles = st.floats(-0.4, 0.4), st.floats(-np.pi, np.pi)
 places = st.builds(
     lambda p, rpy: pose(p, rpy=rpy), st.tuples(offsets, offsets, offsets), st.tuples(angles, angles, angles)
 )
+directions = st.builds(lambda rpy: rotation_rpy(*rpy)[0], st.tuples(angles, angles, angles))
 solids = st.builds(PosedSolid, st.one_of(boxes, cylinders, balls), places)
 
+UP = np.array([0.0, 0.0, 1.0])
 CAN, CARTON = Shape(ShapeKind.CYLINDER, (0.04, 0.2)), Shape(ShapeKind.BOX, (0.1, 0.1, 0.1))
 
 PIN = np.array([
@@ -38,13 +40,15 @@ DISC = np.array([
 ])  # fmt: skip
 
 
-@given(solids, solids)
+@given(solids, solids, directions)
 @settings(max_examples=300, deadline=None)
-@example(PosedSolid(CAN, pose()), PosedSolid(CAN, pose()))
-@example(PosedSolid(CAN, pose()), PosedSolid(CARTON, pose((0.15, 0.0, 0.0))))
-@example(PosedSolid(CAN, pose()), PosedSolid(CARTON, pose((0.15, 0.02, 0.16), rpy=(0.5, 0.3, 0.2))))
-def test_the_distance_is_that_of_the_verifier(a: PosedSolid, b: PosedSolid) -> None:
-    distance, across = separation(a, b)
+@example(PosedSolid(CAN, pose()), PosedSolid(CAN, pose()), UP)
+@example(PosedSolid(CAN, pose()), PosedSolid(CARTON, pose((0.15, 0.0, 0.0))), UP)
+@example(PosedSolid(CAN, pose()), PosedSolid(CARTON, pose((0.15, 0.02, 0.16), rpy=(0.5, 0.3, 0.2))), UP)
+def test_the_distance_is_that_of_the_verifier_whatever_direction_is_guessed(
+    a: PosedSolid, b: PosedSolid, along: Array
+) -> None:
+    distance, across = separation(a, b, along)
     one, other = Solid(a.shape), Solid(b.shape)
     one.place(a.T)
     other.place(b.T)
@@ -60,7 +64,7 @@ def test_corners_that_nearly_coincide_do_not_keep_it_from_an_end() -> None:
     one, other = Solid(a.shape), Solid(b.shape)
     one.place(a.T)
     other.place(b.T)
-    distance, across = separation(a, b)
+    distance, across = separation(a, b, UP)
     assert distance == pytest.approx(0.147387, abs=1e-5)
     assert distance == pytest.approx(one.distance(other), abs=MEASURE_TOLERANCE)
     assert (b.support(-across) - a.support(across)) @ across == pytest.approx(distance, abs=1e-9)
@@ -69,6 +73,6 @@ def test_corners_that_nearly_coincide_do_not_keep_it_from_an_end() -> None:
 def test_the_distance_of_a_corner_from_a_rim() -> None:
     a = PosedSolid(CAN, pose())
     b = PosedSolid(CARTON, pose((0.04 + 0.05 + 0.03, 0.0, 0.1 + 0.05 + 0.04)))
-    distance, across = separation(a, b)
+    distance, across = separation(a, b, UP)
     assert distance == pytest.approx(0.05, abs=TOLERANCE)
     assert across == pytest.approx([0.6, 0.0, 0.8], abs=2e-2)

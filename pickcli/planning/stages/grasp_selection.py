@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.contact_speeds import ContactSpeeds
-from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
+from pickcli.grasping.grasp_target import CandidateSet, GraspBatch, GraspTarget
 from pickcli.grasping.search import USUAL, WIDE_SEARCH, Search
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_motion import GraspMotion
@@ -45,11 +45,11 @@ def feasible_grasps(
     for search, corridors in ((USUAL, CorridorSet.FEW), (WIDE_SEARCH, CorridorSet.MANY)):
         candidates = _candidates(problem, search, exclude, rng)
         failures += Failures(tuple(candidates.rejected))
-        if candidates.grasps:
+        if candidates.batches:
             ways_out = _ways_out(problem, corridors)
             if isinstance(ways_out, Failures):
                 return (), failures + ways_out
-            feasible, against = _tried(problem, search, candidates.grasps, ways_out, rng)
+            feasible, against = _tried(problem, search, candidates, ways_out, rng)
             failures += against
             if feasible:
                 return feasible, failures
@@ -64,7 +64,7 @@ def _candidates(
     target, context = problem.target, problem.context
     grasp_target = GraspTarget(target.id, target.item, problem.T_entry_item, problem.place)
     found = context.method.sample(grasp_target, rng, search, problem.settings.load_ratio)
-    return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
+    return found.select([~_is_like_any(batch, exclude) for batch in found.batches]) if exclude else found
 
 
 def _ways_out(problem: PickProblem, corridors: CorridorSet) -> tuple[Array, ...] | Failures:
@@ -79,12 +79,12 @@ def _ways_out(problem: PickProblem, corridors: CorridorSet) -> tuple[Array, ...]
 def _tried(
     problem: PickProblem,
     search: Search,
-    grasps: Sequence[Grasp],
+    candidates: CandidateSet,
     ways_out: Sequence[Array],
     rng: np.random.Generator,
 ) -> tuple[tuple[GraspMotion, ...], Failures]:
     feasible: list[GraspMotion] = []
-    roomy, failures = with_tool_clearance(problem, grasps, ways_out)
+    roomy, failures = with_tool_clearance(problem, candidates, ways_out)
     n_unfollowed = 0
     speeds = ContactSpeeds(problem.context.method, problem.contacts)
     for grasp in (roomy if search is USUAL else _in_turns(roomy))[:MOST_TRIED]:
@@ -112,7 +112,7 @@ def _tried(
     return tuple(feasible), failures
 
 
-def _in_turns(grasps: list[Grasp]) -> list[Grasp]:
+def _in_turns(grasps: Sequence[Grasp]) -> list[Grasp]:
     """Order grasps as the best of every kind, the second best of every kind, ..., to try all kinds soon."""
     rank: Counter[str] = Counter()
     ranked = []
@@ -122,9 +122,13 @@ def _in_turns(grasps: list[Grasp]) -> list[Grasp]:
     return [grasps[i] for i in sorted(range(len(grasps)), key=ranked.__getitem__)]
 
 
-def _same(a: Grasp, b: Grasp | GraspKind) -> bool:
-    """Whether two grasps put the cup on the same place in the same way, or a grasp is of a given kind."""
-    if isinstance(b, GraspKind):
-        return (a.kind, a.face) == (b.kind, b.face)
-    near = float(np.linalg.norm(a.T_item_tip[:3, 3] - b.T_item_tip[:3, 3])) < SAME_GRASP
-    return a.face == b.face and a.kind == b.kind and near
+def _is_like_any(batch: GraspBatch, others: Sequence[Grasp | GraspKind]) -> NDArray[np.bool_]:
+    """Whether grasps (N,) put the tool on the same place in the same way as others, or are of given kinds."""
+    found = np.zeros(len(batch), dtype=bool)
+    for other in others:
+        is_like = (batch.kinds == other.kind) & (batch.face == other.face)
+        if isinstance(other, Grasp):
+            off = batch.T_item_tip[:, :3, 3] - other.T_item_tip[:3, 3]
+            is_like &= np.linalg.norm(off, axis=1) < SAME_GRASP
+        found |= is_like
+    return found

@@ -20,6 +20,7 @@ from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.grasp_target import CandidateSet, GraspBatch
 from pickcli.grasping.holding import Laden
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
@@ -36,36 +37,39 @@ LIFTED = 1  # index of the end of the lift in the poses of a way out
 
 
 def with_tool_clearance(
-    problem: PickProblem, grasps: Sequence[Grasp], ways_out: Sequence[Array]
-) -> tuple[list[Grasp], Failures]:
+    problem: PickProblem, candidates: CandidateSet, ways_out: Sequence[Array]
+) -> tuple[tuple[Grasp, ...], Failures]:
     """Find the grasps with clearance for the tool in front of the target, at it, and after the lift.
 
     Args:
         problem: The pick.
-        grasps: Grasps of the target.
+        candidates: Grasps of the target.
         ways_out: Displacements (K, 4, 4) of each way out for the target as a free flyer, at least one.
 
     Returns:
-        The grasps with clearance, in their order, and why some of the others have none.
+        The grasps with clearance, best first, and why some of the others have none.
     """
-    T = problem.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
-    is_clear = np.zeros(len(grasps), dtype=bool)
-    kinds = [(g.tool_state, g.face) for g in grasps]
-    for kind in dict.fromkeys(kinds):
-        mine = np.flatnonzero([k == kind for k in kinds])
-        first = grasps[mine[0]]
-        for tool in _at_target(problem, first):
-            mine = mine[_are_valid(tool, T[mine])]
-        before = np.array([_touch(problem, grasps[i], T[i]) for i in mine.tolist()]).reshape(-1, 4, 4)
-        mine = mine[_are_valid(_approaching(problem, first), before)]
-        is_clear[mine] = _can_be_lifted(problem, first, T[mine], ways_out)
-    without = np.flatnonzero(~is_clear)
+    are_clear = [_have_clearance(problem, batch, ways_out) for batch in candidates.batches]
 
     def why_not() -> Iterator[Reason]:
-        for i in without[:: 1 + len(without) // N_EXPLAINED]:
-            yield from _why_not_clear(problem, grasps[i], T[i], ways_out)
+        without = candidates.select([~is_clear for is_clear in are_clear]).grasps
+        for grasp in without[:: 1 + len(without) // N_EXPLAINED]:
+            yield from _why_not_clear(problem, grasp, ways_out)
 
-    return [g for g, has in zip(grasps, is_clear, strict=True) if has], Failures((why_not,))
+    return candidates.select(are_clear).grasps, Failures((why_not,))
+
+
+def _have_clearance(problem: PickProblem, batch: GraspBatch, ways_out: Sequence[Array]) -> NDArray[np.bool_]:
+    """Return (N,) whether the tool has clearance for each grasp of a batch."""
+    first, T = batch[0], problem.target.T_world_item @ batch.T_item_tip
+    left = np.arange(len(batch))
+    for tool in _at_target(problem, first):
+        left = left[_are_valid(tool, T[left])]
+    before = _touch(problem, batch.face, batch.T_item_tip[left], T[left])
+    left = left[_are_valid(_approaching(problem, first), before)]
+    is_clear = np.zeros(len(batch), dtype=bool)
+    is_clear[left] = _can_be_lifted(problem, first, T[left], ways_out)
+    return is_clear
 
 
 def _can_be_lifted(
@@ -78,14 +82,15 @@ def _can_be_lifted(
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 
-def _why_not_clear(problem: PickProblem, grasp: Grasp, T: Array, ways_out: Sequence[Array]) -> Failures:
-    where = str(grasp)
+def _why_not_clear(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) -> Failures:
+    where, T = str(grasp), problem.target.T_world_item @ grasp.T_item_tip
     for tool in _at_target(problem, grasp):
         if not _are_valid(tool, T[None])[0]:
             return _blocked(problem, tool, T[None], f"{where}, contact")
-    empty, touch = _approaching(problem, grasp), _touch(problem, grasp, T)
-    if not _are_valid(empty, touch[None])[0]:
-        return _blocked(problem, empty, touch[None], f"{where}, approach")
+    empty = _approaching(problem, grasp)
+    touch = _touch(problem, grasp.face, grasp.T_item_tip[None], T[None])
+    if not _are_valid(empty, touch)[0]:
+        return _blocked(problem, empty, touch, f"{where}, approach")
     lifted = ways_out[0][LIFTED] @ T
     return _blocked(problem, _carrying(problem, grasp), lifted[None], f"{where}, lift")
 
@@ -114,7 +119,7 @@ def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) ->
 def _ways_in(problem: PickProblem, grasp: Grasp) -> tuple[PickPoses, ...] | Failures:
     """Find ways to the contact, the simplest first."""
     empty, slow = _approaching(problem, grasp), _slow_distance(problem)
-    overtravel = problem.context.method.overtravel(grasp, problem.scene.noise)
+    overtravel = float(_overtravel(problem, grasp.face, grasp.T_item_tip[None])[0])
     usual, shortest = problem.settings.approach_offset, max(overtravel + slow, LEAST_APPROACH)
 
     def poses_of(offset: float) -> PickPoses:
@@ -166,14 +171,23 @@ def _ways_out(
     free = [poses for poses in roomy if _is_valid_path(tool, *poses)]
     if not free:
         return _blocked(problem, tool, found[0], "lift")
-    T_tip_item, item = inverse(grasp.T_item_tip), problem.target.item
-    hold = problem.context.method.hold(item, grasp.face, T_tip_item)
-    most, laden = problem.settings.load_ratio, Laden.of(item, T_tip_item, problem.mass_on_target)
-    held = [poses for poses in free if hold.ratios_at_rest(poses[:, :3, :3], laden).max() <= most]
+    held = _held(problem, grasp, free)
     if not held:
-        why = f"with {laden.mass:.2f} kg on it" if laden.mass > 0.0 else "turned over on every way out"
+        on_it = problem.mass_on_target
+        why = f"with {on_it:.2f} kg on it" if on_it > 0.0 else "turned over on every way out"
         return Failures.of(Reason("does not hold", "lift", why))
     return tuple(LiftPoses.of(poses) for poses in held)
+
+
+def _held(problem: PickProblem, grasp: Grasp, ways: Sequence[Array]) -> list[Array]:
+    """Return the ways (K, 4, 4) of the tool on which it holds the target at rest, with what lies on it."""
+    T_tip_item, item = inverse(grasp.T_item_tip), problem.target.item
+    hold, on_it = problem.context.method.hold(item, grasp.face, T_tip_item), problem.mass_on_target
+    laden = Laden.of(item, T_tip_item, on_it) if on_it > 0.0 else None
+    ratios = hold.ratios_at_rest(np.concatenate(ways)[:, :3, :3], laden)
+    worst = np.maximum.reduceat(ratios, _starts(ways))
+    most = problem.settings.load_ratio
+    return [poses for poses, ratio in zip(ways, worst.tolist(), strict=True) if ratio <= most]
 
 
 def _checker(problem: PickProblem, mode: Mode) -> FreeToolChecker:
@@ -186,11 +200,16 @@ def _slow_distance(problem: PickProblem) -> float:
     return 0.0 if problem.context.method.closes_at_rest else CONTACT_DISTANCE
 
 
-def _touch(problem: PickProblem, grasp: Grasp, T: Array) -> Array:
-    """Return the pose (4, 4) at the start of the slow motion to a surface point T (4, 4)."""
-    overtravel = problem.context.method.overtravel(grasp, problem.scene.noise)
-    usual = problem.settings.approach_offset
-    return shifted(T, -min(usual, overtravel + _slow_distance(problem)) * T[:3, 2])
+def _overtravel(problem: PickProblem, face: str, T_item_tip: Array) -> Array:
+    """Return (N,) m that the tool travels beyond a face for poses (N, 4, 4)."""
+    return problem.context.method.overtravel(face, T_item_tip, problem.scene.noise)
+
+
+def _touch(problem: PickProblem, face: str, T_item_tip: Array, T_world_tip: Array) -> Array:
+    """Return (N, 4, 4) the poses at the start of the slow motion to grasps (N, 4, 4) on a face."""
+    usual, slow = problem.settings.approach_offset, _slow_distance(problem)
+    before = np.minimum(usual, _overtravel(problem, face, T_item_tip) + slow)
+    return shifted(T_world_tip, -before[:, None] * T_world_tip[:, :3, 2])
 
 
 def _approaching(problem: PickProblem, grasp: Grasp) -> FreeToolChecker:
@@ -214,8 +233,12 @@ def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:
 
 def _all_valid(tool: FreeToolChecker, ways: Sequence[Array]) -> NDArray[np.bool_]:
     """Return (W,) whether the tool has clearance at all poses (K, 4, 4) of each of W ways."""
-    starts = np.cumsum([0, *(len(poses) for poses in ways[:-1])])
-    return np.asarray(np.logical_and.reduceat(_are_valid(tool, np.concatenate(ways)), starts))
+    return np.asarray(np.logical_and.reduceat(_are_valid(tool, np.concatenate(ways)), _starts(ways)))
+
+
+def _starts(ways: Sequence[Array]) -> NDArray[np.intp]:
+    """Return (W,) indices of the first poses of W ways (K, 4, 4) in their concatenation."""
+    return np.cumsum([0, *(len(poses) for poses in ways[:-1])])
 
 
 def _is_valid_path(tool: FreeToolChecker, *poses: Array) -> bool:
