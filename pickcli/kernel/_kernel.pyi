@@ -474,6 +474,21 @@ def shorten(checker: Checker, Q: numpy.typing.NDArray[numpy.float64], shortcuts:
         (K, n) vertices.
     """
 
+def simplified_polyline(waypoints: numpy.typing.NDArray[numpy.float64], tolerances: numpy.typing.NDArray[numpy.float64], same: float, nowhere: float) -> numpy.typing.NDArray[numpy.int32]:
+    """
+    Indices of the waypoints that shape a path, after Douglas and Peucker (1973).
+
+    Args:
+        waypoints: (N, n) configurations, N >= 1.
+        tolerances: (N,) > 0, how far a dropped waypoint may be off the chord between its kept neighbours, joint units.
+        same: Waypoints nearer than this count as one, joint units.
+        nowhere: A path no longer than this has no motion, joint units.
+
+    Returns:
+        (K,) indices, increasing: the first, the last and all that are needed. Those between two kept ones advance
+        along their chord, so reversals are kept.
+    """
+
 def fastest_pace(s: numpy.typing.NDArray[numpy.float64], dq: numpy.typing.NDArray[numpy.float64], ddq: numpy.typing.NDArray[numpy.float64], acceleration: numpy.typing.NDArray[numpy.float64], speed: numpy.typing.NDArray[numpy.float64], line_speed: numpy.typing.NDArray[numpy.float64], is_line: numpy.typing.NDArray[numpy.int32], cruise: float = 0.0) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
     """
     Time-optimal motion from rest to rest along a path, by TOPP-RA (Pham and Pham 2018).

@@ -1,11 +1,13 @@
 //! \file
-//! pickcli.kernel.fastest_pace, smoothed_pace, estimated_duration, quintic_peaks and quintic_states.
+//! pickcli.kernel.fastest_pace, smoothed_pace, estimated_duration, quintic_peaks, quintic_states
+//! and simplified_polyline.
 #include "bindings/bindings.hpp"
 
 #include <algorithm>
 
 #include "bindings/arrays.hpp"
 #include "timing/look_ahead.hpp"
+#include "timing/polyline.hpp"
 #include "timing/quintic.hpp"
 #include "timing/topp.hpp"
 
@@ -147,9 +149,36 @@ double duration_of(nb::handle waypoints_in, nb::handle velocity_in, nb::handle a
                              velocity.data(), acceleration.data(), corner_deviation});
 }
 
+nb::object simplified_polyline(nb::handle waypoints_in, nb::handle tolerances_in, double same, double nowhere) {
+  const Doubles waypoints(waypoints_in, "waypoints", {kAny, kAny});
+  if (waypoints.rows() < 1) throw nb::value_error("waypoints: none");
+  const Doubles tolerances(tolerances_in, "tolerances", {waypoints.rows()});
+  check_positive(tolerances, "tolerances");
+  if (!(same > 0.0 && nowhere > 0.0)) throw nb::value_error("same, nowhere: not positive");
+  const std::size_t N = static_cast<std::size_t>(waypoints.rows());
+  std::vector<std::int32_t> kept =
+      simplified(waypoints.data(), N, waypoints.size() / N, tolerances.data(), {same, nowhere});
+  const std::size_t K = kept.size();
+  return to_numpy(std::move(kept), {K});
+}
+
 }  // namespace
 
 void bind_timing(nb::module_& m) {
+  m.def("simplified_polyline", &simplified_polyline, "waypoints"_a, "tolerances"_a, "same"_a, "nowhere"_a,
+        nb::sig("def simplified_polyline(waypoints: " APC_F64 ", tolerances: " APC_F64
+                ", same: float, nowhere: float) -> " APC_I32),
+        R"(Indices of the waypoints that shape a path, after Douglas and Peucker (1973).
+
+Args:
+    waypoints: (N, n) configurations, N >= 1.
+    tolerances: (N,) > 0, how far a dropped waypoint may be off the chord between its kept neighbours, joint units.
+    same: Waypoints nearer than this count as one, joint units.
+    nowhere: A path no longer than this has no motion, joint units.
+
+Returns:
+    (K,) indices, increasing: the first, the last and all that are needed. Those between two kept ones advance
+    along their chord, so reversals are kept.)");
   m.def("fastest_pace", &fastest_pace_of, "s"_a, "dq"_a, "ddq"_a, "acceleration"_a, "speed"_a, "line_speed"_a,
         "is_line"_a, "cruise"_a = 0.0,
         nb::sig("def fastest_pace(s: " APC_F64 ", dq: " APC_F64 ", ddq: " APC_F64 ", acceleration: " APC_F64
