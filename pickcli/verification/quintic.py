@@ -116,12 +116,7 @@ def motion(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
     Returns:
         (M, n) each.
     """
-    knots = trajectory.times
-    times = np.clip(times, 0.0, knots[-1])
-    i = np.minimum(np.searchsorted(knots, times, side="right") - 1, len(knots) - 2)
-    h = np.diff(knots)[i, None]
-    u = (times[:, None] - knots[i, None]) / h
-    c0, c1, c2, c3, c4, c5 = (c[i] for c in _powers(trajectory))
+    (c0, c1, c2, c3, c4, c5), u, h = _pieces_at(trajectory, times)
     p = c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))))
     v = (c1 + u * (2 * c2 + u * (3 * c3 + u * (4 * c4 + u * (5 * c5))))) / h
     a = (2 * c2 + u * (6 * c3 + u * (12 * c4 + u * (20 * c5)))) / (h * h)
@@ -139,9 +134,19 @@ def positions_at(trajectory: Trajectory, times: Array | float) -> Array:
         (M, n).
     """
     times = np.atleast_1d(times)
-    p, _, _ = motion(trajectory, times)
+    (c0, c1, c2, c3, c4, c5), u, _ = _pieces_at(trajectory, times)
+    p = c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))))
     p[times >= trajectory.duration] = trajectory.positions[-1]
     return p
+
+
+def _pieces_at(trajectory: Trajectory, times: Array) -> tuple[list[Array], Array, Array]:
+    """Return six coefficients (M, n) of the pieces at times (M,), u (M, 1) in each, and durations (M, 1)."""
+    knots = trajectory.times
+    times = np.clip(times, 0.0, knots[-1])
+    i = np.minimum(np.searchsorted(knots, times, side="right") - 1, len(knots) - 2)
+    h = np.diff(knots)[i, None]
+    return [c[i] for c in _powers(trajectory)], (times[:, None] - knots[i, None]) / h, h
 
 
 def _powers(trajectory: Trajectory) -> Array:

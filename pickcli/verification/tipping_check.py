@@ -232,7 +232,7 @@ def _support(scene: Scene, placed: PlacedItem) -> tuple[Array, float]:
         return np.asarray(_gaps(placed, own, below, at)[0] <= most)
 
     is_borne = (gaps <= most).reshape(N_LINES, N_LINES)
-    points = np.vstack([lines[is_borne], *_edges(lines, is_borne, bears)])
+    points = np.vstack([lines[is_borne], _edges(lines, is_borne, bears)])
     return np.column_stack([points, _heights(placed.item.shape, T, points)[0]]), own + aside
 
 
@@ -258,21 +258,23 @@ def _gaps(
     return gaps, aside
 
 
-def _edges(lines: Array, is_borne: Mask, bears: Callable[[Array], Mask]) -> Iterator[Array]:
-    """Yield points (N, 2) that still bear, just inside the edge of the support, between neighbours of a grid.
+def _edges(lines: Array, is_borne: Mask, bears: Callable[[Array], Mask]) -> Array:
+    """Return points (N, 2) that still bear, just inside the support's edge, between neighbours of a grid.
 
     lines: (K, K, 2). is_borne: (K, K) whether each line bears the item. bears: whether any given points do
     """
+    ends: list[Array] = []
     for axis in (0, 1):
         grid, borne = np.swapaxes(lines, 0, axis), np.swapaxes(is_borne, 0, axis)
         for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
-            ends = borne[a] & ~borne[b]
-            inner, outer = grid[a][ends], grid[b][ends]
-            for _ in range(N_HALVINGS):
-                middle = (inner + outer) / 2.0
-                is_inner = bears(middle)[:, None]
-                inner, outer = np.where(is_inner, middle, inner), np.where(is_inner, outer, middle)
-            yield inner
+            is_end = borne[a] & ~borne[b]
+            ends.append(np.stack([grid[a][is_end], grid[b][is_end]]))
+    inner, outer = np.concatenate(ends, axis=1)
+    for _ in range(N_HALVINGS):
+        middle = (inner + outer) / 2.0
+        is_inner = bears(middle)[:, None]
+        inner, outer = np.where(is_inner, middle, inner), np.where(is_inner, outer, middle)
+    return inner
 
 
 def _others(scene: Scene, placed: PlacedItem) -> Iterator[tuple[Shape, Array, float]]:

@@ -120,7 +120,7 @@ def test_the_edge_of_a_support_is_found_from_inside_to_a_part_of_the_gap(radius:
         return np.asarray(np.hypot(points[:, 0], points[:, 1]) <= radius)
 
     borne = bears(lines.reshape(-1, 2)).reshape(15, 15)
-    found = np.vstack(list(_edges(lines, borne, bears)))
+    found = _edges(lines, borne, bears)
     steps = sum(int(np.abs(np.diff(borne.astype(int), axis=axis)).sum()) for axis in (0, 1))
     assert len(found) == steps > 20
     far = np.hypot(found[:, 0], found[:, 1])
