@@ -274,7 +274,7 @@ def _edges(lines: Array, is_borne: Mask, bears: Callable[[Array], Mask]) -> Arra
         middle = (inner + outer) / 2.0
         is_inner = bears(middle)[:, None]
         inner, outer = np.where(is_inner, middle, inner), np.where(is_inner, outer, middle)
-    return inner
+    return np.asarray(inner)
 
 
 def _others(scene: Scene, placed: PlacedItem) -> Iterator[tuple[Shape, Array, float]]:
