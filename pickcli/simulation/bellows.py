@@ -115,13 +115,16 @@ class Bellows:
         across = T_world_tip[:3, 3] + self._points @ R[:, :2].T
         return np.asarray(across + np.outer(probe.distances, R[:, 2]))
 
-    def act(self, T_world_tip: Array, probe: Probe, items: frozenset[str]) -> list[ContactPoint]:
+    def act(
+        self, T_world_tip: Array, probe: Probe, items: frozenset[str], sticks_to: str = ""
+    ) -> list[ContactPoint]:
         """Apply the spring forces to the bodies that compress the bellows, and the reaction to the robot.
 
         Args:
             T_world_tip: (4, 4) tool frame.
             probe: The measurement.
             items: Names of the movable bodies.
+            sticks_to: Item to which the friction of the lip is applied elsewhere.
 
         Returns:
             The contacts.
@@ -130,10 +133,14 @@ class Bellows:
         if not pressed.any():
             return []
         met = {name for name, depth in zip(probe.names, pressed, strict=True) if depth > 0.0}
-        return [self._act_on(name, T_world_tip, probe, pressed, name in items) for name in sorted(met)]
+        found = []
+        for name in sorted(met):
+            friction = 0.0 if name == sticks_to and name in items else FRICTION
+            found.append(self._act_on(name, T_world_tip, probe, pressed, name in items, friction))
+        return found
 
     def _act_on(
-        self, name: str, T_world_tip: Array, probe: Probe, pressed: Array, is_free: bool
+        self, name: str, T_world_tip: Array, probe: Probe, pressed: Array, is_free: bool, friction: float
     ) -> ContactPoint:
         mine = np.array([other == name for other in probe.names]) & (pressed > 0.0)
         depths = pressed[mine]
@@ -153,7 +160,7 @@ class Bellows:
         force = float(forces.sum()) - min(RELAXATION * stiffness, 0.5 * mass / h) * along
         force = max(force, 0.0)
         across = velocity - along * R[:, 2]
-        drag = FRICTION * force / max(length(across), FULL_FRICTION_SPEED)
+        drag = friction * force / max(length(across), FULL_FRICTION_SPEED)
         on_body = force * R[:, 2] - min(drag, 0.5 * mass / h) * across
         if is_free:
             self._engine.wake(name)

@@ -1,4 +1,4 @@
-"""Dry friction of the cup's lip on a face that is under vacuum, but does not hang on the cup yet.
+"""Dry friction of the cup's lip on a face that bellows or vacuum press on it, until it hangs on the cup.
 
 The lip sticks to the face up to the friction limit and slides beyond it: a spring between lip and face whose
 foot is dragged along at the limit (Dahl 1968; the bristle of LuGre, Canudas de Wit et al. 1995). Where it is
@@ -43,7 +43,7 @@ class CupFriction:
         Args:
             item: Name of the item whose face is under the lip.
             T_world_tip: (4, 4) tool frame.
-            normal_force: N by which the vacuum presses lip and face together.
+            normal_force: N by which vacuum or bellows press lip and face together.
         """
         tip, axis = T_world_tip[:3, 3], T_world_tip[:3, 2]
         mass, h = self._engine.mass(item), self._engine.time_step
@@ -55,7 +55,8 @@ class CupFriction:
             self._p_item_anchor -= self._in_item(item, excess / stiffness * pull / length(pull))
             pull *= limit / length(pull)
         velocity, _ = self._engine.relative_velocity(item, self._robot, self._tool.last_link, tip)
-        force = -pull - DAMPING * mass / h * velocity
+        across = velocity - (velocity @ axis) * axis
+        force = -pull - DAMPING * mass / h * across
         force *= min(1.0, limit / max(length(force), 1e-9))
         self._engine.wake(item)
         self._engine.apply_force(item, force, tip)

@@ -177,12 +177,17 @@ class Suction:
         share = self._seal(probe, T_world_tip)
         speed = self._sliding_speed(probe.nearest, T_world_tip) if share > 0.0 else np.inf
         self.vacuum.advance(time_step, share * max(0.0, 1.0 - speed / LEAKING_SPEED) if share > 0.0 else 0.0)
-        self.contact_points = self._bellows.act(T_world_tip, probe, frozenset(self._items))
+        # Without vacuum the lip sticks to the item in front of it by the force of the bellows alone.
+        sticks_to = probe.nearest if self.vacuum.cup <= 0.0 else ""
+        self.contact_points = self._bellows.act(T_world_tip, probe, frozenset(self._items), sticks_to)
+        pressed = sum(point.force for point in self.contact_points if point.b == sticks_to in self._items)
         if speed < SEALING_SPEED and self.vacuum.cup >= HOLD_VACUUM:
             self._attach(probe.nearest, T_world_tip, share)
         elif self.vacuum.cup > 0.0:
             touching = float((probe.distances[1:] <= 0.0).mean())  # share of the rim
             self._friction.apply(probe.nearest, T_world_tip, touching * self.vacuum.cup * self._area)
+        elif pressed > 0.0:
+            self._friction.apply(probe.nearest, T_world_tip, pressed)
         else:
             self._friction.release()
             if self.vacuum.is_valve_open:

@@ -9,7 +9,7 @@ from pickcli.geometry import Array
 from pickcli.simulation.bellows import FRICTION
 from pickcli.simulation.cup_friction import CupFriction
 from pickcli.simulation.world import World
-from support.pedestal import BuildWorld
+from support.pedestal import BuildWorld, cube
 
 NORMAL = 2.0  # N between lip and face
 ASIDE = np.array([0.0, 1.0, 0.0])
@@ -60,3 +60,20 @@ def test_where_it_stopped_it_sticks_anew(build_world: BuildWorld) -> None:
     back: Array = np.array(drag(world, friction, 0.0, 0.5))
     assert abs(back[-1]) < slid
     assert float(np.ptp(back[len(back) // 2 :])) < 2e-5
+
+
+@pytest.mark.parametrize(("share", "stands"), [(0.8, True), (1.3, False)])
+def test_a_relaxed_cup_holds_what_it_presses_on_however_light(
+    build_world: BuildWorld, share: float, stands: bool
+) -> None:
+    """20 g on a pedestal without friction, under bellows without vacuum."""
+    world = build_world(cube(mass=0.02), gap=-0.002)
+    world.engine._dynamics("cube", lateralFriction=0.0)
+    world.wait(0.1)
+    limit = FRICTION * 0.002 * world.robot.tool.cup.stiffness
+    before = world.engine.pose("cube")[:3, 3]
+    for _ in range(round(0.1 / world.time_step)):
+        world.engine.apply_force("cube", share * limit * ASIDE, world.engine.pose("cube")[:3, 3])
+        world.step()
+    moved = float((world.engine.pose("cube")[:3, 3] - before) @ ASIDE)
+    assert (abs(moved) < 2e-3) is stands
