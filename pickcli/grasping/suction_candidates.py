@@ -22,7 +22,7 @@ from pickcli.motion.plan import GraspKind
 # A straight lance fits into a bin only with a small tilt (30 degrees: 162 of 360 poses, 60: 54).
 MAX_FRONTAL_TILT = np.radians(30.0)
 # From above it may lean as far as walls and neighbours allow, which is checked for the tool without the arm.
-MAX_LEAN_FROM_ABOVE = np.radians(75.0)
+MAX_LEAN_FROM_ABOVE = np.radians(80.0)
 # A lance across the way in may roll about itself, so that its cup meets faces that lean to either side; its
 # pitch is small, and it does not come from below.
 MAX_ACROSS_TILT = np.radians(25.0)
