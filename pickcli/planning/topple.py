@@ -1,26 +1,25 @@
 """``plan_topple``: turn an item that stands on edge in an open box over, with a push of the empty tool.
 
-The tool comes straight down beside the item, pushes its upper part until the item falls by itself, and leaves
-straight up. What is pushed may be anywhere in the box afterwards: take another look before the next plan.
+The tool comes straight down beside the item and pushes its upper part, or presses on its upper side and turns
+with it, until the item falls by itself, and leaves straight up. What is pushed may be anywhere in the box
+afterwards: take another look before the next plan.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import chain, pairwise
 
 import numpy as np
 
-from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.place import Place
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.collision.stage_contacts import while_toppling
 from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
-from pickcli.geometry import Array, pose
+from pickcli.geometry import Array
 from pickcli.motion.plan import Certify, Plan
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.path_planning.path_cost import estimated_duration
@@ -28,20 +27,15 @@ from pickcli.planning.assembly.stitching import stitch_runs
 from pickcli.planning.coarse_motion import plan_coarse
 from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
 from pickcli.planning.start_state import Start
+from pickcli.planning.toppling_poses import PushPoses, poses_from_above, poses_from_beside
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 from pickcli.statics.supports import supports_of
 from pickcli.statics.toppling import Topple, loaded_on, topples
 
-BENDS = 0.004  # m of the cup, besides the stroke of its bellows, that bends aside at the item
-BESIDE = 0.003  # m between tip and item before the push, besides clearance and errors: spheres cover the cup
-LEAST_BELOW_TOP = 0.002  # m that are left of it as the push rises
-RISING_TILTS = np.radians((20.0, 16.0, 12.0, 8.0, 4.0, 0.0))  # rad, tilts up to which the push rises
-ABOVE_RIM = 0.06  # m from the rim up to the tip, at the start of the way in
-ASIDE = (0.0, 0.2, -0.2)  # shares of the item's width by which the tip is off its middle
-N_TURNS, N_SEEDS = 8, 12  # turns of the tool about the vertical; seeds of inverse kinematics
-_DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
+SLIPS = "it slips off below the tool"
+N_SEEDS = 12  # random seeds of inverse kinematics
 
 
 @dataclass(frozen=True)
@@ -55,17 +49,6 @@ class TopplingQuery:
 
     out_of: str
     item: str
-
-
-@dataclass(frozen=True, eq=False)
-class _PushPoses:
-    """Poses (4, 4) of the tool in the world: in, at the item, at the ends of both lines, and out again."""
-
-    above: Array
-    beside: Array
-    risen: Array
-    end: Array
-    out: Array
 
 
 def plan_topple(
@@ -150,7 +133,8 @@ class _PushPlanner:
         """Return the fastest of the first few motions that the arm can follow, or why there is none."""
         found: list[tuple[MotionSegment, ...]] = []
         failures = Failures()
-        for poses in self._poses():
+        ways = (poses_from_beside, poses_from_above)
+        for poses in chain.from_iterable(way(self.scene, self.place, self.push) for way in ways):
             lines = self._lines(poses)
             if isinstance(lines, Failures):
                 failures += lines
@@ -159,7 +143,7 @@ class _PushPlanner:
             if len(found) == self.context.settings.wanted:
                 break
         if not found:
-            return failures or Failures.of(Reason("no push", self.where, "it slips off below the tool"))
+            return failures or Failures.of(Reason("no push", self.where, self.push.sliding or SLIPS))
         return self._reached(found, label, start, recorder)
 
     @property
@@ -172,82 +156,37 @@ class _PushPlanner:
         """Ids of the item and of all that lies on it."""
         return frozenset({self.push.item, *loaded_on(supports_of(self.scene), self.push.item)})
 
-    def _poses(self) -> Iterator[_PushPoses]:
-        """Yield poses of the tool, the push through the middle of the item first."""
-        push, grip = self.push, self.context.cell.robot.tool.grip
-        pushed_at = push.highest
-        height = pushed_at - grip.gives_way - BENDS
-        begin = push.near_side(height) - grip.tip_radius - self.context.cell.clearance - push.bound - BESIDE
-        rising, level = self._ways(pushed_at, begin + grip.tip_radius)
-        if not np.isfinite(level).all():
-            return
-        # It rises already before it meets the item, at the height meant.
-        rise = float(rising[2]) / max(float(rising @ push.direction), 1e-9)
-        lower = rise * (push.near_side(pushed_at) - begin - grip.tip_radius)
-        across = np.cross([0.0, 0.0, 1.0], push.direction)
-        placed = self.scene.find(push.item)
-        width = float(np.abs(across @ placed.T_world_item[:3, :3]) @ placed.item.shape.extents)
-        rim = float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])
-        above = max(rim, height) + ABOVE_RIM - height + lower
-        for share, k in product(ASIDE, range(N_TURNS)):
-            turn = 2.0 * np.pi * k / N_TURNS
-            c, s = np.cos(turn), np.sin(turn)
-            R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ _DOWN
-            aside = (push.centre @ across + share * width) * across
-            beside = pose(aside + begin * push.direction + np.array([0.0, 0.0, height - lower]), R=R)
-            risen, end = (shifted(beside, way) for way in (rising, rising + level))
-            up = np.array([0.0, 0.0, above])
-            yield _PushPoses(
-                shifted(beside, up), beside, risen, end, shifted(end, up - [0.0, 0.0, rising[2]])
-            )
-
-    def _ways(self, height: float, begin: float) -> tuple[Array, Array]:
-        """Return the ways (3,) m of the push: up along the item until it tilts, then level until it falls.
-
-        The weight turns the item back most at the start. A straight line cannot follow the pushed face, which
-        rises less the more it tilts.
-
-        height: m in the world, of the pushed point. begin: m along the push, of the tool's side
-        """
-        push = self.push
-        slope = push.slope(height)
-        for tilt in RISING_TILTS:
-            rise = push.travel(height, slope, tilt) if tilt > 0.0 else 0.0
-            top = push.top(tilt) - push.bound - LEAST_BELOW_TOP
-            if height + slope * rise <= top or tilt == 0.0:
-                break
-        rising = push.near_side(height) - begin + rise if rise > 0.0 else 0.0
-        level = push.near_side(height + slope * rise, push.tilt) - begin - rising + push.bound
-        up = np.array([0.0, 0.0, slope * rising])
-        return rising * push.direction + up, level * push.direction
-
-    def _lines(self, poses: _PushPoses) -> tuple[MotionSegment, ...] | Failures:
+    def _lines(self, poses: PushPoses) -> tuple[MotionSegment, ...] | Failures:
         """Follow the way in and the push, from the first configuration beside the item that allows it."""
-        settings, kind = self.context.settings, SegmentKind
-        solutions = self.context.arm.solve(poses.beside, self.state, self._seeds())
+        settings = self.context.settings
+        solutions = self.context.arm.solve(poses.first, self.state, self._seeds())
         if len(solutions) == 0:
-            x, y, z = poses.beside[:3, 3]
+            x, y, z = poses.first[:3, 3]
             at = f"tool at ({x:.3f}, {y:.3f}, {z:.3f}) m"
             return Failures.of(Reason("no inverse-kinematics solution", self.where, at))
         failures = Failures()
         for q in solutions[: settings.solutions_per_grasp]:
-            down = self._followed(kind.PREAPPROACH, (poses.beside, poses.above), q, self._free)
-            rising = self._followed(kind.PUSH, (poses.beside, poses.risen), q, self._pushing)
-            if isinstance(down, Failures):
-                failures += down
-                continue
-            if isinstance(rising, Failures):
-                failures += rising
-                continue
-            level = self._followed(kind.PUSH, (poses.risen, poses.end), rising.end, self._pushing)
-            if isinstance(level, Failures):
-                failures += level
-                continue
-            up = self._followed(kind.DEPART, (poses.end, poses.out), level.end, self._pushing)
-            if not isinstance(up, Failures):
-                return down.backwards(kind.PREAPPROACH), rising, level, up
-            failures += up
+            lines = self._lines_from(q, poses)
+            if not isinstance(lines, Failures):
+                return lines
+            failures += lines
         return failures
+
+    def _lines_from(self, q: Array, poses: PushPoses) -> tuple[MotionSegment, ...] | Failures:
+        """Follow the way in, the push and the way out from a configuration (n,) at the end of the way in."""
+        kind = SegmentKind
+        down = self._followed(kind.PREAPPROACH, (poses.first, poses.above), q, self._free)
+        if isinstance(down, Failures):
+            return down
+        lines = [down.backwards(kind.PREAPPROACH)]
+        ends = (poses.first, *poses.pushes, poses.out)
+        kinds = (*(kind.PUSH for _ in poses.pushes), kind.DEPART)
+        for of, line in zip(kinds, pairwise(ends), strict=True):
+            followed = self._followed(of, line, lines[-1].end, self._pushing)
+            if isinstance(followed, Failures):
+                return followed
+            lines.append(followed)
+        return tuple(lines)
 
     def _followed(
         self, kind: SegmentKind, ends: tuple[Array, Array], q: Array, mode: Mode

@@ -5,6 +5,9 @@ holds that edge (Mason, Mechanics of Robotic Manipulation, 2001, ch. 7). The pus
 the pushed face, so that friction at the tool lifts that side instead of holding it down. Once the centre is
 past that edge the item falls by itself, and the pushed face comes to lie on top. If friction does not hold,
 it slides, which does no harm in a box.
+
+What has no room for the tool beside it, or would slide, can be turned about the same edge from above, by the
+friction of the cup that is pressed on its upper side: the press holds the edge on the floor.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ FRICTION = 0.5  # below the item and at the tool, with which it turns over: card
 LIFTED = 1.2  # slope of the push, over that at which the pushed point of the item rises by itself
 MOST_SLOPE = np.tan(np.radians(48.0))  # of a push that goes across; wider items would slide
 BEYOND = np.radians(8.0)  # rad, tilt past the balance on the edge, besides the angular pose error
+MOST_TURN = np.radians(56.0)  # rad, of the cup that turns with an item from above: else it meets walls
 WIDE = np.radians(
     45.0
 )  # rad, tilt up to which there must be room to fall; leaning so far, a face is within reach
@@ -44,6 +48,7 @@ class Topple:
     Attributes:
         item: Id of the item.
         face: Name of the pushed face, which comes to lie on top.
+        upper: Name of the face on top before.
         direction: (3,) horizontal unit vector of the push, in the world.
         centre: (3,) m in the world, centre of the item.
         edge: (2,) m along ``direction`` and upwards, the edge about which it turns.
@@ -52,10 +57,13 @@ class Topple:
         bound: m, bound of the pose error of any of its points.
         lowest: m in the world above which a push turns it over instead of sliding it.
         highest: m in the world, up to which the item surely reaches, with a margin for the tool.
+        mass: kg at most, of the item with all that lies on it.
+        sliding: Why a push from beside would slide it; "" if it turns it over.
     """
 
     item: str
     face: str
+    upper: str
     direction: Array
     centre: Array
     edge: Array
@@ -64,6 +72,13 @@ class Topple:
     bound: float
     lowest: float
     highest: float
+    mass: float
+    sliding: str = ""
+
+    @property
+    def lever(self) -> float:
+        """Way in m along ``direction`` from the centre to the edge, about which the weight turns it back."""
+        return float(self.edge[0] - self.centre @ self.direction)
 
     def near_side(self, height: float, tilt: float = 0.0) -> float:
         """Compute where the item begins, above some height, as the side of an upright tool meets it.
@@ -177,8 +192,7 @@ def loaded_on(supports: Supports, item_id: str) -> tuple[str, ...]:
 def _not_safe(supports: Supports, item_id: str, rim: float) -> str | None:
     """Say why an item, or what lies on it, must not be toppled: it is heavy, or could leave the box."""
     graph, lying = supports.graph, loaded_on(supports, item_id)
-    placed = graph.items[item_id]
-    mass = sum(graph.items[name].item.heaviest for name in (item_id, *lying))
+    placed, mass = graph.items[item_id], _mass_with_all_on_it(supports, item_id)
     if mass > HEAVIEST:
         return f"it may have {mass:.2f} kg with all on it, at most {HEAVIEST}"
     if firm := sorted(set(lying) - pushable(supports, item_id)):
@@ -190,6 +204,11 @@ def _not_safe(supports: Supports, item_id: str, rim: float) -> str | None:
     if not highest < rim:
         return f"its middle may come {1e3 * (highest - rim):.0f} mm over the rim"
     return None
+
+
+def _mass_with_all_on_it(supports: Supports, item_id: str) -> float:
+    items = supports.graph.items
+    return float(sum(items[name].item.heaviest for name in (item_id, *loaded_on(supports, item_id))))
 
 
 def _topple(supports: Supports, item_id: str, face: str, normal: Array) -> Topple | str:
@@ -214,11 +233,23 @@ def _topple(supports: Supports, item_id: str, face: str, normal: Array) -> Toppl
     lever = width * (1.0 + FRICTION**2) / FRICTION - FRICTION * breadth
     lowest = float(edge[1] + max(height, lever))
     highest = float(corners[:, 1].max() - bound)
+    sliding = ""
     if max(lowest, edge[1] + LIFTED * breadth / MOST_SLOPE) >= highest - MARGIN:
-        return f"it would slide: {1e3 * width:.0f} mm to its edge, {1e3 * (highest - edge[1]):.0f} mm high"
-    push = Topple(item_id, face, direction, T[:3, 3], edge, corners, tilt, bound, lowest, highest - MARGIN)
+        sliding = f"it would slide: {1e3 * width:.0f} mm to its edge, {1e3 * (highest - edge[1]):.0f} mm high"
+        if tilt > MOST_TURN:
+            return sliding
+    push = Topple(
+        item_id, face, _upper_face(T), direction, T[:3, 3], edge, corners, tilt, bound, lowest,
+        highest - MARGIN, _mass_with_all_on_it(supports, item_id), sliding,
+    )  # fmt: skip
     blocked = _blocked(supports, push)
     return push if blocked is None else f"no room to fall: {blocked}"
+
+
+def _upper_face(T: Array) -> str:
+    """Return the name of the face of a box (4, 4) that is on top."""
+    axis = int(np.argmax(np.abs(T[2, :3])))
+    return ("+" if T[2, axis] > 0.0 else "-") + "xyz"[axis]
 
 
 def _blocked(supports: Supports, push: Topple) -> str | None:

@@ -1,7 +1,8 @@
 """Check the pushes of an empty tool that topples an item in an open box: which items, where, and how.
 
 Where they end up is not known. So they must be items that may lie anywhere in their box and cannot leave it,
-the tool must be slow and weak against what it meets, and must squeeze nothing onto the floor or a wall.
+the tool must be slow and weak against what it meets, and must squeeze nothing onto the floor or a wall. It
+comes down onto an item only as far as the bellows give way, first in a line, then only as it turns with it.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 from pickcli.cell.place import Place
 from pickcli.cell.tool import MOVING
 from pickcli.errors import Reason
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array, inverse, rotation_angle, transform_points
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
@@ -25,6 +26,9 @@ from pickcli.verification.straightness_check import SPEED_TOLERANCE, every_milli
 
 MOST_PUSH = 0.15  # m of all pushes of a plan
 STEEPEST = np.radians(50.0)  # rad, slope up to which a push still goes across and does not lift
+ACROSS = 1e-3  # m that a push goes across at least; one that goes less presses downwards
+LEAST_TURN = np.radians(4.0)  # rad of the tool in a push that comes down with an item
+N_AROUND = 16  # points on each of the two circles that stand for the front of the cup's rigid part
 
 
 def is_toppling(plan: Plan) -> bool:
@@ -145,7 +149,12 @@ def _wrong_lines(plan: Plan, scene: Scene, place: Place, items: Sequence[PlacedI
         heights = tips[:, 2, 3]
         descent = float((np.maximum.accumulate(heights) - heights).max())
         if descent > MOST_DESCENT:
-            yield Reason("pushes downwards", where, f"the tool comes down by {1e3 * descent:.1f} mm")
+            met = _pressed_hard(scene, items, tips)
+            is_first = not any(earlier.pushing for earlier in plan.segments[:k])
+            if met or not (is_first or _turns(tips)):
+                onto = f", with its rigid part onto {met}" if met else ""
+                detail = f"the tool comes down by {1e3 * descent:.1f} mm{onto}"
+                yield Reason("pushes downwards", where, detail)
         if segment.kind is not SegmentKind.PUSH:
             continue
         way = tips[-1, :3, 3] - tips[0, :3, 3]
@@ -180,6 +189,29 @@ def _is_inside(scene: Scene, place: Place, tips: Array) -> bool:
     return bool(((low <= p) & (p <= high)).all())
 
 
+def _turns(tips: Array) -> bool:
+    """Whether the tool turns, as it does with an item that it turns over."""
+    return bool(rotation_angle(tips[0, :3, :3].T @ tips[-1, :3, :3]) >= LEAST_TURN)
+
+
+def _pressed_hard(scene: Scene, items: Sequence[PlacedItem], tips: Array) -> str:
+    """Return the id of an item that the rigid part of the cup may meet where it stands, "" if there is none.
+
+    The item that turns with the cup gives way further than that.
+    """
+    grip = scene.cell.robot.tool.grip
+    turn = 2.0 * np.pi * np.arange(N_AROUND) / N_AROUND
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(N_AROUND)])
+    front = grip.tip_radius * np.vstack([np.zeros(3), circle / 2.0, circle]) - [0.0, 0.0, grip.gives_way]
+    points = (tips[:, :3, :3] @ front.T).swapaxes(1, 2) + tips[:, None, :3, 3]
+    for placed in items:
+        local = transform_points(inverse(placed.T_world_item), points.reshape(-1, 3))
+        beyond = np.abs(local) - placed.item.shape.extents / 2.0 - scene.noise.bound(placed.item)
+        if (beyond.max(axis=1) < 0.0).any():
+            return placed.id
+    return ""
+
+
 def _squeezed(
     scene: Scene, place: Place, items: Sequence[PlacedItem], tips: Array, where: str
 ) -> Iterator[Reason]:
@@ -188,7 +220,7 @@ def _squeezed(
     p = (T_place @ tips[-1])[:2, 3]
     way = (T_place[:3, :3] @ (tips[-1, :3, 3] - tips[0, :3, 3]))[:2]
     length = float(np.linalg.norm(way))
-    if length < 1e-6:
+    if length < ACROSS:
         return
     ahead = way / length
     walls = np.where(ahead > 0.0, place.room.high[:2], place.room.low[:2])

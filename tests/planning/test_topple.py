@@ -23,12 +23,14 @@ from pickcli.planning.topple import TopplingQuery, plan_topple
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.world import World
+from pickcli.verification.straightness_check import tip_points
 from pickcli.verification.verify import TOPPLE_CHECKS, certify
 from support.standing import BOX, CRATE, CRATES, NOISE, SHELF, box, crate, lying, standing
 
 CONTEXT = PlanningContext(CRATES)
 HOME = Start(CRATES.configurations["home"].q, CRATES.configurations["home"].tool_state)
 ERASER = "expo_dry_erase_board_eraser"  # 20 g, 35 mm wide and 54 mm high on its edge: nearly too wide to turn
+PLUGS = "mommys_helper_outlet_plugs"  # 80 g, 55 mm wide and 60 mm high on its edge: too wide
 
 
 def topple(scene: Scene, item: str = BOX) -> Plan:
@@ -122,11 +124,57 @@ def test_what_cannot_be_toppled_says_why() -> None:
         plan_topple(CONTEXT, shelf, TopplingQuery("nowhere", BOX), HOME)
 
 
+def test_it_comes_in_presses_turns_with_the_item_and_leaves_upwards() -> None:
+    """Too near to a wall for a cup beside it, it is turned away from there by friction on its upper side."""
+    scene = crate(standing(ERASER, 0.165, 0.0))
+    plan = topple(scene, ERASER)
+    kind = SegmentKind
+    first, *turning = [segment for segment in plan.segments if segment.kind is kind.PUSH]
+    assert len(turning) == 5 and plan.segments[-1].kind is kind.DEPART
+    tips = [
+        tip_points(plan, CRATES.robot, s.tool_state, np.array([s.t_start, s.t_end]))
+        for s in (first, *turning)
+    ]
+    press = tips[0][1] - tips[0][0]
+    top = scene.find(ERASER).T_world_item[2, 3] + 0.027
+    assert np.hypot(*press[:2]) < 1e-3 and tips[0][0][2] > top > tips[0][1][2]
+    assert top - tips[0][1][2] == pytest.approx(CRATES.robot.tool.cup.stroke / 2, abs=5e-4)
+    assert all(b[0] < a[0] - 0.005 for a, b in tips[1:])  # away from the wall
+    world, now = played(scene, plan)
+    assert abs(height_of_face(now.find(ERASER), "+z")) > 0.95
+    world.close()
+
+
+def test_what_a_push_from_beside_would_slide_is_turned_from_above() -> None:
+    """60 mm high and 55 wide: after the first push it leans on its edge, or lies on a face that seals."""
+    scene = crate(standing(PLUGS, -0.05, 0.0, 0.3))
+    plan = topple(scene, PLUGS)
+    world, now = played(scene, plan)
+    assert abs(height_of_face(now.find(PLUGS), "+z")) > 0.95
+    world.close()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_box_of_random_size_beside_a_wall_falls_away_from_it(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    width = float(rng.uniform(0.03, 0.05))
+    item = box(
+        float(rng.uniform(0.06, 0.12)), float(rng.uniform(0.055, 0.08)), width, rng.uniform(0.02, 0.12)
+    )
+    gap = float(rng.uniform(0.001, 0.03))
+    scene = crate(standing(BOX, 0.197 - width / 2 - gap, float(rng.uniform(-0.05, 0.05)), item=item))
+    world, now = played(scene, topple(scene))
+    assert abs(height_of_face(now.find(BOX), "+z")) > np.cos(np.radians(60.0))
+    assert now.find(BOX).location == CRATE
+    world.close()
+
+
 def test_no_room_for_the_tool_between_item_and_wall_is_said() -> None:
-    """Between a box and the wall behind it there is less than the cup is wide."""
-    beside = crate(standing(BOX, 0.165, 0.0))
-    with pytest.raises(NoPlanError, match=r"pre-approach: .*crate_right_wall"):
-        topple(beside)
+    """A thin box at the wall: there is less room than the cup is wide beside it and above it."""
+    thin = crate(standing(BOX, 0.1965 - 0.005, 0.0, item=box(0.095, 0.07, 0.01)))
+    with pytest.raises(NoPlanError) as error:
+        topple(thin)
+    assert any("pre-approach" in r.where and "crate_right_wall" in r.detail for r in error.value.reasons)
 
 
 def test_from_another_state_of_the_tool_the_cup_turns_on_the_way() -> None:

@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from pickcli.errors import Reason
+from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise
 from pickcli.statics.pushing import HEAVIEST
 from pickcli.statics.supports import supports_of
@@ -79,7 +80,17 @@ def test_a_push_lower_than_friction_allows_slides_it() -> None:
     force = FRICTION / (1.0 + FRICTION**2)  # in weights: f (1 - f F) with F lifting by friction f
     least = (width / 2 - force * FRICTION * width) / force
     assert push.lowest - push.edge[1] == pytest.approx(max(least, 0.027), abs=1e-6)
+    assert not push.sliding
+    for wide in pushes(standing(BOX, 0.0, 0.0, item=box(0.13, 0.07, 0.07))):
+        assert wide.sliding == "it would slide: 35 mm to its edge, 67 mm high"
     assert "it would slide" in why_not(standing(BOX, 0.0, 0.0, item=box(0.13, 0.07, 0.095)))
+
+
+def test_it_names_the_face_on_top() -> None:
+    upright = standing(BOX, 0.0, 0.0, 0.7)
+    assert {push.upper for push in pushes(upright)} == {"+y"}
+    over = replace(upright, T_world_item=upright.T_world_item @ pose((0.0, 0.0, 0.0), rpy=(np.pi, 0.0, 0.0)))
+    assert {push.upper for push in pushes(over)} == {"-y"}
 
 
 def test_beside_a_wall_it_only_falls_away_from_it() -> None:

@@ -140,14 +140,38 @@ def test_not_faster(plan: Plan, scene: Scene) -> None:
 
 
 def test_not_downwards_and_not_straight_up(plan: Plan, scene: Scene) -> None:
-    """The first line of the push and the departure, each stated as the other kind."""
+    """The departure stated as a push; and the way in, after a transit that might have moved the item."""
     first = next(k for k, s in enumerate(plan.segments) if s.kind is KIND.PUSH)
     lifted = list(plan.segments)
     lifted[-1] = replace(lifted[-1], kind=KIND.PUSH)
     assert "lifts instead of pushing" in checked(replace(plan, segments=tuple(lifted)), scene)
     down = list(plan.segments)
-    down[first - 1] = replace(down[first - 1], kind=KIND.PUSH, pushing=(BOX,))
+    for k in (first - 2, first - 1):
+        down[k] = replace(down[k], kind=KIND.PUSH, pushing=(BOX,))
     assert "pushes downwards" in checked(replace(plan, segments=tuple(down)), scene)
+
+
+@pytest.fixture(scope="module")
+def beside_a_wall() -> Scene:
+    return crate(standing(BOX, 0.16, 0.0, item=box(0.095, 0.07, 0.03)))
+
+
+@pytest.fixture(scope="module")
+def from_above(beside_a_wall: Scene) -> Plan:
+    """The cup is pressed on the item's upper side, and turns with it."""
+    query, start = TopplingQuery(CRATE, BOX), Start(HOME.q, HOME.tool_state)
+    return plan_topple(PlanningContext(CRATES), beside_a_wall, query, start)
+
+
+def test_only_the_bellows_press_from_above(from_above: Plan, beside_a_wall: Scene) -> None:
+    """Where the item is higher than stated by what they have left, the rigid part of the cup meets it."""
+    assert verify(from_above, beside_a_wall).reasons == ()
+    placed = beside_a_wall.find(BOX)
+    spare = CRATES.robot.tool.cup.stroke / 2 - beside_a_wall.noise.bound(placed.item)
+    for up, is_met in ((0.8 * spare, False), (1.5 * spare, True)):
+        T = pose((0.0, 0.0, up)) @ placed.T_world_item
+        raised = beside_a_wall.moved(replace(placed, T_world_item=T))
+        assert (f"with its rigid part onto {BOX}" in checked(from_above, raised)) == is_met
 
 
 def test_not_below_the_middle_of_all_items(plan: Plan) -> None:
