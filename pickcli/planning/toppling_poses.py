@@ -32,7 +32,7 @@ LEAST_PRESS = 0.0005  # m by which the bellows are surely pressed, and do not re
 FOLLOWED = 0.012  # m that the cup goes on level after the turn: the item turns a little less than the cup
 TURNED_LESS = np.radians((0.0, 14.0))  # rad that the cup turns less, and goes on level for, if it has no room
 INSIDE = (1.0, 0.5)  # of the way that the tip is inside of the upper side; beside a wall it may hang over
-MOST_PULL = 0.35  # of the press, that friction is taken to bear; a lip on cardboard has 0.5 and more
+MOST_PULL = 0.4  # of the press, that friction is taken to bear; a lip on cardboard has 0.5 and more
 _DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
 
 
@@ -129,8 +129,8 @@ def poses_from_above(scene: Scene, place: Place, push: Topple) -> Iterator[PushP
     # Moments about the edge: friction bears the weight, and the press inside of the edge. The part of the lip
     # that hangs over does not press.
     of_weight = push.mass * GRAVITY * push.lever / (grip.stiffness * press)
-    needed = {part: of_weight / ((1.0 + part) / 2.0) + part * inside for part in INSIDE}
-    parts = [part for part, lever in needed.items() if lever <= MOST_PULL * _height(push)]
+    pulls = {part: MOST_PULL * (1.0 + part) / 2.0 * _height(push) for part in INSIDE}
+    parts = [part for part, pull in pulls.items() if of_weight + part * inside <= pull]
     R_item, axis = placed.T_world_item[:3, :3], np.cross([0.0, 0.0, 1.0], push.direction)
     up, ahead = _outwards(R_item, push.upper), -_outwards(R_item, push.face)
     across = np.cross(up, ahead)
