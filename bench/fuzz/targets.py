@@ -223,7 +223,7 @@ class _Maker:
             zipped = mutated_bytes(zipped, rng)
         record = read_record(self._put("trial.json", texts[0]))
         motion = read_motion(self._put("motion.json.gz", zipped))
-        refuse_other_motion(motion, self.of.scene, "motion.json.gz")
+        refuse_other_motion(motion, self.of.scene, [self.of.cell], "motion.json.gz")
         page_bytes(trial_page(record, self.of.scene, motion))
         page_bytes(trials_page({"a": record}))
 
@@ -266,7 +266,7 @@ def _trial_texts(of: Sound, order: Order) -> tuple[bytes, bytes]:
     result = run_trial(order, interfaces_of([context], arena), TrialSettings(0, PoseNoise()))
     arena.close()
     record = trial_record(result, "order.json", 0.0)
-    return as_json(record), as_json(motion_values(recorder, of.cell))
+    return as_json(record), as_json(motion_values(recorder, [of.cell]))
 
 
 def _plain(model: FileModel) -> Any:

@@ -130,6 +130,11 @@ class Robot:
         return len(self.joint_names)
 
     @property
+    def moving_joints(self) -> tuple[str, ...]:
+        """Names of all joints that move: the planned ones, then those of the tool."""
+        return (*self.joint_names, *self.tool.joints)
+
+    @property
     def units(self) -> tuple[str, ...]:
         """Units of the planned joints' positions: "m" or "rad"."""
         slides = {joint.name for joint in self.joints if joint.type is JointType.PRISMATIC}

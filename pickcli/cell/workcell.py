@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from pickcli.cell.cell import ArmState, Cell
 from pickcli.cell.fingerprint import digest, fingerprint
+from pickcli.cell.robot import Robot
 from pickcli.cell.robots.planning_group import planning_group
 from pickcli.cell.robots.urdf import Urdf
 from pickcli.errors import InputError, UnknownNameError
@@ -93,6 +94,18 @@ class Workcell:
         """The cell as seen by the preferred arm."""
         return next(iter(self.arms.values()))
 
+    @property
+    def moving_joints(self) -> tuple[str, ...]:
+        """Names of all joints that move, each once: the planned ones of every arm, then those of its tool."""
+        return tuple(dict.fromkeys(name for cell in self.arms.values() for name in cell.robot.moving_joints))
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of the preferred arm, in which the joints of all other arms move as well."""
+        robot = self.preferred.robot
+        links, joints = planning_group(self.tree, robot.tool.last_link, self.moving_joints, self.posture)
+        return replace(robot, links=links, joints=joints)
+
     def cell(self, arm: str | None = None, standing: Iterable[ArmState] = ()) -> Cell:
         """Return the cell as seen by one arm.
 
@@ -163,6 +176,5 @@ def _beside(
         # Joints that the arms share are among ``moving``, which the posture does not fix.
         posture |= dict(zip(own.joint_names, state.q.tolist(), strict=True))
         posture |= {joint: own.tool.joint_position(joint, state.tool_state) for joint in own.tool.joints}
-    moving = [*cell.robot.joint_names, *cell.robot.tool.joints]
-    links, joints = planning_group(tree, cell.robot.tool.last_link, moving, posture)
+    links, joints = planning_group(tree, cell.robot.tool.last_link, cell.robot.moving_joints, posture)
     return replace(cell, robot=replace(cell.robot, links=links, joints=joints), others=others)

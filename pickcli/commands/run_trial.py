@@ -24,9 +24,10 @@ from pickcli.commands.options import (
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import stdout_console
 from pickcli.commands.trial_options import TrialOptions, trial_arm, trial_options
-from pickcli.errors import InputError, TrialAbortedError
+from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
+    from pickcli.cell.workcell import Workcell
     from pickcli.page.live_page import LivePage
     from pickcli.scene.scene import Scene
     from pickcli.trial.played_trial import TrialSnapshot
@@ -81,8 +82,6 @@ def command(
         options.pod_shift, reality, cell, seed
     )  # a shift beyond the cell's bounds is refused before any work
     is_live = live or live_port is not None
-    if is_live and len(cells) > 1:
-        raise InputError("--live: the motion of several arms is not recorded; name one with --arm")
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     _refuse_outputs(folder, overwrite, (order_file(order_path, cell), *options.inputs))
 
@@ -105,7 +104,8 @@ def command(
             for session in sessions:
                 session.keep_edges()
 
-        watch = _watched(stack.enter_context(_live(live_port or 0)), scene) if is_live else None
+        several = workcell if len(cells) > 1 else None
+        watch = _watched(stack.enter_context(_live(live_port or 0)), scene, several) if is_live else None
         with stage("trial"), progress("playing") as report:
             played = play_trial(request, scene, trial_arms, report, keep_edges, watch)
         result = played.result
@@ -140,13 +140,13 @@ def _live(port: int) -> LivePage:
     return live
 
 
-def _watched(live: LivePage, scene: Scene) -> Callable[[TrialSnapshot], None]:
-    """Return a function that offers each state of the trial to the live page."""
+def _watched(live: LivePage, scene: Scene, several: Workcell | None) -> Callable[[TrialSnapshot], None]:
+    """Return a function that offers a trial to the page; several: the cell, if several arms play."""
     from pickcli.page.html_page import page_bytes
     from pickcli.page.trial_page import trial_page
 
     def watch(snapshot: TrialSnapshot) -> None:
-        live.update(lambda: page_bytes(trial_page(snapshot.record, scene, snapshot.motion())))
+        live.update(lambda: page_bytes(trial_page(snapshot.record, scene, snapshot.motion(), several)))
 
     return watch
 

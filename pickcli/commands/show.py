@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -132,6 +133,7 @@ def _has_trials(path: Path) -> bool:
 
 
 def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+    from pickcli.cell.cell_file import load_workcell
     from pickcli.page.trial_page import trial_page
     from pickcli.scene.scene_file import scene_hash
     from pickcli.trial.motion_record import read_motion, refuse_other_motion
@@ -140,18 +142,18 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
 
     record = read_record(folder / RECORD)
     if not (folder / MOTION).exists():
-        raise InputError(
-            f"{folder}: has no {MOTION}, nothing to replay; play the trial again (with --arm, where several "
-            "arms played: their motion is not recorded)"
-        )
+        raise InputError(f"{folder}: has no {MOTION}, nothing to replay; play the trial again")
     motion = read_motion(folder / MOTION)
-    scene = open_scene(folder / "scene.json", cell_name, arms)
+    first = replace(arms, arm=arms.arm or next(iter(motion.arms), None))
+    scene = open_scene(folder / "scene.json", cell_name, first)
     if scene_hash(scene) != record["made_from"]["scene_hash"]:
         raise StaleError(
             f"{folder / 'scene.json'}: is not the scene of {folder / RECORD}; play the trial again"
         )
-    refuse_other_motion(motion, scene, str(folder / MOTION))
-    return trial_page(record, scene, motion)
+    workcell = load_workcell(scene.cell.path, arms.items) if motion.arms else None
+    cells = (scene.cell,) if workcell is None else tuple(workcell.arms.values())
+    refuse_other_motion(motion, scene, cells, str(folder / MOTION))
+    return trial_page(record, scene, motion, workcell)
 
 
 def _trials(folder: Path) -> PageDocument:

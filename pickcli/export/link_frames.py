@@ -34,7 +34,7 @@ class LinkFrames:
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Names of all moving joints: the planned ones and those of the tool."""
-        return (*self.robot.joint_names, *self.robot.tool.joints)
+        return self.robot.moving_joints
 
     @cached_property
     def moving(self) -> tuple[Joint, ...]:

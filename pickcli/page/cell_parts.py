@@ -81,7 +81,7 @@ def robot_part(cell: Cell, q: Array | None = None, tool_state: ToolState | None 
             )
             for joint in robot.joints
         ),
-        moved=moved_joints(robot),
+        moved=robot.moving_joints,
         start=rounded(np.append(q, tool_positions(robot, state))),
         tip_link=indices[robot.tool.last_link],
         tip=posed(robot.tool.T_last_tip),
@@ -104,18 +104,6 @@ def rest_configuration(cell: Cell) -> NamedConfiguration | None:
     """
     named = list(cell.configurations.values())
     return next((each for each in named if each.kind == "home"), named[0] if named else None)
-
-
-def moved_joints(robot: Robot) -> tuple[str, ...]:
-    """Return the joints that a page moves: the planned ones, then those of the tool.
-
-    Args:
-        robot: The robot.
-
-    Returns:
-        Names of the joints.
-    """
-    return (*robot.joint_names, *robot.tool.joints)
 
 
 def tool_positions(robot: Robot, state: ToolState) -> Array:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.device import DeviceKind
+from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.robot import Robot
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.files.packed_array import packed
@@ -153,24 +153,24 @@ def device_lanes(events: Sequence[Event], cell: Cell, duration: float) -> tuple[
         for e in events
         if e.t_trigger is not None
     ]
-    return switched_lanes(switched, cell, duration)
+    return switched_lanes(switched, cell.devices, duration)
 
 
 def switched_lanes(
-    switched: Sequence[tuple[float, str, str, str]], cell: Cell, duration: float
+    switched: Sequence[tuple[float, str, str, str]], devices: Mapping[str, Device], duration: float
 ) -> tuple[Lane, ...]:  # fmt: skip
     """Convert switching times of devices to lanes.
 
     Args:
         switched: (s, device, action, details) in any order.
-        cell: The cell.
+        devices: Devices by name.
         duration: s.
 
     Returns:
         A lane for each device with an event; readings of sensors and states "off" have no colour.
     """
     lanes = []
-    for name, device in cell.devices.items():
+    for name, device in devices.items():
         own = sorted(each for each in switched if each[1] == name)
         ends = [*(t for t, *_ in own[1:]), duration]
         if not own:
@@ -208,7 +208,7 @@ def limit_signals(
     )
 
 
-def limit_signal(derivative: int, shares: Array, cell: Cell, times: Array) -> Signal:
+def limit_signal(derivative: int, shares: Array, cell: Cell, times: Array, arm: str = "") -> Signal:
     """Convert one derivative of the joints' positions to a signal.
 
     Args:
@@ -216,11 +216,12 @@ def limit_signal(derivative: int, shares: Array, cell: Cell, times: Array) -> Si
         shares: (N, n) shares of the limits.
         cell: The cell, for its limits.
         times: (N,) s on the page's clock.
+        arm: Name of the arm, if the page shows several.
 
     Returns:
         The signal.
     """
-    name = ("velocity", "acceleration", "jerk")[derivative - 1]
+    name = f"{arm} {('velocity', 'acceleration', 'jerk')[derivative - 1]}".strip()
     suffix = ("/s", "/s²", "/s³")[derivative - 1]
     return Signal(
         name, "of the limit", packed(times, TIME_RESOLUTION), packed(shares, RATIO_RESOLUTION),

@@ -45,7 +45,7 @@ def path_clearance(
     Returns:
         The clearance, a lower bound, as links are represented by spheres.
     """
-    pairs = NearestPairs(scene.cell)
+    pairs = NearestPairs(scene.cell.clearance)
     pairs.add(scene, segments, times, Q, carried)
     return pairs.clearance()
 
@@ -57,11 +57,12 @@ class NearestPairs:
     excluded and listed.
 
     Args:
-        cell: The cell.
+        clearance: m kept by plans.
     """
 
-    def __init__(self, cell: Cell) -> None:
-        self._cell, self._model = cell, _WithoutSelf(cell)
+    def __init__(self, clearance: float) -> None:
+        self._kept = clearance
+        self._models: dict[str, CollisionModel] = {}
         self._steady: dict[tuple[str, str], float] = {}
         self._times: list[float] = []
         self._contacts: list[Contact] = []
@@ -78,8 +79,9 @@ class NearestPairs:
             Q: (N, n) configurations.
             carried: Held items with their poses in the tool.
         """
+        model = self._models.setdefault(scene.cell.fingerprint, _WithoutSelf(scene.cell))
         for _ in range(MOST_STEADY):
-            contacts = _nearest(self._model, scene, segments, times, Q, carried, frozenset(self._steady))
+            contacts = _nearest(model, scene, segments, times, Q, carried, frozenset(self._steady))
             if not (found := _steady(contacts)):
                 break
             self._steady |= found
@@ -106,7 +108,7 @@ class NearestPairs:
         return PathClearance(
             packed(np.array(self._times), TIME_RESOLUTION), packed(values, DISTANCE_RESOLUTION),
             packed(numbers, 1.0), names,
-            self._cell.clearance, DISTANCE_CAP,
+            self._kept, DISTANCE_CAP,
             tuple(f"{a} against {b}: {1e3 * distance:.0f} mm" for (a, b), distance in self._steady.items()),
         )  # fmt: skip
 

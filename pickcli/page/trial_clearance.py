@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.cell import Cell
+from pickcli.cell.robot import Robot
 from pickcli.geometry import Array, from_quaternion, inverse, pose
 from pickcli.kinematics.arm import Arm
 from pickcli.page.page_motion import Carried, PathClearance
@@ -17,11 +20,12 @@ from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
 SAMPLE_TIME = 0.04  # s between samples
 
 
-def trial_clearance(scene: Scene, motion: RecordedMotion) -> PathClearance | None:
+def trial_clearance(scene: Scene, cells: Sequence[Cell], motion: RecordedMotion) -> PathClearance | None:
     """Compute the distance to the nearest solid during executions, except for planned contacts.
 
     Args:
         scene: The true scene at the start.
+        cells: The cell as seen by each arm that plays.
         motion: The recorded motion.
 
     Returns:
@@ -30,11 +34,11 @@ def trial_clearance(scene: Scene, motion: RecordedMotion) -> PathClearance | Non
     moves = [execution for execution in motion.executions if execution.segments]
     if not moves:
         return None
-    pairs = NearestPairs(scene.cell)
+    pairs, by_arm = NearestPairs(scene.cell.clearance), {cell.arm: cell for cell in cells}
     for move in moves:
         times = np.arange(move.segments[0].t_start, move.segments[-1].t_end, SAMPLE_TIME)
-        here = _scene_at(scene, motion, move.t_start)
-        Q = _joints_at(motion, times)[:, : scene.cell.robot.n_joints]
+        here = replace(_scene_at(scene, motion, move.t_start), cell=by_arm[move.arm])
+        Q = _joints_at(motion, here.cell.robot, times)
         pairs.add(here, move.segments, times, Q, _carried(here, motion, move))
     return pairs.clearance()
 
@@ -55,14 +59,16 @@ def _carried(scene: Scene, motion: RecordedMotion, move: RecordedExecution) -> t
         return ()
     t = (held[0].t_start + held[0].t_end) / 2
     item = held[0].held
-    q = _joints_at(motion, np.array([t]))[0, : scene.cell.robot.n_joints]
+    (q,) = _joints_at(motion, scene.cell.robot, np.array([t]))
     tip = Arm(scene.cell.robot).tip(q, held[0].tool_state)
     T_tip_item = inverse(tip) @ _item_at(motion, item, t)
     return (Carried(item, held[0].t_start, held[-1].t_end, posed(T_tip_item)),)
 
 
-def _joints_at(motion: RecordedMotion, times: Array) -> Array:
-    return np.column_stack([np.interp(times, motion.times, column) for column in motion.joints.T])
+def _joints_at(motion: RecordedMotion, robot: Robot, times: Array) -> Array:
+    """The planned joints (N, n) of a robot at times (N,)."""
+    columns = [motion.joints[:, motion.joint_names.index(name)] for name in robot.joint_names]
+    return np.column_stack([np.interp(times, motion.times, column) for column in columns])
 
 
 def _item_at(motion: RecordedMotion, item: str, t: float) -> Array:

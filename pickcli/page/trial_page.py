@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.workcell import Workcell
 from pickcli.errors import Reason
 from pickcli.files.packed_array import packed
 from pickcli.geometry import Array
+from pickcli.page.cell_parts import robot_part
 from pickcli.page.failure_marks import failure_marks, named_parts
 from pickcli.page.motion_parts import TIME_RESOLUTION, limit_signal, segment_lane, switched_lanes
 from pickcli.page.page_document import PageDocument, PageTable
 from pickcli.page.page_motion import Chapter, Mark, PageMotion, Signal, Track
-from pickcli.page.page_scene import Fact, Tone
+from pickcli.page.page_scene import Fact, PageRobot, Tone, rounded
 from pickcli.page.scene_page import standing_page
 from pickcli.page.trial_clearance import trial_clearance
 from pickcli.scene.scene import Scene
@@ -39,25 +41,31 @@ class _Played:
     t_end: float
 
 
-def trial_page(record: Mapping[str, Any], scene: Scene, motion: RecordedMotion) -> PageDocument:
+def trial_page(
+    record: Mapping[str, Any], scene: Scene, motion: RecordedMotion, workcell: Workcell | None = None
+) -> PageDocument:
     """Create the page of a trial.
 
     Args:
         record: Content of its ``trial.json``.
         scene: The true scene at its start.
         motion: The recorded motion.
+        workcell: The cell with all its arms, if several played.
 
     Returns:
         The page.
     """
-    cell, attempts = scene.cell, _played(record["attempts"], motion)
+    cells = (scene.cell,) if workcell is None else tuple(workcell.arms.values())
+    attempts = _played(record["attempts"], motion)
     duration = float(motion.times[-1])
     segments = [segment for execution in motion.executions for segment in execution.segments]
     made = record["made_from"]
     subtitle = f"{made['order']}, seed {made['seed']}, cell {made['cell']}, {duration:.0f} s simulated"
     base = standing_page(scene, "trial", f"{record['score']} of {record['max_score']} points", subtitle)
+    devices = {name: device for cell in cells for name, device in cell.devices.items()}
     return replace(
         base,
+        robot=base.robot if workcell is None else _robot(workcell, motion),
         facts=tuple(_facts(record)),
         motion=PageMotion(
             duration,
@@ -69,12 +77,21 @@ def trial_page(record: Mapping[str, Any], scene: Scene, motion: RecordedMotion) 
             ),
             is_path_drawn=False,
         ),
-        lanes=(segment_lane(segments), *switched_lanes(_switched(attempts), cell, duration)),
-        signals=(*_vacuum(motion), *_limits(motion, cell)),
-        clearance=trial_clearance(scene, motion),
+        lanes=(segment_lane(segments), *switched_lanes(_switched(attempts), devices, duration)),
+        signals=(
+            *_vacuum(motion),
+            *(signal for cell in cells for signal in _limits(motion, cell, is_only=len(cells) == 1)),
+        ),
+        clearance=trial_clearance(scene, cells, motion),
         chapters=tuple(_chapter(attempt, scene) for attempt in attempts),
         tables=(_score(record),),
     )
+
+
+def _robot(workcell: Workcell, motion: RecordedMotion) -> PageRobot:
+    """Convert the robot with all its arms, which start as recorded."""
+    drawn = robot_part(replace(workcell.preferred, robot=workcell.robot))
+    return replace(drawn, moved=motion.joint_names, start=rounded(motion.joints[0]))
 
 
 def _played(attempts: Sequence[Mapping[str, Any]], motion: RecordedMotion) -> list[_Played]:
@@ -195,9 +212,9 @@ def _vacuum(motion: RecordedMotion) -> Iterator[Signal]:
         )  # fmt: skip
 
 
-def _limits(motion: RecordedMotion, cell: Cell) -> Iterator[Signal]:
-    """Velocity, acceleration and jerk of all executions, with 0 in between."""
-    moves = [each for each in motion.executions if each.shares]
+def _limits(motion: RecordedMotion, cell: Cell, is_only: bool) -> Iterator[Signal]:
+    """Velocity, acceleration and jerk in all executions of a cell's arm, with 0 in between."""
+    moves = [each for each in motion.executions if each.shares and each.arm == cell.arm]
     if not moves:
         return
     n = cell.robot.n_joints
@@ -208,7 +225,8 @@ def _limits(motion: RecordedMotion, cell: Cell) -> Iterator[Signal]:
             rows += [np.zeros((1, n)), each.shares[k], np.zeros((1, n))]
         at = np.concatenate(times)
         is_later = np.append(True, np.diff(np.maximum.accumulate(at)) > 0.0)
-        yield limit_signal(k + 1, _without_rest(np.concatenate(rows))[is_later], cell, at[is_later])
+        shares = _without_rest(np.concatenate(rows))[is_later]
+        yield limit_signal(k + 1, shares, cell, at[is_later], "" if is_only else cell.arm)
 
 
 def _without_rest(shares: Array) -> Array:

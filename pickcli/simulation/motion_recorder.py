@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -25,12 +26,14 @@ class RecordedRun:
 
     Attributes:
         plan: The plan; None if the tool only released.
+        arm: Name of the arm that moved; empty in a cell with one arm.
         t_start: s, simulated.
         t_end: s, simulated.
         clock: Pairs of simulated time and plan time, s, increasing.
     """
 
     plan: Plan | None
+    arm: str
     t_start: float
     t_end: float = 0.0
     clock: list[tuple[float, float]] = field(default_factory=list)
@@ -77,15 +80,21 @@ class RecordedRun:
 class MotionRecorder:
     """Samples a world after its steps, and keeps the samples.
 
+    Args:
+        start: Positions in rad or m by joint of all arms at the start; None for a single arm, whose joints
+            are read from the world.
+
     Attributes:
+        joint_names: Names of the m joints.
         times: s of every sample.
-        joints: Positions (m,) of all joints in each sample.
+        joints: Positions (m,) of all joints in each sample; an arm that does not move keeps its last ones.
         vacuum: Pa below ambient in the cup in each sample; 0 without a cup.
         items: By id, rows of s, position in m and quaternion x, y, z, w; only while an item moves.
         runs: Executions, in order of time.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, start: Mapping[str, float] | None = None) -> None:
+        self._positions = dict(start or {})
         self.times: list[float] = []
         self.joints: list[Array] = []
         self.vacuum: list[float] = []
@@ -95,9 +104,14 @@ class MotionRecorder:
         self._still: dict[str, tuple[float, Array]] = {}  # s and pose of the last sample at rest
         self._n_looks = 0
 
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of their columns."""
+        return tuple(self._positions)
+
     def snapshot(self) -> MotionRecorder:
         """Return a copy of what was recorded so far, which does not grow."""
-        copy = MotionRecorder()
+        copy = MotionRecorder(self._positions)
         copy.times, copy.joints, copy.vacuum = list(self.times), list(self.joints), list(self.vacuum)
         copy.items = {name: list(rows) for name, rows in self.items.items()}
         copy.runs = list(self.runs)
@@ -112,7 +126,8 @@ class MotionRecorder:
         if self.times and world.t < self.times[-1] + LOOK_TIME - 1e-9:
             return
         self.times.append(world.t)
-        self.joints.append(world.joints.copy())
+        self._positions |= dict(zip(world.robot.moving_joints, world.joints.tolist(), strict=True))
+        self.joints.append(np.array(list(self._positions.values())))
         self.vacuum.append(world.tool.pressure)
         is_due, held = self._n_looks % ITEM_LOOKS == 0, world.held
         for placed in world.scene.items:
@@ -130,7 +145,7 @@ class MotionRecorder:
         Returns:
             The execution, whose end is to be set.
         """
-        run = RecordedRun(plan, world.t, world.t)
+        run = RecordedRun(plan, world.scene.cell.arm, world.t, world.t)
         self.runs.append(run)
         return run
 

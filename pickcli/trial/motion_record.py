@@ -9,7 +9,7 @@ from __future__ import annotations
 import gzip
 import json
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.robot import Robot
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import InputError, StaleError
 from pickcli.files.atomic_write import write_bytes
@@ -80,7 +81,8 @@ class RecordedMotion:
     """Recorded motion of a trial.
 
     Attributes:
-        joint_names: Names of the m joints: the planned ones, then those of the tool.
+        arms: Names of the arms that play; empty for a single arm.
+        joint_names: Names of the m joints: of each arm the planned ones, then those of its tool.
         times: (N,) s, simulated.
         joints: (N, m) rad or m, as measured.
         vacuum_times: (K,) s.
@@ -89,6 +91,7 @@ class RecordedMotion:
         executions: In order of time.
     """
 
+    arms: tuple[str, ...]
     joint_names: tuple[str, ...]
     times: Array
     joints: Array
@@ -98,12 +101,12 @@ class RecordedMotion:
     executions: tuple[RecordedExecution, ...]
 
 
-def motion_values(recorder: MotionRecorder, cell: Cell) -> dict[str, Any]:
+def motion_values(recorder: MotionRecorder, cells: Sequence[Cell]) -> dict[str, Any]:
     """Convert a recording to JSON values.
 
     Args:
         recorder: The recorder of the world.
-        cell: The cell as seen by the arm that moved.
+        cells: The cell as seen by each arm that plays.
 
     Returns:
         Values by name.
@@ -112,11 +115,13 @@ def motion_values(recorder: MotionRecorder, cell: Cell) -> dict[str, Any]:
     pressure = np.array(recorder.vacuum)[:, None]
     of_joints = thinned(times, joints, np.full(joints.shape[1], JOINT_BOUND))
     of_vacuum = thinned(times, pressure, np.array([VACUUM_BOUND])) if pressure.any() else np.zeros(0, np.intp)
+    by_arm = {cell.arm: cell for cell in cells}
     moved = [(name, rows) for name, rows in sorted(recorder.items.items()) if _has_moved(np.array(rows))]
     return {
         "format": FORMAT,
         "version": VERSION,
-        "joints": [*cell.robot.joint_names, *cell.robot.tool.joints],
+        **({"arms": list(by_arm)} if len(by_arm) > 1 else {}),
+        "joints": list(recorder.joint_names),
         "times": packed(times[of_joints], _TIME),
         "positions": packed(joints[of_joints], _JOINT),
         "vacuum": {
@@ -124,7 +129,7 @@ def motion_values(recorder: MotionRecorder, cell: Cell) -> dict[str, Any]:
             "values": packed(pressure[of_vacuum, 0], _VACUUM),
         },
         "items": [_item(name, np.array(rows)) for name, rows in moved],
-        "executions": [_execution(run, cell) for run in recorder.runs],
+        "executions": [_execution(run, by_arm[run.arm]) for run in recorder.runs],
     }  # fmt: skip
 
 
@@ -180,29 +185,38 @@ def parse_motion(values: Mapping[str, Any]) -> RecordedMotion:
     return _read(MotionModel.model_validate_json(json.dumps(values)))
 
 
-def refuse_other_motion(motion: RecordedMotion, scene: Scene, where: str) -> None:
+def refuse_other_motion(
+    motion: RecordedMotion, scene: Scene, cells: Sequence[Cell], where: str
+) -> None:  # fmt: skip
     """Refuse a motion with names that a scene and its cell do not have, as it is from another trial.
 
     Args:
         motion: The motion.
         scene: The scene at the start.
+        cells: The cell as seen by each arm that plays.
         where: Name of the motion's file, for messages.
 
     Raises:
         StaleError: The motion is from another scene or cell.
     """
-    robot = scene.cell.robot
-    tool, known = robot.tool, {placed.id for placed in scene.items}
-    segments = [segment for execution in motion.executions for segment in execution.segments]
-    states = {segment.tool_state for segment in segments if segment.tool_state != MOVING}
+    known, robots = {placed.id for placed in scene.items}, {cell.arm: cell.robot for cell in cells}
+    joints = tuple(dict.fromkeys(name for robot in robots.values() for name in robot.moving_joints))
     if (
-        motion.joint_names != (*robot.joint_names, *tool.joints)
+        motion.joint_names != joints
         or not motion.items.keys() <= known
-        or not {segment.held for segment in segments} <= {None, *known}
-        or not all(tool.knows(state) for state in states)
-        or any(s.shape[1] != robot.n_joints for each in motion.executions for s in each.shares)
+        or not all(_is_known(execution, robots, known) for execution in motion.executions)
     ):
         raise StaleError(f"{where}: is the motion of another scene or cell; play the trial again")
+
+
+def _is_known(execution: RecordedExecution, robots: Mapping[str, Robot], items: Set[str]) -> bool:
+    """Whether arm, tool states and held items of an execution are those of a cell and scene."""
+    robot = robots.get(execution.arm)
+    return robot is not None and (
+        {segment.held for segment in execution.segments} <= {None, *items}
+        and all(s.tool_state == MOVING or robot.tool.knows(s.tool_state) for s in execution.segments)
+        and all(shares.shape[1] == robot.n_joints for shares in execution.shares)
+    )
 
 
 def thinned(times: Array, rows: Array, bounds: Array) -> NDArray[np.intp]:
@@ -245,7 +259,7 @@ def _execution(run: RecordedRun, cell: Cell) -> dict[str, Any]:
     plan = run.plan
     values = {"t_start": round(run.t_start, 3), "t_end": round(run.t_end, 3), "times": packed(times, _TIME)}
     if plan is None:
-        return {"query": "let go", "arm": cell.arm, **values, "segments": [], "shares": []}
+        return {"query": "let go", "arm": run.arm, **values, "segments": [], "shares": []}
     at = run.plan_time(times)
     shares = [
         packed(np.where(_is_moving(at)[:, None], limit_shares(plan.trajectory, cell, at, k), 0.0), _SHARE)
@@ -272,7 +286,7 @@ def _unzipped(content: bytes) -> bytes:
 def _read(model: MotionModel) -> RecordedMotion:
     """Build a motion from its file. Raises ValueError if arrays are inconsistent."""
     motion = RecordedMotion(
-        model.joints, model.times.times(), model.positions.rows(len(model.joints), MAX_JOINT),
+        model.arms, model.joints, model.times.times(), model.positions.rows(len(model.joints), MAX_JOINT),
         model.vacuum.times.times(), _column(model.vacuum.values),
         {item.id: (item.times.times(), item.poses.rows(7, MAX_JOINT)) for item in model.items},
         tuple(_read_execution(each) for each in model.executions),

@@ -104,6 +104,7 @@ class MotionModel(FileModel):
 
     format: Literal["apc motion"]
     version: Literal[1]
+    arms: Annotated[tuple[Name, ...], Field(max_length=100)] = ()
     joints: Annotated[tuple[Name, ...], Field(min_length=1, max_length=100)]
     times: PackedModel
     positions: PackedModel

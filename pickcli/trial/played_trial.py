@@ -77,13 +77,13 @@ class PlayedTrial:
         result: The result.
         record: The result as JSON values.
         pictures: (height, width, 3) RGB, before and after.
-        motion: Recorded motion as JSON values; None with several arms.
+        motion: Recorded motion as JSON values.
     """
 
     result: TrialResult
     record: dict[str, Any]
     pictures: Mapping[str, NDArray[np.uint8]]
-    motion: Mapping[str, Any] | None
+    motion: Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,16 +93,16 @@ class TrialSnapshot:
     Attributes:
         record: The result so far as JSON values.
         recorder: The motion so far.
-        cell: The cell.
+        cells: The cell as seen by each arm that plays.
     """
 
     record: dict[str, Any]
     recorder: MotionRecorder
-    cell: Cell
+    cells: tuple[Cell, ...]
 
     def motion(self) -> RecordedMotion:
         """Return the motion so far, as it would be read from its file."""
-        return parse_motion(motion_values(self.recorder, self.cell))
+        return parse_motion(motion_values(self.recorder, self.cells))
 
 
 def stowed_scene(request: TrialRequest, cell: Cell, on_progress: ProgressObserver = nobody) -> Scene:
@@ -140,14 +140,15 @@ def play_trial(
         arms: All arms, that of the arm that moves first in front.
         on_progress: Called with the number of finished targets.
         after_attempt: Called after every attempt.
-        watch: Called after every attempt with the trial so far, unless several arms play.
+        watch: Called after every attempt with the trial so far.
 
     Returns:
         The trial.
     """
     first, conditions, seed = arms[0], request.conditions, request.seed
     _, reality = standing(conditions.pod_shift, conditions.reality, first.context.cell, seed)
-    recorder = MotionRecorder() if len(arms) == 1 else None  # the recorder supports a single arm
+    cells = tuple(arm.context.cell for arm in arms)
+    recorder = MotionRecorder(positions_at_start(arms))
     with closing(SimulatedArena(scene, reality, seed, first.parked, recorder)) as arena:
         before, began = arena.picture(), time.perf_counter()
         settings = TrialSettings(
@@ -157,12 +158,28 @@ def play_trial(
 
         def attempted(so_far: Callable[[], TrialResult]) -> None:
             after_attempt()
-            if watch is not None and recorder is not None:
+            if watch is not None:
                 record = trial_record(so_far(), request.order_name, time.perf_counter() - began)
-                watch(TrialSnapshot(record, recorder.snapshot(), first.context.cell))
+                watch(TrialSnapshot(record, recorder.snapshot(), cells))
 
         result = run_trial(request.order, interfaces, settings, on_progress, attempted)
         record = trial_record(result, request.order_name, time.perf_counter() - began)
         pictures = {"before": before, "after": arena.picture()}
-    motion = None if recorder is None else motion_values(recorder, first.context.cell)
-    return PlayedTrial(result, record, pictures, motion)
+    return PlayedTrial(result, record, pictures, motion_values(recorder, cells))
+
+
+def positions_at_start(arms: Sequence[TrialArm]) -> dict[str, float]:
+    """Return where all arms stand when a trial begins.
+
+    Args:
+        arms: The arms, each with its parked state; one without stands at home.
+
+    Returns:
+        Positions in rad or m by joint, those of the tools included.
+    """
+    found: dict[str, float] = {}
+    for arm in arms:
+        robot, state = arm.context.cell.robot, arm.parked or arm.context.cell.home
+        found |= dict(zip(robot.joint_names, state.q.tolist(), strict=True))
+        found |= {name: robot.tool.joint_position(name, state.tool_state) for name in robot.tool.joints}
+    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,19 @@ def test_the_others_are_links_where_their_own_cell_has_them(workcell: Workcell) 
 def poses(robot: Any, q: np.ndarray) -> dict[str, np.ndarray]:
     names = (link.name for link in robot.links)
     return dict(zip(names, link_poses(robot, q[None])[:, 0], strict=True))
+
+
+def test_in_the_robot_of_all_arms_each_moves_as_its_own_cell_has_it(workcell: Workcell) -> None:
+    """Drawings move all arms at once: one arm's joints by its own cell, the other at its parked ones."""
+    robot, names = workcell.robot, workcell.moving_joints
+    assert names == (*joints("left"), *joints("right"))
+    all_move = replace(robot, joint_names=names)
+    for own, other in (("left", "right"), ("right", "left")):
+        at = dict(zip(joints(own), AWAY, strict=True))
+        at |= dict(zip(joints(other), workcell.parked[other].q, strict=True))
+        drawn = poses(all_move, np.array([at[name] for name in names]))
+        for name, T in poses(workcell.arms[own].robot, AWAY).items():
+            np.testing.assert_allclose(drawn[name], T, atol=1e-12)
 
 
 def test_where_the_others_stand_is_part_of_the_fingerprint_but_not_of_what_scenes_carry(

@@ -72,7 +72,7 @@ def trial(tmp_path: Path) -> Path:
     result = run_trial(order, ScriptedTrial(scene).interfaces())
     write_record(folder / "trial.json", trial_record(result, "order.json", 0.0))
     write_scene(result.before, folder / "scene.json")
-    write_motion(folder / "motion.json.gz", motion_values(play()[0], scene.cell))
+    write_motion(folder / "motion.json.gz", motion_values(play()[0], [scene.cell]))
     return folder
 
 

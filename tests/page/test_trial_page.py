@@ -35,7 +35,7 @@ def record(**script: Any) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def motion(tmp_path_factory: pytest.TempPathFactory) -> RecordedMotion:
     path = tmp_path_factory.mktemp("motion") / "motion.json.gz"
-    write_motion(path, motion_values(play()[0], cell()))
+    write_motion(path, motion_values(play()[0], [cell()]))
     return read_motion(path)
 
 

@@ -50,7 +50,7 @@ class Played:
 def played() -> Played:
     recorder, after = play()
     plan, scene = pick()
-    return Played(recorder, motion_values(recorder, scene.cell), plan, after)
+    return Played(recorder, motion_values(recorder, [scene.cell]), plan, after)
 
 
 @given(
@@ -108,7 +108,7 @@ def test_an_execution_is_the_plan_in_simulated_time(played: Played, tmp_path: Pa
 
 def test_the_same_trial_gives_the_same_bytes(played: Played, tmp_path: Path) -> None:
     recorder, _ = play()
-    for name, values in (("a", played.values), ("b", motion_values(recorder, pick()[1].cell))):
+    for name, values in (("a", played.values), ("b", motion_values(recorder, [pick()[1].cell]))):
         write_motion(tmp_path / name, values)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
     assert (tmp_path / "a").stat().st_size < 60_000
@@ -173,7 +173,7 @@ def test_a_motion_belongs_to_its_scene(played: Played, tmp_path: Path) -> None:
     path, scene = tmp_path / "motion.json.gz", pick()[1]
     write_motion(path, played.values)
     motion = read_motion(path)
-    refuse_other_motion(motion, scene, "motion")
+    refuse_other_motion(motion, scene, [scene.cell], "motion")
     first, (execution,) = motion.executions[0].segments[0], motion.executions
     holding = replace(execution, segments=(replace(first, held="nothing"),))
     fewer = replace(execution, shares=tuple(rows[:, 1:] for rows in execution.shares))
@@ -184,4 +184,4 @@ def test_a_motion_belongs_to_its_scene(played: Played, tmp_path: Path) -> None:
         *(replace(motion, executions=(each,)) for each in (holding, fewer, bent)),
     ):
         with pytest.raises(StaleError, match="motion of another scene or cell"):
-            refuse_other_motion(other, scene, "motion")
+            refuse_other_motion(other, scene, [scene.cell], "motion")

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_workcell
+from pickcli.cell.workcell import Workcell
+from pickcli.errors import StaleError
 from pickcli.geometry import pose
+from pickcli.page.html_page import page_bytes
+from pickcli.page.trial_page import trial_page
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.simulation.motion_recorder import MotionRecorder
+from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
+from pickcli.trial.motion_record import RecordedMotion, motion_values, parse_motion, refuse_other_motion
+from pickcli.trial.played_trial import positions_at_start
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
+from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import ArmSummary, TrialResult
 from support.order_builders import pick_order
 
@@ -32,8 +42,16 @@ def placed(cell: Cell, place_name: str, name: str) -> PlacedItem:
     return PlacedItem(name, item, place_name, cell.T_world_place(place) @ T)
 
 
+@dataclass(frozen=True, eq=False)
+class Played:
+    workcell: Workcell
+    scene: Scene
+    result: TrialResult
+    motion: RecordedMotion
+
+
 @pytest.fixture(scope="module")
-def result() -> Iterator[TrialResult]:
+def played() -> Played:
     workcell = load_workcell("apc2016_delft_pinch")
     cell = workcell.preferred
     items = tuple(placed(cell, place, name) for place, name in CONTENTS.items())
@@ -43,9 +61,16 @@ def result() -> Iterator[TrialResult]:
         TrialArm(PlanningContext(each), None, workcell.parked[name], workcell.preferences[name])
         for name, each in workcell.arms.items()
     ]
-    arena = SimulatedArena(scene, parked=workcell.parked[cell.arm])
-    yield run_trial(order, interfaces_of(arms, arena), TrialSettings())
-    arena.close()
+    recorder = MotionRecorder(positions_at_start(arms))
+    with closing(SimulatedArena(scene, DEFAULT, 0, workcell.parked[cell.arm], recorder)) as arena:
+        result = run_trial(order, interfaces_of(arms, arena), TrialSettings())
+    motion = parse_motion(motion_values(recorder, tuple(workcell.arms.values())))
+    return Played(workcell, scene, result, motion)
+
+
+@pytest.fixture(scope="module")
+def result(played: Played) -> TrialResult:
+    return played.result
 
 
 def test_what_no_cup_holds_is_pinched(result: TrialResult) -> None:
@@ -65,3 +90,43 @@ def test_each_tool_is_brought_to_its_parked_state_before_the_other_one_moves(res
     fingers_acted = arms.index("fingers") < len(arms) - 1
     closed = [e for p in parkings for e in p.events if e["device"] == "gripper" and e["action"] == "closed"]
     assert len(closed) == fingers_acted
+
+
+def test_a_tool_that_stands_is_recorded_where_it_is(played: Played) -> None:
+    motion, workcell = played.motion, played.workcell
+    assert (motion.arms, motion.joint_names) == (("suction", "fingers"), workcell.moving_joints)
+    assert {each.arm for each in motion.executions} == {"suction", "fingers"}
+    for execution in motion.executions:
+        mine = workcell.arms[execution.arm].robot.moving_joints
+        standing = [k for k, name in enumerate(motion.joint_names) if name not in mine]
+        is_now = (motion.times >= execution.t_start) & (motion.times <= execution.t_end)
+        rows = motion.joints[is_now]
+        assert len(rows) > 10 and np.ptp(rows[:, standing], axis=0).max() == 0.0
+        assert np.ptp(np.delete(rows, standing, axis=1), axis=0).max() > 0.1
+
+
+def test_a_motion_of_other_arms_is_refused(played: Played) -> None:
+    motion, cells = played.motion, tuple(played.workcell.arms.values())
+    refuse_other_motion(motion, played.scene, cells, "motion")
+    by_another = replace(motion.executions[0], arm="thumb")
+    for other in (
+        replace(motion, executions=(by_another,)),
+        replace(motion, joint_names=motion.joint_names[1:]),
+    ):
+        with pytest.raises(StaleError, match="motion of another scene or cell"):
+            refuse_other_motion(other, played.scene, cells, "motion")
+    with pytest.raises(StaleError, match="motion of another scene or cell"):
+        refuse_other_motion(motion, played.scene, cells[:1], "motion")
+
+
+def test_its_page_moves_both_tools(played: Played) -> None:
+    record = trial_record(played.result, "order.json", 0.5)
+    page = trial_page(record, played.scene, played.motion, played.workcell)
+    assert page.robot is not None and page.robot.moved == played.motion.joint_names
+    moving = {joint.name for joint in page.robot.joints if joint.type != "fixed"}
+    assert moving == set(played.motion.joint_names)
+    names = [signal.name for signal in page.signals]
+    assert {"suction velocity", "fingers jerk", "vacuum"} <= set(names)
+    lanes = {lane.name for lane in page.lanes}
+    assert {"pump", "gripper", "cup pivot"} <= lanes
+    assert page.clearance is not None and len(page_bytes(page)) < 2_000_000
