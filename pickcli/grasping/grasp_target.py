@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp
+
+Kinds: TypeAlias = NDArray[np.str_]  # (N,) names
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,7 @@ class GraspBatch:
     item: str
     face: str
     tool_state: ToolState
-    kinds: NDArray[np.str_]
+    kinds: Kinds
     T_item_tip: Array
     scores: Array
     loads: Array

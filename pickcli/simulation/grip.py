@@ -72,6 +72,9 @@ class Grip(Protocol):
 
         Args:
             item: Name of an item that is no longer attached.
+
+        Returns:
+            True if they may.
         """
 
 

@@ -321,6 +321,9 @@ class World:
 
         Args:
             item_id: Id of the item.
+
+        Returns:
+            The item, in the place where it is now.
         """
         before = self.scene.find(item_id)
         T = self.engine.pose(item_id)

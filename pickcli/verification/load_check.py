@@ -45,6 +45,9 @@ def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float)
         scene: The plan's scene.
         T_tip_item: (4, 4) pose of the item in the tool frame.
         vacuum_share: Share of full vacuum that the face under the cup keeps.
+
+    Yields:
+        Where the load is over what the cup bears, at its worst.
     """
     if vacuum_share <= 0.0:  # reported by the seal check; avoids division by 0
         return
