@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,6 @@ from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp
-
-Kinds: TypeAlias = NDArray[np.str_]  # (N,) names
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +34,7 @@ class GraspBatch:
     item: str
     face: str
     tool_state: ToolState
-    kinds: Kinds
+    kinds: NDArray[np.character]
     T_item_tip: Array
     scores: Array
     loads: Array
