@@ -127,6 +127,23 @@ def test_a_held_solid_is_never_called_free_within_the_margin(seed: int) -> None:
     assert flipping_margin(pair(a, b), AT_ZERO) <= max(0.0, distance(a, b))
 
 
+def test_a_cylinder_a_millimetre_beside_a_box_is_free() -> None:
+    """The direction between a rim and an edge is none of a face or an edge: it takes steps to find it."""
+    rng, n_free = np.random.default_rng(3), 0
+    roll = Solid(np.eye(4), np.array([0.075, 0.075, 0.15]), CYLINDER, 0.0)
+    for _ in range(300):
+        held = replace(roll, T=random_pose(rng, 0.0))
+        half = np.array([0.3, 0.0025, 0.015]) if rng.random() < 0.5 else rng.uniform(0.01, 0.15, 3)
+        checker = pair(held, Solid(random_pose(rng, 0.05), half, BOX, 0.0))
+        low, high = 0.0, 1.0
+        for _ in range(40):
+            middle = (low + high) / 2
+            is_near = checker.clearance(np.array([middle]))[0] < 0.001
+            low, high = (middle, high) if is_near else (low, middle)
+        n_free += checker.is_free(np.array([high]))
+    assert n_free >= 297
+
+
 def test_slabs_are_nearly_as_wide_as_the_distance() -> None:
     """How much clearance the bound leaves unseen, over pairs that are 1 to 60 mm apart."""
     rng = np.random.default_rng(0)

@@ -30,7 +30,9 @@ class DistanceBound {
     near_ = near, far_ = far, live_ = live;
     try_faces();
     if (is_known()) return widest_;
-    if (try_nearest_points(true) || try_nearest_points(false)) return widest_;
+    const bool is_round = moving_.kind == SolidKind::cylinder || standing_.kind == SolidKind::cylinder;
+    const int n_steps = is_round ? kMostSteps : kSteps;
+    if (try_nearest_points(true, kSteps) || try_nearest_points(false, n_steps)) return widest_;
     try_edges();
     return widest_;
   }
@@ -40,6 +42,8 @@ class DistanceBound {
   static constexpr float kPointError = 1e-5f;
 
   static constexpr int kSteps = 6;  //!< from one solid to the other and back
+  //! The same for cylinders: the direction between a rim and an edge is none of a face or of two edges.
+  static constexpr int kMostSteps = 24;
 
   static int first_axis(SolidKind kind) {
     return kind == SolidKind::box ? 0 : kind == SolidKind::cylinder ? 2 : 3;
@@ -70,9 +74,9 @@ class DistanceBound {
 
   //! From the middle of one core to the nearest point of the other and back (von Neumann), again and again,
   //! each time from a little farther along (Nesterov). True: all is known.
-  bool try_nearest_points(bool from_moving) {
+  bool try_nearest_points(bool from_moving, int n_steps) {
     Point from = from_moving ? between_ : Point{V{}, V{}, V{}}, before = from;
-    for (int i = 0; i < kSteps; ++i) {
+    for (int i = 0; i < n_steps; ++i) {
       const Point there = from_moving ? nearest_of_standing(from) : nearest_of_moving(from);
       const Point here = from_moving ? nearest_of_moving(there) : nearest_of_standing(there);
       const Point apart{here.x - there.x, here.y - there.y, here.z - there.z};
