@@ -131,11 +131,10 @@ def corridors(
     for turns in _turns(place, T_entry_item, shape):
         reach = shape.reach(_turned(*turns) @ T_entry_item[:3, :3])
         low, high = T_entry_item[:3, 3] - reach, T_entry_item[:3, 3] + reach
-        fitting: Iterable[Corridor] | Reason
         if place.access.is_from_above:
-            fitting = _straight_up(place.access, low, high, first)
-        else:
-            fitting = _options(place, low, high, turns, first, half_width)
+            options.append(_straight_up(place.access, low, high, turns, first))
+            continue
+        fitting = _options(place, low, high, turns, first, half_width)
         if isinstance(fitting, Reason):
             failures += fitting
         else:
@@ -200,9 +199,9 @@ def _turned(yaw: float | Array, pitch: float | Array, roll: float | Array = 0.0)
 
 def _turns(place: Place, T_entry_item: Array, shape: Shape) -> list[tuple[float, float, float]]:
     """Return turns (yaw, pitch, roll) to try: none, and those that make the item narrower or lower."""
-    if place.access.is_from_above:
-        return [(0.0, 0.0, 0.0)]
     R = T_entry_item[:3, :3]
+    if place.access.is_from_above:
+        return [(0.0, 0.0, 0.0), *_rolls(place, R, shape, 0.0)]
     widths = shape.reach(_turned(YAWS, 0.0) @ R)[:, 1]
     yaw = float(YAWS[np.argmin(widths)]) if _is_tighter(widths, place.access.width) else 0.0
     heights = shape.reach(_turned(yaw, PITCHES) @ R)[:, 2]
@@ -279,25 +278,24 @@ def _options(
     return chain.from_iterable(_rolling(c, half_width, to_middle) for c in straight)
 
 
-def _straight_up(access: Access, low: Array, high: Array, first: float) -> list[Corridor] | Reason:
+def _straight_up(
+    access: Access, low: Array, high: Array, turns: tuple[float, float, float], first: float
+) -> list[Corridor]:
     """Return corridors out of a place that is open above, the least sideways motion first.
+
+    What lies askew may pass the walls although the box around it is wider than the mouth: it is then led up
+    straight, and up the middle.
 
     Args:
         access: The way into the place.
-        low: Lower corner (3,) of the box around the item, in the entry frame, m.
+        low: Lower corner (3,) of the box around the turned item, in the entry frame, m.
         high: Upper corner (3,).
+        turns: rad, yaw, pitch and roll of the item.
         first: m, length of the first stretch.
     """
-    size = np.array([access.width, access.height])
-    play = size - (high - low)[1:]
-    if play.min() < 2 * LEAST_LIP_DISTANCE:
-        return _too_large(access, low, high)
-    side = np.minimum(LIP_DISTANCE, play / 2)
-    lowest = np.array([-access.width / 2, 0.0]) + side - low[1:]
-    highest = np.array([access.width / 2, access.height]) - side - high[1:]
-    least = np.clip(0.0, lowest, highest)
-    moves = [least + aside for aside in product(SIDEWAYS_OFFSETS, SIDEWAYS_OFFSETS)]
-    moves = [d for d in moves if (lowest - 1e-9 <= d).all() and (d <= highest + 1e-9).all()]
+    lowest = np.array([-access.width / 2, 0.0]) - low[1:]
+    highest = np.array([access.width / 2, access.height]) - high[1:]
+    moves = [np.array(d) for d in product(*map(_aside, lowest.tolist(), highest.tolist()))]
     moves.sort(key=lambda d: (float(np.abs(d).sum()), tuple(d)))
     found = []
     for d in moves:
@@ -306,9 +304,23 @@ def _straight_up(access: Access, low: Array, high: Array, first: float) -> list[
         rise = float(np.sqrt(first**2 - part**2))
         out = min(-high[0] - RETREAT_DISTANCE, -rise - LEAST_LIFT)
         first_stretch = np.array([-rise, *(d * (part / aside if aside > 0.0 else 0.0)), 0.0, 0.0, 0.0])
-        lift, away = (np.array([x, *d, 0.0, 0.0, 0.0]) for x in (-rise - LEAST_LIFT, out))
+        lift, away = (np.array([x, *d, *turns]) for x in (-rise - LEAST_LIFT, out))
         found.append(Corridor(first_stretch, lift, (away,)))
     return found
+
+
+def _aside(lowest: float, highest: float) -> list[float]:
+    """Return displacements in m along one side of a mouth that are tried.
+
+    lowest: at which the box around the item touches one edge of the mouth. highest: the same at the other
+    """
+    play = highest - lowest
+    if play < 2 * LEAST_LIP_DISTANCE:
+        return [0.0, (lowest + highest) / 2]
+    side = min(LIP_DISTANCE, play / 2)
+    least = float(np.clip(0.0, lowest + side, highest - side))
+    tried = (least + offset for offset in SIDEWAYS_OFFSETS)
+    return [d for d in tried if lowest + side - 1e-9 <= d <= highest - side + 1e-9]
 
 
 def _too_large(access: Access, low: Array, high: Array) -> Reason:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE
 from pickcli.cell.cell import Cell
 from pickcli.errors import Failures, NoPlanError, UnknownNameError
 from pickcli.geometry import inverse, pose, rotation_rpy
@@ -80,6 +81,21 @@ def test_beside_a_wall_it_moves_away_from_it_before_it_rises(
     for way in ways:
         moved = problem.T_world_entry[:3, :3] @ way.lift[:3]
         assert moved[0] < -0.005 and moved[2] > 0.05
+
+
+def test_what_lies_askew_comes_out_although_the_box_around_it_is_wider_than_the_tote(
+    context: PlanningContext, cell: Cell
+) -> None:
+    """A roll that leans across the tote: the corners of that box are empty."""
+    name, tote = "kleenex_paper_towels", cell.places[TOTE]
+    R = rotation_rpy(0.0, 0.0, np.pi / 2) @ rotation_rpy(0.0, np.radians(65.0), 0.0)
+    item, noise = cell.item(name), PoseNoise(0.003, float(np.radians(1.5)))
+    reach = item.shape.inflated(noise.bound(item)).reach(R)
+    assert 2 * reach[1] > tote.access.width - 2 * LEAST_LIP_DISTANCE
+    T = cell.T_world_place(tote) @ pose((0.0, 0.0, 0.08 + float(reach[2])), R=R)
+    scene = Scene(cell, cell.T_world_pod, (PlacedItem(name, item, TOTE, T),), noise)
+    problem = PickProblem(context, scene, tote, scene.items[0], tote)
+    assert not isinstance(extraction_of(problem).corridors, Failures)
 
 
 def test_what_lies_on_it_is_named(context: PlanningContext, in_tote: InTote, home: Start) -> None:
