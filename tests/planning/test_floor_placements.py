@@ -27,6 +27,7 @@ from pickcli.planning.stages.floor_placements import (
 )
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.touching import PosedSolids, gaps
 from pickcli.simulation.settle import settle
 from pickcli.statics.balance import FREE_SLENDERNESS
 from pickcli.verification.held_pose import pose_in_tool
@@ -210,6 +211,24 @@ def test_what_is_thin_leans_on_an_item_that_is_behind_it(
     rested = settle(scene, (box, before[0]))
     assert not isinstance(rested, Reason)
     assert np.linalg.norm(rested[1].T_world_item[:3, 3] - before[0].T_world_item[:3, 3]) < 0.012
+
+
+def test_what_leans_is_let_go_short_of_what_it_leans_on_by_the_errors_of_both(
+    context: PlanningContext, scene_with: SceneWith
+) -> None:
+    """Otherwise the arm would press it on an item that is nearer than it was seen."""
+    exact = scene_with((CARDS, "bin_A", 0.2, 0.0), ("kleenex_tissue_box", INTO, 0.35, 0.0))
+    scene = replace(exact, noise=PoseNoise(0.002, float(np.radians(1.0))))
+    (placed, box), place = scene.items, scene.cell.pod.bins[INTO]
+    spots = floor_placements(context, scene, placed, facing(scene, CARDS), place, n_most=50)
+    assert not isinstance(spots, Failures)
+    before = [s for s in spots if (inverse(scene.T_world_place(place)) @ s.T_world_item)[0, 3] < 0.3]
+    assert before
+    shapes = [(item.item.shape, item.T_world_item) for item in (*before, box)]
+    n = np.arange(len(before))
+    apart = gaps(PosedSolids.standing(shapes), n, np.full(len(before), len(before))).width
+    bounds = scene.noise.bound(placed.item) + scene.noise.bound(box.item)
+    assert (apart > 0.9 * bounds).all()
 
 
 @pytest.mark.parametrize("name", ["rawlings_baseball", "dasani_water_bottle"])

@@ -84,7 +84,8 @@ def _leaning(
 ) -> tuple[PlacedItem, ...] | Failures:
     """Find placements at which an item that would fall over can lean back on the wall or on another item.
 
-    From the last free placement before an obstacle, the item moves backwards until it would touch that.
+    From the last free placement before an obstacle, the item moves backwards until it might touch that within
+    the errors of both poses: released there, it falls back onto it, and is not pressed on it.
     R: (3, 3) its orientation, levelled
     """
     reach = placed.item.shape.reach(R)
@@ -112,12 +113,19 @@ def _leaning(
             for _ in range(N_HALVINGS):
                 middle = (near + far) / 2
                 near, far = (middle, far) if touching(behind).is_valid(middle) else (near, middle)
-            found.append(near)
+            short, room = free.inflate + _bound(scene, behind), float(near[0] - column[k][0])
+            share = min(1.0, short / room) if room > 0.0 else 0.0
+            found.append(near + share * (column[k] - near))
     found.sort(key=lambda d: (-round(float(d[0]), 3), abs(float(d[1]))))
     stood = _spread([_placed(placed, place.name, T_world_place, R, d) for d in found])
     staying = tuple(islice((placement for placement in stood if _stays(scene, placement)), n_most))
     lean = Reason("nothing to lean on", place.name, f"{placed.id}, {len(found)} free places before something")
     return staying or Failures.of(falls, lean)
+
+
+def _bound(scene: Scene, name: str) -> float:
+    """Bound of the pose error of an item, m; 0 for a wall, as carriers are grown by their errors."""
+    return next((scene.noise.bound(placed.item) for placed in scene.items if placed.id == name), 0.0)
 
 
 def _leaning_placements(place: Place, half: Array, gap: float) -> Array:
