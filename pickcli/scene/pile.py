@@ -105,6 +105,21 @@ class Pile:
         beside = np.linalg.norm(np.maximum(np.abs(ways) - self.crowns[first], 0.0), axis=-1)
         return np.where(tops.max(axis=-1) > self.floor, beside, 0.0)
 
+    def covered(self, centres: Array, half: Array, names: frozenset[str]) -> Array:
+        """Count the items whose centre lies under footprints.
+
+        Args:
+            centres: (..., 2) centres of the footprints.
+            half: (..., 2) half extents of the footprints.
+            names: Ids of the items that count.
+
+        Returns:
+            (...) number of these items under each footprint.
+        """
+        counts = np.array([name in names for name in self.items], dtype=bool)
+        apart = np.abs(centres[..., None, :] - self.centres[counts])
+        return np.asarray((apart <= half[..., None, :]).all(axis=-1).sum(axis=-1))
+
     def highest(self, centre: Array, half: Array) -> str:
         """Return the id of the highest item under a footprint.
 

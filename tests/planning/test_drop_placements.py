@@ -59,6 +59,27 @@ def released_pose(spot: DropPlacement, held: AttachedItem) -> Array:
     return np.asarray(spot.release @ held.T_tip_item)
 
 
+def test_what_is_moved_aside_does_not_come_to_lie_on_what_should_stay_uncovered(
+    scene_with: SceneWith, held: AttachedItem
+) -> None:
+    """The floor is full: what would come to lie under the item by default does not have to."""
+    heights = np.linspace(0.0, 0.01, 12)  # so that one place is the lowest
+    at = [(x, y) for x in (-0.15, -0.05, 0.05, 0.15) for y in (-0.11, 0.0, 0.11)]
+    scene = piled(scene_with(), *((x, y, float(z)) for (x, y), z in zip(at, heights, strict=True)))
+
+    def covered(uncovered: frozenset[str]) -> frozenset[str]:
+        spots = drop_placements(scene, scene.cell.places[TOTE], held, STRAIGHT, 1, uncovered)
+        assert not isinstance(spots, Failures)
+        low, high = box(released_pose(spots[0], held), held)
+        lying = {p.id: p.T_world_item[:3, 3] for p in scene.in_location(TOTE)}
+        return frozenset(
+            n for n, p in lying.items() if (low[:2] <= p[:2]).all() and (p[:2] <= high[:2]).all()
+        )
+
+    usual = covered(frozenset())
+    assert usual and not usual & covered(usual)
+
+
 @pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
     scene_with: SceneWith, held: AttachedItem, tool_state: ToolState

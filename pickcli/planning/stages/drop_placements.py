@@ -33,6 +33,7 @@ LEAST_RISE = 0.05  # m of straight way to the release and back: on a shorter one
 LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim if the lance is level over the place
 LANCE_TURN_COST = 0.03  # m of drop that equal the cost of a turn of 1 rad
 PER_ORIENTATION = 2
+COVERED_COST = 0.1  # m of drop that equal the cost of covering an item that could be taken next
 REACH_COST = 0.2  # m of drop per metre of distance from the shoulder, if several arms share a place
 MOST_SHARED = 90  # placements that are tried then
 MAX_DROP = 0.28  # m from the item's lowest point to the floor (the rules: 0.3)
@@ -102,6 +103,10 @@ class _Grid:
         """Return a grid whose costs include the distance to the shoulder (2,)."""
         return replace(self, cost=self.cost + REACH_COST * np.linalg.norm(self.centres - shoulder, axis=-1))
 
+    def beside(self, covered: Array) -> _Grid:
+        """Return a grid whose costs include the number (A, G) of items covered that should not be."""
+        return replace(self, cost=self.cost + COVERED_COST * covered)
+
     def best(self, orientations: NDArray[np.intp], n_each: int) -> list[tuple[int, int]]:
         """Return (orientation, position) of the best that do not drop too far, best first.
 
@@ -132,7 +137,7 @@ def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
     context, state, destination = problem.context, chosen.holding_state, problem.destination
     # An item that is moved within its place no longer lies there.
     without = problem.scene.without(problem.target.id)
-    placements = drop_placements(without, destination, chosen.attached, state)
+    placements = drop_placements(without, destination, chosen.attached, state, uncovered=_uncovered(problem))
     if isinstance(placements, Failures):
         return placements
     rng = derived_rng(problem.seed, "drop", problem.target.id)
@@ -151,6 +156,15 @@ def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
             break
     none = Reason(f"no free place in the {destination.name}", "place", f"{len(placements)} placements tried")
     return tuple(found) or failures + none
+
+
+def _uncovered(problem: PickProblem) -> frozenset[str]:
+    """Return ids of the items that an item moved aside within its place should not come to lie on."""
+    if problem.destination.name != problem.place.name:
+        return frozenset()
+    here = problem.scene.in_location(problem.place.name)
+    may_hold = problem.context.method.may_hold
+    return frozenset(p.id for p in here if p.id != problem.target.id and may_hold(p.item))
 
 
 def _dropped(
@@ -202,7 +216,12 @@ def _why_not_opened(checker: SceneChecker, segment: MotionSegment) -> Failures:
 
 
 def drop_placements(
-    scene: Scene, place: Place, held: AttachedItem, tool_state: ToolState, n_most: int = 30
+    scene: Scene,
+    place: Place,
+    held: AttachedItem,
+    tool_state: ToolState,
+    n_most: int = 30,
+    uncovered: frozenset[str] = frozenset(),
 ) -> tuple[DropPlacement, ...] | Failures:
     """Find where the item fits between the walls of a place that is open above.
 
@@ -215,6 +234,7 @@ def drop_placements(
         held: The item, attached to the tool.
         tool_state: State of the tool.
         n_most: Most placements.
+        uncovered: Ids of items that are to stay uncovered, if there is room.
 
     Returns:
         The placements, lowest pile first; or the reasons for failure.
@@ -229,6 +249,7 @@ def drop_placements(
     grid = _Grid.of(
         pile, T_item, reach, play - np.clip(0.8 * play, LEAST_WALL_DISTANCE, WALL_DISTANCE), prices, is_level
     )
+    grid = grid.beside(pile.covered(grid.centres, reach[:, None, :2], uncovered))
     n_each = PER_ORIENTATION
     if scene.cell.others:  # each arm reaches a part of the place: of all positions, the nearest first
         grid, n_each, n_most = grid.near(shoulder[:2]), grid.cost.shape[1], MOST_SHARED
