@@ -14,11 +14,12 @@ from pickcli.trial.action_values import (
     MOST_CLEARINGS,
     MOST_FAILURES,
     MOST_REFUSALS,
+    MOST_REFUSALS_OF_STOW,
     AttemptOutcomes,
     TargetState,
     open_targets,
 )
-from pickcli.trial.order import Target
+from pickcli.trial.order import ANY_BIN, Target
 from pickcli.trial.trial_clock import TrialClock
 
 JOB = TargetState(0, Target("bin_A", "crayola_24_ct"), 10, 12.0)
@@ -99,6 +100,13 @@ def test_in_a_scene_that_does_not_change_nothing_is_left_in_the_end(state: Targe
         clearings = state.clearings + (not is_pick)
         state = replace(state.tried().refused() if is_pick else state, clearings=clearings)
     pytest.fail("actions without end")
+
+
+def test_an_unchanged_heap_is_looked_at_less_often() -> None:
+    stowing = replace(JOB, target=replace(JOB.target, into=ANY_BIN))
+    assert replace(stowing, refusals=MOST_REFUSALS_OF_STOW - 1).can_pick
+    assert not replace(stowing, refusals=MOST_REFUSALS_OF_STOW).can_pick
+    assert replace(JOB, refusals=MOST_REFUSALS_OF_STOW).can_pick
 
 
 def test_a_changed_scene_gives_new_looks_but_no_new_failures() -> None:

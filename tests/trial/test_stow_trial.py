@@ -10,7 +10,7 @@ from pickcli.cell.cell import Cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.strategy.strategy_file import load_strategy, packaged_strategies
-from pickcli.trial.action_values import MOST_REFUSALS
+from pickcli.trial.action_values import MOST_REFUSALS_OF_STOW
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
@@ -54,7 +54,7 @@ def test_what_does_not_come_out_of_the_tote_is_not_asked_of_every_bin(cell: Cell
     result = play(fake)
     assert {into for item, into in fake.asked if item == DVD} == {"bin_C"}
     assert result.targets[0].outcome is Outcome.NO_PLAN and result.score.total == 40
-    assert [a.item for a in result.attempts].count(DVD) <= 4 * MOST_REFUSALS
+    assert [a.item for a in result.attempts].count(DVD) <= 4 * MOST_REFUSALS_OF_STOW
 
 
 def test_what_failed_is_tried_again_at_once_only_if_what_was_in_the_way_has_gone(cell: Cell) -> None:
