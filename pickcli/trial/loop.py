@@ -91,6 +91,7 @@ class _Trial:
     bins: of a stow, by item name the bins to try, in this order
     in_vain: failed grasps, by item id
     refused: by target index, the scene and item of a failed plan, with the items that it blamed
+    stuck: the scene as last perceived, and by id failed attempts at what cannot leave its place in it
     """
 
     def __init__(
@@ -126,6 +127,7 @@ class _Trial:
         self.delivered: set[str] = set()
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
         self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
+        self.stuck: tuple[Scene, dict[str, Attempt]] = (self.before, {})
         self.toppling = TopplingMemory()
         self.attempts: list[tuple[TargetState, Attempt]] = []
         self.player = StrategyPlayer(settings.strategy, self)
@@ -262,6 +264,8 @@ class _Trial:
         self.after_attempt(partial(self.result, self.runner.last_scene))
         self.open[state.index] = state
         if attempt.plan is None:
+            if attempt.outcome is Outcome.NO_PLAN and not attempt.topples and not attempt.has_way_out:
+                self._stuck_in(self.runner.last_scene)[attempt.item] = attempt
             return
         # An early contact shows a wrong pose of the item, not a bad grasp.
         is_early = attempt.execution is not None and attempt.execution.stop_cause is StopCause.EARLY_CONTACT
@@ -313,6 +317,9 @@ class _Trial:
             self.open[state.index] = replace(self.open[state.index], refusals=0)
             return True
         while self.runner.has_time_to_plan and (name := clearing.next_item()) is not None:
+            if (stuck := self._stuck_in(scene).get(name)) is not None:  # the same query would fail again
+                clearing.also(stuck.in_the_way)
+                continue
             aside = self._moved_aside(replace(wanted, item=name, is_aside=True), scene)
             self._note(self.open[state.index], aside)
             is_toppled = aside.execution is None and self._topple(self.open[state.index], name)
@@ -321,6 +328,12 @@ class _Trial:
                 return True
             clearing.also(aside.in_the_way)
         return False
+
+    def _stuck_in(self, scene: Scene) -> dict[str, Attempt]:
+        """Failed attempts, by id, at items that cannot leave their place in a scene as perceived once."""
+        if self.stuck[0] is not scene:
+            self.stuck = (scene, {})
+        return self.stuck[1]
 
     def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt:
         """Try to move an item into another bin, or into the tote if none has room.

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from bisect import bisect_right
+from collections import Counter
 
 import pytest
 
@@ -64,6 +66,18 @@ def test_what_failed_is_tried_again_at_once_only_if_what_was_in_the_way_has_gone
     first = next(placed.id for placed in scene.in_location(TOTE) if placed.item.name == CARDS)
     freed = play(ScriptedTrial(scene, blocked={DVD: first}))
     assert [a.target.item for a in freed.attempts] == [DVD, CARDS, DVD, CARDS]
+
+
+def test_what_cannot_leave_the_tote_is_not_moved_aside_for_one_target_after_the_other(cell: Cell) -> None:
+    """Two lie under a third that has no plan: as the heap was seen once, that is asked for once."""
+    scene = scene_of(ORDER, cell)
+    under = [placed.id for placed in scene.in_location(TOTE) if placed.item.name == CARDS]
+    fake = ScriptedTrial(scene, no_plan=frozenset({DVD}), blocked=dict.fromkeys(under, DVD))
+    result = play(fake)
+    looks = [tick.t for tick in result.ticks if tick.node == "look"]
+    aside = [attempt.t_start for attempt in result.attempts if attempt.is_aside and attempt.item == DVD]
+    seen_in = Counter(bisect_right(looks, t) for t in aside)  # how many looks there were before
+    assert aside and max(seen_in.values()) == 1
 
 
 @pytest.mark.parametrize("strategy", packaged_strategies())
