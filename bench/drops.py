@@ -1,12 +1,13 @@
-"""How near what is dropped comes to cup and lance while these leave.
+"""How near what is dropped comes to cup and lance while these leave, and how far it falls.
 
-    python -m bench.drops [--totes 6] [--seed 0] [--items 14] [--anywhere] [--json FILE]
+    python -m bench.drops [--totes 6] [--seed 0] [--items 14] [--cell NAME] [--anywhere] [--json FILE]
 
 A tote is filled with the items of a fresh scene in random order, each by the plan that it has as it is seen.
 Only the release is played: from when the cup is vented the item falls and the tool moves as planned. What
 lands on an edge turns over, and its other end comes up: reported is the least distance from the tool to the
 item from ``APART`` on, and to what lay in the tote before. With --anywhere the release is moved over a random
-place of the tote, as low as over any pile: edges are met far more often than where the planner lets go.
+place of the tote, as low as over any pile: edges are met far more often than where the planner lets go. If
+several arms share the tote, they take turns: an item is dropped by the first that has a plan for it.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from bench.warm import context, fresh_scene
+from bench.warm import fresh_scene, planners
 from pickcli.cell.cell import Cell
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
@@ -64,15 +65,21 @@ class Drop:
         item: Its id.
         n_below: Number of items in the tote before.
         tool_state: State of the tool.
+        arm: Name of the arm, "" if the cell has one.
         to_item: m, least distance of the tool to the item.
         to_others: m, the same to what lay there before.
+        fall: m, from the item's lowest point at the release to its lowest at rest.
+        duration: s of the whole plan.
     """
 
     item: str
     n_below: int
     tool_state: str
+    arm: str
     to_item: float
     to_others: float
+    fall: float
+    duration: float
 
 
 class _Tool:
@@ -106,11 +113,13 @@ class _Tool:
         return least
 
 
-def fill(warm: PlanningContext, scene: Scene, seed: int, most: int, anywhere: bool = False) -> Iterator[Drop]:
+def fill(
+    warm: Sequence[PlanningContext], scene: Scene, seed: int, most: int, anywhere: bool = False
+) -> Iterator[Drop]:
     """Drop items of a scene into its tote, one after the other.
 
     Args:
-        warm: The planner.
+        warm: A planner for each arm.
         scene: Items in their bins, and an empty tote.
         seed: Of their order, and of how they are seen.
         most: Number of items.
@@ -120,7 +129,7 @@ def fill(warm: PlanningContext, scene: Scene, seed: int, most: int, anywhere: bo
         Every release.
     """
     engine = Engine(TIME_STEP)
-    for body in warm.cell.tote_bodies:
+    for body in scene.cell.tote_bodies:
         engine.add_static(body, np.eye(4), STATIC_COLOURS[TOTE])
     left, fallen, rng = scene, tuple[PlacedItem, ...](), derived_rng("drops", seed)
     held = [placed for placed in scene.items if placed.item.suction]
@@ -129,24 +138,34 @@ def fill(warm: PlanningContext, scene: Scene, seed: int, most: int, anywhere: bo
             if len(fallen) == most:
                 return
             seen = perceive(replace(left, items=(*left.items, *fallen)), DEFAULT_NOISE, seed, k, Reality())
-            try:
-                plan = _planned(warm, seen, held[k], derived_seed("drops", seed, k))
-            except NoPlanError:
+            turns = (*warm[len(fallen) % len(warm) :], *warm[: len(fallen) % len(warm)])
+            planned = _planned(turns, seen, held[k], derived_seed("drops", seed, k))
+            if planned is None:
                 continue
             left = left.without(held[k].id)
-            release = _Release.of(warm, plan, seen, held[k])
+            context, plan = planned
+            release = _Release.of(context, plan, replace(seen, cell=context.cell), held[k])
             if anywhere:
-                release = release.moved(held[k].item.shape, fallen, warm.cell.places[TOTE], rng)
-            yield _dropped(engine, warm.cell, release, held[k], fallen)
+                release = release.moved(held[k].item.shape, fallen, scene.cell.places[TOTE], rng)
+            yield _dropped(engine, context.cell, release, held[k], fallen)
             fallen = _as_they_lie(engine, (*fallen, replace(held[k], location=TOTE)))
     finally:
         engine.close()
 
 
-def _planned(warm: PlanningContext, seen: Scene, target: PlacedItem, seed: int) -> Plan:
-    home = warm.cell.configurations["home"]
+def _planned(
+    turns: Sequence[PlanningContext], seen: Scene, target: PlacedItem, seed: int
+) -> tuple[PlanningContext, Plan] | None:
+    """The first planner that has a plan, and the plan; None if none has."""
     query = PickQuery(target.location, target.id)
-    return plan_pick(warm, seen, query, Start(home.q, home.tool_state), seed)
+    for warm in turns:
+        home = warm.cell.configurations["home"]
+        try:
+            scene = replace(seen, cell=warm.cell)
+            return warm, plan_pick(warm, scene, query, Start(home.q, home.tool_state), seed)
+        except NoPlanError:
+            continue
+    return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,12 +177,14 @@ class _Release:
         tips: (N, 4, 4) poses of the tool frame in the world, one each time step from when the item is off.
         T_tip_item: (4, 4) the item in the cup, as it truly hangs there.
         pressed: m that its bellows are pressed in.
+        duration: s of the whole plan.
     """
 
     tool_state: ToolState
     tips: Array
     T_tip_item: Array
     pressed: float
+    duration: float
 
     @classmethod
     def of(cls, warm: PlanningContext, plan: Plan, seen: Scene, target: PlacedItem) -> _Release:
@@ -176,7 +197,7 @@ class _Release:
         tips = warm.arm.tips(plan.trajectory.sample(times), grasp.tool_state)
         pressed = float((inverse(grasp.T_item_tip) @ inverse(T_tip_item))[2, 3])
         off = inverse(seen.find(target.id).T_world_item) @ target.T_world_item
-        return cls(grasp.tool_state, tips, T_tip_item @ off, pressed)
+        return cls(grasp.tool_state, tips, T_tip_item @ off, pressed, plan.trajectory.duration)
 
     @property
     def T_world_item(self) -> Array:
@@ -220,25 +241,35 @@ def _dropped(
                 to_item = min(to_item, tool.distance(tip, _as_they_lie(engine, (target,))))
     for _ in range(round(SETTLED / TIME_STEP)):
         engine.step()
-    return Drop(target.id, len(below), str(release.tool_state), to_item, to_others)
+    fall = _lowest(target, release.T_world_item) - _lowest(target, engine.pose(target.id))
+    state = str(release.tool_state)
+    return Drop(target.id, len(below), state, cell.arm, to_item, to_others, fall, release.duration)
+
+
+def _lowest(placed: PlacedItem, T_world_item: Array) -> float:
+    """Height in the world of the lowest point of an item at a pose, m."""
+    return float(T_world_item[2, 3] - placed.item.shape.reach(T_world_item[:3, :3])[2])
 
 
 def _as_they_lie(engine: Engine, items: Sequence[PlacedItem]) -> tuple[PlacedItem, ...]:
     return tuple(replace(placed, T_world_item=engine.pose(placed.id)) for placed in items)
 
 
-def measure(seeds: Sequence[int], most: int, anywhere: bool = False) -> dict[str, Any]:
+def measure(seeds: Sequence[int], most: int, cell: str, anywhere: bool = False) -> dict[str, Any]:
     """All releases of some totes, and how near they came."""
-    warm = context()
+    warm = planners(cell)
     drops: list[Drop] = []
     for seed in seeds:
-        drops += fill(warm, fresh_scene(warm.cell, seed)[1], seed, most, anywhere)
+        drops += fill(warm, fresh_scene(warm[0].cell, seed)[1], seed, most, anywhere)
         print(f"tote {seed}: {len(drops)} releases", file=sys.stderr, flush=True)
     gaps = np.array([drop.to_item for drop in drops])
+    falls = np.array([drop.fall for drop in drops])
     return {
         "releases": len(drops),
         "touching": int((gaps <= 0.0).sum()),
         "to_item_mm": {f"p{q}": 1e3 * float(np.percentile(gaps, q)) for q in (0, 1, 5, 50)},
+        "fall_m": {"median": float(np.median(falls)), "max": float(falls.max())},
+        "duration_s": float(np.mean([drop.duration for drop in drops])),
         "to_others_least_mm": 1e3 * min(drop.to_others for drop in drops),
         "each": [asdict(drop) for drop in drops],
     }
@@ -252,10 +283,11 @@ def main() -> None:
     parser.add_argument("--totes", type=int, default=6)
     parser.add_argument("--seed", type=int, default=0, help="of the first scene")
     parser.add_argument("--items", type=int, default=14, help="in a tote, at most")
+    parser.add_argument("--cell", default="apc2016_delft", help="a name under data/cells")
     parser.add_argument("--anywhere", action="store_true", help="over random places")
     parser.add_argument("--json", type=Path, metavar="FILE")
     given = parser.parse_args()
-    figures = measure(range(given.seed, given.seed + given.totes), given.items, given.anywhere)
+    figures = measure(range(given.seed, given.seed + given.totes), given.items, given.cell, given.anywhere)
     if given.json is not None:
         given.json.write_text(json.dumps(figures, indent=2) + "\n")
     print(json.dumps({key: value for key, value in figures.items() if key != "each"}, indent=2))
