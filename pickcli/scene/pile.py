@@ -11,6 +11,8 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 from pickcli.scene.scene import Scene
 
+STEADY = 0.01  # m from the edge of a crown, within which an item's centre may turn out to be beyond it
+
 
 @dataclass(frozen=True, eq=False)
 class Pile:
@@ -97,13 +99,36 @@ class Pile:
         """
         if not self.items:
             return np.zeros(centres.shape[:-1])
-        tops = self._under(centres, half)
-        first = tops.argmax(axis=-1)
-        apart = centres - self.centres[first]
-        along, across = self.ridges[first], self.ridges[first][..., ::-1] * (-1.0, 1.0)
-        ways = np.stack([(apart * along).sum(axis=-1), (apart * across).sum(axis=-1)], axis=-1)
-        beside = np.linalg.norm(np.maximum(np.abs(ways) - self.crowns[first], 0.0), axis=-1)
-        return np.where(tops.max(axis=-1) > self.floor, beside, 0.0)
+        apart, crowns, _ = self._beside_crowns(centres, half)
+        beside = np.linalg.norm(np.maximum(apart - crowns, 0.0), axis=-1)
+        return np.where(self.heights(centres, half) > self.floor, beside, 0.0)
+
+    def turn_ups(self, centres: Array, half: Array) -> Array:
+        """Compute how far an end of an item can rise above its top if it turns over where it lands.
+
+        An item whose centre is not well over the crown of the highest item under it turns about the edge of
+        that crown, or about a ridge, until its lower end meets the floor. Its other end, at the distance b
+        from that edge and d thick, rises by b sin(t) - d (1 - cos(t)) at the angle t: the most where tan(t)
+        is b / d.
+
+        Args:
+            centres: (..., 2) centres of the footprints.
+            half: (..., 3) half extents of the boxes around the item, along the axes of the place.
+
+        Returns:
+            (...) m over the item's top as it lands; 0 where it comes to rest on a wide crown or the floor.
+        """
+        if not self.items:
+            return np.zeros(centres.shape[:-1])
+        apart, crowns, axes = self._beside_crowns(centres, half[..., :2])
+        lever = np.maximum(apart - crowns, 0.0)
+        reach = (np.abs(axes) * half[..., None, :2]).sum(axis=-1)
+        rising, falling = np.maximum(reach - lever, 0.0), reach + lever
+        thick = 2.0 * half[..., 2:]
+        top = self.heights(centres, half[..., :2])
+        sine = np.minimum((top - self.floor)[..., None] / falling, rising / np.hypot(rising, thick))
+        rise = rising * sine - thick * (1.0 - np.sqrt(1.0 - sine**2))
+        return np.asarray(np.where(crowns - apart < STEADY, rise, 0.0).max(axis=-1))
 
     def covered(self, centres: Array, half: Array, names: frozenset[str]) -> Array:
         """Count the items whose centre lies under footprints.
@@ -132,6 +157,18 @@ class Pile:
         """
         tops = self._under(centre, half)
         return self.items[int(np.argmax(tops))] if tops.max(initial=self.floor) > self.floor else ""
+
+    def _beside_crowns(self, centres: Array, half: Array) -> tuple[Array, Array, Array]:
+        """Return where centres are from the middle of the crown of the highest item under each footprint.
+
+        Returns:
+            (..., 2) m along and across its ridge, (..., 2) half extents of the crown, (..., 2, 2) these axes.
+        """
+        first = self._under(centres, half).argmax(axis=-1)
+        along = self.ridges[first]
+        axes = np.stack([along, along[..., ::-1] * (-1.0, 1.0)], axis=-2)
+        apart = np.abs((axes * (centres - self.centres[first])[..., None, :]).sum(axis=-1))
+        return apart, self.crowns[first], axes
 
     def _under(self, centres: Array, half: Array) -> Array:
         """Top of each item under each footprint (..., K); the floor for items that are not under it."""

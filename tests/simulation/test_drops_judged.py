@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pickcli.cartesian.line import shifted
 from pickcli.cell.cell import Cell
+from pickcli.cell.shapes import ShapeKind
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Failures
 from pickcli.geometry import Array, pose
-from pickcli.planning.stages.drop_placements import DropPlacement, drop_placements
+from pickcli.planning.stages.drop_placements import ABOVE_PILE, DropPlacement, drop_placements
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.simulation.colours import STATIC_COLOURS, item_colour
 from pickcli.simulation.engine import Engine
@@ -20,6 +23,7 @@ from support.tool_states import DOWN
 
 LONG = "creativity_chenille_stems"
 ALONG = np.array([1.0, 0.0, 0.0])  # the tote's long side
+WIDE = (0.34, 0.54, 0.2)  # m: a box that fills most of the tote, up to its rim
 CLEAR = 0.02  # m over the tip at release, from where the lance is met
 WATCHED = 0.6  # s
 LOOK = 10  # time steps
@@ -70,13 +74,35 @@ def best_spot(scene: Scene, held: AttachedItem) -> DropPlacement:
     return spots[0]
 
 
+def top(placed: PlacedItem) -> float:
+    """Height in the world of the highest point of an item, m."""
+    return float(placed.T_world_item[2, 3] + placed.item.shape.reach(placed.T_world_item[:3, :3])[2])
+
+
 @pytest.mark.parametrize("aside", [-0.03, 0.0, 0.03])
 def test_what_lands_on_a_roll_does_not_turn_up(cell: Cell, aside: float) -> None:
-    """The roll fills the tote's width: whatever is longer than the room beside it is let go over it."""
+    """The roll fills the tote's width: whatever is longer than the room beside it is let go over it.
+
+    Let go beside the middle at that height it turns over, but below the tool.
+    """
     held = hanging(cell, LONG)
     middle = cell.places[TOTE].T_carrier_place[:3, 3]
     roll = lying(cell, pose(middle), aside)
     spot = best_spot(Scene(cell, cell.T_world_pod, (roll,), DEFAULT_NOISE), held)
     assert risen(cell, spot, held, roll) < spot.release[2, 3] + CLEAR
-    beside = DropPlacement(shifted(spot.release, 0.06 * ALONG), spot.rise, spot.cost)
-    assert risen(cell, beside, held, roll) > spot.release[2, 3] + CLEAR  # or the roll would judge nothing
+    beside = shifted(spot.release, 0.06 * ALONG)
+    assert risen(cell, replace(spot, release=beside), held, roll) < beside[2, 3] + CLEAR
+    low = beside.copy()  # as low as over what it cannot turn over on
+    low[2, 3] = top(roll) + ABOVE_PILE + held.item.shape.extents[2]
+    assert risen(cell, replace(spot, release=low), held, roll) > low[2, 3] + CLEAR  # else nothing is judged
+
+
+def test_what_lands_on_a_wide_box_is_released_low(cell: Cell) -> None:
+    held, T_world_tote = hanging(cell, "dove_beauty_bar"), cell.places[TOTE].T_carrier_place
+    item = cell.item("folgers_classic_roast_coffee")
+    wide = replace(item, shape=replace(item.shape, kind=ShapeKind.BOX, size=WIDE))
+    at = T_world_tote[:3, 3] + [0.0, 0.0, WIDE[2] / 2]
+    block = PlacedItem("block", wide, TOTE, pose(at, R=T_world_tote[:3, :3]))
+    spot = best_spot(Scene(cell, cell.T_world_pod, (block,), DEFAULT_NOISE), held)
+    lowest = (spot.release @ held.T_tip_item)[2, 3] - held.item.shape.reach(spot.release[:3, :3])[2]
+    assert lowest - top(block) < ABOVE_PILE + 0.01

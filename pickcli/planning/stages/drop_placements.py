@@ -29,6 +29,7 @@ WALL_DISTANCE = 0.02  # m between the held item's box and the walls, if there is
 LEAST_WALL_DISTANCE = 0.008
 ABOVE_PILE = 0.025  # m between the item and what lies below it when it is released
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
+TURN_CLEARANCE = 0.015  # m between an item that turns over and the tool where it was released
 LEAST_RISE = 0.05  # m of straight way to the release and back: on a shorter one the tool gains no speed
 LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim if the lance is level over the place
 LANCE_TURN_COST = 0.03  # m of drop that equal the cost of a turn of 1 rad
@@ -37,6 +38,7 @@ COVERED_COST = 0.1  # m of drop that equal the cost of covering an item that cou
 REACH_COST = 0.2  # m of drop per metre of distance from the shoulder, if several arms share a place
 MOST_SHARED = 90  # placements that are tried then
 MAX_DROP = 0.28  # m from the item's lowest point to the floor (the rules: 0.3)
+ROUNDING = 1e-6  # m, so that what is released from the greatest height is not refused for it
 YAWS = np.radians(np.arange(-180, 180, 15))
 N_EXPLAINED = 3  # arm configurations over a placement, none of which is free
 N_MOTIONS = 4  # motions from which the best is chosen
@@ -81,7 +83,9 @@ class _Grid:
         An item that lands beside its middle turns over, and its near end rises towards the tool. The end of a
         rod of half length l that is stopped at the lever a is thrown up at a (l - a) / (l^2/3 + a^2) of the
         speed of the fall: half of it if a is l/3, and 0 if a is 0. So a lever counts like a drop, and if no
-        pile is low the item is released with its middle over its support.
+        pile is low the item is released with its middle over its support. What may turn over nevertheless is
+        released higher, as far as it may drop: the end comes up within 0.25 s, in which a slow arm rises by
+        2 mm only. The part of its way for which there is no room counts like a drop.
 
         T_item: (A, 4, 4) of the item, the tip at the origin; reach: (A, 3) half extents of the item;
         play: (A, 2) to either side of the middle; prices: (A,) of the turns
@@ -90,12 +94,16 @@ class _Grid:
         centres = pile.middle + play[:, None] * shares
         footprints = reach[:, None, :2]
         height = pile.heights(centres, footprints)
-        tip = height + ABOVE_PILE + reach[:, None, 2] - T_item[:, None, 2, 3]
+        turn_up = pile.turn_ups(centres, reach[:, None])
+        room = np.maximum(ABOVE_PILE, pile.floor + MAX_DROP - ROUNDING - height)
+        above = np.clip(turn_up + TURN_CLEARANCE, ABOVE_PILE, room)
+        tip = height + above + reach[:, None, 2] - T_item[:, None, 2, 3]
         if is_level:
             tip = np.maximum(tip, pile.rim + LANCE_ABOVE_RIM)
         lowest = tip + T_item[:, None, 2, 3] - reach[:, None, 2]
         rise = np.maximum(LEAST_RISE, pile.rim + ABOVE_RIM - lowest)
-        fall = lowest - height + pile.levers(centres, footprints)
+        short = np.maximum(turn_up - (lowest - height), 0.0)
+        fall = lowest - height + pile.levers(centres, footprints) + short
         cost = fall + 2.0 * (height - pile.floor) + 0.3 * rise + prices[:, None]
         return cls(centres, tip, lowest - pile.floor, rise, np.where(are_tried, cost, np.inf))
 
