@@ -264,7 +264,8 @@ class _Trial:
         self.after_attempt(partial(self.result, self.runner.last_scene))
         self.open[state.index] = state
         if attempt.plan is None:
-            if attempt.outcome is Outcome.NO_PLAN and not attempt.topples and not attempt.has_way_out:
+            is_stuck = attempt.is_aside or not attempt.has_way_out
+            if is_stuck and not attempt.topples and attempt.outcome in (Outcome.NO_PLAN, Outcome.REJECTED):
                 self._stuck_in(self.runner.last_scene)[attempt.item] = attempt
             return
         # An early contact shows a wrong pose of the item, not a bad grasp.

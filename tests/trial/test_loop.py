@@ -164,9 +164,10 @@ def test_nothing_is_moved_aside_that_does_not_help_or_cannot_be_moved(cell: Cell
     assert outcomes(result)["scotch_duct_tape"] is Outcome.NO_PLAN
     tries = [(a.item, a.outcome) for a in result.attempts if a.target.item == "scotch_duct_tape"]
     assert set(tries) == {(name, Outcome.NO_PLAN) for name in ("scotch_duct_tape", *others)}
-    # The scene never changes: so many looks, then it is left alone although there is time.
+    # The scene never changes: so many looks, then it is left alone although there is time. Two searches
+    # for what is in the way are in the scene of one look, and the second need not ask for the item again.
     assert tries.count(("scotch_duct_tape", Outcome.NO_PLAN)) == MOST_REFUSALS
-    assert tries.count(("jane_eyre_dvd", Outcome.NO_PLAN)) == MOST_CLEARINGS and result.clock < 300.0
+    assert tries.count(("jane_eyre_dvd", Outcome.NO_PLAN)) == MOST_CLEARINGS - 1 and result.clock < 300.0
     useless = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"}))
     play(useless)
     assert useless.executed and not any(" into " in plan.query for plan in useless.executed)
