@@ -53,7 +53,7 @@ class PickSettings:
     drop_speed: float = 0.5
     release_time: float = 0.06
     load_ratio: float = 0.8
-    push_load_ratio: float = 0.7
+    push_load_ratio: float = 0.5
     load_worth: float = 1.0
     wanted: int = 3
     solutions_per_grasp: int = 4

@@ -30,7 +30,7 @@ from pickcli.verification.tool_change_check import held_tip_poses
 
 HEAVIEST = 0.6  # kg of a pushed item: it resists by its weight, 6 N, a third of a cup's reserve
 MOST_SPEED = 0.1  # m/s of the tool: a pushed item comes to rest within 2 mm by its own friction
-MOST_LOAD = 0.75  # of what the tool bears, by the item with all that lies on it
+MOST_LOAD = 0.6  # of what the tool bears, by the item with all that lies on it
 MOST_DESCENT = 0.002  # m: what is below would be pressed, not pushed aside
 OUTWARDS = (SegmentKind.LIFT, SegmentKind.RETREAT)
 N_DIRECTIONS = 360
