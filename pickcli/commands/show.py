@@ -21,7 +21,7 @@ from pickcli.commands.options import (
     refuse_output,
 )
 from pickcli.commands.scene_options import open_scene, scene_or_empty
-from pickcli.errors import InputError, StaleError
+from pickcli.errors import InputError, StaleError, UnknownNameError
 
 if TYPE_CHECKING:
     from pickcli.page.page_document import PageDocument
@@ -145,7 +145,14 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
         raise InputError(f"{folder}: has no {MOTION}, nothing to replay; play the trial again")
     motion = read_motion(folder / MOTION)
     first = replace(arms, arm=arms.arm or next(iter(motion.arms), None))
-    scene = open_scene(folder / "scene.json", cell_name, first)
+    try:
+        scene = open_scene(folder / "scene.json", cell_name, first)
+    except UnknownNameError as error:
+        if not motion.arms:
+            raise
+        raise StaleError(
+            f"{folder / MOTION}: is the motion of another cell ({error}); play the trial again"
+        ) from None
     if scene_hash(scene) != record["made_from"]["scene_hash"]:
         raise StaleError(
             f"{folder / 'scene.json'}: is not the scene of {folder / RECORD}; play the trial again"

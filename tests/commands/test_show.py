@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from pathlib import Path
 
@@ -84,6 +85,19 @@ def test_a_trial_is_shown_in_its_own_scene_alone(made: Made, trial: Path, tmp_pa
     (trial / "scene.json").write_bytes(made.scene.read_bytes())
     refused(apc("show", trial, "-o", page), 4, f"{trial / 'scene.json'}: is not the scene of")
     assert not page.exists()
+
+
+def test_a_motion_of_arms_that_the_cell_lacks_is_refused(trial: Path, tmp_path: Path) -> None:
+    path = trial / "motion.json.gz"
+    values = json.loads(gzip.decompress(path.read_bytes()))
+    write_motion(path, values | {"arms": ["thumb"]})
+    answer = apc("show", trial, "-o", tmp_path / "page.html")
+    assert (
+        answer.code == 3
+        and "one arm" in answer.err
+        and "thumb" in answer.err
+        and not (tmp_path / "page.html").exists()
+    )
 
 
 def test_a_trial_that_was_edited_is_bad_input(trial: Path, tmp_path: Path) -> None:
