@@ -1,4 +1,4 @@
-"""The one native module: kinematics, clearance and proven edges of a serial chain; paces along paths.
+"""The one native module: kinematics, clearance, proven edges; paces along paths; rays of cameras.
 
 Everything here works on plain float64 arrays in SI units and knows nothing of cells or items. Frame k of
 a chain is the child link of joint k; the parent of joint k is frame k-1, that of joint 0 the world.
@@ -16,6 +16,7 @@ from pickcli.kernel._kernel import (
     ParabolicLimits,
     ParabolicSegment,
     ParabolicTrajectory,
+    RaycastingScene,
     SolidKind,
     estimated_duration,
     fastest_pace,
@@ -49,6 +50,7 @@ __all__ = [
     "ParabolicLimits",
     "ParabolicSegment",
     "ParabolicTrajectory",
+    "RaycastingScene",
     "SolidKind",
     "estimated_duration",
     "fastest_pace",

@@ -1,5 +1,5 @@
 """
-Kinematics, clearance and proven edges of a serial chain; paces along paths.
+Kinematics, clearance and proven edges of a serial chain; paces along paths; rays of cameras.
 
 Any array-like goes in; C-contiguous arrays of the named dtype are read in place. Angles in rad, lengths in m.
 Wrong shapes and values raise ValueError naming the argument.
@@ -875,14 +875,53 @@ def jerk_window(segments: Sequence[ParabolicSegment], limits: ParabolicLimits) -
         s, a whole number of ticks.
     """
 
+class RaycastingScene:
+    """
+    Solids as a pinhole camera sees them.
+
+    A ray is cast for every pixel inside of the part of the picture that a solid may fill: no mesh, no graphics driver, one
+    thread, and the same bytes on every processor of a family. Depth is exact up to single precision.
+
+    Cameras are OpenCV's: x to the right, y down, z along the optical axis, and the middle of pixel (u, v) is at u, v. A
+    solid that the camera's centre is inside of is not seen, as it is the camera's own body; of any other one, only the
+    surface before the camera is.
+    """
+
+    def __init__(self, T_world_solid: numpy.typing.NDArray[numpy.float64], half_extents: numpy.typing.NDArray[numpy.float64], kind: numpy.typing.NDArray[numpy.int32], planes: numpy.typing.NDArray[numpy.float64], n_planes: numpy.typing.NDArray[numpy.int32]) -> None:
+        """
+        Take solids.
+
+        Args:
+            T_world_solid: (N, 4, 4) poses.
+            half_extents: (N, 3) m > 0; of a cylinder (r, r, half length), of a sphere (r, r, r).
+            kind: (N,) of SolidKind.
+            planes: (P, 4) by which boxes are cut to convex pieces: (normal, offset) of the half-space normal . p <= offset in
+                the frame of the box, those of each box together, in the order of the solids.
+            n_planes: (N,) how many of them cut each solid; 0 for cylinders and spheres.
+        """
+
+    def cast_rays(self, intrinsics: numpy.typing.NDArray[numpy.float64], size: numpy.typing.NDArray[numpy.int32], T_world_camera: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float32], numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float32]]:
+        """
+        See the solids.
+
+        Args:
+            intrinsics: (4,) fx, fy, cx, cy in px.
+            size: (2,) width and height in px.
+            T_world_camera: (4, 4) pose of the camera.
+
+        Returns:
+            Depth along the optical axis in m, (H, W), NaN where nothing is seen; the index of the solid, (H, W), -1 where
+            nothing is seen; the outward normal of its surface in the camera's frame, (H, W, 3), NaN where nothing is seen.
+        """
+
 def simd() -> str:
     """
-    Which build of the batch test runs: "avx2" or "baseline". Both give the same bits.
+    Which build of the batch test and of the rays runs: "avx2" or "baseline". Both give the same bits.
     """
 
 def set_simd(name: str) -> None:
     """
-    Choose the build of the batch test, "avx2" or "baseline".
+    Choose the build of the batch test and of the rays, "avx2" or "baseline".
 
     Raises:
         ValueError: This processor does not have it.

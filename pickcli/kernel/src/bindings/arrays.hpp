@@ -16,6 +16,7 @@
 
 //! Arrays in the signatures that Python sees; what is given may be anything that numpy makes one of.
 #define APC_F64 "numpy.typing.NDArray[numpy.float64]"
+#define APC_F32 "numpy.typing.NDArray[numpy.float32]"
 #define APC_I32 "numpy.typing.NDArray[numpy.int32]"
 #define APC_U64 "numpy.typing.NDArray[numpy.uint64]"
 #define APC_BOOL "numpy.typing.NDArray[numpy.bool_]"

@@ -7,7 +7,7 @@
 #include "simd/dispatch.hpp"
 
 NB_MODULE(_kernel, m) {
-  m.doc() = R"(Kinematics, clearance and proven edges of a serial chain; paces along paths.
+  m.doc() = R"(Kinematics, clearance and proven edges of a serial chain; paces along paths; rays of cameras.
 
 Any array-like goes in; C-contiguous arrays of the named dtype are read in place. Angles in rad, lengths in m.
 Wrong shapes and values raise ValueError naming the argument.)";
@@ -18,11 +18,12 @@ Wrong shapes and values raise ValueError naming the argument.)";
   apc::bind_timing(m);
   apc::bind_blend(m);
   apc::bind_parabolic(m);
+  apc::bind_rendering(m);
   m.def("simd", &apc::simd_name,
-        R"(Which build of the batch test runs: "avx2" or "baseline". Both give the same bits.)");
+        R"(Which build of the batch test and of the rays runs: "avx2" or "baseline". Both give the same bits.)");
   m.def(
       "set_simd", [](const std::string& name) { apc::set_simd(name.c_str()); }, nanobind::arg("name"),
-      R"(Choose the build of the batch test, "avx2" or "baseline".
+      R"(Choose the build of the batch test and of the rays, "avx2" or "baseline".
 
 Raises:
     ValueError: This processor does not have it.)");

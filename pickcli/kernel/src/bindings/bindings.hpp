@@ -11,5 +11,6 @@ void bind_planning(nanobind::module_& m);
 void bind_timing(nanobind::module_& m);
 void bind_blend(nanobind::module_& m);
 void bind_parabolic(nanobind::module_& m);
+void bind_rendering(nanobind::module_& m);
 
 }  // namespace apc

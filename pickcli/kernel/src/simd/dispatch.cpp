@@ -8,7 +8,18 @@
 namespace apc {
 namespace {
 
-std::atomic<simd8::Test> g_test{nullptr};  //!< null: not chosen yet
+struct Build {
+  const char* name;
+  simd8::Test test;
+  simd8::Cast cast;
+};
+
+constexpr Build kBaseline{"baseline", simd8::baseline::test, simd8::baseline::cast};
+#ifdef APC_HAS_AVX2_BUILD
+constexpr Build kAvx2{"avx2", simd8::avx2::test, simd8::avx2::cast};
+#endif
+
+std::atomic<const Build*> g_build{nullptr};  //!< null: not chosen yet
 
 bool has_avx2() {
 #ifdef APC_HAS_AVX2_BUILD
@@ -18,25 +29,29 @@ bool has_avx2() {
 #endif
 }
 
-simd8::Test test_named(const char* name) {
-  if (std::strcmp(name, "baseline") == 0) return simd8::baseline::test;
+const Build& build_named(const char* name) {
+  if (std::strcmp(name, "baseline") == 0) return kBaseline;
 #ifdef APC_HAS_AVX2_BUILD
-  if (std::strcmp(name, "avx2") == 0 && has_avx2()) return simd8::avx2::test;
+  if (std::strcmp(name, "avx2") == 0 && has_avx2()) return kAvx2;
 #endif
   throw std::invalid_argument(std::string("simd \"") + name + "\" is not available here: use \"baseline\"" +
                               (has_avx2() ? " or \"avx2\"" : ""));
 }
 
-}  // namespace
-
-simd8::Test collision_test() {
-  simd8::Test test = g_test.load(std::memory_order_relaxed);
-  if (!test) g_test = test = test_named(has_avx2() ? "avx2" : "baseline");
-  return test;
+const Build& build() {
+  const Build* chosen = g_build.load(std::memory_order_relaxed);
+  if (!chosen) g_build = chosen = &build_named(has_avx2() ? "avx2" : "baseline");
+  return *chosen;
 }
 
-const char* simd_name() { return collision_test() == simd8::baseline::test ? "baseline" : "avx2"; }
+}  // namespace
 
-void set_simd(const char* name) { g_test = test_named(name); }
+simd8::Test collision_test() { return build().test; }
+
+simd8::Cast ray_cast() { return build().cast; }
+
+const char* simd_name() { return build().name; }
+
+void set_simd(const char* name) { g_build = &build_named(name); }
 
 }  // namespace apc

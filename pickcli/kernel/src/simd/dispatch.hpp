@@ -1,13 +1,15 @@
 //! \file
-//! Which build of the batch test runs.
+//! Which build of the batch test and of the rays runs.
 #pragma once
 
 #include "simd/simd8_collision.hpp"
+#include "simd/simd8_rays.hpp"
 
 namespace apc {
 
 //! AVX2 where the processor has it, unless set_simd says otherwise.
 simd8::Test collision_test();
+simd8::Cast ray_cast();
 const char* simd_name();
 
 //! "avx2" or "baseline". Throws std::invalid_argument for what is not available.

@@ -2,3 +2,4 @@
 //! The batch test for processors with AVX2 (compiled with -mavx2).
 #define APC_ARCHITECTURE avx2
 #include "simd/simd8_collision_impl.hpp"
+#include "simd/simd8_rays_impl.hpp"

@@ -2,3 +2,4 @@
 //! The batch test for any x86-64.
 #define APC_ARCHITECTURE baseline
 #include "simd/simd8_collision_impl.hpp"
+#include "simd/simd8_rays_impl.hpp"

@@ -16,13 +16,15 @@ using Longs = long long __attribute__((vector_size(64)));
 
 #define APC_INLINE inline __attribute__((always_inline))
 
-//! What the compiler makes badly, or not the same, of vector operators: written out per instruction set.
+//! What the compiler makes badly, or not the same, of vector operators: written out per instruction set. Where
+//! either is a NaN, larger and smaller are the second, and nothing is above.
 #if defined(__AVX2__)
 
 APC_INLINE int bits(Mask m) { return _mm256_movemask_ps((__m256)m); }
 APC_INLINE Mask above(V a, V b) { return (Mask)_mm256_cmp_ps((__m256)a, (__m256)b, _CMP_GT_OQ); }
 APC_INLINE Mask equal(Mask a, Mask b) { return (Mask)_mm256_cmpeq_epi32((__m256i)a, (__m256i)b); }
 APC_INLINE V larger(V a, V b) { return (V)_mm256_max_ps((__m256)a, (__m256)b); }
+APC_INLINE V smaller(V a, V b) { return (V)_mm256_min_ps((__m256)a, (__m256)b); }
 APC_INLINE V square_root(V a) { return (V)_mm256_sqrt_ps((__m256)a); }
 
 #elif defined(__SSE2__)
@@ -56,6 +58,12 @@ APC_INLINE V larger(V a, V b) {
   for (int i = 0; i < 2; ++i) x.low_high[i] = _mm_max_ps(x.low_high[i], y.low_high[i]);
   return x.v;
 }
+APC_INLINE V smaller(V a, V b) {
+  Halves x{a};
+  const Halves y{b};
+  for (int i = 0; i < 2; ++i) x.low_high[i] = _mm_min_ps(x.low_high[i], y.low_high[i]);
+  return x.v;
+}
 APC_INLINE V square_root(V a) {
   Halves x{a};
   for (int i = 0; i < 2; ++i) x.low_high[i] = _mm_sqrt_ps(x.low_high[i]);
@@ -72,6 +80,7 @@ APC_INLINE int bits(Mask m) {
 APC_INLINE Mask above(V a, V b) { return a > b; }
 APC_INLINE Mask equal(Mask a, Mask b) { return a == b; }
 APC_INLINE V larger(V a, V b) { return a > b ? a : b; }
+APC_INLINE V smaller(V a, V b) { return a < b ? a : b; }
 APC_INLINE V square_root(V a) {
   for (int i = 0; i < 8; ++i) a[i] = __builtin_sqrtf(a[i]);
   return a;
