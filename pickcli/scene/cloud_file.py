@@ -85,9 +85,13 @@ def _from_ply(content: bytes) -> Array:
     if n_points > MAX_POINTS:
         raise ValueError(f"it has {n_points} points, expected {MAX_POINTS} at most")
     names = [name for _, name in properties]
+    if missing := [axis for axis in "xyz" if axis not in names]:
+        raise ValueError(f"its vertices have no {' and no '.join(missing)}")
     if form == "ascii":
-        rows = np.array([line.split() for line in body.splitlines()[:n_points]], dtype=float)
-        return rows[:, [names.index(axis) for axis in "xyz"]]
+        rows = [line.split() for line in body.splitlines()[:n_points]]
+        if len(rows) < n_points:  # cut off: what is missing would count as free
+            raise ValueError(f"it has {len(rows)} of the {n_points} points that its header states")
+        return np.array(rows, dtype=float).reshape(n_points, len(names))[:, list(map(names.index, "xyz"))]
     fields = [(name, _ORDERS[form] + _TYPES[kind]) for kind, name in properties]
     vertices = np.frombuffer(body, dtype=fields, count=n_points)
     return np.column_stack([vertices[axis] for axis in "xyz"]).astype(float)

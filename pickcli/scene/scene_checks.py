@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TypeAlias
 
@@ -11,7 +12,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.item import OWN_ITEMS, item_suggestion
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.files.source import Key, Source
-from pickcli.geometry import inverse, pose
+from pickcli.geometry import Array, inverse, pose
 from pickcli.name_suggestion import shortened, suggestion
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_schema import HeldModel, PlacedItemModel, SceneModel
@@ -27,6 +28,7 @@ ONE_POSE = f"correct its pose ({CONVENTION})"
 FEW = 3  # up to this many mistakes of one kind are reported one by one
 MANY = 20  # after this many mistakes of one kind the search stops
 _POINT = 1e-4  # m, radius of a ball that represents a point
+MAX_LEAN = 0.1  # rad, tolerated tilt of a pod or carrier, for poses measured by a camera
 MAX_ASTRAY = 0.15  # m, largest distance of an item's centre from its place
 
 
@@ -97,6 +99,27 @@ def check_carriers(source: Source, model: SceneModel, cell: Cell) -> None:
             source.add(("places", name), f"unknown place {shortened(name)!r}; {hint}")
     if model.T_world_pod is None and cell.pod.bins:
         source.add(("T_world_pod",), "expected where the pod stands now, got nothing; add it")
+    if model.T_world_pod is not None and not cell.pod.bins:
+        source.add(("T_world_pod",), f"cell {cell.name} has no pod; leave it out")
+
+
+def check_upright(source: Source, scene: Scene) -> None:
+    """Check that pod and carriers stand as upright as in the cell; bounds of their errors have no other axis.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        scene: The scene.
+    """
+    nominal = {carrier.name: carrier.T_world_carrier for carrier in scene.cell.own_carriers}
+    actual: dict[Key, tuple[Array, Array]] = {
+        ("T_world_pod",): (scene.cell.T_world_pod, scene.T_world_pod),
+        **{("places", name): (nominal[name], at.T_world_carrier) for name, at in scene.carriers.items()},
+    }
+    for key, (T_nominal, T) in actual.items():
+        lean = math.acos(min(1.0, float(T_nominal[:3, 2] @ T[:3, 2])))
+        if lean > MAX_LEAN:
+            text = f"leans by {math.degrees(lean):.0f} degrees; it stands upright, only its yaw is free: is "
+            source.add((*key, "quaternion"), f"{text}the quaternion x, y, z, w?")
 
 
 def check_places(source: Source, scene: Scene) -> None:

@@ -41,6 +41,7 @@ from pickcli.scene.scene_checks import (
     check_overlaps,
     check_places,
     check_standing,
+    check_upright,
 )
 from pickcli.scene.scene_schema import CloudModel, HeldModel, PodErrorModel, SceneModel, ScenePoseModel
 from pickcli.scene.scene_warnings import warn_of_noise
@@ -101,6 +102,8 @@ def read_scene(
         cloud=_cloud(source, model.cloud),
     )
     source.check()  # poses must be valid before they are compared with places
+    check_upright(source, scene)
+    source.check()
     check_places(source, scene)
     check_standing(source, scene)
     check_overlaps(source, scene)

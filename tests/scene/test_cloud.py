@@ -91,6 +91,9 @@ def test_every_kind_of_file_holds_the_same_points(tmp_path: Path, suffix: str, f
         ("a.ply", ply("binary_little_endian", POINTS)[:-5], "is no PLY cloud that can be read"),
         ("a.ply", ply("binary_middle_endian", POINTS), "is no PLY cloud that can be read"),
         ("a.ply", ply("ascii", POINTS).replace(b"vertex 50", b"vertex 9000000"), "it has 9000000 points"),
+        ("a.ply", ply("ascii", POINTS)[:-200], "of the 50 points that its header states"),
+        ("a.ply", ply("ascii", POINTS).replace(b"float z", b"float w"), "its vertices have no z; write"),
+        ("a.ply", ply("ascii", POINTS[:0]), "has 0 points; expected 1 to"),
         ("a.npz", b"PK\x03\x04", "is no NPZ cloud that can be read"),
     ],
 )

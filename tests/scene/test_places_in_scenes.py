@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.errors import InputError
 from pickcli.geometry import pose
@@ -20,6 +21,7 @@ from support.place_cells import BENCH, CRATES, with_places
 
 BAR = "dove_beauty_bar"
 HERE = {"position": [0, 0, 0]}
+LEANING = HERE | {"quaternion": [0.0998, 0, 0, 0.995]}
 MOVED = pose((-0.88, -0.6, 0.58), rpy=(0.0, 0.0, 0.1))
 
 
@@ -69,6 +71,8 @@ def test_solids_stand_where_the_scene_says_and_are_grown_by_its_error(scene: Sce
         ({"places": {"crate_lft": HERE | {"quaternion": [0, 0, 0, 1]}}}, "did you mean 'crate_left'"),
         ({"places": {"crate_left": HERE | {"quaternion": [0, 0, 0, 2]}}}, "expected a length of 1"),
         ({"places": {"crate_left": HERE}}, "places.crate_left.quaternion"),
+        ({"places": {"crate_left": LEANING}}, "leans by 11 degrees; it stands"),
+        ({"T_world_pod": HERE | {"quaternion": [1, 0, 0, 0]}}, "leans by 180 degrees"),
         ({"T_world_pod": None}, "T_world_pod"),
     ],
 )  # fmt: skip
@@ -103,3 +107,18 @@ def test_an_item_that_lies_beside_what_is_open_above_is_told_one_that_falls_into
                 read_scene(path, scene.cell)
         else:
             read_scene(path, scene.cell)
+
+
+def test_the_pod_of_a_cell_without_one_is_refused(tmp_path: Path) -> None:
+    cell, path = load_cell("ur5e_crates"), tmp_path / "scene.json"
+    write_scene(Scene(cell, cell.T_world_pod, (), PoseNoise()), path)
+    at = {"T_world_pod": HERE | {"quaternion": [0, 0, 0, 1]}}
+    path.write_text(json.dumps(json.loads(path.read_text()) | at))
+    with pytest.raises(InputError, match="T_world_pod: cell ur5e_crates has no pod; leave it out"):
+        read_scene(path, cell)
+
+
+def test_a_measured_pose_may_lean_a_little(scene: Scene, tmp_path: Path) -> None:
+    leaning = CarrierPose(pose((-0.88, -0.6, 0.58), rpy=(0.09, 0.0, 0.1)))
+    write_scene(replace(scene, items=(), carriers={"crate_left": leaning}), tmp_path / "scene.json")
+    read_scene(tmp_path / "scene.json", scene.cell)
