@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 
@@ -16,6 +17,19 @@ from pickcli.path_planning.state_space import JointSpace
 
 # Largest distance of an end of a returned path from the requested one: copies of doubles are exact.
 _END_TOLERANCE = 1e-12
+
+
+def check_installed(planner: PlannerName) -> None:
+    """Check that a planner's library is installed, before any work is done that would be lost without it.
+
+    Args:
+        planner: The planner.
+
+    Raises:
+        InputError: The extra with the library is missing.
+    """
+    if planner is not PlannerName.RRT_CONNECT:
+        import_module("pickcli.path_planning.ompl_planners")
 
 
 def plan(

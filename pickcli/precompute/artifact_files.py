@@ -11,6 +11,7 @@ from pickcli import __version__
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import parts_of
 from pickcli.jobs.job_run import Build, RunOptions
+from pickcli.path_planning.sampling_planner import check_installed
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.precompute.database_builder import TrajectoryReport, build_trajectories
 from pickcli.precompute.provenance import configurations_digest
@@ -45,8 +46,9 @@ def make_roadmap(
         Gaps of the build, and edges added besides the k nearest.
 
     Raises:
-        InputError: The file cannot be written, or no configuration is free.
+        InputError: The file cannot be written, no configuration is free, or the planner is not installed.
     """
+    check_installed((settings or RoadmapSettings()).planner)
     job = RoadmapEdgeJob(cell, settings or RoadmapSettings())
     build = Build(job, replace(run_options or RunOptions(), output=path))
     roadmap, report = build_roadmap(job, build)
@@ -79,8 +81,9 @@ def make_trajectories(
         Missing motions, and the quality of the others.
 
     Raises:
-        InputError: The file cannot be written.
+        InputError: The file cannot be written, or the planner is not installed.
     """
+    check_installed((settings or TrajectorySettings()).planner)
     job = CoarseMotionJob(cell, settings or TrajectorySettings())
     build = Build(job, replace(run_options or RunOptions(), output=path))
     database, report = build_trajectories(job, build)
@@ -94,10 +97,16 @@ def versions() -> dict[str, str]:
     """Return the versions that, besides cell and settings, determine the bytes of a file.
 
     Returns:
-        Versions of this package and of its libraries, by name.
+        Versions of this package and of its libraries, by name; "none" of one that is not installed.
     """
-    libraries = ("ompl", "numpy", "h5py")
-    return {"apc": __version__, **{name: importlib.metadata.version(name) for name in libraries}}
+    return {"apc": __version__, **{name: _version(name) for name in ("ompl", "numpy", "h5py")}}
+
+
+def _version(library: str) -> str:
+    try:
+        return importlib.metadata.version(library)
+    except importlib.metadata.PackageNotFoundError:
+        return "none"
 
 
 def _provenance(job: CoarseMotionJob | RoadmapEdgeJob, summary: dict[str, Any]) -> dict[str, Any]:

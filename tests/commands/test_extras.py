@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from pickcli.precompute.artifact_files import versions
 from support.bare_robot import write_bare_robot
 
 PROGRAM = """
@@ -30,7 +32,8 @@ def without(packages: str, *argv: object) -> subprocess.CompletedProcess[str]:
         ("pybullet", "sim", ("make-scene", "jsk_pick_sample", "-o", "x.json")),
         ("pybullet", "sim", ("run-trial", "jsk_pick_sample", "-o", "x")),
         ("matplotlib", "view", ("inspect", "apc2016_delft", "--picture", "x.png")),
-        ("ompl", "plan-offline", ("build-roadmap", "-o", "x.h5", "--jobs", "1")),
+        ("ompl", "plan-offline", ("build-roadmap", "--jobs", "2", "-o", "x.h5")),
+        ("ompl", "plan-offline", ("build-trajectories", "--planner", "RRTstar", "--jobs", "2", "-o", "x.h5")),
     ],
 )
 def test_the_extra_that_is_missing_is_named(
@@ -41,7 +44,19 @@ def test_the_extra_that_is_missing_is_named(
     assert done.returncode == 3, done.stderr
     assert f"needs {package}; install it with: pip install 'apc-pick[{extra}]'" in done.stderr
     assert "Traceback" not in done.stderr and done.stdout == ""
-    assert not (tmp_path / words[-1]).exists()
+    assert list(tmp_path.iterdir()) == []  # nothing was begun
+
+
+def test_a_library_that_is_not_installed_has_no_version(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.metadata.version
+
+    def version(name: str) -> str:
+        if name == "ompl":
+            raise importlib.metadata.PackageNotFoundError(name)
+        return found(name)
+
+    monkeypatch.setattr(importlib.metadata, "version", version)
+    assert versions()["ompl"] == "none" and versions()["numpy"] == found("numpy")
 
 
 @pytest.mark.slow
