@@ -10,8 +10,14 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import cell_names, load_workcell
 from pickcli.cell.checks.cell_warnings import CELL_WARNINGS
+from pickcli.cell.checks.plausibility import warn_of_masses
 from pickcli.cell.data_path import data_path
+from pickcli.files.file_kind import CELL
+from pickcli.files.file_warnings import FileWarnings
+from pickcli.files.yaml_reader import read_yaml
 from support.cell_copies import CellCopy
+from support.gripper_cell import with_gripper
+from support.place_cells import BENCH, with_places
 
 
 @pytest.mark.parametrize("name", cell_names())
@@ -32,6 +38,14 @@ def test_the_cells_that_ship_have_none(name: str) -> None:
         ("max_moment: 0.6", "max_moment: 1.25", "max_moment: 1.27", "weak_or_strong_cup:max_moment"),
         ("max_shear: 21.0", "max_shear: 84", "max_shear: 84.1", "weak_or_strong_cup:max_shear"),
         ("cup_stroke: 0.008", "cup_stroke: 0.03", "cup_stroke: 0.031", "large_cup:cup_stroke"),
+        ("max_jerk: 200.0", "max_jerk: 5", "max_jerk: 4.99", "slow_joint:joint_t"),
+        ("max_acceleration: 10.0", "max_acceleration: 0.69", "max_acceleration: 0.67", "slow_joint:joint_t"),
+        ("  seal_time", "  cup_stiffness: 13\n  seal_time", "  cup_stiffness: 12\n  seal_time",
+         "weak_or_strong_cup:cup_stiffness"),
+        ("  seal_time", "  cup_stiffness: 5200\n  seal_time", "  cup_stiffness: 5300\n  seal_time",
+         "weak_or_strong_cup:cup_stiffness"),
+        ("  seal_time", "  max_twist: 0.315\n  seal_time", "  max_twist: 0.32\n  seal_time",
+         "weak_or_strong_cup:max_twist"),
         ("rail: 1000,", "rail: 10000,", "rail: 10001,", "strong_motor:rail"),
         ("-0.404, 0.567]}", "-0.404, 0.584]}", "-0.404, 0.586]}", "blocked_place:table"),
         ("xyz: [0, 0, 0], rpy: [0, 0, 0]}", "xyz: [0, 0, 0], rpy: [0, 0.09, 0]}",
@@ -107,3 +121,55 @@ def test_an_unknown_kind_is_refused(cell_copy: CellCopy) -> None:
 def test_every_kind_is_in_the_docs() -> None:
     docs = (data_path().parent / "docs" / "formats" / "cell.md").read_text()
     assert [kind for kind in CELL_WARNINGS if f"`{kind}`" not in docs] == []
+
+
+def own(cell_copy: CellCopy, places: str) -> tuple[str, ...]:
+    return with_places(cell_copy, f"places:\n{places}").load().warnings
+
+
+def crate(name: str, x: float, yaw: float = 0.0) -> str:
+    at = f"T_world_place: {{xyz: [{x}, -0.62, 0.58], rpy: [0, 0, {yaw}]}}"
+    return f"  {name}: {{kind: box, {at}, inner: [0.3, 0.24, 0.14], wall_thickness: 0.006}}\n"
+
+
+@pytest.mark.parametrize(
+    ("places", "told"),
+    [
+        (crate("a", -0.9) + crate("b", -1.25), ""),
+        (crate("a", -0.9) + crate("b", -1.205), ""),  # wall in wall
+        (crate("a", -0.9) + crate("b", -1.19), "places.b: b stands in a; correct the pose or the size"),
+        (crate("a", -0.9) + crate("b", -0.9), "blocked_place:b"),
+        (crate("a", -0.9, 3.19), ""),
+        (crate("a", -0.9, 5), r"T_world_place.rpy: 5 rad is 286 degrees; .*odd_angle:a"),
+        (BENCH.replace("[0.5, 0.4, 0.03]", "[0.003, 0.5, 0.4]"), "it has 3 x 500 x 500 mm .*narrow_place"),
+    ],
+)  # fmt: skip
+def test_places_stand_beside_each_other(cell_copy: CellCopy, places: str, told: str) -> None:
+    warnings = [
+        text for text in own(cell_copy, places) if "no_such_place" not in text and "astray" not in text
+    ]
+    assert len(warnings) == (told != "") and all(re.search(told, text) for text in warnings)
+
+
+def test_a_link_of_grams_is_told(cell_copy: CellCopy) -> None:
+    noted = FileWarnings.of(read_yaml(cell_copy.yaml.path, CELL))
+    cell_copy.urdf.path.write_text(
+        re.sub('(<mass value=")[^"]*', r"\g<1>5000", cell_copy.urdf.path.read_text())
+    )
+    warn_of_masses(noted, cell_copy.load())
+    (warning,) = noted.lines
+    assert "of 5000 kg has shapes too small for it" in warning and "heavy_link" in warning
+
+
+def test_a_hand_needs_what_closes_it_and_looks_outwards(cell_copy: CellCopy) -> None:
+    copy = with_gripper(cell_copy)
+    text = copy.yaml.path.read_text()
+    assert copy.load().warnings == ()
+    copy.yaml.path.write_text(re.sub(r"devices:\n *\w+: \{kind: gripper, .*", "devices: {}", text))
+    (warning,) = copy.load().warnings
+    assert "no gripper is among them" in warning and "no_device:gripper" in warning
+    turned = re.sub(r"(T_hand_tip: .*rpy: )\[.*?\]", r"\g<1>[3.14159265, 0, 0]", text)
+    assert turned != text
+    copy.yaml.path.write_text(turned)
+    (warning,) = copy.load().warnings
+    assert "tool.T_hand_tip: +z points back into the hand" in warning

@@ -7,14 +7,12 @@ import math
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.checks.place_plausibility import warn_of_places
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.place import Place
 from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel
-from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.files.file_warnings import FileWarnings
 from pickcli.files.source import Key
-from pickcli.geometry import transform_points
 
 LARGE_LEAD = 5.0  # s, lead of a device; an ejector builds up its vacuum faster
 ATMOSPHERE = 101_325.0  # Pa, upper bound of a cup's vacuum
@@ -25,8 +23,9 @@ FAST = {"m": (5.0, 100.0), "rad": (15.0, 200.0)}  # velocity and acceleration of
 STRONG = 10_000.0  # N or Nm, more than the shoulder of the largest arms
 FIRM, STICKY = 500.0, 1.2  # N, force of a pad, and its friction
 UNDRAWN = 0.001  # m by which a cup may be larger than its shapes, for rounded figures
-LARGE_LEAN = 0.1  # rad, lean of the pod beyond which it is reported
-LARGE_INTRUSION = 0.005  # m, overlap of a solid and a place beyond which it is reported
+SLOW = 10.0, 2.0  # s from rest to a joint's full velocity, and to its full acceleration
+SOFT = 0.1  # N that take up a cup's whole stroke: it hangs down under its own weight
+DENSE = 20_000.0  # kg/m3 of the boxes around a link's shapes, more than gold's
 
 # Kinds of devices that a pick commands, with the actions that each needs.
 NEEDED = {DeviceKind.PUMP: ("on", "off"), DeviceKind.VALVE: ("on", "off"), DeviceKind.SENSOR: ("read",)}
@@ -40,7 +39,7 @@ def warn_of_figures(warnings: FileWarnings, cell: Cell, model: CellModel) -> Non
         cell: The cell.
         model: The cell as it stands in the file.
     """
-    _devices(warnings, cell)
+    _devices(warnings, cell, model)
     if isinstance(model.tool, SuctionModel):
         _cup(warnings, model.tool)
         _drawn_cup(warnings, model.tool, cell)
@@ -48,11 +47,10 @@ def warn_of_figures(warnings: FileWarnings, cell: Cell, model: CellModel) -> Non
         _gripper(warnings, model.tool)
     _clearance(warnings, model)
     _limits(warnings, cell)
-    _pod(warnings, cell)
-    _blocked(warnings, cell)
+    warn_of_places(warnings, cell, model)
 
 
-def _devices(warnings: FileWarnings, cell: Cell) -> None:
+def _devices(warnings: FileWarnings, cell: Cell, model: CellModel) -> None:
     for name, device in cell.devices.items():
         if device.lead > LARGE_LEAD:
             text = f"{device.lead:g} s pass before every pick until it takes effect; is it in s?"
@@ -61,9 +59,10 @@ def _devices(warnings: FileWarnings, cell: Cell) -> None:
         if missing:
             text = f"a {device.kind} is switched by {' and '.join(missing)}; name its actions so"
             warnings.add("useless_device", name, ("devices", name, "actions"), text)
-    if cell.robot.tool.suction_cup is None or not cell.places:
+    if not cell.places or model.tool is None:
         return
-    for kind in (DeviceKind.PUMP, DeviceKind.VALVE):
+    is_gripper = isinstance(model.tool, GripperModel)
+    for kind in (DeviceKind.GRIPPER,) if is_gripper else (DeviceKind.PUMP, DeviceKind.VALVE):
         if not any(device.kind is kind for device in cell.devices.values()):
             text = f"no {kind} is among them, and nothing can be picked without one; add it"
             warnings.add("no_device", kind, ("devices",), text)
@@ -98,9 +97,26 @@ def _cup(warnings: FileWarnings, tool: SuctionModel) -> None:
         text = f"{tool.max_shear:g} N across a cup that pulls {tool.max_pull:g} N needs a friction of "
         text += f"{tool.max_shear / tool.max_pull:.3g}; correct one"
         warnings.add("weak_or_strong_cup", "max_shear", ("tool", "max_shear"), text)
+    _bellows_and_twist(warnings, tool)
     if tool.seal_time == 0.0:
         text = "the cup moves an item at once, before it has sealed; state what the vacuum takes"
         warnings.add("no_seal_time", "tool", ("tool", "seal_time"), text)
+
+
+def _bellows_and_twist(warnings: FileWarnings, tool: SuctionModel) -> None:
+    pressed = tool.cup_stiffness * tool.cup_stroke
+    if not SOFT <= pressed <= tool.max_pull:
+        text = f"{pressed:.3g} N press the cup in by its whole {1e3 * tool.cup_stroke:g} mm, "
+        text += (
+            "less than its own weight" if pressed < SOFT else f"more than the {tool.max_pull:g} N it pulls"
+        )
+        text += "; is it in N/m, not N/mm?"
+        warnings.add("weak_or_strong_cup", "cup_stiffness", ("tool", "cup_stiffness"), text)
+    most = tool.max_shear * tool.cup_radius  # if all friction acted at the rim
+    if tool.max_twist is not None and tool.max_twist > 1.01 * most:
+        text = f"a cup of {1e3 * tool.cup_radius:g} mm radius that slides at {tool.max_shear:g} N turns at "
+        text += f"{most:.3g} Nm at most, not {tool.max_twist:g}; is it in Nm?"
+        warnings.add("weak_or_strong_cup", "max_twist", ("tool", "max_twist"), text)
 
 
 def _drawn_cup(warnings: FileWarnings, tool: SuctionModel, cell: Cell) -> None:
@@ -127,6 +143,10 @@ def _gripper(warnings: FileWarnings, tool: GripperModel) -> None:
     if tool.friction > STICKY:
         text = f"{tool.friction:g} is more than rubber has on paper; what slips is planned as if it held"
         warnings.add("odd_gripper", "friction", ("tool", "friction"), text)
+    T_hand_tip = tool.T_hand_tip.T
+    if float(T_hand_tip[:3, 2] @ T_hand_tip[:3, 3]) < 0.0:
+        text = "+z points back into the hand, and the hand would come to items from behind; correct its rpy"
+        warnings.add("odd_gripper", "T_hand_tip", ("tool", "T_hand_tip"), text)
 
 
 def _clearance(warnings: FileWarnings, model: CellModel) -> None:
@@ -150,14 +170,35 @@ def _limits(warnings: FileWarnings, cell: Cell) -> None:
             text = f"{acceleration:g} {unit}/s2 is more than any commercial arm reaches; "
             text += f"is it in {unit}, not {wrong}?"
             warnings.add("fast_joint", name, ("joint_limits", name, "max_acceleration"), text)
+    _slow(warnings, cell)
     for name, force in robot.motor_forces.items():
         if force > STRONG:
             text = f"{force:g} is more than the largest arms have; is it in N or Nm, not Nmm?"
             warnings.add("strong_motor", name, ("robot", "motor_forces", name), text)
 
 
+def _slow(warnings: FileWarnings, cell: Cell) -> None:
+    """Warn of accelerations and jerks that are small, e.g. one stated in place of the other."""
+    robot, limits = cell.robot, cell.robot.limits
+    rates = zip(robot.joint_names, limits.velocity, limits.acceleration, limits.jerk, strict=True)
+    long_to_velocity, long_to_acceleration = SLOW
+    steps: dict[str, dict[str, tuple[Key, str]]] = {"acceleration": {}, "jerk": {}}
+    for name, velocity, acceleration, jerk in rates:
+        if (time := velocity / acceleration) > long_to_velocity:
+            key, text = (
+                ("joint_limits", name, "max_acceleration"),
+                f"it takes {time:.3g} s to its full velocity",
+            )
+            steps["acceleration"][name] = key, f"{text}; correct one of them"
+        if (time := acceleration / jerk) > long_to_acceleration:
+            key, text = ("joint_limits", name, "max_jerk"), f"it takes {time:.3g} s to its full acceleration"
+            steps["jerk"][name] = key, f"{text}; correct one of them"
+    for step, found in steps.items():
+        warnings.add_alike("slow_joint", found, ("joint_limits",), f"is the {step} of all too small?")
+
+
 def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
-    """Warn of moving links that have shapes but no mass, which matters only in simulation.
+    """Warn of moving links without a mass, or with one that no material has; only simulation uses masses.
 
     Args:
         warnings: Collects them.
@@ -176,29 +217,10 @@ def warn_of_masses(warnings: FileWarnings, cell: Cell) -> None:
         if link.name in moved and link.bodies and link.mass == 0.0
     }
     warnings.add_alike("no_mass", found, ("robot", "urdf"), "state the masses of the links in the URDF")
-
-
-def _pod(warnings: FileWarnings, cell: Cell) -> None:
-    lean = math.acos(min(1.0, max(-1.0, float(cell.T_world_pod[2, 2]))))
-    if cell.pod.bins and lean > LARGE_LEAN:
-        text = f"the shelf leans by {math.degrees(lean):.0f} degrees, and nothing lies in it any more; "
-        warnings.add("tilted_pod", "pod", ("pod", "T_world_pod"), f"{text}is rpy in rad, roll first?")
-
-
-def _blocked(warnings: FileWarnings, cell: Cell) -> None:
-    """Warn of obstacles that reach into the room of a place."""
-    for i, body in enumerate(cell.obstacles.bodies):
-        into = [name for name, place in cell.places.items() if _reaches_into(cell, place, body)]
-        if into:
-            text = f"{body.name} stands in {', '.join(into)}, where items should; correct its corners"
-            warnings.add("blocked_place", body.name, ("obstacles", i), text)
-
-
-def _reaches_into(cell: Cell, place: Place, body: Body) -> bool:
-    """Whether the world-aligned boxes around room and body overlap by more than ``LARGE_INTRUSION``."""
-    T_world_place = cell.T_world_place(place)
-    middle = transform_points(T_world_place, (place.room.low + place.room.high)[None] / 2)[0]
-    half = Shape(ShapeKind.BOX, tuple(place.room.size)).reach(T_world_place[:3, :3])
-    reach = body.shape.reach(body.T_parent_shape[:3, :3])
-    apart = np.abs(middle - body.T_parent_shape[:3, 3])
-    return bool((half + reach - apart > LARGE_INTRUSION).all())
+    heavy: dict[str, tuple[Key, str]] = {}
+    for link in cell.robot.links:
+        volume = sum(float(np.prod(body.shape.extents)) for body in link.bodies)
+        if link.name in moved and link.bodies and link.mass > DENSE * volume:
+            text = f"link {link.name!r} of {link.mass:g} kg has shapes too small for it; is it in kg, not g?"
+            heavy[link.name] = ("robot", "urdf"), text
+    warnings.add_alike("heavy_link", heavy, ("robot", "urdf"), "are the masses in the URDF in kg, not g?")
