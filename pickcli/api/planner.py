@@ -12,10 +12,11 @@ import numpy as np
 
 from pickcli.api.arm_states import refuse_standing, states_of
 from pickcli.api.configurations import Configuration, goals_of, start_of, state_named
+from pickcli.api.obstacle_check import check_obstacles
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_workcell
 from pickcli.cell.fingerprint import fingerprint
-from pickcli.cell.shapes import Body, ShapeKind
+from pickcli.cell.shapes import Body
 from pickcli.cell.station import Obstacles
 from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_segment import Mode, MotionSegment
@@ -119,20 +120,11 @@ class Planner:
             The planner.
 
         Raises:
-            InputError: A name is already used, or a solid is of another kind.
+            InputError: A name is already used, or a solid is of another kind, inside out or not finite.
         """
         cell = self.cell
         taken = {link.name for link in cell.robot.links} | {body.name for body, _ in self.scene.standing}
-        for body in obstacles:
-            if body.name in taken:
-                raise InputError(
-                    f"obstacle {body.name!r}: the cell has something of that name; choose another"
-                )
-            if body.shape.kind is ShapeKind.HULL:
-                raise InputError(
-                    f"obstacle {body.name!r}: is a hull; make it of boxes, cylinders and spheres"
-                )
-            taken.add(body.name)
+        check_obstacles(obstacles, taken)
         grown = replace(cell, obstacles=Obstacles((*cell.obstacles.bodies, *obstacles)))
         return Planner(replace(self.context, cell=replace(grown, fingerprint=fingerprint(grown))))
 

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pickcli.errors import InputError
 from pickcli.geometry import Array, pose
 
 Corner = tuple[float, float, float]  # m
@@ -169,8 +170,14 @@ def box(name: str, lower: Corner, upper: Corner) -> Body:
 
     Returns:
         The body.
+
+    Raises:
+        InputError: A corner is not three numbers.
     """
-    lo, hi = np.array(lower), np.array(upper)
+    try:
+        lo, hi = (np.array(corner, dtype=float).reshape(3) for corner in (lower, upper))
+    except (TypeError, ValueError):
+        raise InputError(f"box {name!r}: expected two corners (x, y, z) in m, got {lower} and {upper}") from None
     T = np.eye(4)
     T[:3, 3] = (lo + hi) / 2
     return Body(name, Shape(ShapeKind.BOX, tuple(float(v) for v in hi - lo)), T)

@@ -34,6 +34,19 @@ class FingerPads:
     size: tuple[float, float]
     gap: float
 
+    def ending(self, most: float) -> FingerPads:
+        """Return the outer ends of pads that are longer along z: those that reach items on a floor.
+
+        Args:
+            most: m along z.
+
+        Returns:
+            The pads, at most that long, with the same end on the +z side.
+        """
+        along_x, along_z = self.size
+        kept = min(along_z, most)
+        return FingerPads(self.middle + [0.0, 0.0, (along_z - kept) / 2], (along_x, kept), self.gap)
+
 
 def find_pads(upper: Sequence[Body], lower: Sequence[Body]) -> FingerPads | None:
     """Find the largest rectangle on which both fingers are flat and solid.

@@ -15,6 +15,8 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array, cross, pose
 from pickcli.robot_setup.finger_pads import MIN_PAD_WIDTH, find_pads
 
+MAX_PAD_LENGTH = 0.02  # m along the fingers: items are gripped by their ends, or they would meet the floor first
+
 _SNAP = 0.9  # least cosine to an axis of the hand, to which the finger direction is then snapped
 _DECIMALS = 4  # of m, as in the cell file
 _AHEAD = 0.005  # m, least distance of the fingers from the hand that shows their direction
@@ -84,6 +86,7 @@ def find_gripper(robot: Urdf, ends: Sequence[str]) -> SuggestedGripper:
             f"the collision shapes of {one.child} and {other.child} face each other with nothing that is "
             f"flat over {1e3 * MIN_PAD_WIDTH:g} mm; give them a <collision> with a pad"
         )
+    pads = pads.ending(MAX_PAD_LENGTH)
     gap = max(0.0, round(pads.gap, _DECIMALS))  # closed fingers may overlap by rounding
     return SuggestedGripper(
         flange=mount.parent,

@@ -10,7 +10,7 @@ import pytest
 
 import pickcli
 from pickcli import InputError, NoPlanError, Planner, RejectedError, StaleError, UnknownNameError, box
-from pickcli.cell.shapes import hull
+from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
 from pickcli.geometry import Array
 from pickcli.motion.plan_file import motion_hash
 from support.bare_robot import write_bare_robot
@@ -97,6 +97,28 @@ def test_mistakes_are_told(planner: Planner) -> None:
         planner.among([hull("rock", np.eye(3))])
     with pytest.raises(InputError, match="states no pod"):
         planner.plan_pick(planner.scene, "dove_beauty_bar")
+
+
+@pytest.mark.parametrize(
+    ("solid", "expected"),
+    [
+        (box("wall", (1, 1, 1), (0, 0, 0)), "a lower corner over the upper one"),
+        (box("wall", (np.nan, 0, 0), (1, 1, 1)), "expected the sizes of a box"),
+        (box("wall", (0, 0, 0), (1000, 1, 1)), "from 0 to 100 m"),
+        (Body("pole", Shape(ShapeKind.CYLINDER, (-0.1, 1.0)), np.eye(4)), "a radius and a length"),
+        (Body("ball", Shape(ShapeKind.SPHERE, (0.1, 0.2)), np.eye(4)), "a radius, from 0"),
+        (Body("ball", Shape(ShapeKind.SPHERE, (0.1,)), 2 * np.eye(4)), "not a rigid one"),
+        ("wall", "expected a Body, got str"),
+    ],
+)
+def test_unsound_obstacles_are_refused(planner: Planner, solid: Body, expected: str) -> None:
+    with pytest.raises(InputError, match=expected):
+        planner.plan_path("home", "away", obstacles=[solid])
+
+
+def test_a_box_between_no_corners_is_refused() -> None:
+    with pytest.raises(InputError, match="box 'wall': expected two corners"):
+        box("wall", (0, 0), (1, 1))  # type: ignore[arg-type]
 
 
 def test_a_path_of_other_joints_is_refused(planner: Planner) -> None:

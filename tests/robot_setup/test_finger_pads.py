@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.shapes import Body, Shape, ShapeKind, box
 from pickcli.geometry import pose
-from pickcli.robot_setup.finger_pads import GRID_STEP, find_pads
+from pickcli.robot_setup.finger_pads import GRID_STEP, FingerPads, find_pads
 
 SIDES = st.floats(0.006, 0.06)
 
@@ -48,6 +48,15 @@ def test_a_pad_ends_where_a_finger_steps_back() -> None:
     assert pads is not None
     np.testing.assert_allclose(pads.middle, (0.0, 0.0, 0.04), atol=GRID_STEP)
     assert pads.size[1] == pytest.approx(0.02, abs=3 * GRID_STEP)
+
+
+@given(st.floats(0.004, 0.1), st.floats(0.004, 0.1), st.floats(-0.02, 0.02))
+def test_the_outer_end_of_long_pads_ends_where_they_end(along: float, most: float, middle: float) -> None:
+    whole = FingerPads(np.array([0.001, 0.002, middle]), (0.01, along), 0.003)
+    end = whole.ending(most)
+    assert end.size == (0.01, min(along, most)) and end.gap == whole.gap
+    assert end.middle[2] + end.size[1] / 2 == pytest.approx(middle + along / 2)
+    np.testing.assert_array_equal(end.middle[:2], whole.middle[:2])
 
 
 def test_a_tilted_face_and_balls_are_no_pads() -> None:
