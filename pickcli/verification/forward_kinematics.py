@@ -101,10 +101,13 @@ def touching_joints(robot: Robot) -> tuple[int, ...]:
         robot: The robot.
 
     Returns:
-        The joint of the cup, or those of both fingers.
+        The joint of the cup, or those of both fingers; () without a tool if a planned joint moves the last
+        link, which is then a link like any other.
     """
     links = robot.tool.contact_links
-    return tuple(i for i, joint in enumerate(robot.joints) if joint.child in links)
+    return tuple(
+        i for i, joint in enumerate(robot.joints) if joint.child in links and not _is_planned(robot, joint)
+    )
 
 
 def lance_index(robot: Robot) -> int:
@@ -211,6 +214,9 @@ def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
     Returns:
         (N, 4, 4).
     """
+    last = last_joint_index(robot)
+    if _is_planned(robot, robot.joints[last]):
+        return np.asarray(links[last + 1] @ robot.tool.T_last_tip)
     return np.asarray(links[lance_index(robot)] @ T_lance_last(robot, tool_state) @ robot.tool.T_last_tip)
 
 

@@ -119,7 +119,7 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
     found = [
         _part(robot, i, replace(body, name=link.name))
         for i, link in enumerate(robot.links)
-        if i < cup and i - 1 not in joints
+        if i <= cup and i - 1 not in joints
         for body in link.bodies
     ]
     for joint in joints:
