@@ -177,7 +177,8 @@ def box(name: str, lower: Corner, upper: Corner) -> Body:
     try:
         lo, hi = (np.array(corner, dtype=float).reshape(3) for corner in (lower, upper))
     except (TypeError, ValueError):
-        raise InputError(f"box {name!r}: expected two corners (x, y, z) in m, got {lower} and {upper}") from None
+        fault = f"expected two corners (x, y, z) in m, got {lower} and {upper}"
+        raise InputError(f"box {name!r}: {fault}") from None
     T = np.eye(4)
     T[:3, 3] = (lo + hi) / 2
     return Body(name, Shape(ShapeKind.BOX, tuple(float(v) for v in hi - lo)), T)

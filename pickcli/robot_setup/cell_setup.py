@@ -153,10 +153,10 @@ def _make(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
     ranked, unreached = rank_at_places(cell, request.seed)
     on_progress(Progress(steps - 1, steps, "looking for configurations"))
     places = [np.stack([each.configuration.q for each in found]) for found in ranked.values()]
-    draft, notes = _with_configurations(draft, srdf, cell, places, request.seed)
+    draft, notes, unparked = _with_configurations(draft, srdf, cell, places, request.seed)
     home = next((np.array(each.q) for each in draft.configurations if each.name == HOME), None)
     waiting, left = choose_at_places(cell, ranked, home, request.seed)
-    unreached += left
+    unreached += [*left, *unparked]
     draft = replace(draft, configurations=(*draft.configurations, *waiting))
     cell = replace(_probed(staging, draft), warnings=())
     (staging / CELL).write_text(draft.text())
@@ -198,15 +198,18 @@ def _with_place(
 
 def _with_configurations(
     draft: CellText, srdf: Srdf | None, cell: Cell, places: Sequence[Array], seed: int
-) -> tuple[CellText, list[str]]:
-    """Add named configurations to the draft; also return notes on omitted ones, or if none was found."""
+) -> tuple[CellText, list[str], list[str]]:
+    """Add named configurations to the draft.
+
+    Also returns notes on omitted ones, or if none was found, and advice if the arm is parked nowhere.
+    """
     empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY)
     known, notes = ([], []) if srdf is None else states_of_srdf(srdf, cell, empty)
-    found = suggest(cell, empty, known, seed, places)
+    found, unparked = suggest(cell, empty, known, seed, places)
     if not known and not found:
         met = empty.explain(samples(cell, seed)[0])
         notes.append(f"none of {N_CANDIDATES} sampled configurations is free, e.g. {met}")
-    return replace(draft, configurations=(*known, *found)), notes
+    return replace(draft, configurations=(*known, *found)), notes, unparked
 
 
 def _probed(staging: Path, draft: CellText) -> Cell:

@@ -45,7 +45,8 @@ class FingerPads:
         """
         along_x, along_z = self.size
         kept = min(along_z, most)
-        return FingerPads(self.middle + [0.0, 0.0, (along_z - kept) / 2], (along_x, kept), self.gap)
+        outwards = np.array([0.0, 0.0, (along_z - kept) / 2])
+        return FingerPads(self.middle + outwards, (along_x, kept), self.gap)
 
 
 def find_pads(upper: Sequence[Body], lower: Sequence[Body]) -> FingerPads | None:

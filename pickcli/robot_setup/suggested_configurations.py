@@ -12,17 +12,13 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.configuration_text import DECIMALS
 from pickcli.cell.robots.srdf import Srdf
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.robot_model import CollisionModel
-from pickcli.errors import Failures, InputError, NoPlanError
+from pickcli.errors import Failures, InputError, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
-from pickcli.planning.coarse_motion import CoarsePath, plan_coarse
-from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
-from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.configuration_ranking import ConfigurationRanking
 from pickcli.reachability.ranked_configuration import RankedConfiguration, RankingSettings
-from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.robot_setup.cell_text import SuggestedConfiguration
+from pickcli.robot_setup.coarse_motions import CoarseMotions
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.verification.forward_kinematics import link_poses
 
@@ -76,12 +72,13 @@ def suggest(
     known: Sequence[SuggestedConfiguration],
     seed: int,
     places: Sequence[Array] = (),
-) -> list[SuggestedConfiguration]:
+) -> tuple[list[SuggestedConfiguration], list[str]]:
     """Suggest home and parking configurations if missing: free, away from limits, connected by a motion.
 
     Home has the largest manipulability of all samples (Yoshikawa) and motions to the places; in the parking
-    configuration the arm is close to its base. Both are searched above the base first, as most robots stand
-    on something.
+    configuration the arm is close to its base, or, if no motion leads there, it is near home. Both are
+    searched above the base first, as most robots stand on something, and where coarse motions may begin:
+    these keep more than the clearance.
 
     Args:
         cell: The cell.
@@ -91,28 +88,30 @@ def suggest(
         places: For each place (M, n) configurations in front of it.
 
     Returns:
-        The missing configurations; fewer if no free ones were found.
+        The missing configurations, fewer if no free ones were found; and advice if no motion leads from home
+        to any parking configuration.
     """
     names = {each.name: np.array(each.q) for each in known}
-    Q = np.array([q for q in samples(cell, seed) if checker.is_valid(q)])
+    drawn, motions = samples(cell, seed), CoarseMotions(cell)
+    Q = _free(motions.checker, drawn)
+    Q = Q if len(Q) else _free(checker, drawn)
     if not len(Q):
-        return []
+        return [], []
     origins = link_poses(cell.robot, Q)[:, :, :3, 3]
     above = origins[..., 2].min(axis=0) >= cell.robot.T_world_base[2, 3] - FLOOR_TOLERANCE
     Q, origins = (Q[above], origins[:, above]) if above.any() else (Q, origins)
     arm, state, found = Arm(cell.robot), cell.robot.tool.default_state, []
     if HOME not in names:
         best = np.argsort([-arm.manipulability(q, state) for q in Q], kind="stable")
-        names[HOME] = _most_central(cell, Q[best[:N_TRIED]], places, seed)
+        names[HOME] = _most_central(motions, Q[best[:N_TRIED]], places, seed)
         found.append(SuggestedConfiguration(HOME, HOME, tuple(names[HOME]), "found: moves its tool well"))
-    if PARKED not in names:
-        reach = np.linalg.norm(origins - cell.robot.T_world_base[:3, 3], axis=2).max(axis=0)
-        parked = _reached(cell, names[HOME], Q[np.argsort(reach, kind="stable")], seed)
-        if parked is not None:
-            found.append(
-                SuggestedConfiguration(PARKED, "midway", tuple(parked), "found: the arm near its base")
-            )
-    return found
+    if PARKED in names:
+        return found, []
+    reach = np.linalg.norm(origins - cell.robot.T_world_base[:3, 3], axis=2).max(axis=0)
+    parked = _parked(motions, names[HOME], Q[np.argsort(reach, kind="stable")], seed)
+    if isinstance(parked, SuggestedConfiguration):
+        return [*found, parked], []
+    return found, [f"configurations: {parked}; add the one in which the arm is parked, as {PARKED}"]
 
 
 def rank_at_places(cell: Cell, seed: int) -> tuple[dict[str, list[RankedConfiguration]], list[str]]:
@@ -156,10 +155,10 @@ def choose_at_places(
     Returns:
         The configurations; and advice for every place without a motion from home.
     """
-    chosen, unreached = list[SuggestedConfiguration](), list[str]()
+    chosen, unreached, motions = list[SuggestedConfiguration](), list[str](), CoarseMotions(cell)
     for name, candidates in ranked.items():
         goals, best = np.stack([each.configuration.q for each in candidates]), candidates[0]
-        way = None if home is None else _motion(cell, home, goals, derived_seed(seed, name))
+        way = None if home is None else motions.find(home, goals, derived_seed(seed, name))
         if isinstance(way, Failures):
             why = NoPlanError(f"a motion from home to {name}", way.reasons)
             unreached.append(f"configurations: {why}; add one that is midway, or move the place")
@@ -191,33 +190,41 @@ def samples(cell: Cell, seed: int) -> Array:
     return np.asarray(rng.uniform(lower + margin, upper - margin, size=size).round(DECIMALS))
 
 
-def _reached(cell: Cell, home: Array, candidates: Array, seed: int) -> Array | None:
-    """First of configurations (N, n) with a motion from home; None without one."""
+def _free(checker: SceneChecker, Q: Array) -> Array:
+    """The configurations (F, n) of Q (N, n) that are free."""
+    return np.array([q for q in Q if checker.is_valid(q)])
+
+
+def _parked(
+    motions: CoarseMotions, home: Array, candidates: Array, seed: int
+) -> SuggestedConfiguration | NoPlanError:
+    """First of configurations (N, n) with a motion from home; else the nearest to home with one."""
     away = candidates[np.abs(candidates - home).max(axis=1) >= PARKING_DISTANCE]
-    for k, q in enumerate(away[:N_TRIED]):
-        if not isinstance(_motion(cell, home, q[None], derived_seed(seed, f"parked {k}")), Failures):
-            return np.asarray(q)
-    return None
+    near = away[np.argsort(np.abs(away - home).max(axis=1), kind="stable")]
+    reasons = list[Reason]()
+    for source, tried in (("the arm near its base", away), ("a motion leads there from home", near)):
+        for k, q in enumerate(tried[:N_TRIED]):
+            way = motions.find(home, q[None], derived_seed(seed, f"parked {k}"))
+            if not isinstance(way, Failures):
+                return SuggestedConfiguration(PARKED, "midway", tuple(q), f"found: {source}")
+            reasons += way.reasons
+    if not len(away):
+        reasons.append(Reason("no candidate", HOME, "no other free configuration was found"))
+    return NoPlanError(f"a motion from home to any of {2 * min(N_TRIED, len(away))} configurations", reasons)
 
 
-def _most_central(cell: Cell, candidates: Array, places: Sequence[Array], seed: int) -> Array:
+def _most_central(motions: CoarseMotions, candidates: Array, places: Sequence[Array], seed: int) -> Array:
     """The configuration (n,) with motions to most of the tried places; the first if equal.
 
     For each place a motion to any of several configurations (M, n) counts.
     """
     n_reached = []
     for k, q in enumerate(candidates if places else candidates[:1]):
-        ways = [_motion(cell, q, goals, derived_seed(seed, f"home {k}")) for goals in places[:N_TRIED]]
+        ways = [motions.find(q, goals, derived_seed(seed, f"home {k}")) for goals in places[:N_TRIED]]
         n_reached.append(sum(not isinstance(way, Failures) for way in ways))
         if n_reached[-1] == len(ways):
             break
     return np.asarray(candidates[int(np.argmax(n_reached))])
-
-
-def _motion(cell: Cell, home: Array, goals: Array, seed: int) -> CoarsePath | Failures:
-    """Coarse motion of the empty tool from home to any of the goals (G, n), or why there is none."""
-    empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY, COARSE_RESERVE)
-    return plan_coarse(PlanningContext(cell), empty, home, goals, [0.0] * len(goals), seed, "from home")
 
 
 def _ranked_at(cell: Cell, place: str, seed: int) -> list[RankedConfiguration]:

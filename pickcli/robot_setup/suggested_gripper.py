@@ -15,7 +15,7 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array, cross, pose
 from pickcli.robot_setup.finger_pads import MIN_PAD_WIDTH, find_pads
 
-MAX_PAD_LENGTH = 0.02  # m along the fingers: items are gripped by their ends, or they would meet the floor first
+MAX_PAD_LENGTH = 0.02  # m along the fingers, whose ends grip: longer ones would meet the floor first
 
 _SNAP = 0.9  # least cosine to an axis of the hand, to which the finger direction is then snapped
 _DECIMALS = 4  # of m, as in the cell file

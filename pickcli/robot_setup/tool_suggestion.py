@@ -118,7 +118,7 @@ def _gripper(robot: Urdf, chain: PlannedChain) -> SuggestedTool:
             f"T_hand_tip: {_pose_text(found.T_hand_tip)}  # between the pads, z out, y as they close",
             f"fingers: [{fingers}]",
             f"states: {{open: {most:g}, closed: {least:g}}}  # m between the pads, by their joints",
-            f"pad_size: [{sides}]  # m along x and z: the flat ends of the fingers' shapes that face each other",
+            f"pad_size: [{sides}]  # m along x and z: flat ends of the fingers, which face each other",
             f"pad_gap: {found.pad_gap:g}  # m between the pads where both joints stand at 0",
         ),
         figures=(
