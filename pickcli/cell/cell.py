@@ -88,11 +88,14 @@ class AllowedPair:
         a: Name of a link.
         b: Name of a link or an obstacle.
         reason: Why they may touch, in a sentence.
+        verified: Whether only planning leaves the pair out, as its spheres do not tell the two apart; the
+            verifier tests their shapes all the same.
     """
 
     a: str
     b: str
     reason: str
+    verified: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -151,7 +151,10 @@ def _cell(
             )
             for c in model.configurations
         },
-        allowed_pairs=(*(AllowedPair(p.a, p.b, p.reason) for p in model.allowed_pairs), *disabled),
+        allowed_pairs=(
+            *(AllowedPair(p.a, p.b, p.reason, p.verified) for p in model.allowed_pairs),
+            *disabled,
+        ),
         items=items,
         speed_scale=model.speed_scale,
         clearance=model.clearance,

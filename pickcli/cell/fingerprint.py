@@ -63,7 +63,7 @@ def rules(cell: Cell) -> dict[str, Any]:
     found = {
         "robot": _robot(cell.robot),
         "displacement": numbers(astuple(cell.pod.displacement)),
-        "allowed": sorted([pair.a, pair.b] for pair in cell.allowed_pairs),
+        "allowed": sorted([pair.a, pair.b] + ["verified"] * pair.verified for pair in cell.allowed_pairs),
         "clearance": numbers(cell.clearance),
         "speed_scale": numbers(cell.speed_scale),
     }

@@ -194,7 +194,9 @@ def _lines(made: CellSetup, spheres: list[SphereExcess]) -> list[str]:
         )
     met = ", ".join(f"{n} {how}" for how, n in counts.items())
     lines.append(f"pairs of links that collide in {N_SPHERES} samples: {met}")
-    lines += [f"  allowed: {pair.a} and {pair.b}, {pair.reason}" for pair in draft.pairs]
+    for pair in draft.pairs:
+        tested = "; the verifier tests them" if pair.verified else ""
+        lines.append(f"  allowed: {pair.a} and {pair.b}, {pair.reason}{tested}")
     lines += [f"place: {each.name}, {_stands(each)}; {each.source}" for each in draft.places]
     lines += [f"configuration: {each.name}, {each.source}" for each in draft.configurations]
     lines += [f"note: {note}" for note in made.notes]

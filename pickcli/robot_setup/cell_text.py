@@ -209,14 +209,17 @@ class CellText:
             yield ""
 
     def _pairs(self) -> Iterator[str]:
-        yield "# Links that are never tested against each other. Those that a joint connects need none. Pairs"
-        yield "# that never met in a sample stay tested: a sample proves nothing, and testing costs little."
+        yield "# Links that are never tested against each other, or only by the verifier (verified: true)."
+        yield "# Those that a joint connects need none. Pairs that never met in a sample stay tested: a"
+        yield "# sample proves nothing, and testing costs little."
         if not self.pairs:
             yield "allowed_pairs: []"
             return
         yield "allowed_pairs:"
         for pair in self.pairs:
-            yield f"  - {{a: {quoted(pair.a)}, b: {quoted(pair.b)}, reason: {json.dumps(pair.reason)}}}"
+            verified = ", verified: true" if pair.verified else ""
+            reason = f"{json.dumps(pair.reason)}{verified}"
+            yield f"  - {{a: {quoted(pair.a)}, b: {quoted(pair.b)}, reason: {reason}}}"
 
     def _configurations(self) -> Iterator[str]:
         if not self.configurations:

@@ -67,18 +67,28 @@ class CollisionCount:
         near = f"{1e3 * self.clearance:g} mm"
         if self.shapes is CollisionFrequency.ALWAYS:
             reason = f"within {near} of each other in all of {N_SHAPES} sampled configurations"
-            return AllowedPair(self.a, self.b, reason)
-        shapes = f"in none, {1e3 * self.least:.1f} mm apart at least"
+            return AllowedPair(self.a, self.b, reason, self._is_verified)
+        some = "in none" if self.shapes is CollisionFrequency.NEVER else "in some"
+        apart = "" if self.is_doubtful else f", {1e3 * self.least:.1f} mm apart at least"
         reason = (
             f"spheres within {near} of each other in all of {N_SPHERES} sampled configurations, "
-            f"shapes {'in some' if self.is_doubtful else shapes}"
+            f"shapes {some}{apart}"
         )
-        return AllowedPair(self.a, self.b, reason)
+        return AllowedPair(self.a, self.b, reason, self._is_verified)
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether the pair is allowed although its shapes collide only in some configurations."""
-        return self.spheres is CollisionFrequency.ALWAYS and self.shapes is CollisionFrequency.SOMETIMES
+        """Whether the pair is never tested although its shapes collide only in some configurations."""
+        return (
+            self.spheres is CollisionFrequency.ALWAYS
+            and self.shapes is CollisionFrequency.SOMETIMES
+            and not self._is_verified
+        )
+
+    @property
+    def _is_verified(self) -> bool:
+        """Whether the shapes keep the cell's clearance in all samples, so that the verifier can test them."""
+        return self.least >= self.clearance - COARSE_RESERVE
 
 
 def count_collisions(cell: Cell, seed: int) -> list[CollisionCount]:

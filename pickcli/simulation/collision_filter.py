@@ -34,12 +34,13 @@ class CollisionFilter:
     def _switched_off(self) -> set[tuple[str, str]]:
         """Disable the physics of pairs that may overlap, and return them."""
         engine, robot, pairs = self._engine, self._robot, set[tuple[str, str]]()
-        for allowed in self._cell.allowed_pairs:
+        allowed_pairs = [pair for pair in self._cell.allowed_pairs if not pair.verified]
+        for allowed in allowed_pairs:
             for link, other in ((allowed.a, allowed.b), (allowed.b, allowed.a)):
                 if engine.has_link(robot, link) and engine.has_body(other):
                     engine.set_collision(robot, link, other, "", on=False)
                     pairs.add((link, other))
-        both_links = [(a.a, a.b) for a in self._cell.allowed_pairs]
+        both_links = [(a.a, a.b) for a in allowed_pairs]
         for link, other in [*both_links, *rigid_pairs(self._cell.robot)]:
             if engine.has_link(robot, link) and engine.has_link(robot, other):
                 engine.set_collision(robot, link, robot, other, on=False)

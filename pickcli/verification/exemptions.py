@@ -27,7 +27,8 @@ class Exemptions:
             rest.
         pinched: Id of the item that fingers close on or open from here, "" if none.
         neighbours: Pairs of links connected by a joint, directly or through links without a shape.
-        allowed: The cell's allowed pairs, each with a reason in the cell file.
+        allowed: The cell's allowed pairs, each with a reason in the cell file, without those that only
+            planning leaves out.
         pushed: Ids of items that the held one may push aside here, or the empty cup.
         is_empty: Whether nothing is held.
     """
@@ -93,7 +94,7 @@ def exemptions(
         One for each segment.
     """
     neighbours = _neighbours(scene.cell.robot)
-    allowed = frozenset(frozenset((p.a, p.b)) for p in scene.cell.allowed_pairs)
+    allowed = frozenset(frozenset((p.a, p.b)) for p in scene.cell.allowed_pairs if not p.verified)
     return tuple(
         Exemptions(
             _touching(plan, scene, states, moving, world, k), pinched(plan, k), neighbours, allowed,

@@ -62,19 +62,23 @@ def test_only_what_always_collides_is_allowed_and_with_its_count(made: CellSetup
 
 
 @pytest.mark.parametrize(
-    ("spheres", "shapes", "allowed"),
+    ("spheres", "shapes", "least", "allowed"),
     [
-        (ALWAYS, NEVER, "sampled configurations, shapes in none, 4.0 mm apart at least"),
-        (ALWAYS, SOMETIMES, "sampled configurations, shapes in some"),
-        (ALWAYS, ALWAYS, "within 3 mm of each other in all of 200"),
-        (SOMETIMES, None, None),
-        (NEVER, None, None),
+        (ALWAYS, NEVER, 0.007, "sampled configurations, shapes in none, 7.0 mm apart at least"),
+        (ALWAYS, SOMETIMES, 0.003, "sampled configurations, shapes in some"),
+        (ALWAYS, SOMETIMES, 0.0, "sampled configurations, shapes in some"),
+        (ALWAYS, ALWAYS, 0.004, "within 6 mm of each other in all of 200"),
+        (ALWAYS, ALWAYS, 0.0, "within 6 mm of each other in all of 200"),
+        (SOMETIMES, None, 0.0, None),
+        (NEVER, None, 0.0, None),
     ],
 )
 def test_a_pair_is_allowed_only_where_nothing_could_be_planned_otherwise(
-    spheres: CollisionFrequency, shapes: CollisionFrequency | None, allowed: str | None
+    spheres: CollisionFrequency, shapes: CollisionFrequency | None, least: float, allowed: str | None
 ) -> None:
-    pair = CollisionCount("a", "b", spheres, shapes, 0.004, 0.003)
+    pair = CollisionCount("a", "b", spheres, shapes, least, 0.006)  # of which the cell's clearance is 3 mm
     assert (pair.allowed is None) == (allowed is None)
-    assert pair.allowed is None or (allowed is not None and allowed in pair.allowed.reason)
-    assert pair.is_doubtful == (shapes is SOMETIMES)
+    assert pair.is_doubtful == (shapes is SOMETIMES and least < 0.003)
+    if pair.allowed is not None:
+        assert allowed is not None and allowed in pair.allowed.reason
+        assert pair.allowed.verified == (least >= 0.003)

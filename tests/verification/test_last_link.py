@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pickcli import JointPath, Planner, RejectedError, box
+from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import pose
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import Segment, SegmentKind
@@ -15,8 +17,8 @@ from pickcli.scene.scene import empty_scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.moving_parts import parts
-from support.command_line import apc
-from support.elbow import LIMITS, write_elbow
+from support.command_line import apc, refused
+from support.elbow import LIMITS, WALL, write_elbow
 
 ENDS = ((0.0, 0.6), (0.01, 2.4))
 
@@ -51,3 +53,19 @@ def test_a_motion_that_leads_it_through_a_wall_is_rejected(planner: Planner) -> 
     moved = replace(plan, cell_fingerprint=among.cell.fingerprint, scene_hash=scene_hash(among.scene))
     with pytest.raises(RejectedError, match=r"collision: (wall and fore|fore and wall)"):
         among.verify(moved)
+
+
+def test_a_pair_that_only_planning_leaves_out_is_verified(tmp_path: Path) -> None:
+    """The planner leads the forearm through the wall; with ``verified`` that is no plan to carry out."""
+    made = apc("init", tmp_path / "cell", "--urdf", write_elbow(tmp_path, 0.2, 2.9, WALL), *LIMITS)
+    assert made.code == 0, made.err
+    pair = 'allowed_pairs: [{a: base, b: fore, reason: "spheres that are too large"VERIFIED}]'
+    path = tmp_path / "cell" / "cell.yaml"
+    text = path.read_text()
+    through = ("plan-move", "--cell", tmp_path / "cell", "--from", "0,2", "--to", "0,0.9", "-o")
+    path.write_text(text.replace("allowed_pairs: []", pair.replace("VERIFIED", "")))
+    never = load_cell(tmp_path / "cell").fingerprint
+    assert apc(*through, tmp_path / "never.json").code == 0
+    path.write_text(text.replace("allowed_pairs: []", pair.replace("VERIFIED", ", verified: true")))
+    assert load_cell(tmp_path / "cell").fingerprint != never
+    refused(apc(*through, tmp_path / "verified.json"), 4, "collision: base and fore")

@@ -201,6 +201,7 @@ class AllowedPairModel(FileModel):
     reason: Annotated[str, Field(min_length=10, max_length=1000)] = Field(
         description="why they may touch, in a sentence"
     )
+    verified: bool = Field(False, description="true if only planning leaves them out, not the verifier")
 
 
 class ConfigurationModel(FileModel):
