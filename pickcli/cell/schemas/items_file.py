@@ -20,9 +20,22 @@ from pickcli.files.yaml_reader import read_yaml
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Interval = Annotated[tuple[Number, ...], Len(2, 2)]
 ItemSize = Annotated[float, Field(ge=1e-4, le=2)]  # m: from foil to what a single arm can handle
+BEYOND = 0.005  # m that an area may be stated beyond its face
 LIGHT, HEAVY = 10.0, 4000.0  # kg/m3: foam, and metal that fills most of its bounding box
 WARNINGS = ("odd_density",)  # kinds of warnings about item files
 ItemName = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[a-z0-9_]+$")]
+
+
+def _axes_of(shape: Shape, face: str) -> str:
+    """Axes of the item frame along which the area of a face can be limited."""
+    if shape.kind is ShapeKind.SPHERE:
+        return ""
+    return "z" if face == "mantle" else "xyz".replace(face[1], "")
+
+
+def _narrowest(shape: Shape, face: str) -> float:
+    """The narrowest side of a face, m."""
+    return min(float(shape.extents["xyz".index(axis)]) for axis in _axes_of(shape, face))
 
 
 class ItemModel(FileModel):
@@ -83,6 +96,32 @@ class ItemModel(FileModel):
                     raise ValueError(
                         f"expected [least, greatest] for {axis} of {name}, got {[least, greatest]}"
                     )
+                if self._has_one_shape:
+                    self._check_area(name, axis, least, greatest)
+        return self
+
+    def _check_area(self, name: str, axis: Literal["x", "y", "z"], least: float, greatest: float) -> None:
+        """Raise ValueError if an area has a limit along an axis that its face lacks, or is beyond it."""
+        known = _axes_of(self.shape, name)
+        if axis not in known:
+            which = f"along {' and '.join(known)} of the face" if known else "of a box or cylinder"
+            raise ValueError(f"expected an area {which}, got {axis} of {name}; correct the axis")
+        half = float(self.shape.extents["xyz".index(axis)]) / 2
+        if max(-least, greatest) > half + BEYOND or min(-least, greatest) < -half:
+            raise ValueError(
+                f"expected {axis} of {name} within {half:g} m of the middle, got {[least, greatest]}; "
+                "lengths are in m, not mm, along the axes of the item frame"
+            )
+
+    @model_validator(mode="after")
+    def _inset(self) -> ItemModel:
+        if self._has_one_shape and not self.why_not and self.shape.kind is not ShapeKind.SPHERE:
+            sides = [_narrowest(self.shape, name) for name, share in self.shares.items() if share > 0.0]
+            if sides and 2 * self.seal_inset >= max(sides):
+                raise ValueError(
+                    f"expected a seal_inset under {max(sides) / 2:g} m, half of the widest face that seals, "
+                    f"got {self.seal_inset:g}; nothing is left for the cup"
+                )
         return self
 
     @property

@@ -173,4 +173,27 @@ ITEM_MISTAKES = (
         'items.tee-shirt: expected a name of small letters, digits and _, got "tee-shirt"; correct it',
         ("  cherokee_easy_tee_shirt:", "  tee-shirt:"),
     ),
+    _items(
+        "an area in mm",
+        "items.clorox_utility_brush: expected x of +z within … m of the middle, got [-45.0, 45.0]; lengths",
+        ('"+z": {x: [-0.045, 0.045], y', '"+z": {x: [-45, 45], y'),
+    ),
+    _items(
+        "an area along the normal of its face",
+        "items.clorox_utility_brush: expected an area along x and y … got z of +z; correct the axis",
+        ('"+z": {x: [-0.045, 0.045], y', '"+z": {z: [-0.02, 0.02], y'),
+    ),
+    _items(
+        "an area beside its face",
+        "items.clorox_utility_brush: expected x of +z within … got [0.3, 0.4]; lengths are in m",
+        ('"+z": {x: [-0.045, 0.045], y', '"+z": {x: [0.3, 0.4], y'),
+    ),
+    _items(
+        "an inset wider than the item",
+        "items.barkely_hide_bones: expected a seal_inset under 0.068 m, half … got 0.2; nothing is left",
+        (
+            'KTH the card at one end"\n    seal_inset: 0.005',
+            'KTH the card at one end"\n    seal_inset: 0.2',
+        ),
+    ),
 )
