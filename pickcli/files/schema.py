@@ -105,8 +105,33 @@ def note(source: Source, model: type[BaseModel], detail: Any) -> None:
     key = _without_tags(model, key)
     # In a discriminated union, pydantic's location contains the kind, which is not a key of the file.
     place = tuple(part for i, part in enumerate(key) if not _is_tagged(_annotation(model, key[:i])))
+    for part in (place, place[:-1]):  # a list, or a number in it
+        if _is_of_commas(value := _value(source.data, part)):
+            text = (
+                f"expected numbers with a decimal point, got {_short(value)}; a comma begins the next number"
+            )
+            source.add(part, text)
+            return
     is_of_kind = detail["type"] in (UNKNOWN_TAG, NO_TAG)
     source.add((*place, TAG) if is_of_kind else place, explain(model, key, detail))
+
+
+def _value(data: Any, key: Key) -> Any:
+    """The value at a key, None without one."""
+    for part in key:
+        known = data if isinstance(data, dict) else range(len(data)) if isinstance(data, list) else ()
+        if part not in known:
+            return None
+        data = data[part]
+    return data
+
+
+def _is_of_commas(value: Any) -> bool:
+    """Whether a list was written with decimal commas: [0,394, 0,294] has four whole numbers."""
+    if not isinstance(value, list) or len(value) < 4 or len(value) % 2:
+        return False
+    is_whole = all(isinstance(number, int) and not isinstance(number, bool) for number in value)
+    return is_whole and max(value[1::2]) >= 10 > max(map(abs, value[::2]))
 
 
 def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
@@ -307,7 +332,8 @@ def _fields_of(annotation: Any) -> dict[str, Any]:
     if get_origin(annotation) in (Union, UnionType):
         parts = [_fields_of(part) for part in get_args(annotation)]
         return {name: field for part in reversed(parts) for name, field in part.items()}
-    return dict(getattr(annotation, "model_fields", {}))
+    fields = getattr(annotation, "model_fields", {})
+    return {field.alias or name: field for name, field in fields.items()}
 
 
 def _is_tagged(annotation: Any) -> bool:

@@ -117,6 +117,8 @@ def _cure(error: yaml.MarkedYAMLError, text: str) -> str:
     """Advice on a text that is not YAML; the mistake is often before the reported position."""
     mark, begin = error.problem_mark or error.context_mark, error.context_mark
     lines = _LINE_BREAK.split(text)
+    if conflict := [i for i, line in enumerate(lines) if line.startswith("<<<<<<< ")]:
+        return f"a conflict of git begins in line {conflict[0] + 1}; resolve it"
     here = "".join(lines[mark.line : mark.line + 1]) if mark else ""
     if mark and "\t" in here[: mark.column + 1]:
         return "indent with spaces, not tabs"
@@ -172,7 +174,8 @@ class _Events:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
             self.refuse(event, "anchors and aliases are not allowed; write the value out")
         if event.tag is not None and event.tag != "!" and event.tag not in self.tags:
-            self.refuse(event, f"tag {event.tag} is not allowed; leave it out")
+            advice = "write the angle in rad" if event.tag == "!degrees" else "leave it out"  # xacro's tag
+            self.refuse(event, f"tag {event.tag} is not allowed; {advice}")
         if len(key) > MAX_DEPTH:
             self.refuse(event, f"nested deeper than {MAX_DEPTH} levels")
         self.source.value_positions[key] = _place(event)

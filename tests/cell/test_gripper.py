@@ -79,6 +79,8 @@ def test_fingers_without_a_mimic_are_driven_as_mirrors(cell_copy: CellCopy) -> N
 
 URDF, YAML = "gripper.urdf", "cell.yaml"
 MISTAKES = {
+    "no kind": (YAML, "  kind: gripper\n", "",
+                "tool.kind: expected gripper: these are the keys of one, got nothing; add it"),
     "another kind": (YAML, "  kind: gripper\n", "  kind: grippre\n",
                      "tool.kind: expected suction or gripper, got 'grippre'; correct it"),
     "friction 0": (YAML, "friction: 0.5", "friction: 0", "tool.friction: expected friction between pads"),

@@ -20,6 +20,10 @@ class Corner(FileModel):
     note: Text | None = Field(None, description="a note")
 
 
+class Move(FileModel):
+    source: str = Field(alias="from", description="the name of a place")
+
+
 class Crate(FileModel):
     kind: Literal["crate"] = Field(description="crate")
     depth: Size = Field(description="m, inside")
@@ -166,6 +170,14 @@ CASES: dict[str, tuple[dict[str, Any], str, str]] = {
         {"corners": [{"at": [1]}]}, "5:4: corners[0].at",
         "expected a corner [x, y] in m: at least 2 entries, got 1; correct it",
     ),
+    "two numbers with decimal commas": (
+        {"corners": [{"at": [0, 394, -1, 25]}]}, "5:4: corners[0].at",
+        "expected numbers with a decimal point, got [0, 394, -1, 25]; a comma begins the next number",
+    ),
+    "four numbers for two": (
+        {"corners": [{"at": [3, 1, 2, 4]}]}, "5:4: corners[0].at",
+        "expected a corner [x, y] in m: at most 2 entries, got 4; correct it",
+    ),
     "three numbers for two": (
         {"corners": [{"at": [1, 2, 3]}]}, "5:4: corners[0].at",
         "expected a corner [x, y] in m: at most 2 entries, got 3; correct it",
@@ -270,3 +282,10 @@ def test_of_very_many_mistakes_twenty_are_told_and_how_many_more_there_are(n: in
     lines = told(Shop, {"name": "shelf", "places": {f"p{k}": {**TABLE, "legs": 9} for k in range(n)}})
     assert len(lines) == 20 + (more > 0)
     assert more == 0 or lines[-1] == f" and {more} more"
+
+
+def test_a_field_is_called_as_in_the_file() -> None:
+    assert told(Move, {"source": "here"}) == [
+        "1:1: from: expected the name of a place, got nothing; add it",
+        "2:2: source: unknown key; known: from",
+    ]

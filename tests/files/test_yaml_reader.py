@@ -223,6 +223,19 @@ def test_tags_are_refused(folder: Path, refused: Refused, text: str) -> None:
     assert "is not allowed; leave it out" in refused(lambda: read(folder, text))
 
 
+def test_degrees_are_not_only_left_out(folder: Path, refused: Refused) -> None:
+    assert "tag !degrees is not allowed; write the angle in rad" in refused(
+        lambda: read(folder, "a: !degrees 45\n")
+    )
+
+
+def test_a_conflict_of_git_is_named(folder: Path, refused: Refused) -> None:
+    text = "a: 1\n<<<<<<< HEAD\nb: 2\n=======\nb: 3\n>>>>>>> other\n"
+    assert "not YAML: could not find expected ':'; a conflict of git begins in line 2; resolve it" in refused(
+        lambda: read(folder, text)
+    )
+
+
 @pytest.mark.parametrize("line_break", ["\n", "\r", "\r\n", "\x85", "\u2028"])
 def test_a_tab_is_named_on_its_line_whatever_ends_the_lines(line_break: str, tmp_path: Path) -> None:
     text = line_break.join(["a: 1", "b:", "\tc: 2"])

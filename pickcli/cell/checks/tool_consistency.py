@@ -135,7 +135,8 @@ def check_devices(source: Source, model: CellModel) -> None:
         if device.kind not in (DeviceKind.TOOL_ACTUATOR, DeviceKind.GRIPPER):
             continue
         if device.kind != mover:
-            text = f"expected {mover}, which moves this tool, got {device.kind}; correct it"
+            text = f"expected {mover}, which moves this tool, got {device.kind}; correct it, or "
+            text += "state its arm if it moves the tool of one of several"
             source.add(("devices", name, "kind"), text)
         if isinstance(model.tool, GripperModel):
             _check_lead(source, model.tool, name, device.lead)

@@ -13,7 +13,7 @@ from pickcli.cell.schemas.place_schema import MAX_PLACES, PlaceModel
 from pickcli.cell.schemas.pose_schema import BoundsModel as BoundsModel
 from pickcli.cell.schemas.pose_schema import Name
 from pickcli.cell.schemas.pose_schema import PoseModel as PoseModel
-from pickcli.cell.schemas.tool_schema import AnyTool, FilePath, GripperModel, SuctionModel
+from pickcli.cell.schemas.tool_schema import AnyTool, FilePath, GripperModel, SuctionModel, is_of_gripper
 from pickcli.files.file_warnings import refuse_unknown_kinds
 from pickcli.files.schema import (
     FileModel,
@@ -308,5 +308,4 @@ def cell_model(data: Any) -> type[CellModel]:
         The model.
     """
     tool = data.get("tool") if isinstance(data, dict) else None
-    is_gripper = isinstance(tool, dict) and tool.get("kind") == "gripper"
-    return GripperCellModel if is_gripper else SuctionCellModel
+    return GripperCellModel if is_of_gripper(tool) else SuctionCellModel

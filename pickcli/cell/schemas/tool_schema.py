@@ -35,6 +35,7 @@ class ToolModel(FileModel):
 class GripperModel(ToolModel):
     """A parallel gripper."""
 
+    kind: str = Field(description="gripper: these are the keys of one")
     hand_link: Name = Field(description="the link fixed to the flange, which carries the fingers")
     T_hand_tip: PoseModel = Field(
         description="the middle between the pads in the hand's frame: z out of the hand, y as they close"
@@ -98,9 +99,21 @@ class SuctionModel(ToolModel):
         return self.cup_link
 
 
-def _kind_of_tool(tool: Any) -> str:
+def is_of_gripper(tool: Any) -> bool:
+    """Whether the values of a tool are those of a gripper; without a known kind, whether it has fingers.
+
+    Args:
+        tool: Values of the file, possibly malformed, or a model of a tool.
+
+    Returns:
+        True for a gripper.
+    """
     kind = tool.get("kind") if isinstance(tool, dict) else getattr(tool, "kind", None)
-    return "[gripper]" if kind == "gripper" else "[suction]"
+    return kind == "gripper" or (kind not in TOOL_KINDS and isinstance(tool, dict) and "fingers" in tool)
+
+
+def _kind_of_tool(tool: Any) -> str:
+    return "[gripper]" if is_of_gripper(tool) else "[suction]"
 
 
 # Discriminated by kind, so that mistakes refer to that kind only.
