@@ -136,11 +136,18 @@ class CellText:
             yield f"robot.motor_forces in N or Nm of {listed}: the URDF states no effort; add --motor-force"
         for kind in KINDS:
             blank = [name for name, limits in self.limits.items() if limits.values.get(kind, 0.0) is None]
-            if blank:
-                yield (
-                    f"joint_limits: max_{kind} of {', '.join(blank)}: no file states it; add --joint-limits "
-                    f"FILE, or --max-{kind} with your figure"
-                )
+            if not blank:
+                continue
+            why = "no file states it"
+            ignored = [self.limits[name] for name in blank if self.limits[name].ignored is not None]
+            if kind == "velocity" and ignored:
+                limits = ignored[0]
+                why = f"the URDF states {limits.ignored:g} {limits.unit}/s, which no joint reaches: limits "
+                why += f"are in {limits.most(kind)[1]}"
+            yield (
+                f"joint_limits: max_{kind} of {', '.join(blank)}: {why}; add --joint-limits FILE, or "
+                f"--max-{kind} with your figure"
+            )
         if self.tool is not None:
             yield from self.tool.left()
 

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from pickcli.errors import InputError
+
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 MANIFEST = "package.xml"
 MANIFEST_BYTES = 100_000  # limit of reading a manifest
@@ -20,12 +22,18 @@ class PackageSearch:
         urdf: The file that names packages.
         stated: Folders, each a package or a folder of packages.
         named: Folders of packages by name.
+
+    Raises:
+        InputError: One of these is no folder.
     """
 
     def __init__(
         self, urdf: Path, stated: Sequence[Path] = (), named: Mapping[str, Path] | None = None
     ) -> None:
         self._stated, self._named = tuple(stated), dict(named or {})
+        for folder in (*self._stated, *self._named.values()):
+            if not folder.is_dir():
+                raise InputError(f"--package-path: {folder} is no folder; correct it")
         self._roots = (*stated, *urdf.resolve().parents, *_ros_folders())
 
     def find(self, name: str) -> Path | None:

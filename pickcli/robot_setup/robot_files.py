@@ -54,11 +54,14 @@ def find_robot_files(
         The files.
 
     Raises:
-        InputError: With every missing package and every missing mesh of a collision shape.
+        InputError: With every missing package and every missing mesh of a collision shape; or a URDF is given
+            arguments.
     """
     if urdf.suffix == ".xacro":
         text, path = expanded(urdf, packages, arguments), scratch / f"{urdf.stem}.urdf"
         path.write_text(text)
+    elif arguments:
+        raise InputError(f"--xacro-arg {min(arguments)}: {urdf} is no xacro (.xacro), and has no arguments")
     else:
         text, path = read_text(urdf, MAX_BYTES, wanted=URDF), urdf
     robot, mistakes = read_xml(path), XmlMistakes(path)

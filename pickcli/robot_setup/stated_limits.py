@@ -28,12 +28,14 @@ class StatedLimits:
         effort: N or Nm; None if not stated.
         values: By kind, in unit/s, unit/s2 and unit/s3; None if not stated.
         sources: Source of each value; kinds stated by the cell's limits file are not among the values.
+        ignored: Velocity of the URDF that no joint has, unit/s; None if it states none or a plausible one.
     """
 
     unit: str
     effort: float | None
     values: dict[str, float | None]
     sources: dict[str, str]
+    ignored: float | None = None
 
     def most(self, kind: str) -> tuple[float, str]:
         """Return the bound of plausible limits of any real joint.
@@ -86,7 +88,8 @@ def limits_of_urdf(robot: Urdf, urdf: Path, joints: tuple[str, ...]) -> dict[str
         stated = StatedLimits(unit, _positive(limit, "effort"), values, {"velocity": "the URDF's"})
         if velocity is not None and velocity <= stated.most("velocity")[0]:
             values["velocity"] = velocity
-        found[name] = stated
+            velocity = None
+        found[name] = replace(stated, ignored=velocity)
     return found
 
 

@@ -73,7 +73,10 @@ def _expand(pipe: Connection, path: Path, packages: PackageSearch, arguments: di
     except MemoryError:
         pass  # the pipe is closed without an answer
     except Exception as error:  # anything that evaluation of the file may raise
-        pipe.send(("", str(error) or type(error).__name__))
+        # Of our own error xacro would tell its class, its text, and its text again.
+        inner = getattr(error, "exc", None)
+        raised = inner if isinstance(inner, LookupError) else error
+        pipe.send(("", str(raised) or type(raised).__name__))
 
 
 @contextmanager

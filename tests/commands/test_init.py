@@ -137,6 +137,15 @@ MISTAKES = {
         "--max-acceleration: expected at most 2000 for turn, got 5000",
     ),
     "a figure of no joint": (("--max-jerk", "bned=5"), "unknown joint 'bned'; did you mean 'bend'?"),
+    "a folder of packages that is none": (
+        ("--package-path", "nowhere"),
+        "--package-path: nowhere is no folder; correct it",
+    ),
+    "a folder of a package that is none": (
+        ("--package-path", "meshes=nowhere"),
+        "--package-path: nowhere is no folder; correct it",
+    ),
+    "an argument of no xacro": (("--xacro-arg", "reach=1.5"), "--xacro-arg reach: "),
     "a file that is not there": (("--srdf", "none.srdf"), "none.srdf"),
 }
 
@@ -363,3 +372,22 @@ def test_a_new_cell_has_no_name_of_a_shipped_one(urdf: Path, tmp_path: Path) -> 
     made = apc("init", tmp_path / "panda_table", "--urdf", urdf, *LIMITS)
     refused(made, 3, "panda_table is a cell of this package, and scenes go by names; choose another one")
     assert not (tmp_path / "panda_table").exists()
+
+
+def test_a_velocity_in_degrees_is_told_of(urdf: Path, tmp_path: Path) -> None:
+    text = re.sub(r' velocity="[^"]*"', "", urdf.read_text()).replace("<limit ", '<limit velocity="180" ')
+    changed = urdf.with_name("degrees.urdf")
+    changed.write_text(text)
+    made = apc("init", tmp_path / "arm", "--urdf", changed, *LIMITS[:4], "--json")
+    (told,) = (each for each in json.loads(made.out)["left_to_fill_in"] if "max_velocity" in each)
+    assert "the URDF states 180 rad/s, which no joint reaches: limits are in rad, not degrees; add" in told
+
+
+def test_a_package_that_a_xacro_includes_and_that_is_nowhere_is_told_once(tmp_path: Path) -> None:
+    pytest.importorskip("xacro")
+    xacro = tmp_path / "a.xacro"
+    namespace = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    xacro.write_text(f'<robot name="a" {namespace}><xacro:include filename="$(find lost)/b.xacro"/></robot>')
+    made = apc("init", tmp_path / "arm", "--urdf", xacro)
+    refused(made, 3, "xacro refuses it: package 'lost' was not found in the folders above the URDF; name")
+    assert made.err.count("was not found") == 1
