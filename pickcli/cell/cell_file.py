@@ -289,10 +289,16 @@ def _disabled(source: Source, model: CellModel, urdf: Urdf) -> list[AllowedPair]
     ]
     found = []
     for key, path, prefix in stated or [(("robot", "srdf"), model.robot.srdf, "")]:
-        for pair in () if path is None else read_srdf(_inside(source, key, path)).disabled:
+        pairs = () if path is None else read_srdf(_inside(source, key, path)).disabled
+        names = {prefix + name for pair in pairs for name in (pair.a, pair.b)}
+        if names and not names & urdf.links.keys():
+            text = f"names no link of the robot, e.g. {min(names)!r}; is it the SRDF of another one?"
+            source.add(key, text)
+        for pair in pairs:
             a, b = prefix + pair.a, prefix + pair.b
             if {a, b} <= urdf.links.keys():
                 found.append(AllowedPair(a, b, f"disabled in the SRDF: {pair.reason}"))
+    source.check()
     return found
 
 

@@ -246,3 +246,14 @@ def test_a_cell_is_found_by_name_folder_and_file(cell_copy: CellCopy) -> None:
         load_cell(where).fingerprint for where in ("apc2016_delft", cell_copy.folder, cell_copy.yaml.path)
     }
     assert len(prints) == 1
+
+
+def test_an_srdf_of_another_robot_is_none(cell_copy: CellCopy, refused: Refused) -> None:
+    pair = '<disable_collisions link1="{}" link2="nothing" reason="Never"/>'
+    line = cell_copy.yaml.replace("  urdf: robot.urdf\n", "  urdf: robot.urdf\n  srdf: other.srdf\n") + 1
+    srdf = cell_copy.folder / "other.srdf"
+    srdf.write_text(f'<robot name="other">{pair.format("lnk_b")}</robot>')
+    said = "robot.srdf: names no link of the robot, e.g. 'lnk_b'; is it the SRDF of another one?"
+    assert f"cell.yaml:{line}:3: {said}" in refused(cell_copy.load)
+    srdf.write_text(f'<robot name="other">{pair.format("link_b")}</robot>')  # a part that is left out here
+    cell_copy.load()

@@ -17,6 +17,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.name_suggestion import suggestion
 
 ASTRAY = 0.6  # m from the mouth of the place to the tip; Team Delft waits 0.3 m in front of the bins
+BESIDE = 0.1  # m beside the mouth of its place, from which a configuration may be meant for another one
 BEHIND = -0.2  # least cosine between the tool's direction and the direction into the place
 HOME = "home"  # name and kind of the configuration in which commands begin
 WAITING = ("bin", "tote", "drop")  # kinds of configurations from which the arm enters a place
@@ -90,20 +91,31 @@ def _place_of(cell: Cell, named: NamedConfiguration) -> Place | None:
 
 
 def _why_astray(cell: Cell, named: NamedConfiguration, place: Place) -> str:
-    """Why a configuration is implausible for its place: tip far away or pointing away; "" if it is not."""
+    """Why a configuration is implausible: the tip is elsewhere or points away; "" if neither."""
     T_world_tip = _tip(cell, named)
-    access = place.access
-    T_mouth_tip = inverse(cell.T_world_place(place) @ access.T_place_mouth) @ T_world_tip
-    tip = T_mouth_tip[:3, 3]
-    half = np.array([0.0, access.width / 2, access.height / 2])
-    away = float(np.linalg.norm(tip - np.clip(tip, -half, half)))
+    T_mouth_tip = inverse(cell.T_world_place(place) @ place.access.T_place_mouth) @ T_world_tip
+    beside = _beside(cell, place, T_world_tip)
+    away = float(np.linalg.norm(beside))
     if away > ASTRAY:
         x, y, z = T_world_tip[:3, 3]
         return f"has the tip at [{x:.2f}, {y:.2f}, {z:.2f}], {away:.2f} m from the mouth of {place.name}"
     lance = T_mouth_tip[:3, :3] @ cell.robot.tool.lance_axis(named.tool_state)
     if float(lance[0]) < BEHIND:
         return f"has the tool point away from {place.name}"
+    if named.kind == "bin" and float(np.linalg.norm(beside[1:])) > BESIDE:
+        for name, other in cell.places.items():
+            to_other = _beside(cell, other, T_world_tip)
+            if not to_other[1:].any() and float(np.linalg.norm(to_other)) < away:
+                return f"has the tip before {name}, not {place.name}; were names exchanged?"
     return ""
+
+
+def _beside(cell: Cell, place: Place, T_world_tip: Array) -> Array:
+    """From the nearest point of a place's mouth to the tip (3,), m, in the frame of the mouth."""
+    access = place.access
+    tip = (inverse(cell.T_world_place(place) @ access.T_place_mouth) @ T_world_tip)[:3, 3]
+    half = np.array([0.0, access.width / 2, access.height / 2])
+    return np.asarray(tip - np.clip(tip, -half, half))
 
 
 def _tip(cell: Cell, named: NamedConfiguration) -> Array:

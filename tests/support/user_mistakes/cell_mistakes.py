@@ -671,4 +671,15 @@ CELL_MISTAKES = (
         "allowed_pairs[0].b: 'cup' is never tested against itself; name the other one, or delete",
         ("allowed_pairs:\n", "allowed_pairs:\n  - {a: cup, b: cup, reason: a slip of the pen}\n"),
     ),
+    _cell(
+        "decimal commas in a corner",
+        "tote.inner.lower: expected numbers with a decimal point, got [-1, 315, 0, 796, 0, 580]; a comma",
+        ("lower: [-1.315, -0.796, 0.580]", "lower: [-1,315, -0,796, 0,580]"),
+    ),
+    _cell(
+        "names of two bins exchanged",
+        "configurations[1].q: bin_A has the tip before bin_C, not bin_A; were names exchanged?",
+        ("bins: [bin_A, bin_B, bin_C]", "bins: [bin_C, bin_B, bin_A]"),
+        strict=True,
+    ),
 )

@@ -100,7 +100,7 @@ SCENE_MISTAKES = (
     ),
     _scene(
         "the pod lying down",
-        "items[0].position: kleenex_tissue_box is 2.16 … in the world frame (docs/formats/scene.md)",
+        "T_world_pod.quaternion: leans by 90 degrees; it stands upright … is the quaternion x, y, z, w?",
         _put("T_world_pod", "quaternion", value=[0.7071068, 0.0, 0.0, 0.7071068]),
     ),
     _scene(
