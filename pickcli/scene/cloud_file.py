@@ -55,7 +55,8 @@ def read_points(path: Path) -> Array:
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise InputError(f"{path}: expected numbers of shape (N, 3), got {points.dtype} {points.shape}")
     if not 0 < len(points) <= MAX_POINTS:
-        raise InputError(f"{path}: has {len(points)} points; expected 1 to {MAX_POINTS}: thin it out")
+        advice = "thin it out" if len(points) else "leave the cloud out of the scene, or write it again"
+        raise InputError(f"{path}: has {len(points)} points; expected 1 to {MAX_POINTS}: {advice}")
     return np.ascontiguousarray(points, dtype=np.float64)
 
 

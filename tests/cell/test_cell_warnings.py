@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import logging
 import re
+import shutil
+from pathlib import Path
 
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import cell_names, load_workcell
+from pickcli.cell.cell_file import cell_names, load_cell, load_workcell
 from pickcli.cell.checks.cell_warnings import CELL_WARNINGS
 from pickcli.cell.checks.plausibility import warn_of_masses
 from pickcli.cell.data_path import data_path
@@ -173,3 +175,12 @@ def test_a_hand_needs_what_closes_it_and_looks_outwards(cell_copy: CellCopy) -> 
     copy.yaml.path.write_text(turned)
     (warning,) = copy.load().warnings
     assert "tool.T_hand_tip: +z points back into the hand" in warning
+
+
+def test_over_a_crate_the_tip_may_be_before_a_shelf(tmp_path: Path) -> None:
+    folder = tmp_path / "cell"
+    shutil.copytree(data_path() / "cells" / "ur5e_crates", folder)
+    text = (folder / "cell.yaml").read_text()
+    moved = text.replace("xyz: [0.45, -0.2, 0.753]", "xyz: [0.1, -0.6, 0.753]")
+    (folder / "cell.yaml").write_text(moved)
+    assert moved != text and [line for line in load_cell(folder).warnings if "shelf" in line] == []

@@ -93,7 +93,7 @@ def test_every_kind_of_file_holds_the_same_points(tmp_path: Path, suffix: str, f
         ("a.ply", ply("ascii", POINTS).replace(b"vertex 50", b"vertex 9000000"), "it has 9000000 points"),
         ("a.ply", ply("ascii", POINTS)[:-200], "of the 50 points that its header states"),
         ("a.ply", ply("ascii", POINTS).replace(b"float z", b"float w"), "its vertices have no z; write"),
-        ("a.ply", ply("ascii", POINTS[:0]), "has 0 points; expected 1 to"),
+        ("a.ply", ply("ascii", POINTS[:0]), "has 0 points; .*: leave the cloud out"),
         ("a.npz", b"PK\x03\x04", "is no NPZ cloud that can be read"),
     ],
 )

@@ -104,6 +104,8 @@ def _why_astray(cell: Cell, named: NamedConfiguration, place: Place) -> str:
         return f"has the tool point away from {place.name}"
     if named.kind == "bin" and float(np.linalg.norm(beside[1:])) > BESIDE:
         for name, other in cell.places.items():
+            if other.access.is_from_above is not place.access.is_from_above:
+                continue  # over a crate the tip may be before a shelf as well
             to_other = _beside(cell, other, T_world_tip)
             if not to_other[1:].any() and float(np.linalg.norm(to_other)) < away:
                 return f"has the tip before {name}, not {place.name}; were names exchanged?"
