@@ -111,7 +111,7 @@ def _check_chain(robot: Robot) -> None:
     if len(robot.joints) > MAX_FRAMES:
         raise InputError(
             f"{robot.urdf}: the chain and what hangs on it has {len(robot.joints)} links with shapes, "
-            f"{MAX_FRAMES} at most; leave some out by robot.without, e.g. a hand that is not there"
+            f"{MAX_FRAMES} at most; leave some out by robot.without (apc init: --without), e.g. a hand"
         )
     chain = [robot.joints[-1]]
     by_child = {joint.child: joint for joint in robot.joints}

@@ -25,6 +25,7 @@ from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.tool_reachability import reach_ball
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.robot_setup.cell_text import CellText
+from pickcli.robot_setup.chain_selection import mimicked_joints
 from pickcli.robot_setup.collision_sampling import CollisionCount, CollisionFrequency, count_collisions
 from pickcli.robot_setup.place_search import PlaceSearch
 from pickcli.robot_setup.robot_reading import read_robot
@@ -163,6 +164,11 @@ def _make(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
     blank = tuple(draft.left())
     if not blank:
         cell = load_cell(staging)
+    notes += [
+        f"{name} moves the arm and stands all the same: joints that others mimic ({', '.join(followers)}) "
+        "cannot be planned; to plan it, leave out with --without what these move"
+        for name, followers in mimicked_joints(source.robot, draft.chain.tip).items()
+    ]
     notes += [draft.tool.note] if draft.tool is not None and draft.tool.note else []
     notes += [
         f"{pair.a} and {pair.b} are allowed or nothing could be planned, but their shapes do collide in some "

@@ -76,6 +76,23 @@ def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | N
     return PlannedChain(joints, chosen, group, frames)
 
 
+def mimicked_joints(robot: Urdf, tip: str) -> dict[str, tuple[str, ...]]:
+    """Find joints that move the tip, but cannot be planned, as other joints mimic them.
+
+    Args:
+        robot: The robot.
+        tip: Name of the link at the end of the planned chain.
+
+    Returns:
+        By name of the joint those that mimic it.
+    """
+    mimics = {
+        name: tuple(follower for follower, mimic in robot.mimics.items() if mimic.joint == name)
+        for name in robot.driven(robot.way(tip))
+    }
+    return {name: followers for name, followers in mimics.items() if followers}
+
+
 def group_joints(robot: Urdf, srdf: Srdf, name: str) -> tuple[str, ...]:
     """Return the joints of a group that are neither fixed nor mimics.
 

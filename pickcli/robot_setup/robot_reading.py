@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -27,6 +28,9 @@ from pickcli.robot_setup.robot_files import RobotFiles, find_robot_files
 from pickcli.robot_setup.setup_options import LIMITS, SRDF, URDF, SetupOptions
 from pickcli.robot_setup.stated_limits import option_of
 from pickcli.robot_setup.suggested_tool import GRIPPER
+
+_MESH = re.compile(r"<mesh\b[^>]*(?:/>|>.*?</mesh>)", re.DOTALL)
+_STAND_IN = '<box size="1 1 1"/>'  # in place of a mesh, where only the tree of links matters
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +68,7 @@ def read_robot(request: SetupOptions, staging: Path) -> RobotSource:
         files = find_robot_files(request.urdf, packages, request.arguments, Path(scratch))
     _copy(files, staging)
     _refuse_unknown_names(request, staging / URDF)
+    _refuse_unclear_chain(request, files.urdf, staging)
     roots = {name: staging / path for name, path in files.packages.items()}
     whole = read_urdf(staging / URDF, staging, roots)
     _refuse_long_names(whole, staging / URDF)
@@ -101,6 +106,19 @@ def _refuse_unknown_names(request: SetupOptions, urdf: Path) -> None:
     for figure in request.figures:
         if figure.joint is not None and figure.joint not in joints:
             raise UnknownNameError("joint", figure.joint, joints, option_of(figure.kind))
+
+
+def _refuse_unclear_chain(request: SetupOptions, urdf: str, staging: Path) -> None:
+    """Refuse an unclear choice of the arm before meshes are read. InputError with the candidates."""
+    with tempfile.TemporaryDirectory() as scratch:
+        sketch = Path(scratch) / URDF
+        sketch.write_text(_MESH.sub(_STAND_IN, urdf))
+        try:
+            whole = read_urdf(sketch)
+        except InputError:
+            return  # told with the right lines when everything is read
+    robot = _without(whole, request.without)
+    choose_chain(robot, _srdf(request.srdf, robot, staging), request.group, request.tip)
 
 
 def _refuse_long_names(robot: Urdf, urdf: Path) -> None:

@@ -16,7 +16,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.page.cell_parts import robot_part
 from pickcli.robot_setup import cell_setup, xacro_file
 from support.command_line import apc, misused, refused
-from support.new_robots import write_branching, write_two_arms
+from support.new_robots import write_branching, write_gripper_arm, write_two_arms
 
 LIMITS = ("--max-acceleration", "5", "--max-jerk", "50", "--max-velocity", "1.5")
 
@@ -105,9 +105,34 @@ def test_the_same_seed_writes_the_same_bytes(urdf: Path, tmp_path: Path) -> None
     assert one and one == two
 
 
+def test_a_joint_of_the_arm_that_stands_as_another_one_mimics_it_is_told_of(tmp_path: Path) -> None:
+    urdf = write_gripper_arm(tmp_path)
+    rod = '<link name="rod"><collision><geometry><box size="0.02 0.02 0.1"/></geometry></collision></link>'
+    rod += '<joint name="along" type="revolute"><parent link="upper"/><child link="rod"/><axis xyz="0 1 0"/>'
+    rod += '<origin xyz="0.1 0 0.3"/><limit lower="-3" upper="3" effort="9" velocity="2"/>{mimic}</joint>'
+    rod += "</robot>"
+    words = ("--urdf", urdf, *LIMITS, "--tip", "tool0", "--without", "hand")
+    text = urdf.read_text()
+    urdf.write_text(text.replace("</robot>", rod.format(mimic='<mimic joint="lift"/>')))
+    made = apc("init", tmp_path / "mimicked", *words)
+    assert made.code == 0 and "chain: pan, bend;" in made.out, made.err
+    assert "note: lift moves the arm and stands all the same: joints that others mimic (along)" in made.out
+    urdf.write_text(text.replace("</robot>", rod.format(mimic="")))
+    made = apc("init", tmp_path / "free", *words)
+    assert made.code == 0 and "mimic" not in made.out and "chain: pan, lift, bend;" in made.out, made.err
+
+
 def test_of_two_arms_one_has_to_be_named(tmp_path: Path) -> None:
     urdf, cell = write_two_arms(tmp_path), tmp_path / "left"
     refused(apc("init", cell, "--urdf", urdf, *LIMITS), 3, "which arm?", "--tip", "left_tool0", "right_tool0")
+    box = re.search(r"<box[^>]*/>", urdf.read_text())
+    assert box is not None
+    slow = urdf.with_name(
+        "slow.urdf"
+    )  # with a mesh that cannot be read: that takes long, so the arm is asked for first
+    slow.write_text(urdf.read_text().replace(box[0], '<mesh filename="slow.stl"/>', 1))
+    slow.with_name("slow.stl").write_text("no mesh")
+    refused(apc("init", cell, "--urdf", slow, *LIMITS), 3, "which arm?", "--tip", "left_tool0", "right_tool0")
     made = apc("init", cell, "--urdf", urdf, "--tip", "left_tool0", *LIMITS)
     assert made.code == 0 and "fixed joints: right_shoulder at 0, right_elbow at 0" in made.out, made.err
     assert (
