@@ -30,7 +30,7 @@ def cover_hulls(pieces: Sequence[Array], excess: float, max_excess: float, max_c
     Args:
         pieces: The corners (V, 3) of each polyhedron, m, in one frame.
         excess: m, how far the spheres may stick out if they are few enough.
-        max_excess: m, how far they may stick out at most, for any number.
+        max_excess: m, how far they may stick out at most, for any number; more if the solid is too large.
         max_count: Most spheres, if ``max_excess`` allows it.
 
     Returns:

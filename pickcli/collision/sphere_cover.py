@@ -151,7 +151,7 @@ def cover_meshes(hulls: Sequence[Body], excess: float, max_excess: float, max_co
     Args:
         hulls: The pieces.
         excess: m, how far the spheres may stick out if they are few enough.
-        max_excess: m, how far they may stick out at most, for any number.
+        max_excess: m, how far they may stick out at most, for any number; more if the solid is too large.
         max_count: Most spheres, if ``max_excess`` allows it.
 
     Returns:
