@@ -144,7 +144,8 @@ def _without(robot: Urdf, links: Sequence[str]) -> Urdf:
     hanging = [name for name in robot.links if name != robot.root]
     for link in links:
         if link not in hanging:
-            raise UnknownNameError("link", link, hanging, "--without")
+            text = f"{link} is the root, on which all other links hang; name links beyond it"
+            raise UnknownNameError("link", link, hanging, "--without", text=text * (link == robot.root))
     return stripped(robot, links)
 
 

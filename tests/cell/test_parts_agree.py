@@ -68,7 +68,10 @@ def test_a_name_means_one_thing_and_what_is_planned_moves_alone(
         ({"tip": "hand"}, "robot.tip: is of an arm without a tool, here the chain ends with the tool"),
         ({"posture": {"pan": -1.0, "open": 0.04}}, ""),
         ({"posture": {"pan": -1.0001, "open": 0.02}}, "robot.posture.pan: expected -1 to 1, got -1.0001"),
-        ({"posture": {"pan": 1.0, "open": 0.0401}}, "robot.posture.open: expected 0 to 0.04, got 0.0401"),
+        (
+            {"posture": {"pan": 1.0, "open": 0.0401}},
+            "robot.posture.open: expected 0 to 0.04, got 0.0401; positions are in m",
+        ),
         ({"unshaped": ["dummy"]}, ""),
         ({"unshaped": ["dommy"]}, "robot.unshaped[0]: no link is named 'dommy'; did you mean 'dummy'?"),
         ({"joints": ["turn", "flange_joint", "bend"]}, "robot.joints: expected the chain's moving joints"),

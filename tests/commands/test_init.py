@@ -156,7 +156,7 @@ MISTAKES = {
         ("--without", "hnad"),
         "--without: unknown link 'hnad'; did you mean 'hand'?",
     ),
-    "the root left out": (("--without", "world_link"), "--without: unknown link 'world_link'"),
+    "the root left out": (("--without", "world_link"), "--without: world_link is the root, on which all"),
     "degrees": (
         ("--max-acceleration", "5000"),
         "--max-acceleration: expected at most 2000 for turn, got 5000",

@@ -77,7 +77,8 @@ def _blocked(warnings: FileWarnings, cell: Cell) -> None:
     for i, body in enumerate(cell.obstacles.bodies):
         into = [name for name, place in cell.places.items() if _overlap(_room(cell, place), body)]
         if into:
-            text = f"{body.name} stands in {', '.join(into)}, where items should; correct its corners"
+            text = f"{body.name} stands in {', '.join(into)}, where items should; correct its corners, or "
+            text += "the pose or size of what it stands in"
             warnings.add("blocked_place", body.name, ("obstacles", i), text)
 
 

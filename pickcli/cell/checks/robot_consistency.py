@@ -65,10 +65,11 @@ def _check_posture(source: Source, model: CellModel, robot: Urdf) -> None:
                 ("robot", "posture", name), "is the tool's; where it stands its states say: leave it out"
             )
         elif name in free and not free[name].lower <= position <= free[name].upper:
-            source.add(
-                ("robot", "posture", name),
-                f"expected {free[name].lower:g} to {free[name].upper:g}, got {position:g}; correct it",
+            unit = "m, not mm" if free[name].type is JointType.PRISMATIC else "rad, not degrees"
+            text = (
+                f"expected {free[name].lower:g} to {free[name].upper:g}, got {position:g}; positions are in "
             )
+            source.add(("robot", "posture", name), f"{text}{unit}")
     for name, mimic in robot.mimics.items():
         if name not in of_tool and mimic.joint in {*model.robot.joints, *of_tool}:
             text = f"{name!r} mimics it, which cannot be planned; let it stand (robot.posture)"

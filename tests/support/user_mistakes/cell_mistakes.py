@@ -417,7 +417,7 @@ CELL_MISTAKES = (
     ),
     _cell(
         "an obstacle that cuts through the tote",
-        "obstacles[1]: table stands in tote, where items should; correct its corners",
+        "obstacles[1]: table stands in tote, where items should; correct its corners, or the pose or size of",
         (TABLE, TABLE.replace("0.567", "0.700")),
         strict=True,
     ),
