@@ -122,7 +122,7 @@ def test_a_move_is_planned_and_verified(branching: Cell) -> None:
     ("change", "problem"),
     [
         (lambda c: c["robot"]["posture"].pop("pan"), "robot.posture.pan: is not planned; expected where"),
-        (lambda c: c["robot"]["posture"].update(pan=3.0), "robot.posture.pan: expected -1 to 1, got 3; positions are in rad"),
+        (lambda c: c["robot"]["posture"].update(pan=3.0), "expected -1 to 1, got 3; positions are in rad"),
         (lambda c: c["robot"]["posture"].update(pin=0.0), "no moving joint is named 'pin'"),
         (lambda c: c["robot"].pop("packages"), "package 'maker' is unknown; state its folder"),
         (lambda c: c["robot"].update(without=["hend"]), "robot.without[0]: no link is named 'hend'"),
