@@ -875,6 +875,54 @@ def jerk_window(segments: Sequence[ParabolicSegment], limits: ParabolicLimits) -
         s, a whole number of ticks.
     """
 
+class DepthNoise:
+    """
+    Coefficients of a depth sensor.
+
+    The error of a depth z has the standard deviation constant + quadratic (z - from)^2 + disparity_error z^2 / (fx
+    baseline). Where a surface is met at an angle t > oblique_from to its normal, oblique / sqrt(z) t^2 / (pi/2 - t)^2 is
+    added. The first and the last are the terms of Nguyen, Izadi and Lovell 2012 for structured light, the third is that of
+    stereo.
+    """
+
+    def __init__(self, *, least: float, greatest: float, incidence_from: float, incidence_to: float, constant: float = 0.0, quadratic: float = 0.0, from_depth: float = 0.0, oblique: float = 0.0, oblique_from: float = 0.0, baseline: float = 0.0, disparity_error: float = 0.0, disparity_step: float = 0.0, correlation: float = 0.0, lateral: float = 0.0, lateral_oblique: float = 0.0, mixes_edges: bool = False) -> None:
+        """
+        Take coefficients.
+
+        Args:
+            least: m > 0, the nearest depth that is measured.
+            greatest: m, the farthest one.
+            incidence_from: rad, angle to the normal up to which all comes back.
+            incidence_to: rad, at most pi/2, from which on nothing does; linear in between.
+            constant: m.
+            quadratic: 1/m.
+            from_depth: m.
+            oblique: m^1.5.
+            oblique_from: rad.
+            baseline: m to the second eye, along the camera's x; what it does not see has no depth. 0 without one.
+            disparity_error: px.
+            disparity_step: px, in whole multiples of which disparities come; 0 for any.
+            correlation: px, width of the Gaussian filter that makes errors of neighbours alike, 0.5 to 2; 0 for none.
+            lateral: px, standard deviation by which edges are off along rows and columns.
+            lateral_oblique: px, times t / (pi/2 - t), added to it.
+            mixes_edges: Whether pixels at edges get depths between those of both surfaces, as by time of flight.
+
+        Raises:
+            ValueError: No sensor can have them.
+        """
+
+def philox4x32(counter: numpy.typing.NDArray[numpy.uint64], key: numpy.typing.NDArray[numpy.uint64]) -> numpy.typing.NDArray[numpy.uint64]:
+    """
+    The random words of noise: Philox4x32-10 of Salmon, Moraes, Dror and Shaw 2011.
+
+    Args:
+        counter: (4,) of 32 bits each.
+        key: (2,) of 32 bits each.
+
+    Returns:
+        (4,) of 32 bits each.
+    """
+
 class RaycastingScene:
     """
     Solids as a pinhole camera sees them.
@@ -912,6 +960,24 @@ class RaycastingScene:
         Returns:
             Depth along the optical axis in m, (H, W), NaN where nothing is seen; the index of the solid, (H, W), -1 where
             nothing is seen; the outward normal of its surface in the camera's frame, (H, W, 3), NaN where nothing is seen.
+        """
+
+    def measured_depth(self, intrinsics: numpy.typing.NDArray[numpy.float64], size: numpy.typing.NDArray[numpy.int32], T_world_camera: numpy.typing.NDArray[numpy.float64], noise: DepthNoise, no_return: numpy.typing.NDArray[numpy.float64], seed: int) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        See the solids as a depth sensor does.
+
+        What a pixel draws depends on its place and the seed alone: equal seeds give equal bytes.
+
+        Args:
+            intrinsics: (4,) fx, fy, cx, cy in px.
+            size: (2,) width and height in px.
+            T_world_camera: (4, 4) pose of the camera.
+            noise: Coefficients of the sensor.
+            no_return: (N,) by solid, the share of blots of 4 x 4 px in which its material does not answer.
+            seed: Of 64 bits.
+
+        Returns:
+            (H, W) depth along the optical axis in m, NaN where nothing comes back.
         """
 
 def simd() -> str:

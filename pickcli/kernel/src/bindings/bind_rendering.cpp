@@ -3,6 +3,8 @@
 #include "bindings/bindings.hpp"
 
 #include "bindings/arrays.hpp"
+#include "rendering/counter_random.hpp"
+#include "rendering/depth_noise.hpp"
 #include "rendering/raycasting_scene.hpp"
 
 namespace apc {
@@ -81,9 +83,98 @@ nb::tuple cast_rays(const RaycastingScene& self, nb::handle intrinsics_in, nb::h
                         to_numpy(std::move(normals), {H, W, 3}));
 }
 
+nb::object measured_depth_of(const RaycastingScene& self, nb::handle intrinsics_in, nb::handle size_in,
+                             nb::handle pose_in, const DepthNoise& noise, nb::handle no_return_in,
+                             std::uint64_t seed) {
+  const PinholeCamera camera = to_camera(intrinsics_in, size_in);
+  const Doubles pose(pose_in, "T_world_camera", {4, 4});
+  const Pose T = to_pose(pose.data(), "T_world_camera");
+  const Doubles shares(no_return_in, "no_return", {static_cast<Py_ssize_t>(self.solids().size())});
+  std::vector<float> no_return, depth;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    if (!(shares[i] >= 0.0 && shares[i] <= 1.0))
+      throw nb::value_error("no_return: must be shares from 0 to 1");
+    no_return.push_back(static_cast<float>(shares[i]));
+  }
+  {
+    nb::gil_scoped_release unlocked;
+    depth = measured_depth(self, camera, T, noise, no_return, seed);
+  }
+  return to_numpy(std::move(depth),
+                  {static_cast<std::size_t>(camera.height), static_cast<std::size_t>(camera.width)});
+}
+
+nb::object philox_of(nb::handle counter_in, nb::handle key_in) {
+  const View<std::uint64_t> counter(counter_in, "counter", {4}), key(key_in, "key", {2});
+  Words words;
+  for (std::size_t i = 0; i < 4; ++i) words[i] = static_cast<std::uint32_t>(counter[i]);
+  words = philox(words, static_cast<std::uint32_t>(key[0]), static_cast<std::uint32_t>(key[1]));
+  return to_numpy(std::vector<std::uint64_t>(words.begin(), words.end()), {4});
+}
+
+void bind_noise(nb::module_& m) {
+  const DepthNoise none;
+  nb::class_<DepthNoise>(m, "DepthNoise", R"(Coefficients of a depth sensor.
+
+The error of a depth z has the standard deviation constant + quadratic (z - from)^2 + disparity_error z^2 / (fx
+baseline). Where a surface is met at an angle t > oblique_from to its normal, oblique / sqrt(z) t^2 / (pi/2 - t)^2 is
+added. The first and the last are the terms of Nguyen, Izadi and Lovell 2012 for structured light, the third is that of
+stereo.)")
+      .def(
+          "__init__",
+          [](DepthNoise* self, double least, double greatest, double incidence_from, double incidence_to,
+             double constant, double quadratic, double from, double oblique, double oblique_from,
+             double baseline, double disparity_error, double disparity_step, double correlation,
+             double lateral, double lateral_oblique, bool mixes_edges) {
+            const DepthNoise noise{constant,        quadratic,      from,     oblique,     oblique_from,
+                                   disparity_error, disparity_step, baseline, correlation, lateral,
+                                   lateral_oblique, mixes_edges,    least,    greatest,    incidence_from,
+                                   incidence_to};
+            check(noise);
+            new (self) DepthNoise(noise);
+          },
+          nb::kw_only(), "least"_a, "greatest"_a, "incidence_from"_a, "incidence_to"_a, "constant"_a = 0.0,
+          "quadratic"_a = 0.0, "from_depth"_a = 0.0, "oblique"_a = 0.0, "oblique_from"_a = 0.0,
+          "baseline"_a = 0.0, "disparity_error"_a = 0.0, "disparity_step"_a = 0.0, "correlation"_a = 0.0,
+          "lateral"_a = 0.0, "lateral_oblique"_a = 0.0, "mixes_edges"_a = false,
+          R"(Take coefficients.
+
+Args:
+    least: m > 0, the nearest depth that is measured.
+    greatest: m, the farthest one.
+    incidence_from: rad, angle to the normal up to which all comes back.
+    incidence_to: rad, at most pi/2, from which on nothing does; linear in between.
+    constant: m.
+    quadratic: 1/m.
+    from_depth: m.
+    oblique: m^1.5.
+    oblique_from: rad.
+    baseline: m to the second eye, along the camera's x; what it does not see has no depth. 0 without one.
+    disparity_error: px.
+    disparity_step: px, in whole multiples of which disparities come; 0 for any.
+    correlation: px, width of the Gaussian filter that makes errors of neighbours alike, 0.5 to 2; 0 for none.
+    lateral: px, standard deviation by which edges are off along rows and columns.
+    lateral_oblique: px, times t / (pi/2 - t), added to it.
+    mixes_edges: Whether pixels at edges get depths between those of both surfaces, as by time of flight.
+
+Raises:
+    ValueError: No sensor can have them.)");
+  m.def("philox4x32", &philox_of, "counter"_a, "key"_a,
+        nb::sig("def philox4x32(counter: " APC_U64 ", key: " APC_U64 ") -> " APC_U64),
+        R"(The random words of noise: Philox4x32-10 of Salmon, Moraes, Dror and Shaw 2011.
+
+Args:
+    counter: (4,) of 32 bits each.
+    key: (2,) of 32 bits each.
+
+Returns:
+    (4,) of 32 bits each.)");
+}
+
 }  // namespace
 
 void bind_rendering(nb::module_& m) {
+  bind_noise(m);
   nb::class_<RaycastingScene>(m, "RaycastingScene", R"(Solids as a pinhole camera sees them.
 
 A ray is cast for every pixel inside of the part of the picture that a solid may fill: no mesh, no graphics driver, one
@@ -116,7 +207,26 @@ Args:
 
 Returns:
     Depth along the optical axis in m, (H, W), NaN where nothing is seen; the index of the solid, (H, W), -1 where
-    nothing is seen; the outward normal of its surface in the camera's frame, (H, W, 3), NaN where nothing is seen.)");
+    nothing is seen; the outward normal of its surface in the camera's frame, (H, W, 3), NaN where nothing is seen.)")
+      .def("measured_depth", &measured_depth_of, "intrinsics"_a, "size"_a, "T_world_camera"_a, "noise"_a,
+           "no_return"_a, "seed"_a,
+           nb::sig("def measured_depth(self, intrinsics: " APC_F64 ", size: " APC_I32
+                   ", T_world_camera: " APC_F64 ", noise: DepthNoise, no_return: " APC_F64
+                   ", seed: int) -> " APC_F32),
+           R"(See the solids as a depth sensor does.
+
+What a pixel draws depends on its place and the seed alone: equal seeds give equal bytes.
+
+Args:
+    intrinsics: (4,) fx, fy, cx, cy in px.
+    size: (2,) width and height in px.
+    T_world_camera: (4, 4) pose of the camera.
+    noise: Coefficients of the sensor.
+    no_return: (N,) by solid, the share of blots of 4 x 4 px in which its material does not answer.
+    seed: Of 64 bits.
+
+Returns:
+    (H, W) depth along the optical axis in m, NaN where nothing comes back.)");
 }
 
 }  // namespace apc

@@ -12,11 +12,13 @@ struct Build {
   const char* name;
   simd8::Test test;
   simd8::Cast cast;
+  simd8::FillNormals fill_normals;
 };
 
-constexpr Build kBaseline{"baseline", simd8::baseline::test, simd8::baseline::cast};
+constexpr Build kBaseline{"baseline", simd8::baseline::test, simd8::baseline::cast,
+                          simd8::baseline::fill_normals};
 #ifdef APC_HAS_AVX2_BUILD
-constexpr Build kAvx2{"avx2", simd8::avx2::test, simd8::avx2::cast};
+constexpr Build kAvx2{"avx2", simd8::avx2::test, simd8::avx2::cast, simd8::avx2::fill_normals};
 #endif
 
 std::atomic<const Build*> g_build{nullptr};  //!< null: not chosen yet
@@ -49,6 +51,8 @@ const Build& build() {
 simd8::Test collision_test() { return build().test; }
 
 simd8::Cast ray_cast() { return build().cast; }
+
+simd8::FillNormals normals_filler() { return build().fill_normals; }
 
 const char* simd_name() { return build().name; }
 

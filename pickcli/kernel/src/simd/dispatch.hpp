@@ -1,8 +1,9 @@
 //! \file
-//! Which build of the batch test and of the rays runs.
+//! Which build of the batch test, of the rays and of random numbers runs.
 #pragma once
 
 #include "simd/simd8_collision.hpp"
+#include "simd/simd8_normals.hpp"
 #include "simd/simd8_rays.hpp"
 
 namespace apc {
@@ -10,6 +11,7 @@ namespace apc {
 //! AVX2 where the processor has it, unless set_simd says otherwise.
 simd8::Test collision_test();
 simd8::Cast ray_cast();
+simd8::FillNormals normals_filler();
 const char* simd_name();
 
 //! "avx2" or "baseline". Throws std::invalid_argument for what is not available.

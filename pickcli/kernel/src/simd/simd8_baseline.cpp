@@ -3,3 +3,4 @@
 #define APC_ARCHITECTURE baseline
 #include "simd/simd8_collision_impl.hpp"
 #include "simd/simd8_rays_impl.hpp"
+#include "simd/simd8_normals_impl.hpp"
