@@ -12,6 +12,7 @@ from pickcli.cell.device import Device
 from pickcli.cell.item import Item, item_suggestion
 from pickcli.cell.place import Place
 from pickcli.cell.robot import Robot
+from pickcli.cell.sensors.mounted_camera import MountedCamera
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import POD, TOTE, Carrier, Obstacles, Pod, Tote, swept
 from pickcli.cell.tool import ToolState
@@ -120,6 +121,7 @@ class Cell:
         items: Items by (name, year).
         speed_scale: Factor on all velocity and acceleration limits.
         clearance: m that every planned motion keeps except at planned contacts.
+        cameras: Cameras by name; motions do not depend on them.
         max_tool_speed: m/s, limit of the tool tip's speed in every motion; None without a limit.
         arm: Name of the arm; empty if the cell has only one.
         others: Parked states of all other arms, in the order of the cell file.
@@ -146,6 +148,7 @@ class Cell:
     arm: str = ""
     others: tuple[ArmState, ...] = ()
     own_carriers: tuple[Carrier, ...] = ()
+    cameras: dict[str, MountedCamera] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     fingerprint: str = field(default="")
     parked_fingerprint: str = field(default="")

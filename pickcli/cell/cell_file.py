@@ -23,6 +23,7 @@ from pickcli.cell.checks.configuration_check import warn_of_configurations, warn
 from pickcli.cell.checks.consistency import check_consistency, check_parts
 from pickcli.cell.checks.gripper_consistency import check_hand, check_stroke
 from pickcli.cell.checks.plausibility import warn_of_figures
+from pickcli.cell.checks.references import refer
 from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device
 from pickcli.cell.item import Item
@@ -42,7 +43,9 @@ from pickcli.cell.schemas.cell_schema import (
 )
 from pickcli.cell.schemas.items_file import load_items
 from pickcli.cell.schemas.joint_limits_file import add_joint_limits, refuse_unknown_joints
+from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file, sensor_names
 from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel
+from pickcli.cell.sensors.mounted_camera import MountedCamera, MountError
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.tool import Tool, ToolState
@@ -110,11 +113,14 @@ def load_workcell(name_or_path: str | Path, own_items: Path | None = None) -> Wo
     else:
         check_consistency(source, model, urdf)
         check_stroke(source, model, items.values())
+    cameras = _cameras(source, model, urdf)
     disabled = _disabled(source, model, urdf)
     models = {name: model_of_arm(model, name, urdf) for name in model.arms} or {"": model}
     return Workcell.of(
         {
-            name: _cell(source_of_arm(source, name) if name else source, each, urdf, disabled, items)
+            name: _cell(
+                source_of_arm(source, name) if name else source, each, (urdf, disabled), items, cameras
+            )
             for name, each in models.items()
         },
         [Parking(name, arm.parked, arm.preference) for name, arm in model.arms.items()],
@@ -126,11 +132,12 @@ def load_workcell(name_or_path: str | Path, own_items: Path | None = None) -> Wo
 def _cell(
     source: Source,
     model: CellModel,
-    urdf: Urdf,
-    disabled: Sequence[AllowedPair],
+    robot: tuple[Urdf, Sequence[AllowedPair]],
     items: dict[tuple[str, int], Item],
+    cameras: dict[str, MountedCamera],
 ) -> Cell:
-    """Build the cell of one arm."""
+    """Build the cell of one arm, of a robot with its disabled pairs."""
+    urdf, disabled = robot
     folder = source.path.parent
     tool = build_tool(model.tool, model.tip, urdf)
     cell = Cell(
@@ -159,6 +166,7 @@ def _cell(
         speed_scale=model.speed_scale,
         clearance=model.clearance,
         max_tool_speed=model.max_tool_speed,
+        cameras=cameras,
         own_carriers=tuple(build_carrier(name, m, folder) for name, m in model.places.items()),
     )
     warnings = FileWarnings.of(source)
@@ -280,6 +288,23 @@ def _inside(source: Source, key: Key, name: str) -> Path:
         source.add(key, f"{name!r}: no such file in the cell's folder; check the name")
     source.check()
     return path
+
+
+def _cameras(source: Source, model: CellModel, urdf: Urdf) -> dict[str, MountedCamera]:
+    """Return the cameras by name. Raise InputError with every unknown link and sensor."""
+    found = {}
+    for name, stated in model.sensors.items():
+        key, is_file = ("sensors", name, "model"), Path(stated.model).suffix in (".yaml", ".yml")
+        if stated.link is not None:
+            refer(source, ("sensors", name, "link"), "link", stated.link, list(urdf.links))
+        if not is_file and stated.model not in sensor_names():
+            refer(source, key, "sensor", stated.model, sensor_names())
+            continue
+        sensor = read_sensor(_inside(source, key, stated.model) if is_file else sensor_file(stated.model))
+        error = MountError(stated.error.position, stated.error.angle)
+        found[name] = MountedCamera(name, sensor, stated.link, stated.T_parent_camera.T, error)
+    source.check()
+    return found
 
 
 def _disabled(source: Source, model: CellModel, urdf: Urdf) -> list[AllowedPair]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pickcli.cell.sensors.material import Material
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 from pickcli.name_suggestion import suggestion
@@ -37,6 +38,9 @@ class Item:
         areas: By face, [least, greatest] m along axes of the item frame within which it seals.
         mass_error: Bound of the relative error of the stated mass.
         is_fragile: Whether smaller forces than on other items count as damage.
+        material: How depth sensors see its surface.
+        colour: Red, green, blue of most of it, 0 to 255; None where no file states it.
+        is_printed: Whether its faces are printed, or plain.
     """
 
     name: str
@@ -56,6 +60,9 @@ class Item:
     areas: Mapping[str, Mapping[str, tuple[float, float]]] = field(default_factory=dict, hash=False)
     mass_error: float = 0.1
     is_fragile: bool = False
+    material: Material = Material.MATTE
+    colour: tuple[int, ...] | None = None
+    is_printed: bool = False
 
     @property
     def heaviest(self) -> float:

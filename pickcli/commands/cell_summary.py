@@ -73,6 +73,10 @@ def _of_one_arm(cell: Cell) -> dict[str, Any]:
             **{carrier.name: len(carrier.bodies) for carrier in cell.own_carriers},
         },
         "devices": {d.name: f"{d.kind}, lead {d.lead} s" for d in cell.devices.values()},
+        "cameras": {
+            camera.name: f"{camera.model.name} on {camera.link or 'the world'}"
+            for camera in cell.cameras.values()
+        },
         "configurations": by_kind,
         "not_free": why_not_free(cell),
         "allowed_pairs": {f"{p.a} - {p.b}": p.reason for p in cell.allowed_pairs},

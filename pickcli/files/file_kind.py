@@ -43,19 +43,21 @@ TRIALS = FileKind("a folder of trials", "apc run-trials makes one")
 TSRS = FileKind("a file of task space regions", "KTH's .tsrs files are such lists")
 CELL = FileKind("a cell", "the folder of a cell.yaml, or a name under data/cells")
 ITEMS = FileKind("a file of items", "those of both years are under data/items")
+SENSOR = FileKind("a sensor", "those of data/sensors are examples")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
 PICTURE = FileKind("a picture", "--picture and --video make some")  # read by no command
-KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, REALITY, STRATEGY, URDF, SRDF, JOINT_LIMITS)
+KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, SENSOR, REALITY, STRATEGY, URDF, SRDF, JOINT_LIMITS)
 
 _BY_FORMAT = {
     b"plan": PLAN,
     b"scene": SCENE,
     b"cell": CELL,
     b"items": ITEMS,
+    b"sensor": SENSOR,
     b"reality": REALITY,
     b"strategy": STRATEGY,
 }

@@ -1,5 +1,5 @@
 """Cameras in the cell: what they see of a scene.
 
-A `rendered_scene` holds the solids of a scene as cameras see them, and a `surface_view` is what one camera
-sees of them, without noise.
+A `rendered_scene` holds the solids of a scene as cameras see them. A `surface_view` is what one camera sees
+of them, without noise, from its `camera_pose`; a `depth_picture` is what its sensor measures, with noise.
 """

@@ -18,6 +18,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.kernel import RaycastingScene, SolidKind
 from pickcli.kinematics.arm import Arm
+from pickcli.perception.camera_pose import link_poses
 from pickcli.perception.surface_view import SurfaceView
 from pickcli.scene.scene import Scene
 
@@ -120,21 +121,6 @@ class RenderedScene:
             Indices in ``solids``; none if nothing has that name.
         """
         return tuple(i for i, solid in enumerate(self.solids) if solid.owner == owner)
-
-
-def link_poses(robot: Robot, q: Array, tool_state: ToolState) -> dict[str, Array]:
-    """Compute the poses of all links.
-
-    Args:
-        robot: The robot.
-        q: (n,) configuration, rad or m.
-        tool_state: State of the tool.
-
-    Returns:
-        (4, 4) in the world, by name.
-    """
-    frames = Arm(robot).chain(tool_state).fk(np.asarray(q, dtype=np.float64))
-    return dict(zip((link.name for link in robot.links), (robot.T_world_base, *frames), strict=True))
 
 
 def _items(scene: Scene, q: Array, tool_state: ToolState) -> Iterator[RenderedSolid]:

@@ -14,7 +14,7 @@ from support.ray_reference import Solids, rays, seen
 
 INTRINSICS = np.array([400.0, 400.0, 159.5, 119.5])
 SIZE = np.array([320, 240], np.int32)
-RANGE = {"least": 0.1, "greatest": 9.0, "incidence_from": 1.54, "incidence_to": 1.57}
+RANGE: dict[str, Any] = {"least": 0.1, "greatest": 9.0, "incidence_from": 1.54, "incidence_to": 1.57}
 
 
 def wall(z: float, turn: float = 0.0) -> Solids:
@@ -216,7 +216,7 @@ def test_equal_seeds_give_equal_bytes_in_both_builds_and_others_do_not() -> None
         ({"disparity_step": 0.1}, "baseline"),
     ],
 )
-def test_coefficients_of_no_sensor_are_refused(changed: dict[str, float], told: str) -> None:
+def test_coefficients_of_no_sensor_are_refused(changed: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=told):
         DepthNoise(**{**RANGE, **changed})
 

@@ -16,7 +16,8 @@ from pickcli.cell.shapes import Shape, ShapeKind, hull
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.kinematics.arm import Arm
-from pickcli.perception.rendered_scene import OwnerKind, RenderedScene, RenderedSolid, link_poses
+from pickcli.perception.camera_pose import link_poses
+from pickcli.perception.rendered_scene import OwnerKind, RenderedScene, RenderedSolid
 from pickcli.scene.scene import HeldItem, PlacedItem, Scene, empty_scene
 from support.ray_reference import random_pose
 

@@ -114,6 +114,7 @@ def content() -> dict[str, object]:
             "pump": {"kind": "pump", "lead": 2.0, "actions": ["on", "off"]},
             "valve": {"kind": "valve", "lead": 0.05, "actions": ["on", "off"]},
         },
+        "sensors": {},
         "allowed_pairs": [],
         "configurations": [
             {"name": "home", "kind": "home", "q": [0.0, 0.3, 0.0]},

@@ -57,6 +57,7 @@ def content() -> dict[str, Any]:
             corner[1] = round(corner[1] + 0.616, 6)  # into the middle, where both reach it
     return default | {
         "name": "two_robots",
+        "sensors": {},
         "robots": {
             side: {
                 "urdf": "robot.urdf",

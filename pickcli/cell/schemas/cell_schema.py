@@ -29,6 +29,7 @@ MAX_OBSTACLES = 2000
 MAX_PAIRS = 2000
 MAX_CONFIGURATIONS = 1000
 MAX_LINKS = 500
+MAX_CAMERAS = 50
 Part = TypeVar("Part")
 LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 FROM_MAKER: dict[str, Any] = {"advice": "state what the controller allows: its manual or its maker says"}
@@ -193,6 +194,28 @@ class DeviceModel(FileModel):
     arm: Name | None = Field(None, description="the arm that it belongs to, where the cell has several")
 
 
+class MountErrorModel(FileModel):
+    """Bounds of the error of a camera's pose."""
+
+    position: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m, 0 to 0.1")
+    angle: Annotated[float, Field(ge=0, le=0.2)] = Field(description="rad, 0 to 0.2")
+
+
+class CameraModel(FileModel):
+    """A camera at its place."""
+
+    model: FilePath = Field(
+        description="a name under data/sensors, or the path of a file in the cell's folder"
+    )
+    link: Text | None = Field(
+        None, description="the link that it is mounted on, if it is not fixed in the world"
+    )
+    T_parent_camera: PoseModel = Field(
+        description="its pose in the link or the world: x right, y down, z along the optical axis"
+    )
+    error: MountErrorModel = Field(description="bounds of the error of that pose")
+
+
 class AllowedPairModel(FileModel):
     """Two bodies that are exempt from collision checks against each other."""
 
@@ -247,6 +270,9 @@ class CellModel(FileModel):
         description="boxes that stand still"
     )
     devices: dict[Name, DeviceModel] = Field(description="devices by name")
+    sensors: Annotated[dict[Name, CameraModel], Len(0, MAX_CAMERAS)] = Field(
+        {}, description="cameras by name"
+    )
     allowed_pairs: Annotated[tuple[AllowedPairModel, ...], Len(0, MAX_PAIRS)] = Field(
         description="pairs that may touch"
     )

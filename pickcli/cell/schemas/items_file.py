@@ -10,6 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import Item
+from pickcli.cell.sensors.material import Material
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
 from pickcli.files.file_kind import ITEMS
@@ -64,6 +65,11 @@ class ItemModel(FileModel):
     seal_inset: Annotated[float, Field(ge=0, le=0.5)] = Field(description="m")
     speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(1.0, description="a factor in (0, 1]")
     fragile: bool = Field(False, description="whether smaller forces than on other items are damage")
+    material: Material = Field(Material.MATTE, description="matte, dark, clear, mesh or shiny")
+    colour: Annotated[tuple[Annotated[int, Field(ge=0, le=255)], ...], Len(3, 3)] | None = Field(
+        None, description="[red, green, blue] of most of it, 0 to 255"
+    )
+    printed: bool = Field(False, description="whether its faces are printed, or plain")
     folded: str = Field("", description="how cloth or a bag was folded")
     source: Annotated[str, Field(min_length=3)] = Field(description="where the figures come from")
 
@@ -251,4 +257,7 @@ def _item(name: str, year: int, model: ItemModel) -> Item:
         source=model.source,
         mass_error=model.mass_error,
         is_fragile=model.fragile,
+        material=model.material,
+        colour=model.colour,
+        is_printed=model.printed,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from pickcli.cell.item import Item
+from pickcli.cell.sensors.material import Material
 from pickcli.files.yaml_reader import quoted
 
 _OPTIONAL = ("why_not", "folded")
@@ -48,6 +49,12 @@ def _lines(item: Item) -> Iterator[str]:
         yield f"speed_scale: {item.speed_scale!r}"
     if item.is_fragile:
         yield "fragile: true"
+    if item.material is not Material.MATTE:
+        yield f"material: {item.material}"
+    if item.colour is not None:
+        yield f"colour: {list(item.colour)}"
+    if item.is_printed:
+        yield "printed: true"
     for key in _OPTIONAL:
         if text := getattr(item, key):
             yield f"{key}: {_text(text)}"

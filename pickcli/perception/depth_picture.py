@@ -1,0 +1,80 @@
+"""Depth as a sensor measures it, with noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from pickcli.cell.sensors.pinhole_camera import PinholeCamera
+from pickcli.cell.sensors.sensor_model import DepthModel, SensorModel
+from pickcli.errors import InputError
+from pickcli.geometry import Array
+from pickcli.kernel import DepthNoise
+from pickcli.perception.rendered_scene import RenderedScene
+from pickcli.perception.surface_view import FloatPicture
+from pickcli.seeds import derived_seed
+
+_NOT_OF_KERNEL = ("no_return",)  # given by solid
+
+
+@dataclass(frozen=True, eq=False)
+class DepthPicture:
+    """Depth of all pixels.
+
+    Attributes:
+        camera: Intrinsics of the camera.
+        T_world_camera: (4, 4) its pose.
+        depth: (height, width) m along the optical axis, float32, NaN where nothing was measured.
+    """
+
+    camera: PinholeCamera
+    T_world_camera: Array
+    depth: FloatPicture
+
+    @property
+    def points(self) -> Array:
+        """(height, width, 3) measured points, m in the camera's frame; NaN where nothing was measured."""
+        return np.asarray(self.camera.rays * self.depth[..., None])
+
+
+def measure_depth(
+    rendered: RenderedScene, sensor: SensorModel, T_world_camera: Array, seed: int
+) -> DepthPicture:
+    """Measure depth with the noise of a sensor.
+
+    Args:
+        rendered: The solids.
+        sensor: The sensor.
+        T_world_camera: (4, 4) its true pose.
+        seed: Seed of the noise: same seed, same bytes.
+
+    Returns:
+        The picture.
+
+    Raises:
+        InputError: The sensor measures no depth.
+    """
+    if sensor.depth is None:
+        raise InputError(f"sensor {sensor.name}: is a colour camera, which measures no depth; choose another")
+    share = sensor.depth.no_return
+    no_return = [share.get(each.item.material, 0.0) if each.item else 0.0 for each in rendered.solids]
+    camera = sensor.camera
+    depth = rendered.kernel.measured_depth(
+        camera.intrinsics, camera.size, T_world_camera, kernel_noise(sensor.depth), np.array(no_return),
+        derived_seed(seed, "depth", sensor.name),
+    )  # fmt: skip
+    return DepthPicture(camera, T_world_camera, depth)
+
+
+def kernel_noise(model: DepthModel) -> DepthNoise:
+    """Convert the coefficients of a sensor for the kernel.
+
+    Args:
+        model: The coefficients.
+
+    Returns:
+        The same in the kernel.
+    """
+    names = (field.name for field in fields(model) if field.name not in _NOT_OF_KERNEL)
+    return DepthNoise(**{name: getattr(model, name) for name in names})
