@@ -36,9 +36,9 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.drop_placements import ABOVE_PILE, LEAST_WALL_DISTANCE
 from pickcli.planning.start_state import Start
+from pickcli.scene.colours import STATIC_COLOURS, item_colour
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.seeds import derived_rng, derived_seed
-from pickcli.simulation.colours import STATIC_COLOURS, item_colour
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.reality import Reality
 from pickcli.simulation.suction import RELEASE_VACUUM

@@ -34,6 +34,7 @@ COMMANDS: dict[str, str] = {
     "compare-planners": "Compare planners on the same pairs: planning time, length, duration, share solved.",
     "make-order": "Draw a random order by the official rules.",
     "make-scene": "Place items in bins and other places, at rest.",
+    "render": "Render what a camera of the cell sees of a scene.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",
     "plan-shift": "Plan one shift: move an item within its bin, lifted a little.",
     "plan-topple": "Plan a push that topples an item which stands on edge in an open box.",

@@ -119,7 +119,8 @@ def command(
     if perceived is not None:
         write_scene(_perceived(scene, pose_noise, seed), perceived, overwrite)
     if picture is not None:
-        from pickcli.simulation.camera import picture_of, write_png
+        from pickcli.files.png_file import write_png
+        from pickcli.simulation.camera import picture_of
 
         write_png(picture_of(scene), picture, overwrite)
     names = {name: [placed.id for placed in scene.in_location(name)] for name in contents}

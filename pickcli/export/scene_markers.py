@@ -11,8 +11,8 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.export.ros_messages import colour, header, point, ros_pose
 from pickcli.export.samples import stamp
 from pickcli.geometry import Array
+from pickcli.scene.colours import STATIC_COLOURS, item_colour, static_colour
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.simulation.colours import STATIC_COLOURS, item_colour, static_colour
 
 CUBE, SPHERE, CYLINDER, POINTS, TRIANGLE_LIST = 1, 2, 3, 8, 11
 _TYPES = {ShapeKind.BOX: CUBE, ShapeKind.CYLINDER: CYLINDER, ShapeKind.SPHERE: SPHERE}

@@ -923,6 +923,50 @@ def philox4x32(counter: numpy.typing.NDArray[numpy.uint64], key: numpy.typing.ND
         (4,) of 32 bits each.
     """
 
+class Texture:
+    """A picture on a face, with smaller copies for what is far away."""
+
+    def __init__(self, picture: numpy.typing.NDArray[numpy.uint8]) -> None:
+        """
+        Take a picture.
+
+        Args:
+            picture: (height, width, 3) red, green, blue, rows from the top.
+        """
+
+class Looks:
+    """How solids look."""
+
+    def __init__(self, colours: numpy.typing.NDArray[numpy.float64], gloss: numpy.typing.NDArray[numpy.float64], face_textures: numpy.typing.NDArray[numpy.int32], textures: Sequence[Texture]) -> None:
+        """
+        Take colours and textures.
+
+        The faces of boxes, and of the boxes around balls, are +x, -x, +y, -y, +z, -z; those of cylinders +z, -z, mantle. From
+        outside, +z is up on all but +z and -z, where +y is; the mantle begins at +x and goes on towards +y. Convex pieces have
+        no textures.
+
+        Args:
+            colours: (N, 3) red, green, blue, 0 to 255, of faces without a texture.
+            gloss: (N,) of highlights, 0 to 1.
+            face_textures: (N, 6) index of the texture of each face, -1 for none.
+            textures: The textures.
+        """
+
+class Lighting:
+    """Where light comes from."""
+
+    def __init__(self, ambient: float, headlight: float, lamp: float, T_world_lamp: numpy.typing.NDArray[numpy.float64], background: numpy.typing.NDArray[numpy.float64]) -> None:
+        """
+        Take amounts of light, of which 1 makes a white surface white.
+
+        Args:
+            ambient: From everywhere; a quarter less from below than from above.
+            headlight: Of a light at the camera, on a surface square to it 0.5 m away.
+            lamp: Of a lamp, on a surface square to its light.
+            T_world_lamp: (4, 4) pose of the lamp; it shines along its z and throws shadows within 45 degrees of that.
+            background: (3,) red, green, blue, 0 to 255, where nothing is seen.
+        """
+
 class RaycastingScene:
     """
     Solids as a pinhole camera sees them.
@@ -978,6 +1022,21 @@ class RaycastingScene:
 
         Returns:
             (H, W) depth along the optical axis in m, NaN where nothing comes back.
+        """
+
+    def shaded(self, intrinsics: numpy.typing.NDArray[numpy.float64], size: numpy.typing.NDArray[numpy.int32], T_world_camera: numpy.typing.NDArray[numpy.float64], looks: Looks, lighting: Lighting) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        See the solids in colour.
+
+        Args:
+            intrinsics: (4,) fx, fy, cx, cy in px.
+            size: (2,) width and height in px.
+            T_world_camera: (4, 4) pose of the camera.
+            looks: How the solids look, in their order.
+            lighting: Where light comes from.
+
+        Returns:
+            (H, W, 3) red, green, blue.
         """
 
 def simd() -> str:

@@ -27,8 +27,8 @@ from pickcli.page.page_scene import (
 )
 from pickcli.page.shape_parts import drawn_body, drawn_shape
 from pickcli.page.visual_meshes import visual_bodies
+from pickcli.scene.colours import item_colour, static_colour
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.simulation.colours import item_colour, static_colour
 
 _NODE_COLOURS = {
     "home": "#8a8f98",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.sensors.sensor_model import DepthModel, SensorModel
@@ -15,6 +16,7 @@ from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.surface_view import FloatPicture
 from pickcli.seeds import derived_seed
 
+DEPTH_STEP = 1e-4  # m, of depth in 16 bits: up to 6.55 m
 _NOT_OF_KERNEL = ("no_return",)  # given by solid
 
 
@@ -31,6 +33,12 @@ class DepthPicture:
     camera: PinholeCamera
     T_world_camera: Array
     depth: FloatPicture
+
+    @property
+    def in_steps(self) -> NDArray[np.uint16]:
+        """(height, width) depth in steps of ``DEPTH_STEP``, 0 where nothing was measured or it is too far."""
+        steps = np.rint(np.nan_to_num(self.depth.astype(np.float64)) / DEPTH_STEP)
+        return np.where(steps <= np.iinfo(np.uint16).max, steps, 0).astype(np.uint16)
 
     @property
     def points(self) -> Array:

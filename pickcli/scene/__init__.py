@@ -2,5 +2,6 @@
 
 Start with `scene` and the `cloud` of a sensor; then `scene_file` and `cloud_file`, with `scene_schema`,
 `scene_checks` and `scene_warnings`. Gaps between solids: `touching`, `solid_overlap`, how deep they
-intersect, and `solid_distance`, how far apart they are. `pile` is a height map of the items in an open box.
+intersect, and `solid_distance`, how far apart they are. `pile` is a height map of the items in an open box,
+and `colours` are those of pictures.
 """

@@ -32,24 +32,6 @@ def take_picture(engine: Engine, view: View, size: tuple[int, int] = (960, 720))
     return engine.picture(view.eye, view.target, view.fov, size)
 
 
-def write_png(picture: NDArray[np.uint8], path: Path, replace: bool = True) -> None:
-    """Write a picture atomically: after a crash or with a full disk the old file is intact.
-
-    Args:
-        picture: (height, width, 3).
-        path: The file.
-        replace: Whether an existing file may be replaced.
-
-    Raises:
-        InputError: The file cannot be written.
-    """
-    from PIL import Image
-
-    content = BytesIO()
-    Image.fromarray(picture).save(content, format="PNG")
-    write_bytes(path, content.getvalue(), replace)
-
-
 def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
     """Take a picture of the cell; with a pod, beside pictures of bins and tote without the robot.
 

@@ -13,6 +13,7 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.geometry import GRAVITY, Array, to_quaternion
+from pickcli.scene.colours import Colour
 from pickcli.simulation.engine_client import pybullet as p
 from pickcli.simulation.engine_client import quiet
 
@@ -28,8 +29,6 @@ DAMPING = 0.04  # 1/s, of a free item's linear and angular velocity
 DEFAULT_GROUP, STATIC_GROUP = 1, 2  # the engine's own, for movable and static bodies
 ITEM_GROUP, FIRM_GROUP = 64, 128
 PROBED = ITEM_GROUP | FIRM_GROUP
-
-Colour = tuple[float, float, float, float]
 
 
 class EngineBodies:

@@ -9,9 +9,9 @@ import numpy as np
 
 from pickcli.cell.robot import JointType, Robot
 from pickcli.geometry import Array
+from pickcli.scene.colours import STATIC_COLOURS, item_colour, static_colour
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
-from pickcli.simulation.colours import STATIC_COLOURS, item_colour, static_colour
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds
 from pickcli.simulation.reality import Reality

@@ -10,9 +10,9 @@ import numpy as np
 from pickcli.cell.station import OBSTACLE
 from pickcli.errors import Reason
 from pickcli.geometry import inverse
+from pickcli.scene.colours import item_colour, static_colour
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
-from pickcli.simulation.colours import item_colour, static_colour
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds, location_of
 

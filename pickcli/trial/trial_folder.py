@@ -80,7 +80,7 @@ def write_folder(
     Raises:
         InputError: A file cannot be written; all others are tried, and the message lists both.
     """
-    from pickcli.simulation.camera import write_png
+    from pickcli.files.png_file import write_png
 
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -32,6 +32,7 @@ RANDOM = {
     "plan-stow",
     "plan-topple",
     "plan-move",
+    "render",
     "execute",
     "run-trial",
     "show-grasps",

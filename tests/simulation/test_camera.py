@@ -12,9 +12,10 @@ from PIL.GifImagePlugin import GifImageFile
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
+from pickcli.files.png_file import write_png
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.scene import PoseNoise, Scene
-from pickcli.simulation.camera import GifRecorder, picture_of, take_picture, write_png
+from pickcli.simulation.camera import GifRecorder, picture_of, take_picture
 from pickcli.simulation.camera_view import CELL_VIEW, view_of, view_of_motion
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.scene_bodies import add_statics

@@ -14,8 +14,8 @@ from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Failures
 from pickcli.geometry import Array, pose
 from pickcli.planning.stages.drop_placements import ABOVE_PILE, DropPlacement, drop_placements
+from pickcli.scene.colours import STATIC_COLOURS, item_colour
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
-from pickcli.simulation.colours import STATIC_COLOURS, item_colour
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.world import TIME_STEP
 from pickcli.trial.pose_noise import DEFAULT_NOISE

@@ -18,6 +18,7 @@
 #define APC_F64 "numpy.typing.NDArray[numpy.float64]"
 #define APC_F32 "numpy.typing.NDArray[numpy.float32]"
 #define APC_I32 "numpy.typing.NDArray[numpy.int32]"
+#define APC_U8 "numpy.typing.NDArray[numpy.uint8]"
 #define APC_U64 "numpy.typing.NDArray[numpy.uint64]"
 #define APC_BOOL "numpy.typing.NDArray[numpy.bool_]"
 

@@ -2,10 +2,14 @@
 //! pickcli.kernel.RaycastingScene.
 #include "bindings/bindings.hpp"
 
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/vector.h>
+
 #include "bindings/arrays.hpp"
 #include "rendering/counter_random.hpp"
 #include "rendering/depth_noise.hpp"
 #include "rendering/raycasting_scene.hpp"
+#include "rendering/shading.hpp"
 
 namespace apc {
 namespace {
@@ -112,6 +116,100 @@ nb::object philox_of(nb::handle counter_in, nb::handle key_in) {
   return to_numpy(std::vector<std::uint64_t>(words.begin(), words.end()), {4});
 }
 
+using Pixels = nb::ndarray<const std::uint8_t, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
+
+Colour to_colour(const double* rgb) {
+  return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
+}
+
+void make_looks(Looks* self, nb::handle colours_in, nb::handle gloss_in, nb::handle faces_in,
+                const std::vector<std::shared_ptr<Texture>>& textures) {
+  const Doubles gloss(gloss_in, "gloss", {kAny});
+  const Doubles colours(colours_in, "colours", {gloss.rows(), 3});
+  const Integers faces(faces_in, "face_textures", {gloss.rows(), 6});
+  Looks looks;
+  looks.textures.assign(textures.begin(), textures.end());
+  for (std::size_t i = 0; i < gloss.size(); ++i) {
+    Look look{to_colour(&colours[3 * i]), static_cast<float>(gloss[i]), {}};
+    for (std::size_t face = 0; face < 6; ++face) {
+      look.textures[face] = faces[6 * i + face];
+      if (look.textures[face] < -1 || look.textures[face] >= static_cast<int>(textures.size()))
+        throw nb::value_error(
+            (Name("face_textures", static_cast<Py_ssize_t>(i)).text() + ": no such texture").c_str());
+    }
+    looks.of_solids.push_back(look);
+  }
+  new (self) Looks(std::move(looks));
+}
+
+Lighting make_lighting(double ambient, double headlight, double lamp, nb::handle pose_in,
+                       nb::handle background_in) {
+  const Doubles pose(pose_in, "T_world_lamp", {4, 4}), background(background_in, "background", {3});
+  return {ambient, headlight, lamp, to_pose(pose.data(), "T_world_lamp"), to_colour(background.data())};
+}
+
+nb::object shaded_of(const RaycastingScene& self, nb::handle intrinsics_in, nb::handle size_in,
+                     nb::handle pose_in, const Looks& looks, const Lighting& lighting) {
+  const PinholeCamera camera = to_camera(intrinsics_in, size_in);
+  const Doubles pose(pose_in, "T_world_camera", {4, 4});
+  const Pose T = to_pose(pose.data(), "T_world_camera");
+  if (looks.of_solids.size() != self.solids().size()) throw nb::value_error("looks: not of as many solids");
+  std::vector<std::uint8_t> picture;
+  {
+    nb::gil_scoped_release unlocked;
+    picture = shaded(self, camera, T, looks, lighting);
+  }
+  return to_numpy(std::move(picture),
+                  {static_cast<std::size_t>(camera.height), static_cast<std::size_t>(camera.width), 3});
+}
+
+void make_texture(Texture* self, const Pixels& picture) {
+  if (picture.size() == 0) throw nb::value_error("picture: has no pixels");
+  new (self) Texture(picture.data(), static_cast<int>(picture.shape(1)), static_cast<int>(picture.shape(0)));
+}
+
+void bind_looks(nb::module_& m) {
+  nb::class_<Texture>(m, "Texture", "A picture on a face, with smaller copies for what is far away.")
+      .def("__init__", &make_texture, "picture"_a, nb::sig("def __init__(self, picture: " APC_U8 ") -> None"),
+           R"(Take a picture.
+
+Args:
+    picture: (height, width, 3) red, green, blue, rows from the top.)");
+  nb::class_<Looks>(m, "Looks", "How solids look.")
+      .def("__init__", &make_looks, "colours"_a, "gloss"_a, "face_textures"_a, "textures"_a,
+           nb::sig("def __init__(self, colours: " APC_F64 ", gloss: " APC_F64 ", face_textures: " APC_I32
+                   ", textures: collections.abc.Sequence[Texture]) -> None"),
+           R"(Take colours and textures.
+
+The faces of boxes, and of the boxes around balls, are +x, -x, +y, -y, +z, -z; those of cylinders +z, -z, mantle. From
+outside, +z is up on all but +z and -z, where +y is; the mantle begins at +x and goes on towards +y. Convex pieces have
+no textures.
+
+Args:
+    colours: (N, 3) red, green, blue, 0 to 255, of faces without a texture.
+    gloss: (N,) of highlights, 0 to 1.
+    face_textures: (N, 6) index of the texture of each face, -1 for none.
+    textures: The textures.)");
+  nb::class_<Lighting>(m, "Lighting", "Where light comes from.")
+      .def(
+          "__init__",
+          [](Lighting* self, double ambient, double headlight, double lamp, nb::handle T_world_lamp,
+             nb::handle background) {
+            new (self) Lighting(make_lighting(ambient, headlight, lamp, T_world_lamp, background));
+          },
+          "ambient"_a, "headlight"_a, "lamp"_a, "T_world_lamp"_a, "background"_a,
+          nb::sig("def __init__(self, ambient: float, headlight: float, lamp: float, T_world_lamp: " APC_F64
+                  ", background: " APC_F64 ") -> None"),
+          R"(Take amounts of light, of which 1 makes a white surface white.
+
+Args:
+    ambient: From everywhere; a quarter less from below than from above.
+    headlight: Of a light at the camera, on a surface square to it 0.5 m away.
+    lamp: Of a lamp, on a surface square to its light.
+    T_world_lamp: (4, 4) pose of the lamp; it shines along its z and throws shadows within 45 degrees of that.
+    background: (3,) red, green, blue, 0 to 255, where nothing is seen.)");
+}
+
 void bind_noise(nb::module_& m) {
   const DepthNoise none;
   nb::class_<DepthNoise>(m, "DepthNoise", R"(Coefficients of a depth sensor.
@@ -175,6 +273,7 @@ Returns:
 
 void bind_rendering(nb::module_& m) {
   bind_noise(m);
+  bind_looks(m);
   nb::class_<RaycastingScene>(m, "RaycastingScene", R"(Solids as a pinhole camera sees them.
 
 A ray is cast for every pixel inside of the part of the picture that a solid may fill: no mesh, no graphics driver, one
@@ -226,7 +325,21 @@ Args:
     seed: Of 64 bits.
 
 Returns:
-    (H, W) depth along the optical axis in m, NaN where nothing comes back.)");
+    (H, W) depth along the optical axis in m, NaN where nothing comes back.)")
+      .def("shaded", &shaded_of, "intrinsics"_a, "size"_a, "T_world_camera"_a, "looks"_a, "lighting"_a,
+           nb::sig("def shaded(self, intrinsics: " APC_F64 ", size: " APC_I32 ", T_world_camera: " APC_F64
+                   ", looks: Looks, lighting: Lighting) -> " APC_U8),
+           R"(See the solids in colour.
+
+Args:
+    intrinsics: (4,) fx, fy, cx, cy in px.
+    size: (2,) width and height in px.
+    T_world_camera: (4, 4) pose of the camera.
+    looks: How the solids look, in their order.
+    lighting: Where light comes from.
+
+Returns:
+    (H, W, 3) red, green, blue.)");
 }
 
 }  // namespace apc

@@ -166,14 +166,17 @@ RayHits RaycastingScene::cast_rays(const PinholeCamera& camera, const Pose& T_wo
   for (const SeenSolid& solid : seen_solids(solids_, camera, T_world_camera, planes)) cast(solid, picture);
   // Without the columns that fill the last lanes, and with NaN for nothing.
   std::size_t to = 0;
-  for (std::size_t v = 0; v < static_cast<std::size_t>(H); ++v)
+  for (std::size_t v = 0; stride > W && v < static_cast<std::size_t>(H); ++v)
     for (std::size_t u = 0; u < static_cast<std::size_t>(W); ++u, ++to) {
       const std::size_t from = v * static_cast<std::size_t>(stride) + u;
       hits.index[to] = hits.index[from];
-      hits.depth[to] = hits.index[to] < 0 ? std::numeric_limits<float>::quiet_NaN() : hits.depth[from];
+      hits.depth[to] = hits.depth[from];
     }
+  if (stride == W) to = n;
   hits.depth.resize(to);
   hits.index.resize(to);
+  for (float& depth : hits.depth)
+    if (depth == std::numeric_limits<float>::infinity()) depth = std::numeric_limits<float>::quiet_NaN();
   return hits;
 }
 

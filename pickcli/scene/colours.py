@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import colorsys
 import zlib
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 from pickcli.cell.item import Item
 
-if TYPE_CHECKING:
-    from pickcli.simulation.engine_bodies import Colour
+Colour: TypeAlias = tuple[float, float, float, float]  # red, green, blue and opacity, 0 to 1
 
 STATIC_COLOURS: dict[str, Colour] = {
     "pod": (0.93, 0.82, 0.42, 1.0),  # the yellow fabric of a Kiva pod

@@ -1,0 +1,150 @@
+"""``apc render``: pictures of a scene by a camera of the cell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.command import Command, emit_json
+from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_start
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH, refuse_suffix
+from pickcli.commands.options import (
+    json_option,
+    overwrite_option,
+    refuse_output,
+    refuse_same,
+    seed_option,
+)
+from pickcli.commands.scene_options import open_scene, scene_options
+
+if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
+    from pickcli.cell.sensors.mounted_camera import MountedCamera
+    from pickcli.perception.depth_picture import DepthPicture
+    from pickcli.perception.rendered_scene import RenderedScene
+    from pickcli.perception.surface_view import SurfaceView
+
+_PNG = (".png",)
+
+
+@click.command("render", cls=Command)
+@scene_options
+@click.option("--camera", "name", metavar="NAME", required=True,
+              help="A camera under sensors of the cell (apc inspect lists them).")  # fmt: skip
+@click.option("--at", "at", metavar=CONFIGURATION, default="home", show_default=True,
+              help=f"Where the arm is: {CONFIGURATION_HELP}")  # fmt: skip
+@click.option("-o", "--output", type=PATH, metavar="FILE.png", help="Where to write the colour picture.")
+@click.option("--depth", "depth_path", type=PATH, metavar="FILE.png",
+              help="Where to write the depth: 16 bits, in steps of 0.1 mm, 0 for nothing.")  # fmt: skip
+@click.option("--noise/--no-noise", "is_noisy", default=True, show_default=True,
+              help="Whether depth has the noise of the sensor.")  # fmt: skip
+@click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True,
+              metavar="N", help="Which set of prints the items have.")  # fmt: skip
+@arm_option("the preferred one")
+@standing_option
+@seed_option
+@overwrite_option
+@json_option
+def command(
+    scene_path: Path, cell_name: str | None, items_path: Path | None, name: str, at: str, output: Path | None,
+    depth_path: Path | None, is_noisy: bool, texture_seed: int, arm: str | None, standing: tuple[str, ...],
+    seed: int, overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Render what a camera of the cell sees of a scene.
+
+    The colour picture shows items with prints of their own, under a lamp in the hall and a light at the
+    camera. Depth is along the optical axis, with the noise of the sensor. --json prints intrinsics and pose
+    of the camera, and how many pixels show each item.
+
+    \b
+    Example:
+      apc render --scene scene.json --camera hand --at cam_E -o bin_E.png --depth bin_E_depth.png
+      apc render --scene scene.json --camera boom --depth tote.png --no-noise
+    """
+    from pickcli.files.png_file import write_png
+    from pickcli.perception.camera_pose import camera_pose
+    from pickcli.perception.looks import colour_picture
+    from pickcli.perception.rendered_scene import RenderedScene
+
+    outputs = [path for path in (output, depth_path) if path is not None]
+    if not outputs:
+        raise click.UsageError(
+            "nothing to write: name a colour picture with -o, or one of depth with --depth"
+        )
+    for path in outputs:
+        refuse_output(path, overwrite, scene_path, cell_name, items_path)
+        refuse_suffix(path, _PNG, "a picture")
+    refuse_same(*outputs)
+    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, items=items_path))
+    camera, begin = _camera(scene.cell, name), parse_start(scene.cell, at)
+    T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
+    rendered = RenderedScene.of(scene, begin.q, begin.tool_state)
+    view = rendered.seen_by(camera.model.camera, T_world_camera)
+    depth = None if depth_path is None else _depth(rendered, camera, view, seed if is_noisy else None)
+    with stage("rendering"):
+        if output is not None:
+            picture = colour_picture(rendered, camera.model.camera, T_world_camera, texture_seed)
+            write_png(picture, output, overwrite)
+        if depth_path is not None and depth is not None:
+            write_png(depth.in_steps, depth_path, overwrite)
+    summary = _summary(rendered, camera, view, depth)
+    if as_json:
+        emit_json({**summary, **{key: None if path is None else str(path)
+                                 for key, path in (("path", output), ("depth_path", depth_path))},
+                   "seed": seed})  # fmt: skip
+    else:
+        items = summary["items"]
+        click.echo(
+            f"{len(items)} item{'s' * (len(items) != 1)} in sight of {camera.name} ({camera.model.name})"
+        )
+        for path in outputs:
+            click.echo(f"{'picture' if path is output else 'depth'}: {path}")
+
+
+def _camera(cell: Cell, name: str) -> MountedCamera:
+    """Find a camera. Raises InputError if the cell has none, UnknownNameError if it has others."""
+    from pickcli.errors import InputError, UnknownNameError
+
+    if not cell.cameras:
+        raise InputError(
+            f"cell {cell.name}: has no cameras; add one under sensors in {cell.path / 'cell.yaml'} "
+            "(docs/formats/cell.md)"
+        )
+    if name not in cell.cameras:
+        raise UnknownNameError("camera", name, list(cell.cameras), f"cell {cell.name}")
+    return cell.cameras[name]
+
+
+def _depth(
+    rendered: RenderedScene, camera: MountedCamera, view: SurfaceView, seed: int | None
+) -> DepthPicture:
+    """Depth by the sensor, or without a seed the true one."""
+    from pickcli.perception.depth_picture import DepthPicture, measure_depth
+
+    if seed is None:
+        return DepthPicture(view.camera, view.T_world_camera, view.depth)
+    return measure_depth(rendered, camera.model, view.T_world_camera, seed)
+
+
+def _summary(
+    rendered: RenderedScene, camera: MountedCamera, view: SurfaceView, depth: DepthPicture | None
+) -> dict[str, Any]:
+    import numpy as np
+
+    from pickcli.perception.rendered_scene import OwnerKind
+
+    counts = np.bincount(view.index[view.index >= 0], minlength=len(rendered.solids)).tolist()
+    solids = zip(rendered.solids, counts, strict=True)
+    return {
+        "camera": camera.name,
+        "sensor": camera.model.name,
+        "size": [view.camera.width, view.camera.height],
+        "K": view.camera.K.tolist(),
+        "T_world_camera": view.T_world_camera.tolist(),
+        "items": {each.owner: n for each, n in solids if each.kind is OwnerKind.ITEM and n > 0},
+        "measured_share": None if depth is None else float(np.isfinite(depth.depth).mean()),
+    }

@@ -1,0 +1,135 @@
+"""``apc render``: pictures by the cameras of a cell, or one message why not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pickcli.cell.cell import Cell
+from pickcli.geometry import Array
+from pickcli.perception.camera_pose import camera_pose
+from pickcli.perception.depth_picture import measure_depth
+from pickcli.perception.rendered_scene import RenderedScene
+from pickcli.scene.scene_file import read_scene
+from support.cell_copies import CellCopy
+from support.command_line import ITEM, Made, apc, refused
+
+
+def depth_in(path: Path) -> Array:
+    """Depth of a picture that was written, m; NaN where there is none."""
+    steps = np.asarray(Image.open(path)).astype(np.float64)
+    return np.where(steps > 0, 1e-4 * steps, np.nan)
+
+
+def test_pictures_are_written_and_told(made: Made, tmp_path: Path) -> None:
+    picture, depth = tmp_path / "picture.png", tmp_path / "depth.png"
+    argv = ("render", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "-o", picture)
+    answer = apc(*argv, "--depth", depth, "--json")
+    assert answer.code == 0, answer.err
+    told = json.loads(answer.out)
+    assert told["path"] == str(picture)
+    assert told["depth_path"] == str(depth)
+    assert told["sensor"] == "ensenso"
+    assert told["size"] == [1280, 1024]
+    assert set(told["items"]) == {ITEM, "crayola_24_ct"}
+    assert 0.2 < told["measured_share"] < 0.95
+    shown = Image.open(picture)
+    assert (shown.mode, shown.size) == ("RGB", (1280, 1024))
+    assert Image.open(depth).size == (1280, 1024)
+    assert "2 items in sight of hand (ensenso)" in apc(*argv, "--overwrite").out
+
+
+def test_depth_in_the_file_is_that_of_the_library(made: Made, cell: Cell, tmp_path: Path) -> None:
+    """With noise by its seed, in steps of 0.1 mm; without it the true depth."""
+    looking, hand = cell.configurations["cam_C"], cell.cameras["hand"]
+    rendered = RenderedScene.of(read_scene(made.scene, cell), looking.q, looking.tool_state)
+    T = camera_pose(cell.robot, hand, looking.q, looking.tool_state)
+    noisy, clean = (
+        measure_depth(rendered, hand.model, T, 7).depth,
+        rendered.seen_by(hand.model.camera, T).depth,
+    )
+    path = tmp_path / "depth.png"
+    argv = (
+        "render",
+        "--scene",
+        made.scene,
+        "--camera",
+        "hand",
+        "--at",
+        "cam_C",
+        "--depth",
+        path,
+        "--overwrite",
+    )
+    for more, expected in ((("--seed", 7), noisy), (("--no-noise",), clean)):
+        assert apc(*argv, *more).code == 0
+        within = expected < 6.55
+        np.testing.assert_allclose(depth_in(path)[within], expected[within], atol=0.51e-4)
+        assert np.isnan(depth_in(path)[~within]).all()
+
+
+def test_same_seed_same_bytes(made: Made, tmp_path: Path) -> None:
+    files = []
+    for i, more in enumerate((("--seed", 1), ("--seed", 1), ("--seed", 2), ("--textures", 1))):
+        picture, depth = tmp_path / f"picture{i}.png", tmp_path / f"depth{i}.png"
+        argv = ("render", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "-o", picture)
+        assert apc(*argv, "--depth", depth, *more).code == 0
+        files.append((picture.read_bytes(), depth.read_bytes()))
+    assert files[0] == files[1]
+    assert files[2][0] == files[0][0]
+    assert files[2][1] != files[0][1]
+    assert files[3][0] != files[0][0]
+
+
+def test_a_camera_in_the_world_needs_no_configuration(made: Made, tmp_path: Path) -> None:
+    answer = apc("render", "--scene", made.scene, "--camera", "boom", "-o", tmp_path / "tote.png", "--json")
+    assert answer.code == 0, answer.err
+    np.testing.assert_allclose(
+        np.array(json.loads(answer.out)["T_world_camera"])[:3, 3], [-1.045, -0.754, 2.11]
+    )
+
+
+@pytest.mark.parametrize(
+    ("argv", "code", "told"),
+    [
+        (("--camera", "hand"), 2, "nothing to write: name a colour picture with -o"),
+        (("-o", "a.png"), 2, "--camera"),
+        (("--camera", "hands", "-o", "a.png"), 3, "did you mean 'hand'?"),
+        (("--camera", "hand", "--at", "cam_X", "-o", "a.png"), 3, "cam_X"),
+        (("--camera", "hand", "-o", "a.jpg"), 3, "is written as .png"),
+        (("--camera", "hand", "-o", "a.png", "--depth", "a.png"), 3, "would be written twice"),
+        (("--camera", "hand", "-o", "none/a.png"), 3, "does not exist"),
+    ],
+)
+def test_mistakes_are_told_before_any_work(
+    made: Made, tmp_path: Path, argv: tuple[str, ...], code: int, told: str
+) -> None:
+    words = [str(tmp_path / word) if word.endswith((".png", ".jpg")) else word for word in argv]
+    answer = apc("render", "--scene", made.scene, *words)
+    assert answer.code == code
+    assert told in answer.err
+    assert not list(tmp_path.glob("*.png"))
+
+
+def test_depth_of_a_colour_camera_is_refused_unless_it_is_the_true_one(
+    made: Made, cell_copy: CellCopy, tmp_path: Path
+) -> None:
+    cell_copy.yaml.replace("model: ensenso", "model: ids_wrist")
+    argv = ("render", "--scene", made.scene, "--cell", cell_copy.folder, "--camera", "hand", "--at", "cam_C")
+    refused(apc(*argv, "--depth", tmp_path / "a.png"), 3, "ids_wrist: is a colour camera")
+    assert apc(*argv, "--depth", tmp_path / "a.png", "--no-noise").code == 0
+    assert apc(*argv, "-o", tmp_path / "b.png").code == 0
+
+
+def test_a_cell_without_cameras_is_told_how_to_have_one(
+    made: Made, cell_copy: CellCopy, tmp_path: Path
+) -> None:
+    text = cell_copy.yaml.path.read_text()
+    start, end = text.index("sensors:\n"), text.index("# Lead: from the command")
+    cell_copy.yaml.path.write_text(text[:start] + text[end:])
+    argv = ("render", "--scene", made.scene, "--cell", cell_copy.folder, "--camera", "hand")
+    refused(apc(*argv, "-o", tmp_path / "a.png"), 3, "has no cameras; add one under sensors")
