@@ -38,8 +38,7 @@ def test_cameras_do_not_change_the_fingerprint(cell: Cell) -> None:
 
 def test_a_cell_without_sensors_has_no_cameras(cell_copy: CellCopy) -> None:
     text = cell_copy.yaml.path.read_text()
-    start, end = text.index("sensors:\n"), text.index("# Lead: from the command")
-    cell_copy.yaml.path.write_text(text[:start] + text[end:])
+    cell_copy.yaml.path.write_text(text[: text.index("sensors:\n")])
     assert cell_copy.load().cameras == {}
 
 

@@ -19,6 +19,7 @@ from pickcli.files.file_kind import (
     PLAN,
     REALITY,
     SCENE,
+    SENSOR,
     SRDF,
     STORE,
     STRATEGY,
@@ -42,6 +43,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "compare-planners": {"cell_name": CELL},
     "make-order": {},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
+    "render": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "plan-pick": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
     },
@@ -85,7 +87,14 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "inspect": {"path": None, "cell_name": CELL, "items_path": ITEMS},
     "show": {"path": None, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
 }  # fmt: skip
-WRITTEN = ("output", "folder", "picture", "perceived", "video")  # and are told apart by refuse_output
+WRITTEN = (
+    "output",
+    "depth_path",
+    "folder",
+    "picture",
+    "perceived",
+    "video",
+)  # and are told apart by refuse_output
 UNREAD = ("check", "cell_name")  # but where a file is damaged
 CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS)  # by apc check
 IN_TOTE = "in_tote.json"  # a scene with the item in the tote, beside the other files
@@ -118,6 +127,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
         PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
         ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf, TRIALS: folder,
         TSRS: tsrs, STRATEGY: data_path() / "strategies" / "delft.yaml",
+        SENSOR: data_path() / "sensors" / "carmine.yaml",
     }  # fmt: skip
 
 
@@ -137,6 +147,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     needed = {"scene_path", "urdf"}
     if command == "show-grasps":
         right["output"] = out.with_suffix(".html")
+    if command == "render":
+        right |= {"name": "hand", "output": out.with_suffix(".png")}
     if command == "show-strategy":
         right["output"] = out.with_suffix(".svg")
     if command == "show":

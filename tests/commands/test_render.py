@@ -129,7 +129,6 @@ def test_a_cell_without_cameras_is_told_how_to_have_one(
     made: Made, cell_copy: CellCopy, tmp_path: Path
 ) -> None:
     text = cell_copy.yaml.path.read_text()
-    start, end = text.index("sensors:\n"), text.index("# Lead: from the command")
-    cell_copy.yaml.path.write_text(text[:start] + text[end:])
+    cell_copy.yaml.path.write_text(text[: text.index("sensors:\n")])
     argv = ("render", "--scene", made.scene, "--cell", cell_copy.folder, "--camera", "hand")
     refused(apc(*argv, "-o", tmp_path / "a.png"), 3, "has no cameras; add one under sensors")
