@@ -48,7 +48,11 @@ def command(name: str) -> click.Command:
 
 
 def options(name: str) -> set[str]:
-    return {option for parameter in command(name).params for option in parameter.opts}
+    return {
+        option
+        for parameter in command(name).params
+        for option in (*parameter.opts, *parameter.secondary_opts)
+    }
 
 
 @pytest.mark.parametrize("name", cli.COMMANDS)
