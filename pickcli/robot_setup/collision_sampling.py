@@ -49,6 +49,7 @@ class CollisionCount:
         spheres: Frequency for their spheres, which planning uses.
         shapes: Frequency for their shapes, which the verifier uses; None if not measured.
         least: m, smallest measured distance of the shapes.
+        most: m, greatest one.
         clearance: m, clearance of the cell plus the planning reserve.
     """
 
@@ -57,6 +58,7 @@ class CollisionCount:
     spheres: CollisionFrequency
     shapes: CollisionFrequency | None
     least: float
+    most: float
     clearance: float
 
     @property
@@ -79,11 +81,7 @@ class CollisionCount:
     @property
     def is_doubtful(self) -> bool:
         """Whether the pair is never tested although its shapes collide only in some configurations."""
-        return (
-            self.spheres is CollisionFrequency.ALWAYS
-            and self.shapes is CollisionFrequency.SOMETIMES
-            and not self._is_verified
-        )
+        return self.spheres is CollisionFrequency.ALWAYS and self.least <= 0.0 < self.most
 
     @property
     def _is_verified(self) -> bool:
@@ -107,11 +105,12 @@ def count_collisions(cell: Cell, seed: int) -> list[CollisionCount]:
     found = []
     for a, b, checker in (*_with_base(model), *_moving(model)):
         spheres = _spheres_colliding(checker, Q, clearance)
-        shapes, least = None, np.inf
+        shapes, least, most = None, np.inf, np.inf
         if spheres is CollisionFrequency.ALWAYS:
             distances = _distances(cell, a, b, poses)
-            shapes, least = _frequency(distances <= clearance), float(distances.min())
-        found.append(CollisionCount(a, b, spheres, shapes, least, clearance))
+            shapes = _frequency(distances <= clearance)
+            least, most = float(distances.min()), float(distances.max())
+        found.append(CollisionCount(a, b, spheres, shapes, least, most, clearance))
     return found
 
 

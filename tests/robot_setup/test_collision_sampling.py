@@ -62,23 +62,31 @@ def test_only_what_always_collides_is_allowed_and_with_its_count(made: CellSetup
 
 
 @pytest.mark.parametrize(
-    ("spheres", "shapes", "least", "allowed"),
+    ("spheres", "shapes", "least", "most", "allowed"),
     [
-        (ALWAYS, NEVER, 0.007, "sampled configurations, shapes in none, 7.0 mm apart at least"),
-        (ALWAYS, SOMETIMES, 0.003, "sampled configurations, shapes in some"),
-        (ALWAYS, SOMETIMES, 0.0, "sampled configurations, shapes in some"),
-        (ALWAYS, ALWAYS, 0.004, "within 6 mm of each other in all of 200"),
-        (ALWAYS, ALWAYS, 0.0, "within 6 mm of each other in all of 200"),
-        (SOMETIMES, None, 0.0, None),
-        (NEVER, None, 0.0, None),
+        (ALWAYS, NEVER, 0.007, 0.01, "sampled configurations, shapes in none, 7.0 mm apart at least"),
+        (ALWAYS, SOMETIMES, 0.003, 0.01, "sampled configurations, shapes in some, 3.0 mm apart at least"),
+        (ALWAYS, SOMETIMES, 0.001, 0.01, "sampled configurations, shapes in some, 1.0 mm apart at least"),
+        (ALWAYS, SOMETIMES, 0.0, 0.01, "sampled configurations, shapes in some"),
+        (ALWAYS, ALWAYS, 0.004, 0.005, "within 6 mm of each other in all of 200"),
+        (ALWAYS, ALWAYS, 0.0, 0.005, "within 6 mm of each other in all of 200"),
+        (ALWAYS, ALWAYS, 0.0, 0.0, "within 6 mm of each other in all of 200"),
+        (SOMETIMES, None, 0.0, 0.0, None),
+        (NEVER, None, 0.0, 0.0, None),
     ],
 )
 def test_a_pair_is_allowed_only_where_nothing_could_be_planned_otherwise(
-    spheres: CollisionFrequency, shapes: CollisionFrequency | None, least: float, allowed: str | None
+    spheres: CollisionFrequency,
+    shapes: CollisionFrequency | None,
+    least: float,
+    most: float,
+    allowed: str | None,
 ) -> None:
-    pair = CollisionCount("a", "b", spheres, shapes, least, 0.006)  # of which the cell's clearance is 3 mm
+    pair = CollisionCount(
+        "a", "b", spheres, shapes, least, most, 0.006
+    )  # of which the cell's clearance is 3 mm
     assert (pair.allowed is None) == (allowed is None)
-    assert pair.is_doubtful == (shapes is SOMETIMES and least < 0.003)
+    assert pair.is_doubtful == (least == 0.0 < most)  # nobody tests it where it is free
     if pair.allowed is not None:
         assert allowed is not None and allowed in pair.allowed.reason
         assert pair.allowed.verified == (least >= 0.003)
