@@ -27,6 +27,7 @@ from bench import (
     fresh,
     kernel,
     kills,
+    perception,
     refresh,
     routes,
     startup,
@@ -46,6 +47,7 @@ def measure(n_orders: int, with_builds: bool) -> dict[str, Any]:
             "cores": os.cpu_count(),
         },
         "kernel": kernel.measure(),
+        "pictures": perception.measure(),
         "first_paths": first_paths.measure(),
         "startup": startup.measure(),
         "store": store.measure(),
@@ -71,6 +73,12 @@ def rows(figures: dict[str, Any]) -> Iterator[Row]:
     yield _at_most("kernel: valid edge of 32 configurations, us", 5, k["kernel_us"])
     yield _at_least("kernel against pybullet, same states, times", 100, k["pybullet_ratio"])
     yield _at_least("kernel against python-fcl, same states, times", 100, k["python_fcl_ratio"])
+    pictures = figures["pictures"]
+    for sensor in perception.SENSORS:
+        yield _at_most(
+            f"depth with noise, 640x480, {sensor}, ms", 40, pictures[f"{sensor} 640x480"]["median_ms"]
+        )
+    yield _at_most("colour picture, 1280x1024, ms", 80, pictures["colour 1280x1024"]["median_ms"])
     first = figures["first_paths"]
     yield _at_most("first path among shelves, boxes, tables, p95, ms", 5, first["all"]["p95_ms"])
     yield _at_least("such queries that are solved, %", 99, 100 * first["solved"] / first["queries"])

@@ -33,6 +33,7 @@ from pickcli.scene.scene import PlacedItem, Scene, empty_scene
 N_RUNS = 15
 PER_BIN = 4
 AT = "cam_E"
+SENSORS = ("carmine", "ensenso", "kinect_v2")
 
 
 def full_shelf(cell: Cell) -> Scene:
@@ -75,7 +76,7 @@ def measure() -> dict[str, Any]:
     for camera in (small, large):
         size = f"{camera.width}x{camera.height}"
         found[f"exact {size}"] = timed(partial(rendered.seen_by, camera, T))
-        for name in ("carmine", "ensenso", "kinect_v2"):
+        for name in SENSORS:
             sensor = replace(read_sensor(sensor_file(name)), camera=camera)
             found[f"{name} {size}"] = timed(partial(measure_depth, rendered, sensor, T, 1))
         found[f"colour {size}"] = timed(partial(colour_picture, rendered, camera, T))
