@@ -44,7 +44,7 @@ _PNG = (".png",)
               help="Whether depth has the noise of the sensor.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True,
               metavar="N", help="Which set of prints the items have.")  # fmt: skip
-@arm_option("the preferred one")
+@arm_option("the preferred one of those that have the configuration")
 @standing_option
 @seed_option
 @overwrite_option
@@ -79,7 +79,7 @@ def command(
         refuse_output(path, overwrite, scene_path, cell_name, items_path)
         refuse_suffix(path, _PNG, "a picture")
     refuse_same(*outputs)
-    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, items=items_path))
+    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path))
     camera, begin = _camera(scene.cell, name), parse_start(scene.cell, at)
     T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
     rendered = RenderedScene.of(scene, begin.q, begin.tool_state)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,14 @@ import pytest
 from PIL import Image
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_workcell
+from pickcli.cell.data_path import data_path
 from pickcli.geometry import Array
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import measure_depth
 from pickcli.perception.rendered_scene import RenderedScene
-from pickcli.scene.scene_file import read_scene
+from pickcli.scene.scene import empty_scene
+from pickcli.scene.scene_file import read_scene, write_scene
 from support.cell_copies import CellCopy
 from support.command_line import ITEM, Made, apc, refused
 
@@ -132,3 +136,31 @@ def test_a_cell_without_cameras_is_told_how_to_have_one(
     cell_copy.yaml.path.write_text(text[: text.index("sensors:\n")])
     argv = ("render", "--scene", made.scene, "--cell", cell_copy.folder, "--camera", "hand")
     refused(apc(*argv, "-o", tmp_path / "a.png"), 3, "has no cameras; add one under sensors")
+
+
+def test_of_several_arms_the_one_with_the_configuration_carries_the_camera(tmp_path: Path) -> None:
+    """A camera on the left hand moves with the left arm, which need not be named if --at is its own."""
+    folder = tmp_path / "kth"
+    shutil.copytree(data_path() / "cells" / "apc2016_kth", folder)
+    link = load_workcell("apc2016_kth").arms["left"].robot.tool.last_link
+    with (folder / "cell.yaml").open("a") as file:
+        file.write(
+            f"\nsensors:\n  wrist:\n    model: ids_wrist\n    link: {link}\n"
+            "    T_parent_camera: {xyz: [0, 0, 0.05], rpy: [0, 0, 0]}\n    error: {position: 0, angle: 0}\n"
+        )
+    workcell = load_workcell(folder)
+    scene = tmp_path / "scene.json"
+    write_scene(empty_scene(workcell.preferred), scene)
+    left, right = workcell.arms["left"], workcell.arms["right"]
+    own = next(name for name in left.configurations if name not in right.configurations)
+    common = next(name for name in left.configurations if name in right.configurations)
+    argv = ("render", "--scene", scene, "--cell", folder, "--camera", "wrist", "--overwrite", "--json")
+    poses = []
+    for name, more in ((own, ()), (common, ("--arm", "left"))):
+        answer = apc(*argv, "-o", tmp_path / "a.png", "--at", name, *more)
+        assert answer.code == 0, answer.err
+        at = left.configurations[name]
+        expected = camera_pose(left.robot, left.cameras["wrist"], at.q, at.tool_state)
+        np.testing.assert_allclose(json.loads(answer.out)["T_world_camera"], expected, atol=1e-12)
+        poses.append(expected)
+    assert np.abs(poses[0] - poses[1]).max() > 1e-3

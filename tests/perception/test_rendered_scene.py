@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import load_cell
+from pickcli.cell.cell_file import load_cell, load_workcell
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.shapes import Shape, ShapeKind, hull
 from pickcli.cell.tool import ToolState
@@ -19,6 +19,7 @@ from pickcli.kinematics.arm import Arm
 from pickcli.perception.camera_pose import link_poses
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene, RenderedSolid
 from pickcli.scene.scene import HeldItem, PlacedItem, Scene, empty_scene
+from pickcli.verification.forward_kinematics import link_poses as verified_poses
 from support.ray_reference import random_pose
 
 CAMERA = PinholeCamera(150.0, 140.0, 79.5, 59.5, 160, 120)
@@ -104,6 +105,23 @@ def test_links_are_where_kinematics_puts_them() -> None:
     tip = Arm(robot).tip(home(), STRAIGHT)
     np.testing.assert_allclose(poses[robot.tool.last_link] @ robot.tool.T_last_tip, tip, atol=1e-12)
     np.testing.assert_array_equal(poses[robot.links[0].name], robot.T_world_base)
+
+
+@pytest.mark.parametrize("name", ["apc2016_kth", "apc2016_delft_pinch", "panda_table"])
+def test_links_are_where_the_second_opinion_puts_them(name: str) -> None:
+    """Of all arms, also of those that stand, but for what hangs on a joint of the tool."""
+    for seen in load_workcell(name).arms.values():
+        robot = seen.robot
+        of_tool = {joint.child for joint in robot.joints if joint.name in robot.tool.joints}
+        for at in list(seen.configurations.values())[:3]:
+            poses, expected = link_poses(robot, at.q, at.tool_state), verified_poses(robot, at.q[None])
+            for link, T in zip(robot.links, expected[:, 0], strict=True):
+                parents = {joint.child: joint.parent for joint in robot.joints}
+                above = link.name
+                while above in parents and above not in of_tool:
+                    above = parents[above]
+                if above not in of_tool:
+                    np.testing.assert_allclose(poses[link.name], T, atol=1e-9)
 
 
 @settings(deadline=None, max_examples=20)
