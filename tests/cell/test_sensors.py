@@ -110,6 +110,12 @@ def test_figures_of_a_sensor_are_those_of_its_file() -> None:
         ("range: [0.35, 3.0]", "range: [3.0, 0.35]", "expected range as [smaller, larger]"),
         ("incidence: [1.134, 1.431]", "incidence: [65, 82]", "depth.incidence[0]: expected"),
         ("  baseline: 0.075\n", "", "expected the baseline of the disparity"),
+        ("baseline: 0.075", "baseline: 75", "depth.baseline: expected m to the second eye"),
+        (
+            "height: 480, fx: 570", "height: 4800, fx: 99000",
+            "expected a second eye whose disparities are not as large as",
+        ),
+        ("width: 640", "width: 64000", "picture.width: expected px"),
         ("correlation: 1.0", "correlation: 5.0", "depth.correlation: expected px, 0.5 to 2"),
         ("clear: 0.85", "clear: 1.85", "depth.no_return.clear: expected"),
         ("clear: 0.85", "glass: 0.85", "depth.no_return.glass"),

@@ -18,7 +18,8 @@ from pickcli.files.file_kind import SENSOR
 from pickcli.files.schema import FileModel, Text, validate
 from pickcli.files.yaml_reader import read_yaml
 
-Pixels = Annotated[int, Field(ge=1, le=10_000)]
+MAX_PIXELS = 5e7  # of a picture, also of the wider one of a second eye
+Pixels = Annotated[int, Field(ge=1, le=7_000)]
 FocalLength = Annotated[float, Field(gt=0, le=100_000)]
 Place = Annotated[float, Field(ge=-10_000, le=20_000)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -103,6 +104,18 @@ class SensorFileModel(FileModel):
     sources: dict[Text, Annotated[str, Field(min_length=3)]] = Field(
         description="where the figures come from, by key: picture, and each key under depth"
     )
+
+    @model_validator(mode="after")
+    def _second_eye(self) -> SensorFileModel:
+        """The kernel renders what the second eye may see of all depths in range."""
+        if self.depth is not None and self.depth.baseline is not None:
+            near, far = (self.picture.fx * self.depth.baseline / depth for depth in self.depth.range)
+            if (self.picture.width + near - far) * self.picture.height > MAX_PIXELS:
+                raise ValueError(
+                    f"expected a second eye whose disparities are not as large as {near:.0f} px at "
+                    f"{self.depth.range[0]:g} m; correct fx, baseline or range"
+                )
+        return self
 
     @model_validator(mode="after")
     def _has_sources(self) -> SensorFileModel:
