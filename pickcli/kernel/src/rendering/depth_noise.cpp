@@ -56,6 +56,12 @@ struct Picture {
     return n[0] * x[static_cast<std::size_t>(u)] + n[1] * y[static_cast<std::size_t>(v)] + n[2];
   }
 
+  //! Whether two pixels of one convex solid see the same face: then their normals have the same bits.
+  bool is_one_plane(std::size_t a, std::size_t b) const {
+    const float *n = &normals[3 * a], *m = &normals[3 * b];
+    return n[0] == m[0] && n[1] == m[1] && n[2] == m[2];
+  }
+
   std::size_t width;
   RayHits hits;
   std::vector<float> normals, angles, x, y;
@@ -186,7 +192,8 @@ class Measurement {
     const int other_u = shifted(u, off * across, camera_.width),
               other_v = shifted(v, off * down, camera_.height);
     Return other = own(other_u, other_v);
-    if (other.index < 0 || other.surface_of == found.surface_of) return other;
+    if (other.index < 0) return other;
+    if (other.index == found.index && picture_.is_one_plane(other.surface_of, found.surface_of)) return found;
     const float along = picture_.along(other.surface_of, u, v);
     if (!(along < 0.0f)) return {kNothing, -1, other.surface_of};
     other.z *= picture_.along(other.surface_of, other_u, other_v) / along;
