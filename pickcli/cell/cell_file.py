@@ -25,8 +25,8 @@ from pickcli.cell.checks.gripper_consistency import check_hand, check_stroke
 from pickcli.cell.checks.plausibility import warn_of_figures
 from pickcli.cell.checks.references import refer
 from pickcli.cell.data_path import data_path
-from pickcli.cell.device import Device
-from pickcli.cell.item import Item
+from pickcli.cell.device import Device, pump_flow
+from pickcli.cell.item import REFERENCE_FLOW, Item
 from pickcli.cell.makers.carrier_builder import build_carrier
 from pickcli.cell.makers.pod import build_pod
 from pickcli.cell.makers.tote import build_tote
@@ -107,7 +107,9 @@ def load_workcell(name_or_path: str | Path, own_items: Path | None = None) -> Wo
     limits = add_joint_limits(source)
     model = validate(source, cell_model(source.data))
     check_arms(source, model)
-    urdf, items = _urdf(source, model, limits), load_items(own_items)
+    urdf = _urdf(source, model, limits)
+    flow = pump_flow(_devices(model).values())  # of the whole cell: a scene is for all of its arms
+    items = {key: item.under_pump(flow) for key, item in load_items(own_items).items()}
     if model.arms:
         check_each_arm(source, model, urdf, items.values())
     else:
@@ -148,7 +150,7 @@ def _cell(
         pod=NO_POD if model.pod is None else build_pod(model.pod),
         tote=None if model.tote is None else build_tote(model.tote),
         obstacles=Obstacles(tuple(_box(o.name, o) for o in model.obstacles)),
-        devices={name: Device(name, d.kind, d.lead, d.actions) for name, d in model.devices.items()},
+        devices=_devices(model),
         configurations={
             c.name: NamedConfiguration(
                 c.name,
@@ -176,6 +178,13 @@ def _cell(
         warn_of_missing_configurations(warnings, cell)
     warnings.log()
     return replace(cell, warnings=tuple(warnings.lines))
+
+
+def _devices(model: CellModel) -> dict[str, Device]:
+    return {
+        name: Device(name, d.kind, d.lead, d.actions, REFERENCE_FLOW if d.flow is None else d.flow)
+        for name, d in model.devices.items()
+    }
 
 
 def cell_names() -> list[str]:

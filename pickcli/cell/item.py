@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from pickcli.geometry import Array
 from pickcli.name_suggestion import suggestion
 
 OWN_ITEMS = "items of your own: --items"  # hint in errors about unknown items
+REFERENCE_FLOW = 60.0  # l/min of free air of the pump for which item files state seals: a small ejector
+LEAST_SHARE = 0.3  # of full vacuum under a face that counts as sealing: half again what a vacuum switch reads
 LYING_AXIS_Z = 0.7  # a cylinder rolls if the vertical component of its axis is below this
 
 
@@ -30,7 +32,7 @@ class Item:
         bonus: Points by the rules of its year.
         seals: By face, the share of full vacuum that the pump keeps under a cup.
         seal_source: Source of the seals.
-        why_not: Why no face seals, "" if one does.
+        why_not: Why no face seals under the reference pump, "" if one does.
         seal_inset: m that the cup's rim must keep from a face's edge.
         speed_scale: 1.0, or 0.5 for Delft's slow items.
         folded: "" or how cloth and bags were folded to get the stated size.
@@ -77,7 +79,30 @@ class Item:
     @property
     def suction(self) -> bool:
         """Whether a cup can hold the item on any face."""
-        return any(share > 0.0 for share in self.seals.values())
+        return any(share >= LEAST_SHARE for share in self.seals.values())
+
+    def under_pump(self, flow: float) -> Item:
+        """Return the item with the seals that a pump of another flow keeps.
+
+        A pump that draws Q0 of free air draws Q0 (1 - s) at the share s of its full vacuum, and a face leaks
+        in proportion to s. So a face that keeps s under the reference pump keeps r s / (r s + 1 - s) under
+        one that draws r times as much. Faces that keep less than ``LEAST_SHARE`` do not seal.
+
+        Args:
+            flow: l/min of free air that the pump draws.
+
+        Returns:
+            The item; its stated seals are taken to be those of the reference pump.
+        """
+        ratio = flow / REFERENCE_FLOW
+        kept = {face: ratio * share / (ratio * share + 1.0 - share) for face, share in self.seals.items()}
+        seals = {face: share if share >= LEAST_SHARE else 0.0 for face, share in kept.items()}
+        if any(seals.values()):
+            return replace(self, seals=seals, why_not="")
+        too_little = (
+            f"its faces keep at most {max(kept.values()):.0%} of the vacuum, {LEAST_SHARE:.0%} are needed"
+        )
+        return replace(self, seals=seals, why_not=self.why_not or too_little)
 
     def area(self, face: str) -> Array:
         """Return the corners of the area in which a face seals.

@@ -66,6 +66,7 @@ def command(
     item = find_item(item_name, year, items_path)
     cell = open_cell(cell_name, ArmRequest(arm, items=items_path))
     cell.require_places()
+    item = cell.items[item.name, item.year]  # as it seals under the cell's pump
     place = _place(cell, place_name)
     if sizes := place.room.too_small_for(item.shape.extents):
         raise InputError(f"--place: {item.name} does not fit into {place.name}: it has {sizes}")

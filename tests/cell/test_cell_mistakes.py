@@ -30,6 +30,12 @@ MISTAKES = {
     "wrong type": ("speed_scale: 1.0", "speed_scale: fast", "speed_scale: expected a factor in (0, 1]"),
     "text for a number": ("max_shear: 21.0", 'max_shear: "21.0"', "tool.max_shear: expected"),
     "impossible value": ("speed_scale: 1.0", "speed_scale: 1.5", "speed_scale: expected"),
+    "flow of a valve": (
+        "valve: {kind: valve, lead: 0.05,",
+        "valve: {kind: valve, flow: 60, lead: 0.05,",
+        "devices.valve: expected flow of a pump only, got valve; remove it",
+    ),
+    "flow in m3/s": ("flow: 600", "flow: 0.01", "devices.pump.flow: expected l/min of free air"),
     "negative size": ("cup_radius: 0.015", "cup_radius: -0.015", "tool.cup_radius: expected"),
     "switch for a number": ("max_moment: 0.6", "max_moment: true", "tool.max_moment: expected"),
     "trap of YAML 1.1": ("max_pull: 42.0", "max_pull: 0:42", "tool.max_pull: expected a number or text"),

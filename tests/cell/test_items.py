@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
-from pickcli.cell.item import Item
+from pickcli.cell.device import Device, DeviceKind, pump_flow
+from pickcli.cell.item import LEAST_SHARE, REFERENCE_FLOW, Item
 from pickcli.cell.schemas.items_file import load_items, read_items
 from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import UnknownNameError
@@ -39,11 +44,64 @@ def test_an_item_enters_a_bin(item: Item) -> None:
 @pytest.mark.parametrize("item", ITEMS.values(), ids=ids)
 def test_what_a_cup_holds_has_a_face_for_it_and_the_rest_a_reason(item: Item) -> None:
     widest = sorted(item.shape.extents)[1]
-    assert item.suction != bool(item.why_not)
+    best = max(item.seals.values())
+    assert (best >= LEAST_SHARE) != bool(item.why_not)
     if item.suction:
         assert widest >= CUP + 2 * item.seal_inset
     assert 0.005 < item.mass < 1.5
     assert item.mass / item.shape.volume < 2600.0  # kg/m3: nothing is heavier than glass
+
+
+@given(share=st.floats(0.0, 1.0), ratio=st.floats(1.0, 100.0))
+def test_a_pump_keeps_the_share_at_which_it_draws_what_leaks_in(share: float, ratio: float) -> None:
+    stated = replace(ITEMS["crayola_24_ct", 2016], seals={"+z": share, "-z": 0.0})
+    kept = stated.under_pump(ratio * REFERENCE_FLOW).seals["+z"]
+    if kept > 0.0:
+        leak = (
+            REFERENCE_FLOW * (1.0 - share) / share
+        )  # l/min at full vacuum: what the small pump draws at its share
+        assert kept >= LEAST_SHARE
+        assert leak * kept == pytest.approx(ratio * REFERENCE_FLOW * (1.0 - kept), abs=1e-6)
+    else:
+        assert share * ratio / (share * ratio + 1.0 - share) < LEAST_SHARE
+    assert stated.under_pump(REFERENCE_FLOW).seals["+z"] == pytest.approx(
+        share if share >= LEAST_SHARE else 0.0
+    )
+
+
+@pytest.mark.parametrize("item", ITEMS.values(), ids=ids)
+def test_an_item_is_held_or_has_a_reason_under_any_pump(item: Item) -> None:
+    for flow in (1.0, REFERENCE_FLOW, 600.0):
+        under = item.under_pump(flow)
+        assert under.suction != bool(under.why_not)
+        assert under.suction == any(under.seals.values())
+
+
+def test_cloth_is_held_by_the_pump_of_more_flow_only() -> None:
+    strong, small = load_cell("apc2016_delft"), load_cell("apc2016_kth_picking", arm="left")
+    for name in ("cherokee_easy_tee_shirt", "womens_knit_gloves"):
+        assert strong.item(name, 2016).suction
+        assert not small.item(name, 2016).suction
+        assert "air passes" in small.item(name, 2016).why_not
+    for cell in (strong, small):
+        assert not cell.item("rolodex_jumbo_pencil_cup", 2016).suction
+
+
+def test_faces_that_keep_too_little_for_a_small_pump_say_so() -> None:
+    weak = replace(ITEMS["crayola_24_ct", 2016], seals={"+z": 0.2, "-z": 0.1}, why_not="")
+    assert weak.under_pump(REFERENCE_FLOW).why_not == (
+        "its faces keep at most 20% of the vacuum, 30% are needed"
+    )
+    assert weak.under_pump(600.0).why_not == ""
+
+
+def test_the_weakest_pump_of_a_cell_counts() -> None:
+    pumps = [
+        Device(name, DeviceKind.PUMP, 1.0, ("on", "off"), flow) for name, flow in (("a", 90.0), ("b", 600.0))
+    ]
+    valve = Device("valve", DeviceKind.VALVE, 0.05, ("on", "off"), 5.0)
+    assert pump_flow([*pumps, valve]) == 90.0
+    assert pump_flow([valve]) == REFERENCE_FLOW
 
 
 def test_both_years_are_complete() -> None:

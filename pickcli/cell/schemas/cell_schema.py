@@ -192,6 +192,15 @@ class DeviceModel(FileModel):
     lead: Seconds = Field(description="s from the command to its full effect")
     actions: Annotated[tuple[Text, ...], Len(1, 16)] = Field(description='quoted words, e.g. ["on", "off"]')
     arm: Name | None = Field(None, description="the arm that it belongs to, where the cell has several")
+    flow: Annotated[float, Field(ge=1, le=1e5)] | None = Field(
+        None, description="l/min of free air that a pump draws, 1 to 100000"
+    )
+
+    @model_validator(mode="after")
+    def _flow_of_a_pump(self) -> DeviceModel:
+        if self.flow is not None and self.kind is not DeviceKind.PUMP:
+            raise ValueError(f"expected flow of a pump only, got {self.kind.value}; remove it")
+        return self
 
 
 class MountErrorModel(FileModel):

@@ -9,7 +9,7 @@ from annotated_types import Len
 from pydantic import Field, field_validator, model_validator
 
 from pickcli.cell.data_path import data_path
-from pickcli.cell.item import Item
+from pickcli.cell.item import LEAST_SHARE, Item
 from pickcli.cell.sensors.material import Material
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
@@ -86,8 +86,12 @@ class ItemModel(FileModel):
             for name in (*self.seals, *self.areas):
                 if name not in known:
                     raise ValueError(f"expected faces of its shape ({', '.join(known)}), got {name}")
-            if any(share > 0.0 for share in self.shares.values()) == bool(self.why_not):
-                raise ValueError("expected why_not where no face seals, and only there; add or remove it")
+            best = max(self.shares.values())
+            if (self.why_not and best >= LEAST_SHARE) or (not self.why_not and best == 0.0):
+                raise ValueError(
+                    f"expected why_not where no face keeps {LEAST_SHARE} of full vacuum, and only there; "
+                    "add or remove it"
+                )
         return self
 
     @model_validator(mode="after")
