@@ -17,7 +17,7 @@ from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_settings import Neighbours, PickSettings
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
-from pickcli.statics.pushing import mass_above, pushable, rearing_height
+from pickcli.statics.pushing import mass_above, pushable, pushed_height
 from pickcli.statics.supports import supports_of
 
 Arguments = ParamSpec("Arguments")
@@ -198,12 +198,12 @@ class PickProblem:
         return mass_above(supports_of(self.scene), self.target.id) if self.pushed else 0.0
 
     @cached_property
-    def above_reared(self) -> float:
-        """M over the rim that what rears up beside the target may reach; the retreat ends above it."""
+    def above_pushed(self) -> float:
+        """M over the rim that what may be pushed reaches, or may rear up to; the retreat ends above it."""
         if not self.pushed:
             return -np.inf
         rim = float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])
-        return rearing_height(supports_of(self.scene), self.target.id) - rim
+        return pushed_height(supports_of(self.scene), self.target.id) - rim
 
     @cached_property
     def contacts(self) -> PickContacts:

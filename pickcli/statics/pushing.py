@@ -78,22 +78,24 @@ def mass_above(supports: Supports, item_id: str) -> float:
     return sum(graph.items[name].item.heaviest for name in sorted(borne))
 
 
-def rearing_height(supports: Supports, item_id: str) -> float:
-    """Return how high an item may rear up that slides off a lifted one, or leans on it as it rises.
+def pushed_height(supports: Supports, item_id: str) -> float:
+    """Return how high the items are that a lifted one may push, or may become.
 
-    It is lifted by one side, and at worst stands on a corner.
+    One that slides off it, or leans on it as it rises, is lifted by one side; at worst it stands on a corner.
 
     Args:
         supports: The support relation of the scene.
         item_id: Id of the lifted item.
 
     Returns:
-        m in the world; minus infinity if nothing is above the item.
+        m in the world; minus infinity if there are none.
     """
-    graph, heights = supports.graph, [-np.inf]
+    graph, solids = supports.graph, supports.graph.solids
+    indices = [graph.index[name] for name in sorted(pushable(supports, item_id))]
+    heights = [-np.inf, *(float(solids.T[k, 2, 3] + solids.upright[k, 2] + solids.bound[k]) for k in indices)]
     for name in _met_above(supports, item_id):
         placed, k = graph.items[name], graph.index[name]
-        bottom = float(placed.T_world_item[2, 3] - graph.solids.upright[k, 2] + graph.solids.bound[k])
+        bottom = float(placed.T_world_item[2, 3] - solids.upright[k, 2] + solids.bound[k])
         heights.append(bottom + float(np.linalg.norm(placed.item.shape.extents)) + REARING_RISE)
     return max(heights)
 

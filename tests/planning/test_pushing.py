@@ -22,7 +22,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.world import World
-from pickcli.statics.pushing import HEAVIEST, MARGIN, mass_above, pushable, rearing_height, riders
+from pickcli.statics.pushing import HEAVIEST, MARGIN, mass_above, pushable, pushed_height, riders
 from pickcli.statics.supports import supports_of
 from pickcli.verification.verify import certify, verify
 from support.heaps import BOOK, BOX, OTHER, bridge, in_tote
@@ -156,8 +156,11 @@ def test_the_retreat_ends_above_what_may_rear_up_beside_the_target(heap: Scene, 
     bottom = float(book.T_world_item[2, 3] - book.item.shape.extents[2] / 2)
     top = bottom + float(np.linalg.norm(book.item.shape.extents))
     supports = supports_of(heap)
-    assert top < rearing_height(supports, BOX) < top + 0.03
-    assert rearing_height(supports, BOOK) == -np.inf  # nothing lies on the book
+    assert top < pushed_height(supports, BOX) < top + 0.03
+    box = heap.find(BOX)  # nothing lies on the book, and the box stands beside or below it
+    assert pushed_height(supports, BOOK) == pytest.approx(
+        float(box.T_world_item[2, 3] + box.item.shape.reach(box.T_world_item[:3, :3])[2]), abs=0.01
+    )
     retreat = max(k for k, s in enumerate(pushing.segments) if s.kind is SegmentKind.RETREAT)
     assert lowest_held(pushing, heap, pushing.segments[retreat].t_end) > top
 
@@ -165,7 +168,7 @@ def test_the_retreat_ends_above_what_may_rear_up_beside_the_target(heap: Scene, 
 def test_a_retreat_that_ends_lower_is_refused(
     context: PlanningContext, heap: Scene, home: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(PickProblem, "above_reared", -np.inf)
+    monkeypatch.setattr(PickProblem, "above_pushed", -np.inf)
     low = plan_pick(context, heap, PUSH, home)
     found = [str(reason) for reason in verify(low, heap).reasons]
     assert len(found) == 1 and "lower than what it pushed may stand up" in found[0]

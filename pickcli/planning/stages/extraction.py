@@ -139,5 +139,5 @@ def extraction_of(problem: PickProblem) -> Extraction:
         carrying=checker(contacts.while_carrying()),
         first_stretch=problem.context.settings.first_stretch,
         seed=derived_seed(problem.seed, "exit", problem.target.id),
-        further=max(0.0, problem.above_reared - RETREAT_DISTANCE),
+        further=max(0.0, problem.above_pushed - RETREAT_DISTANCE),
     )
