@@ -95,7 +95,7 @@ class Item:
             The item; its stated seals are taken to be those of the reference pump.
         """
         ratio = flow / REFERENCE_FLOW
-        kept = {face: ratio * share / (ratio * share + 1.0 - share) for face, share in self.seals.items()}
+        kept = {face: share / (share + (1.0 - share) / ratio) for face, share in self.seals.items()}
         seals = {face: share if share >= LEAST_SHARE else 0.0 for face, share in kept.items()}
         if any(seals.values()):
             return replace(self, seals=seals, why_not="")
