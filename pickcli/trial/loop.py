@@ -13,6 +13,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
+from pickcli.errors import NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.blockers import from_the_mouth
 from pickcli.progress import Progress, ProgressObserver, nobody
@@ -24,7 +25,7 @@ from pickcli.strategy.trial_actions import OpenTarget
 from pickcli.trial.action_values import AttemptOutcomes, TargetState, open_targets, target_states
 from pickcli.trial.attempt_execution import carry_out
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
-from pickcli.trial.clearing import Clearing, destinations
+from pickcli.trial.clearing import Clearing, destinations, items_in_place_of
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.final_state import Drop, final_state
@@ -92,6 +93,7 @@ class _Trial:
     in_vain: failed grasps, by item id
     refused: by target index, the scene and item of a failed plan, with the items that it blamed
     stuck: the scene as last perceived, and by id failed attempts at what cannot leave its place in it
+    no_room: by id of an item of the tote, contents of the bins in which no room could be made for it
     """
 
     def __init__(
@@ -128,6 +130,7 @@ class _Trial:
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
         self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
         self.stuck: tuple[Scene, dict[str, Attempt]] = (self.before, {})
+        self.no_room: dict[str, frozenset[tuple[str, str]]] = {}
         self.toppling = TopplingMemory()
         self.attempts: list[tuple[TargetState, Attempt]] = []
         self.player = StrategyPlayer(settings.strategy, self)
@@ -308,6 +311,8 @@ class _Trial:
             Outcome.NO_PLAN,
             out_of=placed.location,
         )
+        if self._make_room(state, placed, scene):
+            return True
         self.runner.say(wanted, "looking for what is in the way")
         wanted = self.runner.ranked(wanted, scene)
         clearing = Clearing(self.runner, wanted, scene, self.tools, self.in_vain.get(placed.id, ()))
@@ -321,6 +326,9 @@ class _Trial:
             if (stuck := self._stuck_in(scene).get(name)) is not None:  # the same query would fail again
                 clearing.also(stuck.in_the_way)
                 continue
+            blocker = scene.find(name)
+            if any(self._make_room(other, blocker, scene) for other in self._targets_of(blocker, scene)):
+                return True
             aside = self._moved_aside(replace(wanted, item=name, is_aside=True), scene)
             self._note(self.open[state.index], aside)
             is_toppled = aside.execution is None and self._topple(self.open[state.index], name)
@@ -329,6 +337,52 @@ class _Trial:
                 return True
             clearing.also(aside.in_the_way)
         return False
+
+    def _targets_of(self, placed: PlacedItem, scene: Scene) -> tuple[TargetState, ...]:
+        """Open targets that an item could fulfil."""
+        return tuple(state for state in self.open.values() if placed in self._copies(scene, state))
+
+    def _make_room(self, state: TargetState, placed: PlacedItem, scene: Scene) -> bool:
+        """Move an item of a bin into another bin if that is all that keeps one of the tote from being stowed.
+
+        state: the target of the item of the tote
+        """
+        tried = [attempt for other, attempt in self.attempts if other.index == state.index]
+        last = next((attempt for attempt in reversed(tried) if not attempt.is_aside), None)
+        is_movable = last is not None and last.plan is None and last.has_way_out
+        contents = frozenset((p.id, p.location) for p in scene.items if p.location != TOTE)
+        if state.target.into != ANY_BIN or not is_movable or self.no_room.get(placed.id) == contents:
+            return False
+        attempt = Attempt(
+            state.target, placed.id, state.attempts, self.runner.clock.now, Outcome.NO_PLAN, out_of=TOTE
+        )
+        self.runner.say(attempt, "looking for room in a bin")
+        attempt = self.runner.ranked(attempt, scene)
+        for inside in items_in_place_of(scene, self.bins[state.target.item], self.tools):
+            if not self.runner.has_time_to_plan:
+                break
+            try:
+                self.runner.plan(scene.without(inside.id), replace(attempt, into=inside.location))
+            except NoPlanError:
+                continue
+            moved = self._moved_elsewhere(replace(attempt, item=inside.id, out_of=inside.location), scene)
+            if moved is not None:
+                self._note(state, moved)
+                self.open[state.index] = replace(self.open[state.index].renewed(), cleared=state.cleared + 1)
+                return True
+        self.no_room[placed.id] = contents
+        return False
+
+    def _moved_elsewhere(self, attempt: Attempt, scene: Scene) -> Attempt | None:
+        """Move an item into another bin; None if no plan leads there."""
+        for into in destinations(scene, attempt.out_of, ()):
+            if not self.runner.has_time_to_plan:
+                break
+            aside = replace(attempt, into=into, is_aside=True, t_start=self.runner.clock.now)
+            moved = self._moved(aside, scene)
+            if moved.plan is not None:
+                return moved
+        return None
 
     def _stuck_in(self, scene: Scene) -> dict[str, Attempt]:
         """Failed attempts, by id, at items that cannot leave their place in a scene as perceived once."""
