@@ -22,7 +22,6 @@ from pickcli.trial.order import Target
 from pickcli.trial.trial_result import Attempt
 
 MOST_DESTINATIONS = 4  # number of bins tried as destinations of a blocking item
-MOST_IN_BINS = 6  # number of items in bins tried as those that take the place of a stowed one
 
 
 class Clearing:
@@ -119,24 +118,3 @@ def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> I
     others = [name for name in scene.cell.pod.bins if name != bin_name]
     others.sort(key=lambda name: (name in waiting, len(scene.in_location(name)), name))
     yield from others[:MOST_DESTINATIONS]
-
-
-def items_in_place_of(scene: Scene, bins: Sequence[str], tools: Sequence[Tool]) -> Iterator[PlacedItem]:
-    """Choose items in bins that might be moved elsewhere to make room for an item of the tote.
-
-    Args:
-        scene: The perceived scene.
-        bins: Bins into which that item may be stowed.
-        tools: Tools of all arms.
-
-    Yields:
-        At most MOST_IN_BINS that a tool may hold: of the emptiest bins first, in a bin the smallest first.
-    """
-    found = [
-        (len(here), bins.index(name), placed.item.shape.volume, placed.id, placed)
-        for name in bins
-        for here in (scene.in_location(name),)
-        for placed in here
-        if may_hold(tools, placed.item)
-    ]
-    yield from (placed for *_, placed in sorted(found, key=lambda each: each[:-1])[:MOST_IN_BINS])

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
-from pickcli.errors import NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.blockers import from_the_mouth
 from pickcli.progress import Progress, ProgressObserver, nobody
@@ -25,11 +24,20 @@ from pickcli.strategy.trial_actions import OpenTarget
 from pickcli.trial.action_values import AttemptOutcomes, TargetState, open_targets, target_states
 from pickcli.trial.attempt_execution import carry_out
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
-from pickcli.trial.clearing import Clearing, destinations, items_in_place_of
+from pickcli.trial.clearing import Clearing, destinations
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.final_state import Drop, final_state
-from pickcli.trial.order import ANY_BIN, Order, OrderKind, may_move_others, require_playable, time_limit
+from pickcli.trial.order import (
+    ANY_BIN,
+    Order,
+    OrderKind,
+    Target,
+    may_move_others,
+    require_playable,
+    time_limit,
+)
+from pickcli.trial.room_making import items_in_the_place_of
 from pickcli.trial.score import Score, item_bonuses, score
 from pickcli.trial.stow_assignment import assign_bins
 from pickcli.trial.toppling_memory import TopplingMemory
@@ -343,43 +351,37 @@ class _Trial:
         return tuple(state for state in self.open.values() if placed in self._copies(scene, state))
 
     def _make_room(self, state: TargetState, placed: PlacedItem, scene: Scene) -> bool:
-        """Move an item of a bin into another bin if that is all that keeps one of the tote from being stowed.
-
-        state: the target of the item of the tote
-        """
-        tried = [attempt for other, attempt in self.attempts if other.index == state.index]
-        last = next((attempt for attempt in reversed(tried) if not attempt.is_aside), None)
-        is_movable = last is not None and last.plan is None and last.has_way_out
-        contents = frozenset((p.id, p.location) for p in scene.items if p.location != TOTE)
-        if state.target.into != ANY_BIN or not is_movable or self.no_room.get(placed.id) == contents:
+        """Move an item of a bin elsewhere if that is all that keeps one of the tote from being stowed."""
+        tried = (attempt for other, attempt in reversed(self.attempts) if other.index == state.index)
+        last = next((attempt for attempt in tried if not attempt.is_aside), None)
+        lacks_room = last is not None and last.plan is None and last.has_way_out
+        in_bins = frozenset((p.id, p.location) for p in scene.items if p.location != TOTE)
+        if state.target.into != ANY_BIN or not lacks_room or self.no_room.get(placed.id) == in_bins:
             return False
-        attempt = Attempt(
-            state.target, placed.id, state.attempts, self.runner.clock.now, Outcome.NO_PLAN, out_of=TOTE
-        )
+        now = self.runner.clock.now
+        attempt = Attempt(state.target, placed.id, state.attempts, now, Outcome.NO_PLAN, out_of=TOTE)
         self.runner.say(attempt, "looking for room in a bin")
-        attempt = self.runner.ranked(attempt, scene)
-        for inside in items_in_place_of(scene, self.bins[state.target.item], self.tools):
-            if not self.runner.has_time_to_plan:
-                break
-            try:
-                self.runner.plan(scene.without(inside.id), replace(attempt, into=inside.location))
-            except NoPlanError:
-                continue
-            moved = self._moved_elsewhere(replace(attempt, item=inside.id, out_of=inside.location), scene)
+        bins, exclude = self.bins[state.target.item], self.in_vain.get(placed.id, ())
+        wanted = self.runner.ranked(attempt, scene)
+        for inside in items_in_the_place_of(self.runner, wanted, scene, bins, self.tools, exclude):
+            now = self.runner.clock.now
+            aside = replace(attempt, item=inside.id, t_start=now, out_of=inside.location, is_aside=True)
+            moved = self._moved_into_another_bin(aside, scene, ())
             if moved is not None:
                 self._note(state, moved)
-                self.open[state.index] = replace(self.open[state.index].renewed(), cleared=state.cleared + 1)
+                self.open[state.index] = replace(state.renewed(), cleared=state.cleared + 1)
                 return True
-        self.no_room[placed.id] = contents
+        self.no_room[placed.id] = in_bins
         return False
 
-    def _moved_elsewhere(self, attempt: Attempt, scene: Scene) -> Attempt | None:
-        """Move an item into another bin; None if no plan leads there."""
-        for into in destinations(scene, attempt.out_of, ()):
+    def _moved_into_another_bin(
+        self, attempt: Attempt, scene: Scene, still_open: Sequence[Target]
+    ) -> Attempt | None:
+        """Try to move an item aside into another bin; None if no plan leads there."""
+        for into in destinations(scene, attempt.out_of, still_open):
             if not self.runner.has_time_to_plan:
                 break
-            aside = replace(attempt, into=into, is_aside=True, t_start=self.runner.clock.now)
-            moved = self._moved(aside, scene)
+            moved = self._moved(replace(attempt, into=into), scene)
             if moved.plan is not None:
                 return moved
         return None
@@ -401,13 +403,9 @@ class _Trial:
         if out.plan is None:
             return out
         targets = [state.target for state in self.open.values()]
-        bins = () if attempt.out_of == TOTE else destinations(scene, attempt.out_of, targets)
-        for into in bins:
-            if not self.runner.has_time_to_plan:
-                break
-            moved = self._moved(replace(attempt, into=into), scene)
-            if moved.plan is not None:
-                return moved
+        moved = None if attempt.out_of == TOTE else self._moved_into_another_bin(attempt, scene, targets)
+        if moved is not None:
+            return moved
         return carry_out(self.runner, out)
 
     def _choose_copy(self, scene: Scene, state: TargetState) -> PlacedItem | None:
