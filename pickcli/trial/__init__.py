@@ -7,7 +7,8 @@ Read in this order:
 - The trial: `loop` does what its strategy decides by the `action_values`, with time by the `trial_clock`;
   `attempt_runner` plans, with a `certifier` that has the verifier judge every candidate; `attempt_execution`
   executes and determines the outcome. Blocking items are moved aside: `clearing` searches them and their
-  destinations, `room_making` what takes the room of an item in a bin. What stands on edge is toppled: `toppling_memory` knows when.
+  destinations, `room_making` what takes the room of an item in a bin. What stands on edge is toppled:
+  `toppling_memory` knows when.
 - Failures: `recovery_levels` after a stop; `arm_turns` when another arm is in the way.
 - Environment: `trial_interfaces`, implemented by the `simulated_cell`; `pod_shift` displaces the pod,
   `pose_noise` adds errors to perceived poses.
