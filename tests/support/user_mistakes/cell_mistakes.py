@@ -260,7 +260,7 @@ CELL_MISTAKES = (
     _cell(
         "no pump",
         "devices: no pump is among them, and nothing can be picked without one; add it",
-        ('  pump: {kind: pump, lead: 2.0, actions: ["on", "off"]}', "#"),
+        ('  pump: {kind: pump, lead: 2.0, flow: 600, actions: ["on", "off"]}', "#"),
         strict=True,
     ),
     _cell(
@@ -295,7 +295,7 @@ CELL_MISTAKES = (
     _cell(
         "a pump that cannot be switched on",
         "devices.pump.actions: a pump is switched by on and off; name its actions so",
-        (PUMP + ', actions: ["on", "off"]}', PUMP + ', actions: ["start", "stop"]}'),
+        (PUMP + ', flow: 600, actions: ["on", "off"]}', PUMP + ', actions: ["start", "stop"]}'),
         strict=True,
     ),
     _cell(

@@ -5,8 +5,7 @@ from __future__ import annotations
 from support.user_mistakes.mistake import Mistake, Replacement
 
 BONES = "box: [0.206, 0.136, 0.033]"
-DISAGREE = "the teams disagree: Delft took it by suction (class deformable), KTH by gripper only"
-WHY_NOT = 'why_not: "cloth that air passes"'
+MESH = 'why_not: "needs pinching: wire mesh does not hold a vacuum"'
 SHIRT = "mass: 0.0575"
 
 
@@ -87,8 +86,8 @@ ITEM_MISTAKES = (
         "bonus of 2.5",
         "items.cherokee_easy_tee_shirt.bonus: expected … to 10: a valid integer, got 2.5; correct it",
         (
-            'bonus: 1\n    seal: 0.0\n    why_not: "cloth that air passes"',
-            'bonus: 2.5\n    seal: 0.0\n    why_not: "cloth that air passes"',
+            f"{SHIRT}\n    bonus: 1",
+            f"{SHIRT}\n    bonus: 2.5",
         ),
     ),
     _items(
@@ -109,11 +108,8 @@ ITEM_MISTAKES = (
     ),
     _items(
         "no reason why nothing seals",
-        "items.cherokee_easy_tee_shirt: expected … seals, and only there; add or remove it",
-        (
-            f'    {WHY_NOT}\n    seal_source: "{DISAGREE}"',
-            f'    seal_source: "{DISAGREE}"',
-        ),
+        "items.rolodex_jumbo_pencil_cup: expected … full vacuum, and only there; add or remove it",
+        (f"    {MESH}\n", ""),
     ),
     _items(
         "a name with capitals",
