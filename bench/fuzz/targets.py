@@ -20,6 +20,7 @@ from pickcli.cell.data_path import data_path
 from pickcli.cell.robots.urdf import read_urdf
 from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.items_file import ItemsModel, read_items
+from pickcli.cell.schemas.sensor_file import SensorFileModel, read_sensor, sensor_file, sensor_names
 from pickcli.cell.tool import MOVING
 from pickcli.errors import RejectedError
 from pickcli.files.atomic_write import write_bytes
@@ -32,6 +33,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.page.html_page import page_bytes
 from pickcli.page.trial_page import trial_page
 from pickcli.page.trials_page import trials_page
+from pickcli.perception.depth_picture import kernel_noise
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import (
     describe,
@@ -108,7 +110,8 @@ def kinds(of: Sound, folder: Path, seed: int) -> tuple[Kind, ...]:
     make = _Maker(of, folder, seed)
     return (
         Kind("orders", 0.14, make.order),
-        Kind("items", 0.14, make.items),
+        Kind("items", 0.10, make.items),
+        Kind("sensors", 0.04, make.sensor),
         Kind("URDF", 0.14, make.urdf),
         Kind("scenes", 0.10, make.scene),
         Kind("cells", 0.06, make.cell),
@@ -137,10 +140,12 @@ class _Maker:
             (path / "robot.urdf").read_bytes(),
         )
         self._items_texts = [path.read_bytes() for path in sorted((data_path() / "items").glob("*.yaml"))]
+        self._sensor_texts = [path.read_bytes() for path in map(sensor_file, sensor_names())]
         items = data_path() / "items" / "apc2016.yaml"
         self._models = {
             "cell": _plain(validate(read_yaml(path / "cell.yaml"), CellModel)),
             "items": _plain(validate(read_yaml(items), ItemsModel)),
+            "sensor": _plain(validate(read_yaml(sensor_file("carmine")), SensorFileModel)),
         }
         made: tuple[str, dict[str, Any]] = (cell.fingerprint, {})
         self._stores = (
@@ -161,6 +166,14 @@ class _Maker:
         rng = self._rng("items", case)
         text = self._items_texts[int(rng.integers(len(self._items_texts)))]
         read_items(self._put("items.yaml", self._json(text, self._models["items"], rng)))
+
+    def sensor(self, case: int) -> None:
+        """A file of a sensor; the kernel takes what is accepted."""
+        rng = self._rng("sensors", case)
+        text = self._sensor_texts[int(rng.integers(len(self._sensor_texts)))]
+        sensor = read_sensor(self._put("sensor.yaml", self._json(text, self._models["sensor"], rng)))
+        if sensor.depth is not None:
+            kernel_noise(sensor.depth)
 
     def urdf(self, case: int) -> None:
         """A URDF."""
