@@ -284,7 +284,7 @@ def _trial_texts(of: Sound, order: Order) -> tuple[bytes, bytes]:
 
 def _plain(model: FileModel) -> Any:
     """What stood in a file, as JSON values."""
-    return json.loads(model.model_dump_json(exclude_none=True))
+    return json.loads(model.model_dump_json(exclude_unset=True, exclude_none=True))
 
 
 def _use(cell: Cell) -> None:
