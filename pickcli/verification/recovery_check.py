@@ -204,9 +204,11 @@ def check_opening(
     near = _near_at_start(states, moving[0], world.of(0), clearance)
     # Entering an item by no more than its pose error pushes it, at worst, by that much.
     exact = frozenset(placed.id for placed in scene.items) if plan.recovery in IGNORES_ERROR else frozenset()
-    # ``check_touch`` bounds the depth of the tool in what it is planned to touch here.
+    # A way back may come nearer to what the motion that stopped was planned to touch: ``check_touch`` bounds
+    # the depth. On other levels a cup comes free of what it touches.
     tool = {part.name for part in moving[0] if part.is_cup or part.is_held}
     touched = {(name, other) for name in tool for other in exempt[0].touching}
+    touched = touched if plan.recovery is RecoveryLevel.BACKWARDS else set()
     pairs = {pair for pair in near if frozenset(pair) not in exempt[0].allowed} - touched
     nearest = dict.fromkeys(sorted(pairs), -np.inf)
     reasons: dict[tuple[str, str], Reason] = {}

@@ -103,6 +103,10 @@ def test_what_is_nearer_than_the_clearance_stops_only_the_strictest_level(
         out = plan_recovery(context, scene, start, level=level, stopped=stopped)
         assert out.recovery is level
         assert verify(out, scene).reasons == ()
+        if level in (RecoveryLevel.OPENING, RecoveryLevel.SLOWLY):
+            # A bent lip touches what it was pressed on until it has come free.
+            assert "crayola_24_ct" in out.segments[0].touching
+        assert not any(segment.touching for segment in out.segments[1:])
 
 
 @pytest.mark.parametrize("level", [RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING])

@@ -32,12 +32,15 @@ def in_the_air(deep: float = DEEP) -> Scene:
     return make_scene(PlacedItem(CRAYOLA, item, "bin_A", T_world_item))
 
 
-def moved(ways: Sequence[float], seconds: float = 3.0) -> Builder:
-    """The tool along its axis, by so many metres one after the other."""
+def moved(ways: Sequence[float], seconds: float = 3.0, touching: tuple[str, ...] = ()) -> Builder:
+    """The tool along its axis, by so many metres one after the other; touching: on the first line."""
     builder, T = Builder(Q), tip(Q)
     for way in ways:
         T = T @ pose([0.0, 0.0, way])
-        builder.line(SegmentKind.RETREAT, T, seconds)
+        if touching and not builder.segments:
+            builder.line(SegmentKind.DEPART, T, seconds, touching=touching)
+        else:
+            builder.line(SegmentKind.RETREAT, T, seconds)
     return builder
 
 
@@ -64,9 +67,21 @@ def test_no_other_plan_may_begin_in_contact(level: RecoveryLevel | None) -> None
 
 @pytest.mark.parametrize("ways", [[0.004], [-0.002, 0.006], [-0.05, 0.05], [-0.05, 0.0515]])
 @pytest.mark.parametrize("deep", [DEEP, -0.001])
-def test_what_has_opened_may_not_close_again(ways: list[float], deep: float) -> None:
+@pytest.mark.parametrize("touching", [(), (CRAYOLA,)])
+def test_what_has_opened_may_not_close_again(
+    ways: list[float], deep: float, touching: tuple[str, ...]
+) -> None:
+    """Also if the plan says that the cup touches it at first."""
     scene = in_the_air(deep)
-    assert "closes again" in reasons(plan_of(moved(ways), scene, OPENING), scene)
+    assert "closes again" in reasons(plan_of(moved(ways, touching=touching), scene, OPENING), scene)
+
+
+def test_a_cup_may_touch_what_it_comes_free_of_over_the_first_line() -> None:
+    scene = in_the_air()
+    assert reasons(plan_of(moved([-0.04, -0.02], touching=(CRAYOLA,)), scene, OPENING), scene) == set()
+    assert reasons(plan_of(moved([-0.06], touching=(CRAYOLA,)), scene, OPENING), scene) == {
+        "touching too long"
+    }
 
 
 def test_what_was_not_near_at_the_start_is_kept_clear_of() -> None:

@@ -35,7 +35,7 @@ class RecoveryRules:
         scene: The current scene.
         start: State of the stopped robot.
         level: The level.
-        touching: Names that the cup may touch on the first line.
+        touching: Names that the cup may touch on the first line; without closing again, if in an opening pair.
         opening_pairs: Pairs (part of the robot, solid) that are near at the start and need only come apart.
         reserve: m on top of the cell's clearance.
         scale: Factor of all limits.
@@ -184,7 +184,13 @@ def rules_at(
             return Reason("nothing to come free of", "where the robot stopped", outside)
         rules = replace(rules, reserve=TOUCH_MARGIN - context.cell.clearance, scale=SLOW_SHARE)
     opening_pairs = _near(rules)
-    return opening_pairs if isinstance(opening_pairs, Reason) else replace(rules, opening_pairs=opening_pairs)
+    if isinstance(opening_pairs, Reason):
+        return opening_pairs
+    tool = context.cell.robot.tool
+    # A bent lip stays in contact until the cup has come as far as it was pressed in.
+    cup = frozenset() if tool.grip.takes_widths else frozenset(tool.contact_links)
+    touching = frozenset(solid for link, solid in opening_pairs if link in cup)
+    return replace(rules, opening_pairs=opening_pairs, touching=touching)
 
 
 def _near_the_cup(rules: RecoveryRules) -> frozenset[str] | Reason:
