@@ -35,7 +35,7 @@ class RecoveryRules:
         scene: The current scene.
         start: State of the stopped robot.
         level: The level.
-        touching: Names that the cup may touch on the first line; without closing again, if in an opening pair.
+        touching: Names that the cup may touch on the first line; never closing again, if an opening pair.
         opening_pairs: Pairs (part of the robot, solid) that are near at the start and need only come apart.
         reserve: m on top of the cell's clearance.
         scale: Factor of all limits.
