@@ -177,19 +177,18 @@ def test_a_target_is_tried_anew_when_something_changed_where_it_lies_now(cell: C
     """The tape has got from its bin into another; what happens there matters, and not at home."""
     fake = ScriptedTrial(scene_of(ORDER, cell))
     trial = _Trial(ORDER, fake.interfaces(), TrialSettings(), lambda *told: None)
-    trial.homes = {placed.id: placed.location for placed in fake.scene.items}
     fake.put("scotch_duct_tape", "bin_C")
     trial.runner.look()
-    tape, bottle = trial.targets[1], trial.targets[2]
+    tape, bottle = trial.targets.states[1:3]
 
     def refusals_after(bin_name: str) -> int:
-        trial.open[tape.index] = tape.refused()
+        trial.targets.put(tape.refused())
         start = Start(fake.q, fake.tool_state)
         plan = fake.plan(fake.scene, PickQuery(bin_name, "dasani_water_bottle"), start, 0, lambda plan: plan)
         done = Attempt(bottle.target, "dasani_water_bottle", 1, 0.0, Outcome.NOT_PICKED, out_of=bin_name,
                        plan=plan, execution=ExecutionResult(1.0))  # fmt: skip
         trial._note(bottle, done)
-        return trial.open[tape.index].refusals
+        return trial.targets.open[tape.index].refusals
 
     assert refusals_after("bin_B") == 1 and refusals_after("bin_C") == 0
 
