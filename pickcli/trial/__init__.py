@@ -8,8 +8,8 @@ Read in this order:
   `target_list` knows what is open, and `attempt_memory` what failed. `item_moves` moves one item:
   `attempt_runner` plans, with a `certifier` that has the verifier judge every candidate; `attempt_execution`
   executes and determines the outcome. Blocking items are moved aside: `clearing` searches them and their
-  destinations; `room_making` moves what takes the room of an item in a bin. What stands on edge is toppled:
-  `toppling_memory` knows when.
+  destinations, `aside_memory` keeps such moves from being undone; `room_making` moves what takes the room of
+  an item in a bin. What stands on edge is toppled: `toppling_memory` knows when.
 - Failures: `recovery_levels` after a stop; `arm_turns` when another arm is in the way.
 - Environment: `trial_interfaces`, implemented by the `simulated_cell`; `pod_shift` displaces the pod,
   `pose_noise` adds errors to perceived poses.

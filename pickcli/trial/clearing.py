@@ -8,7 +8,7 @@ lists it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 
 from pickcli.cell.tool import Tool
@@ -103,18 +103,21 @@ class Clearing:
         self.is_reachable = self.is_reachable or without is self._scene
 
 
-def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> Iterator[str]:
+def destinations(
+    scene: Scene, bin_name: str, still_open: Sequence[Target], left: Collection[str] = ()
+) -> Iterator[str]:
     """Choose other bins as destinations of a blocking item.
 
     Args:
         scene: The perceived scene.
         bin_name: The bin from which the item is removed.
         still_open: Targets still to be picked.
+        left: Places to which it is not to return.
 
     Yields:
         Names of bins, at most MOST_DESTINATIONS: the emptiest first, bins with open targets last.
     """
     waiting = {target.bin for target in still_open}
-    others = [name for name in scene.cell.pod.bins if name != bin_name]
+    others = [name for name in scene.cell.pod.bins if name != bin_name and name not in left]
     others.sort(key=lambda name: (name in waiting, len(scene.in_location(name)), name))
     yield from others[:MOST_DESTINATIONS]

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from pickcli.motion.plan import GraspKind
 from pickcli.scene.scene import TOTE, Scene
+from pickcli.trial.aside_memory import AsideMemory
 from pickcli.trial.attempt_execution import carry_out
 from pickcli.trial.attempt_memory import AttemptMemory
 from pickcli.trial.attempt_runner import AttemptRunner
@@ -24,6 +25,7 @@ class ItemMoves:
         order: The order of the trial.
         runner: Plans and executes.
         memory: What failed before; not changed.
+        asides: What was moved aside before; not changed.
         bins: Of a stow, by item name the bins to try, in this order.
     """
 
@@ -32,9 +34,11 @@ class ItemMoves:
         order: Order,
         runner: AttemptRunner,
         memory: AttemptMemory,
+        asides: AsideMemory,
         bins: Mapping[str, Sequence[str]],
     ) -> None:
-        self._order, self._runner, self._memory, self._bins = order, runner, memory, bins
+        self._order, self._runner, self._bins = order, runner, bins
+        self._memory, self._asides = memory, asides
 
     def move(self, attempt: Attempt, scene: Scene) -> Attempt:
         """Play an attempt to its end.
@@ -75,7 +79,7 @@ class ItemMoves:
     def move_into_another_bin(
         self, attempt: Attempt, scene: Scene, still_open: Sequence[Target] = ()
     ) -> Attempt | None:
-        """Try to move an item into another bin.
+        """Try to move an item into another bin, none that it was moved out of for a target that is open.
 
         Args:
             attempt: The item and its place.
@@ -85,7 +89,7 @@ class ItemMoves:
         Returns:
             The attempt with its outcome; None if no plan leads there.
         """
-        for into in destinations(scene, attempt.out_of, still_open):
+        for into in destinations(scene, attempt.out_of, still_open, self._asides.left(attempt.item)):
             if not self._runner.has_time_to_plan:
                 break
             moved = self.move(replace(attempt, into=into), scene)

@@ -18,6 +18,7 @@ from pickcli.strategy.name_check import unknown_names
 from pickcli.strategy.strategy_player import StrategyPlayer
 from pickcli.strategy.trial_actions import OpenTarget
 from pickcli.trial.action_values import TargetState, target_states
+from pickcli.trial.aside_memory import AsideMemory
 from pickcli.trial.attempt_memory import AttemptMemory
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
 from pickcli.trial.clearing import Clearing
@@ -117,7 +118,8 @@ class _Trial:
         states = target_states(order, cell, self.bonus, self.tools)
         self.targets = TargetList(order, states, self.runner.last_scene)
         self.memory, self.toppling = AttemptMemory(), TopplingMemory()
-        self.moves = ItemMoves(order, self.runner, self.memory, self.bins)
+        self.asides = AsideMemory(self.targets)
+        self.moves = ItemMoves(order, self.runner, self.memory, self.asides, self.bins)
         self.room = RoomMaking(self.runner, self.moves, self.tools)
         self.attempts: list[tuple[TargetState, Attempt]] = []
         self.player = StrategyPlayer(settings.strategy, self)
@@ -213,6 +215,8 @@ class _Trial:
             others = self.targets.fulfilled_by(blocker, scene)
             if any(self._make_room(other, blocker, scene) for other in others):
                 return True
+            if self.asides.would_repeat(name, blocker.location, scene):
+                continue
             still_open = [other.target for other in self.targets.open.values()]
             aside = self.moves.move_aside(replace(wanted, item=name, is_aside=True), scene, still_open)
             self._note(self.targets.open[index], aside)
@@ -269,6 +273,7 @@ class _Trial:
         self.attempts.append((state, attempt))
         self.toppling.note(attempt)
         self.memory.note(attempt, self.runner.last_scene)
+        self.asides.note(state.index, attempt, self.runner.last_scene)
         self.after_attempt(partial(self.result, self.runner.last_scene))
         self.targets.put(state)
         if attempt.plan is None or attempt.execution is None:
