@@ -301,6 +301,11 @@ class Tool:
         """
         return next((state for state in self.states if self.has_lance(state, axis)), None)
 
+    @property
+    def pushing_state(self) -> ToolState | None:
+        """State in which a cup in line with its lance pushes items over; None for any other tool."""
+        return None if self.grip.takes_widths else self.state_with_lance(np.array([0.0, 0.0, 1.0]))
+
     def R_tip_lance(self, state: ToolState) -> Array:
         """Compute the lance axes in the tool frame: x along the lance, y close to the tool's.
 

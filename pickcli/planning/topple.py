@@ -85,8 +85,7 @@ def plan_topple(
     place, item = scene.cell.places[query.out_of], scene.find(query.item, query.out_of).id
     label = f"topple {item} in {place.name}"
     tool = context.cell.robot.tool
-    state = None if tool.grip.takes_widths else tool.state_with_lance(np.array([0.0, 0.0, 1.0]))
-    if state is None:
+    if (state := tool.pushing_state) is None:
         why = f"only a cup in line with its lance pushes, not a {tool.grip.kind}"
         raise NoPlanError(label, [Reason("cannot be toppled", item, why)])
     standing = context.checker_for(scene, Mode(start.tool_state))

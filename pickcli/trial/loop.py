@@ -117,7 +117,8 @@ class _Trial:
         self.tools = [each.robot.tool for each in (interfaces.cells or {"": cell}).values()]
         states = target_states(order, cell, self.bonus, self.tools)
         self.targets = TargetList(order, states, self.runner.last_scene)
-        self.memory, self.toppling = AttemptMemory(), TopplingMemory()
+        self.memory = AttemptMemory()
+        self.toppling = TopplingMemory(any(tool.pushing_state is not None for tool in self.tools))
         self.asides = AsideMemory(self.targets)
         self.moves = ItemMoves(order, self.runner, self.memory, self.asides, self.bins)
         self.room = RoomMaking(self.runner, self.moves, self.tools)
@@ -241,7 +242,9 @@ class _Trial:
         """Topple an item that no tool can take as it stands; return whether something was tried for it."""
         scene = self.runner.scene()
         placed = next((placed for placed in scene.items if placed.id == name), None)
-        if placed is None or not self.toppling.is_due(placed) or not self.runner.has_time_to_plan:
+        if placed is None or not self.runner.has_time_to_plan:
+            return False
+        if not self.toppling.is_due(placed, scene.cell.places[placed.location]):
             return False
         attempt = Attempt(
             state.target, name, state.attempts, self.runner.clock.now, Outcome.NO_PLAN,

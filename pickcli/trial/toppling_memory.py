@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
+from pickcli.cell.place import Place
 from pickcli.errors import Reason
 from pickcli.scene.scene import PlacedItem
 from pickcli.trial.trial_result import Attempt, Outcome
@@ -20,11 +21,13 @@ class TopplingMemory:
     """What a trial knows about items that stand on edge.
 
     Attributes:
+        can_push: Whether any tool of the cell pushes items over.
         standing: Ids of the items whose last attempt had no plan because of their pose.
         in_vain: Ids of the items that cannot be toppled in the present scene.
         n_pushed: Number of pushes against each item.
     """
 
+    can_push: bool = True
     standing: set[str] = field(default_factory=set)
     in_vain: set[str] = field(default_factory=set)
     n_pushed: Counter[str] = field(default_factory=Counter)
@@ -46,17 +49,19 @@ class TopplingMemory:
             is_standing = stands > MOST_SHARE * len(attempt.reasons)
             (self.standing.add if is_standing else self.standing.discard)(attempt.item)
 
-    def is_due(self, placed: PlacedItem) -> bool:
+    def is_due(self, placed: PlacedItem, place: Place) -> bool:
         """Whether an item should be toppled: it has no grasp as it stands, and it was not tried too often.
 
         Args:
             placed: The item as perceived.
+            place: The place that it is in; only in an open box does it turn over and stay.
 
         Returns:
             True if it should.
         """
+        can_turn = self.can_push and place.is_open_box
         known = placed.id in self.standing and placed.id not in self.in_vain
-        return known and self.n_pushed[placed.id] < MOST_TOPPLED
+        return can_turn and known and self.n_pushed[placed.id] < MOST_TOPPLED
 
 
 def _is_of_pose(reason: Reason) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import Reason
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
@@ -92,4 +93,13 @@ def test_most_reasons_must_be_its_pose(cell: Cell, n_standing: int, n_other: int
     others = Reason("collision", "grasp 2, contact", "cup against cards", CARDS)
     reasons = (Reason("tips the item", ""), against_walls, against_walls)[:n_standing] + (others,) * n_other
     memory.note(Attempt(STOW.targets[0], DVD, 1, 0.0, Outcome.NO_PLAN, out_of="tote", reasons=reasons))
-    assert memory.is_due(placed) is is_due
+    assert memory.is_due(placed, cell.places["tote"]) is is_due
+    assert not memory.is_due(placed, cell.places["bin_A"])
+
+
+def test_without_a_tool_that_pushes_nothing_is_toppled() -> None:
+    """As in a cell whose cups have no lance."""
+    kth = load_cell("apc2016_kth_picking", arm="left")
+    fake = ScriptedTrial(scene_of(STOW, kth), standing=frozenset({DVD}))
+    play(fake)
+    assert fake.toppled == []
