@@ -81,6 +81,9 @@ class ArmState:
         return f"{numbers} (tool {self.tool_state})"
 
 
+SRDF_REASON = "disabled in the SRDF: "  # before the reason that the SRDF states
+
+
 @dataclass(frozen=True, eq=False)
 class AllowedPair:
     """Two bodies that are exempt from collision checks against each other.
@@ -91,12 +94,14 @@ class AllowedPair:
         reason: Why they may touch, in a sentence.
         verified: Whether only planning leaves the pair out, as its spheres do not tell the two apart; the
             verifier tests their shapes all the same.
+        srdf: The SRDF that disables the pair and the line in it; None for a pair of the cell file.
     """
 
     a: str
     b: str
     reason: str
     verified: bool = False
+    srdf: tuple[Path, int] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
+from pickcli.cell.cell import SRDF_REASON, AllowedPair, Cell, NamedConfiguration
 from pickcli.cell.checks.arm_consistency import (
     ArmSource,
     check_arms,
@@ -323,15 +323,17 @@ def _disabled(source: Source, model: CellModel, urdf: Urdf) -> list[AllowedPair]
     ]
     found = []
     for key, path, prefix in stated or [(("robot", "srdf"), model.robot.srdf, "")]:
-        pairs = () if path is None else read_srdf(_inside(source, key, path)).disabled
+        file = None if path is None else _inside(source, key, path)
+        pairs = () if file is None else read_srdf(file).disabled
         names = {prefix + name for pair in pairs for name in (pair.a, pair.b)}
         if names and not names & urdf.links.keys():
             text = f"names no link of the robot, e.g. {min(names)!r}; is it the SRDF of another one?"
             source.add(key, text)
         for pair in pairs:
             a, b = prefix + pair.a, prefix + pair.b
-            if {a, b} <= urdf.links.keys():
-                found.append(AllowedPair(a, b, f"disabled in the SRDF: {pair.reason}"))
+            if file is not None and {a, b} <= urdf.links.keys():
+                reason = f"{SRDF_REASON}{pair.reason}"
+                found.append(AllowedPair(a, b, reason, srdf=(file, pair.line)))
     source.check()
     return found
 

@@ -180,12 +180,15 @@ def _checked_cell(path: Path, options: CheckOptions) -> dict[str, Any]:
         _draw(found, options.picture, options.overwrite)
     if found.reaches and not options.as_json:
         click.echo("\n".join(_reach_table(found)))
+    if found.notes and not options.as_json:
+        click.echo("\n".join(f"note: {note}" for note in found.notes))
     if found.mistakes:
         raise InputError("\n".join(found.mistakes))
     return {
         "text": f"all {found.n_free} configurations are free",
         "fingerprint": workcell.preferred.scene_fingerprint,
         "configurations": found.n_free,
+        "notes": list(found.notes),
         "reach": [
             {
                 "arm": each.arm or None,

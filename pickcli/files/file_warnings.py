@@ -78,7 +78,8 @@ class FileWarnings:
         key = self.source.stated(key)
         path, line, column = self.source.place(key)
         where = f"{path or self.source.path}:{line}:{column}: {name_of(key)}"
-        self.lines.append(f"{where}: {text} (if it is meant, add {name} to {ACCEPTED})")
+        of_file = "" if path is None else f" of {self.source.path.name}"
+        self.lines.append(f"{where}: {text} (if it is meant, add {name} to {ACCEPTED}{of_file})")
 
     def log(self) -> None:
         """Log every warning."""

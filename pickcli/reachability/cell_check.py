@@ -19,6 +19,7 @@ from pickcli.files.yaml_reader import read_yaml
 from pickcli.precompute.empty_cell_checkers import checker, why_not_free
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.place_reachability import N_POSES, PlaceReachability, ReachabilityCheck
+from pickcli.reachability.untested_pairs import UntestedPair, overlap_note, untested_pairs_of_arms
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.scene.scene import TOTE
 
@@ -35,6 +36,7 @@ class CellCheck:
         cell: The cell, as its preferred arm sees it.
         mistakes: Lines about faults that cannot be intended.
         warnings: Lines about probable faults, those about its values first.
+        notes: Lines about what is not tested by design.
         reaches: Reachability of each place by each arm.
         n_free: Number of free configurations.
     """
@@ -42,6 +44,7 @@ class CellCheck:
     cell: Cell
     mistakes: tuple[str, ...]
     warnings: tuple[str, ...]
+    notes: tuple[str, ...]
     reaches: tuple[PlaceReachability, ...]
     n_free: int
 
@@ -54,7 +57,7 @@ def check_cell(
     Args:
         workcell: The cell.
         n_poses: Tool poses by which each place is judged.
-        seed: Seed of the poses.
+        seed: Seed of the poses, and of the configurations in which allowed pairs are measured.
         on_progress: Observer of the progress, called for each place.
 
     Returns:
@@ -77,6 +80,10 @@ def check_cell(
         _warn_of_configurations(noted, cell, reached)
         reaches += reached
         warnings += [*cell.warnings, *noted.lines]
+    noted, untested = FileWarnings.of(whole), untested_pairs_of_arms(workcell, seed)
+    _warn_of_untested(noted, workcell.preferred, untested)
+    warnings += noted.lines
+    note = overlap_note(untested)
     if reaches and not any(each.share for each in reaches):
         mistakes.append(_out_of_reach(whole, len({each.place for each in reaches})))
     elif reaches:
@@ -84,7 +91,8 @@ def check_cell(
         _warn_of_reach(noted, workcell.preferred, reaches)
         warnings += noted.lines
     lines = tuple(dict.fromkeys(warnings))
-    return CellCheck(workcell.preferred, tuple(mistakes), lines, tuple(reaches), n_free)
+    notes = () if note is None else (note,)
+    return CellCheck(workcell.preferred, tuple(mistakes), lines, notes, tuple(reaches), n_free)
 
 
 def _mistakes(source: Source, cell: Cell, not_free: dict[str, str]) -> Iterator[str]:
@@ -177,6 +185,18 @@ def _warn_of_pairs(warnings: FileWarnings, cell: Cell, not_free: dict[str, str])
             text = f"{pair.a} and {pair.b} are apart in {name}, and are never tested where they may meet; "
             subject = f"{pair.a}-{pair.b}"
             warnings.add("untested_pair", subject, ("allowed_pairs", i), f"{text}leave the pair out")
+
+
+def _warn_of_untested(warnings: FileWarnings, cell: Cell, untested: Sequence[UntestedPair]) -> None:
+    """Warn of allowed pairs of links that collide in some configurations, each by itself."""
+    known = {each.names: each for each in untested if not each.is_always}
+    for i, pair in enumerate(cell.allowed_pairs):
+        found = known.pop(frozenset((pair.a, pair.b)), None)
+        if found is not None:
+            key: Key = ("allowed_pairs", i) if pair.srdf is None else ("disable_collisions",)
+            if pair.srdf is not None:
+                warnings.source.origins[key] = (*pair.srdf, 1)
+            warnings.add("colliding_pair", f"{pair.a}-{pair.b}", key, found.text)
 
 
 def _apart_in(cell: Cell, pair: AllowedPair, body: Body, not_free: dict[str, str]) -> str:

@@ -23,6 +23,7 @@ from pickcli.geometry import Array
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.tool_reachability import reach_ball
+from pickcli.reachability.untested_pairs import UntestedPair, overlap_note, untested_pairs
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.robot_setup.cell_text import CellText
 from pickcli.robot_setup.chain_selection import mimicked_joints
@@ -170,15 +171,19 @@ def _make(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
         for name, followers in mimicked_joints(source.robot, draft.chain.tip).items()
     ]
     notes += [draft.tool.note] if draft.tool is not None and draft.tool.note else []
-    notes += [
-        f"{pair.a} and {pair.b} are allowed or nothing could be planned, but their shapes do collide in some "
-        "configurations; smaller collision shapes in the URDF would tell these apart"
-        for pair in collisions
-        if pair.is_doubtful
-    ]
+    untested = untested_pairs(cell, request.seed)
+    notes += [_located(each) for each in untested if not each.is_always]
+    overlap = overlap_note(untested)
+    notes += [] if overlap is None else [overlap]
     return CellSetup(
         folder, draft, cell, tuple(collisions), tuple(notes), (*blank, *unreached), len(source.files.meshes)
     )
+
+
+def _located(found: UntestedPair) -> str:
+    """Return the text about a pair that is never tested, with the line of the SRDF that disables it."""
+    srdf = found.pair.srdf
+    return found.text if srdf is None else f"{srdf[0].name}:{srdf[1]}: {found.text}"
 
 
 def _with_place(

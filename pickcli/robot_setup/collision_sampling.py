@@ -7,7 +7,6 @@ collide in every sample are allowed, with the counts as reason, since otherwise 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -15,16 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.cell import AllowedPair, Cell
-from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.collision.collision_world import KERNEL_KINDS
+from pickcli.collision.link_pairs import link_pairs
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
 from pickcli.kinematics.arm import Arm
 from pickcli.planning.planning_context import COARSE_RESERVE
 from pickcli.seeds import derived_rng
-from pickcli.verification.fcl_solids import Solid
-from pickcli.verification.forward_kinematics import link_poses
+from pickcli.verification.link_shapes import LinkShapes
 
 N_SPHERES = 10_000  # configurations for tests of spheres
 N_FIRST = 500  # of these, tested first, which suffice for most pairs that collide sometimes
@@ -99,52 +96,20 @@ def count_collisions(cell: Cell, seed: int) -> list[CollisionCount]:
     Returns:
         Counts for every pair of links that planning checks, base first.
     """
-    model, robot, clearance = CollisionModel(cell), cell.robot, cell.clearance + COARSE_RESERVE
+    robot, clearance = cell.robot, cell.clearance + COARSE_RESERVE
+    state = robot.tool.default_state
     Q = Arm(robot).random_seeds(derived_rng(seed, "collisions of links"), N_SPHERES)
-    poses = link_poses(robot, Q[:N_SHAPES])
+    measured = LinkShapes(robot, Q[:N_SHAPES], state)
     found = []
-    for a, b, checker in (*_with_base(model), *_moving(model)):
-        spheres = _spheres_colliding(checker, Q, clearance)
+    for pair in link_pairs(CollisionModel(cell), state):
+        spheres = _spheres_colliding(pair.checker, Q, clearance)
         shapes, least, most = None, np.inf, np.inf
         if spheres is CollisionFrequency.ALWAYS:
-            distances = _distances(cell, a, b, poses)
+            distances = measured.distances(pair.a, pair.b)
             shapes = _frequency(distances <= clearance)
             least, most = float(distances.min()), float(distances.max())
-        found.append(CollisionCount(a, b, spheres, shapes, least, most, clearance))
+        found.append(CollisionCount(pair.a, pair.b, spheres, shapes, least, most, clearance))
     return found
-
-
-def _moving(model: CollisionModel) -> Iterator[tuple[str, str, Checker]]:
-    """Pairs of links that move relative to each other, with a checker for each pair."""
-    robot, names = model.state(model.robot.tool.default_state), model.frame_names
-    for i, j in robot.self_pairs.tolist():
-        yield names[i], names[j], robot.of_frames([i, j])
-
-
-def _with_base(model: CollisionModel) -> Iterator[tuple[str, str, Checker]]:
-    """Pairs of a static and a moving link, with a checker for each pair."""
-    robot, solids = model.state(model.robot.tool.default_state), dict[str, list[tuple[Array, Shape]]]()
-    for link, T, body in model.static_bodies():
-        solids.setdefault(link, []).append((T @ body.T_parent_shape, body.shape))
-    for link, T, radius in model.static_spheres():
-        solids.setdefault(link, []).append((T, Shape(ShapeKind.SPHERE, (radius,))))
-    for frame in np.unique(robot.spheres.frames).tolist():
-        name = model.frame_names[frame]
-        for link, standing in solids.items():
-            if not model.are_joined(link, name) and not model.is_allowed(link, name):
-                checker = robot.of_frames([frame])
-                _surround(checker, standing)
-                yield link, name, checker
-
-
-def _surround(checker: Checker, solids: Sequence[tuple[Array, Shape]]) -> None:
-    """Set the world of a checker to solids at poses (4, 4)."""
-    checker.set_world(
-        np.array([T for T, _ in solids]),
-        np.array([shape.extents / 2 for _, shape in solids]),
-        np.zeros(len(solids), dtype=np.uint64),
-        np.array([KERNEL_KINDS[shape.kind] for _, shape in solids], dtype=np.int32),
-    )
 
 
 def _spheres_colliding(checker: Checker, Q: Array, clearance: float) -> CollisionFrequency:
@@ -153,21 +118,6 @@ def _spheres_colliding(checker: Checker, Q: Array, clearance: float) -> Collisio
     if 0 < np.count_nonzero(collides) < N_FIRST:
         return CollisionFrequency.SOMETIMES
     return _frequency(~checker.are_free(Q, clearance))
-
-
-def _distances(cell: Cell, a: str, b: str, poses: Array) -> Array:
-    """Distances (N,) in m between the shapes of two links, at link poses (L, N, 4, 4)."""
-    names = [link.name for link in cell.robot.links]
-    one, other = (
-        [(Solid(body.shape), body, names.index(name)) for body in cell.robot.link(name).bodies]
-        for name in (a, b)
-    )
-    distances = []
-    for k in range(poses.shape[1]):
-        for solid, body, link in (*one, *other):
-            solid.place(poses[link, k] @ body.T_parent_shape)
-        distances.append(min(first.distance(second) for first, _, _ in one for second, _, _ in other))
-    return np.array(distances)
 
 
 def _frequency(collides: NDArray[np.bool_]) -> CollisionFrequency:

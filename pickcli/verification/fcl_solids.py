@@ -61,6 +61,17 @@ class Solid:
                 return max(0.0, width)
         return separation(self._shape, self._T, other._shape, other._T)
 
+    def meets(self, other: Solid) -> bool:
+        """Whether fcl finds that this solid overlaps another one.
+
+        Args:
+            other: The other solid.
+
+        Returns:
+            True if they overlap.
+        """
+        return bool(fcl.collide(self._object, other._object, fcl.CollisionRequest(), fcl.CollisionResult()))
+
     def depth(self, other: Solid) -> float:
         """Return an upper bound of how deep two solids overlap.
 

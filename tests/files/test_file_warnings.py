@@ -27,6 +27,15 @@ def test_a_warning_has_its_place_and_how_to_silence_it(tmp_path: Path) -> None:
     )
 
 
+def test_a_value_of_another_file_has_its_place_there_and_is_accepted_in_this_one(tmp_path: Path) -> None:
+    warnings = _warnings(tmp_path)
+    warnings.source.origins["pumps", "c"] = (tmp_path / "pumps.yaml", 7, 5)
+    warnings.add("slow", "c", ("pumps", "c"), "2 s is long")
+    (line,) = warnings.lines
+    assert line.startswith(f"{tmp_path}/pumps.yaml:7:5: pumps.c: 2 s is long")
+    assert line.endswith("add slow:c to accepted_warnings of cell.yaml)")
+
+
 @pytest.mark.parametrize(("accepted", "left"), [("slow", []), ("slow:b", ["a"]), ("fast", ["a", "b"])])
 def test_what_the_file_accepts_is_silent(tmp_path: Path, accepted: str, left: list[str]) -> None:
     warnings = _warnings(tmp_path, f"accepted_warnings: ['{accepted}']\n")

@@ -24,6 +24,7 @@ CELL_WARNINGS = {
     "no_such_place": "a configuration of kind bin that is named after no place",
     "astray": "a configuration far from its place",
     "untested_pair": "an allowed pair that is far apart",
+    "colliding_pair": "an allowed pair of links that collide in some configurations",
     "out_of_reach": "a place that the tool hardly reaches",
     "poor_configuration": "a configuration from which little of its place is reached",
 }

@@ -64,11 +64,13 @@ class DisabledPair:
         a: Name of one link.
         b: Name of the other.
         reason: As stated in the file.
+        line: Of the file, from 1.
     """
 
     a: str
     b: str
     reason: str
+    line: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +113,9 @@ def read_srdf(path: Path) -> Srdf:
             for e in robot.all("end_effector")
         ),
         disabled=tuple(
-            DisabledPair(e.text("link1"), e.text("link2"), e.attributes.get("reason", "no reason stated"))
+            DisabledPair(
+                e.text("link1"), e.text("link2"), e.attributes.get("reason", "no reason stated"), e.line
+            )
             for e in robot.all("disable_collisions")
         ),
     )
