@@ -64,17 +64,30 @@ def measure(name: str) -> Measured:
     Returns:
         What it took.
     """
-    listed = next(path for path in files("example-robot-data") or [] if path.name == "panda.urdf")
-    folder = Path(str(listed.locate())).parents[2]
-    urdf, *words = (folder / word if "/" in word else word for word in ROBOTS[name])
     with tempfile.TemporaryDirectory() as made:
-        cell, move = Path(made) / name, Path(made) / "move.json"
-        told, t_init = _apc("init", cell, "--urdf", urdf, *words, *LIMITS, "--json")
+        move = Path(made) / "move.json"
+        cell, told, t_init = make_cell(name, Path(made))
         _, t_plan = _apc("plan-move", "--cell", cell, "--from", "home", "--to", "parked", "-o", move)
         _, t_verify = _apc("verify", move, "--cell", cell)
     said = json.loads(told)
     seconds = (t_init, t_plan, t_verify)
     return Measured(name, seconds, said["spheres"], said["mean_excess_m"], said["max_excess_m"])
+
+
+def make_cell(name: str, folder: Path) -> tuple[Path, str, float]:
+    """Make the cell of one robot by ``apc init``.
+
+    Args:
+        name: One of ``ROBOTS``.
+        folder: Where the cell's folder is made.
+
+    Returns:
+        The cell, what the command prints, and its processor time in s.
+    """
+    listed = next(path for path in files("example-robot-data") or [] if path.name == "panda.urdf")
+    robots = Path(str(listed.locate())).parents[2]
+    urdf, *words = (robots / word if "/" in word else word for word in ROBOTS[name])
+    return folder / name, *_apc("init", folder / name, "--urdf", urdf, *words, *LIMITS, "--json")
 
 
 def _apc(*words: Any) -> tuple[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.tool import MOVING, ToolState
-from pickcli.collision.robot_model import MOST_FINE_EXCESS, CollisionModel
+from pickcli.collision.robot_model import BARE_EXCESS, LINK_COUNT, MOST_FINE_EXCESS, CollisionModel
 from pickcli.geometry import Array, pose, rotation_axis_angle, transform_points
 from pickcli.kinematics.arm import Arm
 from pickcli.verification.fcl_solids import Solid
@@ -19,6 +20,7 @@ from pickcli.verification.forward_kinematics import link_poses
 from support.other_robots import write_robot
 from support.solid_helpers import link_points
 from support.tool_states import ALL_STATES, DOWN, STRAIGHT
+from support.two_arms import write_two_arms
 
 
 @pytest.mark.parametrize("tool_state", ALL_STATES)
@@ -108,3 +110,30 @@ def _distance(cell: Cell, links: Sequence[str], q: Array) -> float:
         solids.append(Solid(body.shape))
         solids[-1].place(poses[names.index(link), 0] @ body.T_parent_shape)
     return float(solids[0].distance(solids[1]))
+
+
+def test_a_robot_without_a_tool_has_fewer_spheres_around_all_of_it(tmp_path: Path) -> None:
+    bare = load_cell(write_two_arms(tmp_path), "left")
+    model = CollisionModel(bare)
+    state, rng = model.state(bare.robot.tool.default_state), np.random.default_rng(0)
+    assert len(state.spheres.radii) < len(state.fine.radii)
+    for name, cover in model.covers.items():
+        of_link = state.spheres.of([model.frame_names.index(name)])
+        assert cover.excess <= BARE_EXCESS + 1e-3 or len(cover.radii) >= LINK_COUNT // 2
+        if len(of_link.radii):
+            points = link_points(bare, name, rng)
+            gaps = np.linalg.norm(points[:, None] - of_link.centers, axis=2) - of_link.radii
+            assert gaps.min(axis=1).max() <= 1e-12, name
+
+
+def test_its_links_are_told_apart_wherever_tight_spheres_do(tmp_path: Path) -> None:
+    bare = load_cell(write_two_arms(tmp_path), "left")
+    state = CollisionModel(bare).state(bare.robot.tool.default_state)
+    assert len(state.self_pairs)
+    tight = replace(state, spheres=state.fine)
+    Q = Arm(bare.robot).random_seeds(np.random.default_rng(2), 2000)
+    margins = [0.3, 0.35, 0.4]  # the hand keeps 0.3 m from the shoulder wherever the elbow stands
+    told = [state.checker().are_free(Q, margin) for margin in margins]
+    assert any(free.any() and not free.all() for free in told)
+    for margin, free in zip(margins, told, strict=True):
+        assert free[tight.checker().are_free(Q, margin)].all()
