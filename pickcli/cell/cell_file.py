@@ -31,7 +31,7 @@ from pickcli.cell.makers.carrier_builder import build_carrier
 from pickcli.cell.makers.pod import build_pod
 from pickcli.cell.makers.tote import build_tote
 from pickcli.cell.robot import Joint, JointType, Limits, Robot
-from pickcli.cell.robots.planning_group import mounted, planning_group, stripped, with_tip
+from pickcli.cell.robots.planning_group import mounted, planning_group, stripped, with_tip, with_whole_finger
 from pickcli.cell.robots.robot_tree import prefixed, side_by_side
 from pickcli.cell.robots.srdf import read_srdf
 from pickcli.cell.robots.urdf import Urdf, read_urdf
@@ -252,6 +252,8 @@ def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
             mount = stated.T_flange_tool
             robot = mounted(robot, tool, stated.flange_link, np.eye(4) if mount is None else mount.T)
         if isinstance(stated, GripperModel):
+            for finger in stated.fingers:
+                robot = with_whole_finger(robot, finger)
             check_hand(source if key == ("tool",) else source_of_arm(source, str(key[1])), stated, robot)
             robot = with_tip(robot, stated.hand_link, stated.last_link, stated.T_hand_tip.T)
     return robot

@@ -77,6 +77,28 @@ def test_fingers_without_a_mimic_are_driven_as_mirrors(cell_copy: CellCopy) -> N
     assert copy.load().robot.tool.joints == ("left_slide", "right_slide")
 
 
+# A tip of the left finger, as a shape of it and as a link of its own behind another one.
+ENDS = '<origin xyz="0.0 0.01 0.09"/><geometry><box size="0.01 0.01 0.02"/></geometry></collision>\n'
+AS_SHAPE = f'<link name="left_finger"><collision name="left_tip">{ENDS}'
+AS_LINK = f"""<link name="left_mount"/>
+<joint name="left_mounted" type="{{kind}}"><parent link="left_finger"/><child link="left_mount"/>
+<origin xyz="0 0 0.05"/><axis xyz="0 0 1"/><limit lower="-1" upper="1"/></joint>
+<link name="left_tip"><collision name="left_tip">{ENDS.replace("0.09", "0.04")}</link>
+<joint name="left_tipped" type="fixed"><parent link="left_mount"/><child link="left_tip"/></joint>
+<link name="left_finger">"""
+
+
+def test_what_is_fixed_to_a_finger_is_a_part_of_it(cell_copy: CellCopy) -> None:
+    copy = with_gripper(cell_copy)
+    before, urdf = copy.load().fingerprint, gripper_urdf(copy).path
+    plain = urdf.read_text()
+    prints = set()
+    for text in (AS_SHAPE, AS_LINK.format(kind="fixed")):
+        urdf.write_text(plain.replace('<link name="left_finger">', text))
+        prints.add(copy.load().fingerprint)
+    assert len(prints) == 1 and before not in prints
+
+
 URDF, YAML = "gripper.urdf", "cell.yaml"
 MISTAKES = {
     "no kind": (YAML, "  kind: gripper\n", "",
@@ -130,6 +152,8 @@ MISTAKES = {
     "no shape on a finger": (URDF, '<collision name="left"><origin xyz="0 0.006 0.04"/><geometry>'
                              '<box size="0.02 0.012 0.08"/></geometry></collision>', "",
                              "tool.fingers[0]: 'left_finger' has no collision shape"),
+    "a tip that turns on a finger": (URDF, '<link name="left_finger">', AS_LINK.format(kind="revolute"),
+                                     "tool.fingers[0]: 'left_mounted' moves 'left_mount' on 'left_finger'"),
     "the name of the tip": (URDF, '<link name="left_finger">', '<link name="hand_tip"/>\n<joint name="t" '
                             'type="fixed"><parent link="hand"/><child link="hand_tip"/></joint>\n'
                             '<link name="left_finger">',

@@ -9,14 +9,14 @@ from numpy.testing import assert_allclose
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.robot_model import CollisionModel
-from pickcli.geometry import inverse
+from pickcli.geometry import inverse, pose
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.moving_parts import Part, parts
 from support.cell_copies import CellCopy
-from support.gripper_cell import CLOSED, HALF, OPEN, WIDEST, with_gripper
+from support.gripper_cell import CLOSED, HALF, OPEN, WIDEST, gripper_urdf, with_gripper
 from support.tool_frame import tip_in_flange
 
 STATES = (OPEN, HALF, CLOSED, ToolState.of_width(0.0317))
@@ -48,6 +48,27 @@ def test_planner_and_verifier_pose_fingers_and_tip_alike(gripper: Cell, state: T
             body = robot.link(part.name).bodies[0]
             T_planner = frames[names.index(part.name)] @ body.T_parent_shape
             assert_allclose(links[part.link, n] @ part.T_link_shape, T_planner, atol=1e-9)
+
+
+@pytest.mark.parametrize("state", STATES, ids=str)
+def test_planner_and_verifier_pose_alike_what_is_fixed_to_a_finger(
+    cell_copy: CellCopy, state: ToolState
+) -> None:
+    copy = with_gripper(cell_copy)
+    gripper_urdf(copy).replace(
+        '<link name="right_finger">',
+        '<link name="tip"><collision><geometry><box size="0.01 0.01 0.02"/></geometry></collision></link>\n'
+        '<joint name="tipped" type="fixed"><parent link="left_finger"/><child link="tip"/>'
+        '<origin xyz="0 0.05 0.09"/></joint>\n<link name="right_finger">',
+    )
+    cell = copy.load()
+    Q = cell.robot.limits.window[0][None]
+    names, frames = CollisionModel(cell).frame_names, np.asarray(Arm(cell.robot).chain(state).fk(Q[0]))
+    T_world_tip = frames[names.index("left_finger")] @ pose((0.0, 0.05, 0.09))
+    of_left = [part for part in fingers(cell, state) if part.name == "left_finger"]
+    links = link_poses(cell.robot, Q)
+    posed = [links[part.link, 0] @ part.T_link_shape for part in of_left]
+    assert len(posed) == 2 and any(np.allclose(T, T_world_tip, atol=1e-9) for T in posed)
 
 
 @pytest.mark.parametrize("state", STATES, ids=str)

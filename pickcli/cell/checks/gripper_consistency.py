@@ -56,6 +56,10 @@ def check_hand(source: Source, tool: GripperModel, robot: Urdf) -> None:
             source.add(
                 ("tool", "fingers", k), f"{link!r} has no collision shape; add <collision> to the URDF"
             )
+        for moving in (each for each in robot.joints.values() if each.type is not JointType.FIXED):
+            if link in {above.child for above in robot.way(moving.parent)}:
+                text = f"{moving.name!r} moves {moving.child!r} on {link!r}; a finger is rigid: make it fixed"
+                source.add(("tool", "fingers", k), text)
     source.check()
 
 

@@ -70,6 +70,31 @@ def with_tip(robot: Urdf, hand: str, tip: str, T_hand_tip: Array) -> Urdf:
     return replace(robot, links={**robot.links, tip: link}, joints={**robot.joints, tip: joint})
 
 
+def with_whole_finger(robot: Urdf, finger: str) -> Urdf:
+    """Move the shapes of links that are fixed to a finger, such as its tip, to the finger.
+
+    The links stay, without shapes: whatever moves or measures a finger then has all of it.
+
+    Args:
+        robot: The robot.
+        finger: Name of the finger's link.
+
+    Returns:
+        The robot with one solid finger.
+    """
+    links, ahead = dict(robot.links), [(finger, np.eye(4))]
+    while ahead:
+        above, T_finger_above = ahead.pop()
+        for joint in robot.children(above):
+            if joint.type is JointType.FIXED:
+                T, link, whole = T_finger_above @ joint.T_parent_joint, links[joint.child], links[finger]
+                moved = (replace(b, T_parent_shape=T @ b.T_parent_shape) for b in link.bodies)
+                links[finger] = replace(whole, bodies=(*whole.bodies, *moved))
+                links[joint.child] = replace(link, bodies=())
+                ahead.append((joint.child, T))
+    return replace(robot, links=links)
+
+
 def stripped(robot: Urdf, without: Iterable[str]) -> Urdf:
     """Remove links with everything that is attached to them.
 
