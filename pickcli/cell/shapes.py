@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -129,6 +130,21 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
+class MeshPiece:
+    """The mesh of which a hull is a convex piece.
+
+    Attributes:
+        path: Its file.
+        scale: (3,) factors on x, y and z of the file.
+        T_shape_mesh: (4, 4) pose of the mesh in the frame of the hull.
+    """
+
+    path: Path
+    scale: tuple[float, ...]
+    T_shape_mesh: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Body:
     """A named shape in a parent frame: world, pod, link or item, as its owner states.
 
@@ -136,11 +152,13 @@ class Body:
         name: Unique in its owner.
         shape: The shape.
         T_parent_shape: (4, 4) pose of the shape.
+        piece_of: The mesh that a hull is a piece of; None for other shapes.
     """
 
     name: str
     shape: Shape
     T_parent_shape: Array
+    piece_of: MeshPiece | None = None
 
 
 def hull(name: str, points: Array) -> Body:

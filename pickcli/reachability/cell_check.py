@@ -189,7 +189,7 @@ def _warn_of_pairs(warnings: FileWarnings, cell: Cell, not_free: dict[str, str])
 
 def _warn_of_untested(warnings: FileWarnings, cell: Cell, untested: Sequence[UntestedPair]) -> None:
     """Warn of allowed pairs of links that collide in some configurations, each by itself."""
-    known = {each.names: each for each in untested if not each.is_always}
+    known = {each.names: each for each in untested if each.is_sometimes}
     for i, pair in enumerate(cell.allowed_pairs):
         found = known.pop(frozenset((pair.a, pair.b)), None)
         if found is not None:

@@ -1,8 +1,8 @@
 """Finds links that nothing tests against each other although they collide: allowed pairs of a cell or SRDF.
 
 A disabled pair is trusted by planner and verifier alike, so that a wrong one lets real self-collisions pass.
-As in MoveIt's Setup Assistant, configurations are sampled uniformly within the limits. What counts are exact
-shapes, in those configurations that every test that is not disabled would pass.
+As in MoveIt's Setup Assistant, configurations are sampled uniformly within the limits, and meshes collide
+where their triangles do. What counts are configurations that every test that is not disabled would pass.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.cell import SRDF_REASON, AllowedPair, ArmState, Cell
-from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.tool import ToolState
 from pickcli.cell.workcell import Workcell
@@ -30,7 +30,7 @@ N_SAMPLES = 10_000  # configurations, as MoveIt's Setup Assistant takes by defau
 N_STANDING = 8  # states of other arms, among which the samples of pairs between arms are divided
 N_MEASURED = 100  # of those in which spheres collide: measured for the share, and as many for the depth
 N_DEPTHS = 10  # of those in which shapes collide: measured in depth
-ALWAYS = 0.95  # share from which a pair counts as always colliding, as in MoveIt's Setup Assistant
+ALWAYS = 0.9  # share from which a pair counts as always colliding: MoveIt's 0.95, less the error of a sample
 LEAST_DEPTH = 1e-3  # m; meshes are no truer than that
 
 # What a reason that MoveIt's Setup Assistant writes into an SRDF means if the two collide all the same.
@@ -49,19 +49,21 @@ class UntestedPair:
 
     Attributes:
         pair: The allowed pair.
-        share: Share of the configurations free of all other self-collisions in which the two collide.
+        share: Share of the configurations free of all other self-collisions in which the two collide; meshes
+            count where their triangles meet.
+        pieces: Share of these in which their shapes overlap as the verifier has them: the convex pieces of
+            meshes.
         depth: m, of the deepest overlap found.
         arm: State of the arm in the deepest overlap found.
         others: States of the other arms in it, if not parked.
-        is_of_mesh: Whether a mesh is among their shapes, of which convex pieces are tested.
     """
 
     pair: AllowedPair
     share: float
+    pieces: float
     depth: float
     arm: ArmState
     others: tuple[ArmState, ...]
-    is_of_mesh: bool
 
     @property
     def names(self) -> frozenset[str]:
@@ -69,9 +71,14 @@ class UntestedPair:
         return frozenset((self.pair.a, self.pair.b))
 
     @property
-    def is_always(self) -> bool:
-        """Whether the two collide in nearly every configuration, as links that touch by design do."""
-        return self.share >= ALWAYS
+    def is_sometimes(self) -> bool:
+        """Whether the two collide in some configurations, but not in nearly all as what touches by design."""
+        return 0.0 < self.share < ALWAYS
+
+    @property
+    def is_hidden(self) -> bool:
+        """Whether only convex pieces overlap, so often that no test could tell the meshes apart."""
+        return self.share == 0.0 and self.pieces >= ALWAYS
 
     @property
     def text(self) -> str:
@@ -83,7 +90,16 @@ class UntestedPair:
         return (
             f"{names} are not tested against each other ({reason}), but collide in {often} of the "
             f"configurations that pass all other tests, up to {1e3 * self.depth:.0f} mm deep, e.g. at "
-            f"{at}{meant}; delete the pair, or use smaller shapes if the real links are apart there"
+            f"{at}{meant}; {self._advice}"
+        )
+
+    @property
+    def _advice(self) -> str:
+        if self.pieces < ALWAYS:
+            return "delete the pair, or use smaller shapes if the real links are apart there"
+        return (
+            "no test tells them apart, as convex pieces of their meshes overlap in all configurations: cut "
+            "these into more convex parts, each with its own <collision>, and delete the pair"
         )
 
 
@@ -102,13 +118,13 @@ def overlap_note(found: Sequence[UntestedPair]) -> str | None:
     Returns:
         The note; None without such a pair.
     """
-    pairs = [f"{each.pair.a} and {each.pair.b}" for each in found if each.is_always and each.is_of_mesh]
+    pairs = [f"{each.pair.a} and {each.pair.b}" for each in found if each.is_hidden]
     if not pairs:
         return None
     return (
-        f"nothing tests {', '.join(pairs)}: convex pieces of their meshes overlap in all configurations, "
-        "which the meshes themselves may not; if these can collide, cut them into more convex parts, each "
-        "with its own <collision> in the URDF, and delete the pair"
+        f"nothing tests {', '.join(pairs)}: convex pieces of their meshes overlap in all configurations, the "
+        f"meshes in none of {2 * N_MEASURED} measured ones; if these can collide, cut them into more convex "
+        "parts, each with its own <collision> in the URDF, and delete the pair"
     )
 
 
@@ -215,21 +231,36 @@ def _measured(
     near = free[~pair.checker.are_free(free, 0.0)]
     if not len(near):
         return None
-    deepest_first = near[np.argsort(pair.checker.clearances(near), kind="stable")[:N_MEASURED]]
+    deepest = near[np.argsort(pair.checker.clearances(near), kind="stable")[:N_MEASURED]]
     even = near[np.unique(np.linspace(0, len(near) - 1, N_MEASURED).astype(int))]
-    meet_even, meet_deepest = (
-        LinkShapes(cell.robot, Q, state).meet(pair.a, pair.b) for Q in (even, deepest_first)
+    shapes = [LinkShapes(cell.robot, Q, state) for Q in (deepest, even)]
+    overlap = [each.overlap(pair.a, pair.b) for each in shapes]
+    collide = [
+        _collide(cell, pair, Q, state, which) for Q, which in zip((deepest, even), overlap, strict=True)
+    ]
+    share, pieces = (
+        max(float(of_even.mean()) * len(near), float(of_deepest.sum())) / len(free)
+        for of_deepest, of_even in (collide, overlap)
     )
-    colliding = np.vstack([deepest_first[meet_deepest], even[meet_even]])
-    if not len(colliding):
+    of = collide if share else overlap
+    met = np.vstack([deepest[of[0]], even[of[1]]])[: N_DEPTHS if share < ALWAYS else 1]
+    if not len(met):
         return None
-    share = max(float(meet_even.mean()) * len(near), float(meet_deepest.sum())) / len(free)
-    measured = colliding[: 1 if share >= ALWAYS else N_DEPTHS]
-    depths = LinkShapes(cell.robot, measured, state).depths(pair.a, pair.b)
+    depths = LinkShapes(cell.robot, met, state).depths(pair.a, pair.b)
     worst = int(np.argmax(depths))
     if depths[worst] < LEAST_DEPTH:
         return None
+    arm = ArmState(cell.arm, met[worst], state)
+    return UntestedPair(stated, share, pieces, float(depths[worst]), arm, ())
+
+
+def _collide(
+    cell: Cell, pair: LinkPair, Q: Array, state: ToolState, overlap: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return where in Q (N, n) two links collide, whose shapes overlap in some (N,): meshes by triangles."""
     bodies = (*cell.robot.link(pair.a).bodies, *cell.robot.link(pair.b).bodies)
-    is_of_mesh = any(body.shape.kind is ShapeKind.HULL for body in bodies)
-    arm = ArmState(cell.arm, colliding[worst], state)
-    return UntestedPair(stated, share, float(depths[worst]), arm, (), is_of_mesh)
+    if not overlap.any() or all(body.piece_of is None for body in bodies):
+        return overlap
+    found = overlap.copy()
+    found[overlap] = LinkShapes(cell.robot, Q[overlap], state).touch(pair.a, pair.b)
+    return found

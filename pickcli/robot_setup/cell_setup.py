@@ -172,7 +172,7 @@ def _make(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
     ]
     notes += [draft.tool.note] if draft.tool is not None and draft.tool.note else []
     untested = untested_pairs(cell, request.seed)
-    notes += [_located(each) for each in untested if not each.is_always]
+    notes += [_located(each) for each in untested if each.is_sometimes]
     overlap = overlap_note(untested)
     notes += [] if overlap is None else [overlap]
     return CellSetup(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import fcl
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.spatial import ConvexHull
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
+from pickcli.meshes.mesh_file import parse_triangles, read_mesh_bytes
 from pickcli.verification.separation import corners, gap, overlap, separation
 
 MAX_BALLS = 12
@@ -18,7 +20,54 @@ MAX_FCL_EXCESS = 5e-5  # m by which fcl's distance may exceed the gap along its 
 _NEAREST_POINTS = fcl.DistanceRequest(enable_nearest_points=True)
 
 
-class Solid:
+class PosedGeometry:
+    """A geometry that fcl can pose and test for contact.
+
+    Args:
+        geometry: The geometry as fcl has it.
+    """
+
+    def __init__(self, geometry: object) -> None:
+        self._T = np.eye(4)
+        self._object = fcl.CollisionObject(geometry, fcl.Transform())
+
+    def place(self, T_world_shape: Array) -> None:
+        """Put the geometry at a pose.
+
+        Args:
+            T_world_shape: (4, 4) of its own frame.
+        """
+        self._T = T_world_shape
+        self._object.setTransform(fcl.Transform(T_world_shape[:3, :3], T_world_shape[:3, 3]))
+
+    def meets(self, other: PosedGeometry) -> bool:
+        """Whether fcl finds that this geometry touches or overlaps another one.
+
+        Args:
+            other: The other geometry.
+
+        Returns:
+            True if they do.
+        """
+        return bool(fcl.collide(self._object, other._object, fcl.CollisionRequest(), fcl.CollisionResult()))
+
+
+class Surface(PosedGeometry):
+    """The triangles of a mesh, with nothing inside. Its frame is that of the mesh.
+
+    Args:
+        path: The file of the mesh.
+        scale: (3,) factors on x, y and z of the file.
+
+    Raises:
+        InputError: The file cannot be read, or is not a mesh.
+    """
+
+    def __init__(self, path: Path, scale: tuple[float, ...]) -> None:
+        super().__init__(_triangles(path, scale))
+
+
+class Solid(PosedGeometry):
     """A shape that fcl can pose and measure. Its frame is the shape's own.
 
     Args:
@@ -26,18 +75,8 @@ class Solid:
     """
 
     def __init__(self, shape: Shape) -> None:
+        super().__init__(_geometry(shape))
         self._shape = shape
-        self._T = np.eye(4)
-        self._object = fcl.CollisionObject(_geometry(shape), fcl.Transform())
-
-    def place(self, T_world_shape: Array) -> None:
-        """Put the solid at a pose.
-
-        Args:
-            T_world_shape: (4, 4).
-        """
-        self._T = T_world_shape
-        self._object.setTransform(fcl.Transform(T_world_shape[:3, :3], T_world_shape[:3, 3]))
 
     def distance(self, other: Solid) -> float:
         """Return a lower bound of the distance to another solid, normally exact.
@@ -61,17 +100,6 @@ class Solid:
                 return max(0.0, width)
         return separation(self._shape, self._T, other._shape, other._T)
 
-    def meets(self, other: Solid) -> bool:
-        """Whether fcl finds that this solid overlaps another one.
-
-        Args:
-            other: The other solid.
-
-        Returns:
-            True if they overlap.
-        """
-        return bool(fcl.collide(self._object, other._object, fcl.CollisionRequest(), fcl.CollisionResult()))
-
     def depth(self, other: Solid) -> float:
         """Return an upper bound of how deep two solids overlap.
 
@@ -91,6 +119,18 @@ class Solid:
             return 0.0
         normals = [np.asarray(contact.normal) for contact in result.contacts]
         return overlap(self._shape, self._T, other._shape, other._T, normals)[0]
+
+
+@lru_cache(maxsize=64)
+def _triangles(path: Path, scale: tuple[float, ...]) -> object:
+    """Read a mesh as a hierarchy of bounding volumes of its triangles."""
+    corners = parse_triangles(path, read_mesh_bytes(path), scale).reshape(-1, 3)
+    faces = np.arange(len(corners)).reshape(-1, 3)
+    hierarchy = fcl.BVHModel()
+    hierarchy.beginModel(len(faces), len(corners))
+    hierarchy.addSubModel(corners, faces)
+    hierarchy.endModel()
+    return hierarchy
 
 
 def _geometry(shape: Shape) -> object:

@@ -14,6 +14,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.untested_pairs import (
+    ALWAYS,
     N_SAMPLES,
     overlap_note,
     untested_pairs,
@@ -36,24 +37,41 @@ SHIELD = """<link name="shield"><collision><origin xyz="0.15 0 0"/><geometry><bo
 FIGURES = tuple(StatedLimit(kind, None, 5.0) for kind in ("acceleration", "jerk"))
 OPEN, STIFF = 3.0, 0.05  # rad by which a joint turns to either side
 
-# A bar as a mesh, 1.6 m long: with stiff joints it overlaps the bar after next in every configuration.
-MESH = """v -.8 -.02 -.15\nv .8 -.02 -.15\nv .8 .02 -.15\nv -.8 .02 -.15
-v -.8 -.02 .15\nv .8 -.02 .15\nv .8 .02 .15\nv -.8 .02 .15
-f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 3 4 8\nf 3 8 7\nf 1 5 8\nf 1 8 4\nf 2 3 7\nf 2 7 6
-"""
+# As a mesh, a bar so long that with stiff joints the bar after next lies in it in every configuration:
+# two halves with a slot of 8 mm between them, too thin to be worth a cut into convex pieces.
+SLOT, THIN = '<mesh filename="slot.obj"/>', '<box size="0.2 0.04 0.004"/>'
+LONG = '<box size="1.6 0.2 0.3"/>'
+
+
+def slotted() -> str:
+    """OBJ of the two halves."""
+    lines = []
+    for half, (low, high) in enumerate(((-0.15, -0.004), (0.004, 0.15))):
+        lines += [
+            f"v {x} {y} {z}"
+            for z in (low, high)
+            for x, y in ((-0.8, -0.1), (0.8, -0.1), (0.8, 0.1), (-0.8, 0.1))
+        ]
+        for face in ("132", "143", "567", "578", "126", "165", "348", "387", "158", "184", "237", "276"):
+            lines.append("f " + " ".join(str(int(corner) + 8 * half) for corner in face))
+    return "\n".join(lines) + "\n"
 
 
 def cell_of_bars(
-    folder: Path, disabled: dict[str, str], more: str = "", turn: float = OPEN, first: str = BOX
+    folder: Path,
+    disabled: dict[str, str],
+    more: str = "",
+    turn: float = OPEN,
+    bars: tuple[str, str] = (BOX, BOX),
 ) -> Cell:
     """A cell of three bars; ``disabled`` has the reason by the names of two links, as in an SRDF."""
-    bars = [
-        BAR.format(name="a", parent="base", at=0, range=0.5, shape=first),
+    links = [
+        BAR.format(name="a", parent="base", at=0, range=0.5, shape=bars[0]),
         BAR.format(name="b", parent="a", at=0.3, range=turn, shape=BOX),
-        BAR.format(name="c", parent="b", at=0.3, range=turn, shape=BOX),
+        BAR.format(name="c", parent="b", at=0.3, range=turn, shape=bars[1]),
     ]
     urdf, srdf = folder / "bars.urdf", folder / "bars.srdf"
-    urdf.write_text(f'<robot name="bars">\n<link name="base"/>\n{"".join(bars)}{more}</robot>\n')
+    urdf.write_text(f'<robot name="bars">\n<link name="base"/>\n{"".join(links)}{more}</robot>\n')
     lines = [
         '<disable_collisions link1="{}" link2="{}" reason="{}"/>'.format(*names.split(), reason)
         for names, reason in disabled.items()
@@ -137,16 +155,32 @@ def test_a_named_configuration_is_measured_as_well(tmp_path: Path) -> None:
     assert found.depth == pytest.approx(overlaps(q[None])[0], abs=1e-4)
 
 
-def test_links_that_always_overlap_are_a_note_only_for_meshes(tmp_path: Path) -> None:
-    long = '<mesh filename="long.obj"/>'
-    for kind, shape in (("mesh", long), ("box", '<box size="1.6 0.04 0.3"/>')):
-        folder = tmp_path / kind
-        folder.mkdir()
-        (folder / "long.obj").write_text(MESH)
-        found = untested_pairs(cell_of_bars(folder, {"a c": "Always"}, turn=STIFF, first=shape))
-        assert [each.is_always for each in found] == [True]
-        note = overlap_note(found)
-        assert (note is not None and note.startswith("nothing tests a and c: ")) == (kind == "mesh")
+@pytest.mark.parametrize(
+    ("bars", "is_hidden"), [((LONG, BOX), False), ((SLOT, BOX), False), ((SLOT, THIN), True)]
+)
+def test_a_note_names_links_of_which_only_convex_pieces_overlap(
+    tmp_path: Path, bars: tuple[str, str], is_hidden: bool
+) -> None:
+    (tmp_path / "slot.obj").write_text(slotted())
+    cell = cell_of_bars(tmp_path, {"a c": "Always"}, turn=STIFF, bars=bars)
+    (found,) = untested_pairs(cell)
+    assert found.pieces == 1.0 and found.share == (0.0 if is_hidden else 1.0)
+    assert (found.is_sometimes, found.is_hidden) == (False, is_hidden)
+    note = overlap_note([found])
+    assert (note is not None and note.startswith("nothing tests a and c: ")) == is_hidden
+    told = apc("check", cell.path)
+    assert ("note: nothing tests a and c: " in told.out) == is_hidden and "colliding" not in told.err
+
+
+def test_meshes_collide_where_their_triangles_do(tmp_path: Path) -> None:
+    """Convex pieces overlap wherever the thin bar is over the slotted one, the meshes nowhere."""
+    (tmp_path / "slot.obj").write_text(slotted())
+    cell = cell_of_bars(tmp_path, {"a c": "Never"}, bars=(SLOT, THIN))
+    found = untested_pairs(cell)
+    assert [(each.share, 0.0 < each.pieces < ALWAYS, each.is_hidden) for each in found] == [
+        (0.0, True, False)
+    ]
+    assert "colliding" not in apc("check", cell.path).err
 
 
 def test_check_names_the_line_of_the_srdf_until_it_is_accepted(tmp_path: Path) -> None:

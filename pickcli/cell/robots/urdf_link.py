@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,11 +10,11 @@ import numpy as np
 from pickcli.cell.robot import Link
 from pickcli.cell.robots.mesh_names import MeshNames
 from pickcli.cell.robots.urdf_origin import MAX_SIZE, read_origin
-from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
+from pickcli.cell.shapes import Body, MeshPiece, Shape, ShapeKind, hull
 from pickcli.errors import InputError
 from pickcli.files.xml_mistakes import XmlMistakes
 from pickcli.files.xml_reader import Element
-from pickcli.geometry import Array, transform_points
+from pickcli.geometry import Array, inverse, transform_points
 from pickcli.meshes.mesh_pieces import mesh_pieces
 
 MAX_MASS = 1e4  # kg; larger masses were written in another unit
@@ -75,7 +76,11 @@ def _bodies(collision: Element, default_name: str, meshes: MeshNames) -> list[Bo
         pieces = mesh_pieces(path, scale)
     except InputError as error:
         raise element.error(str(error)) from None
-    return [hull(name, transform_points(T_link_shape, piece)) for piece in pieces]
+    hulls = (hull(name, transform_points(T_link_shape, piece)) for piece in pieces)
+    return [
+        replace(each, piece_of=MeshPiece(path, tuple(scale), inverse(each.T_parent_shape) @ T_link_shape))
+        for each in hulls
+    ]
 
 
 def _shape(element: Element) -> Shape:
