@@ -89,6 +89,39 @@ def keeps_standing(scene: Scene, item_id: str) -> bool:
     return bool(pile.missing_alone(item_id).max() <= WEIGHT_TOLERANCE) or pile.lies_level(item_id)
 
 
+def lies_on_others(scene: Scene, item_id: str) -> bool:
+    """Whether other items carry an item at its stated pose, within the errors of poses.
+
+    Args:
+        scene: The scene.
+        item_id: Id of the item.
+
+    Returns:
+        False if it touches none from above, even by a little.
+    """
+    pile = _pile(scene, scene.find(item_id).location)
+    return item_id not in pile.hanging and bool(pile.carrying(item_id))
+
+
+def is_borne(scene: Scene, item_id: str) -> bool:
+    """Whether the items below an item keep their balance with it on them: all of these at once.
+
+    Args:
+        scene: The scene.
+        item_id: Id of the item.
+
+    Returns:
+        True if they may, or if no items are below it.
+    """
+    pile = _pile(scene, scene.find(item_id).location)
+    below = pile.carrying(item_id)
+    with_it = pile.missing(below | {item_id}) if below else {}
+    before = pile.without(item_id).missing(below)
+    return all(
+        bool((less <= before.get(name, 0.0) + WEIGHT_TOLERANCE).all()) for name, less in with_it.items()
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class _Pile:
     """Items in one place and their contacts.
@@ -140,6 +173,20 @@ class _Pile:
             }
             todo += above - found - {item_id}
             found |= above - {item_id}
+        return frozenset(found)
+
+    def carrying(self, item_id: str) -> frozenset[str]:
+        """Return ids of items that carry an item, directly or through others."""
+        found: set[str] = set()
+        todo = [item_id]
+        while todo:
+            below = {
+                c.b.name
+                for c in self.touching[todo.pop()]
+                if not c.b.is_firm and c.normal[2] >= CARRYING_NORMAL_Z
+            }
+            todo += below - found - {item_id}
+            found |= below - {item_id}
         return frozenset(found)
 
     def lies_level(self, item_id: str, loose: Set[str] = frozenset()) -> bool:

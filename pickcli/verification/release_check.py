@@ -1,4 +1,4 @@
-"""Check the release of the item: between walls and below the drop limit, or else just over the floor."""
+"""Check the release of the item: between walls below the drop limit, else just over floor or other items."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.contact_exemptions import releases
-from pickcli.verification.pile_statics import keeps_standing
+from pickcli.verification.pile_statics import is_borne, keeps_standing, lies_on_others
 from pickcli.verification.static_solids import place_at, release_pose
 
 DROP_LIMIT = 0.3  # m from the item's bottom to the floor between walls (rules of 2016)
@@ -80,13 +80,19 @@ def _as_stated(plan: Plan, scene: Scene, placed: PlacedItem) -> Iterator[Reason]
         yield Reason("not shifted as stated", placed.id, detail)
 
 
+def _released(scene: Scene, placed: PlacedItem) -> Scene:
+    """Return the scene with an item where it is released."""
+    return replace(scene, items=(*(p for p in scene.items if p.id != placed.id), placed), held=None)
+
+
 def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
-    """Check that the released item stays upright, by its statics at the release pose."""
-    others = scene.without(placed.id).items
-    there = replace(scene, items=(*others, placed), held=None)
+    """Check that the released item stays upright, and what it lies on, by statics at the release pose."""
+    there = _released(scene, placed)
+    where = f"in {placed.location} where it is let go"
     if not keeps_standing(there, placed.id):
-        detail = f"it does not keep its balance in {placed.location} where it is let go"
-        yield Reason("would fall over", placed.id, detail)
+        yield Reason("would fall over", placed.id, f"it does not keep its balance {where}")
+    elif not is_borne(there, placed.id):
+        yield Reason("would fall over", placed.id, f"what lies below it {where} does not keep its balance")
 
 
 def _dropped(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reason]:
@@ -102,7 +108,7 @@ def _dropped(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reason]
 
 
 def _off_floor(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reason]:
-    """Check that an item that is set down is wholly in its place, and just over the floor."""
+    """Check that an item that is set down is wholly in its place, and just over the floor or on an item."""
     low, high, beyond = _box_in(scene, place, placed)
     if place.access.is_from_above:
         if beyond > 0.0:
@@ -112,7 +118,7 @@ def _off_floor(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reaso
         yield Reason("released beyond the bin's mouth", placed.id, out)
     floor = float(place.room.floor_at(high[0]))
     most = SET_DOWN + scene.noise.bound(placed.item)
-    if low[2] - floor > most:
+    if low[2] - floor > most and not lies_on_others(_released(scene, placed), placed.id):
         over = f"{1e3 * (low[2] - floor):.0f} mm over the floor of {place.name}, at most {most * 1e3:.0f}"
         yield Reason("released too high", placed.id, over)
 

@@ -10,6 +10,7 @@ from pickcli.geometry import Array, least_turn, levelled, rotation_axis_angle
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_problem import PickProblem, once_per_problem
 from pickcli.planning.stages.floor_placements import HOVER, floor_placements
+from pickcli.planning.stages.stacked_placements import stacked_placements
 
 SAME_TURN = 9  # decimals: orientations that differ only by rounding have the same placements
 # Axes, in the entry frame, of a tool frame below a level lance that points into the place.
@@ -54,7 +55,17 @@ def _picks_from(
     placed = floor_placements(
         problem.context, problem.scene, problem.target, R_place_item, problem.destination, hover=hover
     )
+    if isinstance(placed, Failures) and _may_stack(problem):
+        on_others = stacked_placements(
+            problem.context, problem.scene, problem.target, R_place_item, problem.destination
+        )
+        placed = placed + on_others if isinstance(on_others, Failures) else on_others
     return placed if isinstance(placed, Failures) else tuple(map(problem.back_from, placed))
+
+
+def _may_stack(problem: PickProblem) -> bool:
+    """Whether the target may be set down on others: out of a box into a bin, as nothing is picked there."""
+    return problem.place.is_open_box and not problem.destination.access.is_from_above
 
 
 def _hover(problem: PickProblem, grasp: Grasp) -> float:
