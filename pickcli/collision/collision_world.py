@@ -200,7 +200,7 @@ def _base(model: CollisionModel) -> Iterator[_Solid]:
 
 def _items(scene: Scene) -> Iterator[_Solid]:
     for placed in scene.items:
-        bound = scene.noise.bound(placed.item)
+        bound = scene.bound(placed)
         yield _Solid(placed.id, "item", placed.T_world_item, placed.item.shape, bound)
 
 

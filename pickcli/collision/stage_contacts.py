@@ -259,7 +259,7 @@ class PickContacts:
         reach = self.scene.cell.clearance + LINE_FOLLOWING_RESERVE
         found = {c.b: c for c in self.supports.graph.near(self.target.id, reach, self.floor)}
         # An item near the bend of the floor rests on either side of it; one that hangs in the air on neither.
-        limit = reach + self.scene.noise.bound(self.target.item)
+        limit = reach + self.scene.bound(self.target)
         off_floor = self.floor if all(found[name].gap >= limit for name in self.floor) else frozenset()
         return {name: c for name, c in found.items() if name not in self.ignored | off_floor}
 
@@ -292,7 +292,7 @@ class PickContacts:
             slip: m that the target may go deeper than that, or come nearer to solids that it is clear of and
                 still touch them, because lines are followed only approximately.
         """
-        turned = ANGLE_ERROR_SHARE * self.scene.noise.angle * self.first_stretch
+        turned = ANGLE_ERROR_SHARE * self.scene.noise_of(self.target).angle * self.first_stretch
         return {name: max(0.0, slip + turned - c.gap) * c.normal for name, c in self.near.items()}
 
     @cached_property

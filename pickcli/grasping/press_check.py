@@ -169,7 +169,8 @@ def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
     """Whether a cup from above presses outside of the target's support."""
     target, balance, footing = contacts.target, contacts.supports.balance, _stated_footing(contacts)
     tip, centre = target.T_world_item @ grasp.T_item_tip, target.T_world_item[:3, 3]
-    press = tool.cup.stiffness * overtravel(grasp, tool, contacts.scene.noise) * tip[:3, 2]
+    beyond = overtravel(grasp, tool, contacts.scene.noise_of(target))
+    press = tool.cup.stiffness * beyond * tip[:3, 2]
     around, weight = tip[:3, 3] + _AROUND, target.item.lightest * GRAVITY
     met = np.empty((0, 3))
     if not footing.is_beside(centre[None])[0]:  # it stands by its weight
@@ -183,7 +184,8 @@ def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
 
 def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     """Return the press, with the edge of the footing over which the least force tips; None if none tips."""
-    target, noise = contacts.target, contacts.scene.noise
+    target = contacts.target
+    noise = contacts.scene.noise_of(target)
     T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip
     footing = _least_footing(contacts)
     edges, ways = footing.nearest(T[:3, 3]), footing.outwards

@@ -145,7 +145,8 @@ class SuctionGrasping(GraspMethod):
             The modes.
         """
         R_world_item = contacts.target.T_world_item[:3, :3]
-        press = cup_press(grasp, self.tool, contacts.scene.noise, R_world_item, tool_excess)
+        noise = contacts.scene.noise_of(contacts.target)
+        press = cup_press(grasp, self.tool, noise, R_world_item, tool_excess)
         return GraspModes(
             approaching=Mode(grasp.tool_state, contacts=contacts.while_approaching()),
             taking=Mode(grasp.tool_state, contacts=contacts.while_pressing(press)),

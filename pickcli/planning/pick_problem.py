@@ -170,7 +170,7 @@ class PickProblem:
     @property
     def uncertainty(self) -> float:
         """Upper bound of the distance of any point of the target from its stated position, m."""
-        return self.scene.noise.bound(self.target.item)
+        return self.scene.bound(self.target)
 
     @property
     def ignored(self) -> frozenset[str]:

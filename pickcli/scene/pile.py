@@ -59,10 +59,7 @@ class Pile:
         room, T_world_place = place.room, scene.T_world_place(place)
         R_place_world = T_world_place[:3, :3].T
         R = [R_place_world @ i.T_world_item[:3, :3] for i in placed]
-        reach = [
-            i.item.shape.reach(R_item) + scene.noise.bound(i.item)
-            for i, R_item in zip(placed, R, strict=True)
-        ]
+        reach = [i.item.shape.reach(R_item) + scene.bound(i) for i, R_item in zip(placed, R, strict=True)]
         at = np.array([R_place_world @ i.T_world_item[:3, 3] for i in placed]).reshape(-1, 3)
         half = np.array(reach).reshape(-1, 3)
         origin = (T_world_place @ [*(room.low + room.high)[:2] / 2, 0.0, 1.0])[:3]

@@ -20,49 +20,12 @@ from pickcli.geometry import Array, inverse
 from pickcli.scene.cloud import Cloud
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedItem:
-    """One instance of an item.
-
-    Attributes:
-        id: Unique in the scene: the item's name, or name#2 for a second copy.
-        item: The product.
-        location: Name of the place that it is in.
-        T_world_item: (4, 4) pose.
-    """
-
-    id: str
-    item: Item
-    location: str
-    T_world_item: Array
-
-    @property
-    def can_roll(self) -> bool:
-        """Whether the item rolls when pushed, in its current orientation."""
-        return self.item.can_roll(self.T_world_item[:3, :3])
-
-
-@dataclass(frozen=True, eq=False)
-class HeldItem:
-    """An attached item, held by the tool.
-
-    Attributes:
-        id: Unique, or the id of one of the scene's items, which then states where it was seen.
-        item: The product.
-        T_tip_item: (4, 4) pose in the tool frame.
-    """
-
-    id: str
-    item: Item
-    T_tip_item: Array
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class PoseNoise:
-    """Bounds of the error of every item pose: the true pose lies within them.
+    """Bounds of the error of an item's pose: the true pose lies within them.
 
     Attributes:
-        position: m, norm of the translation error, for each item.
+        position: m, norm of the translation error.
         angle: rad, rotation error.
     """
 
@@ -79,6 +42,47 @@ class PoseNoise:
             m.
         """
         return self.position + self.angle * item.shape.bounding_radius
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedItem:
+    """One instance of an item.
+
+    Attributes:
+        id: Unique in the scene: the item's name, or name#2 for a second copy.
+        item: The product.
+        location: Name of the place that it is in.
+        T_world_item: (4, 4) pose.
+        noise: Bounds of the error of this pose; None for those of the scene (``Scene.noise_of``).
+    """
+
+    id: str
+    item: Item
+    location: str
+    T_world_item: Array
+    noise: PoseNoise | None = None
+
+    @property
+    def can_roll(self) -> bool:
+        """Whether the item rolls when pushed, in its current orientation."""
+        return self.item.can_roll(self.T_world_item[:3, :3])
+
+
+@dataclass(frozen=True, eq=False)
+class HeldItem:
+    """An attached item, held by the tool.
+
+    Attributes:
+        id: Unique, or the id of one of the scene's items, which then states where it was seen.
+        item: The product.
+        T_tip_item: (4, 4) pose in the tool frame.
+        noise: Bounds of the error of this pose; None for those of the scene.
+    """
+
+    id: str
+    item: Item
+    T_tip_item: Array
+    noise: PoseNoise | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +140,7 @@ class Scene:
         cell: The cell.
         T_world_pod: (4, 4) current pose of the pod.
         items: Items in their places.
-        noise: Bounds of the error of the item poses in this scene.
+        noise: Bounds of the error of the poses of items that state none of their own.
         seed: Seed that the scene was made with.
         pod_error: Bounds of the error of ``T_world_pod``.
         held: The attached item, or None.
@@ -235,6 +239,20 @@ class Scene:
             raise UnknownNameError("item", id_or_name, [i.id for i in here], text=f"{text}; name that place")
         raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene")
 
+    def instance(self, item_id: str) -> PlacedItem | HeldItem:
+        """Return an instance, in its place or attached.
+
+        Args:
+            item_id: Id of the instance.
+
+        Returns:
+            The instance; the attached one, if it is also stated where it was seen.
+
+        Raises:
+            UnknownNameError: No instance has that id.
+        """
+        return self.held if self.held is not None and self.held.id == item_id else self.find(item_id)
+
     def item(self, item_id: str) -> Item:
         """Return the product of an instance, in its place or attached.
 
@@ -247,9 +265,29 @@ class Scene:
         Raises:
             UnknownNameError: No instance has that id.
         """
-        if self.held is not None and self.held.id == item_id:
-            return self.held.item
-        return self.find(item_id).item
+        return self.instance(item_id).item
+
+    def noise_of(self, instance: PlacedItem | HeldItem) -> PoseNoise:
+        """Return the bounds of the error of an item's pose.
+
+        Args:
+            instance: The item in its place or attached.
+
+        Returns:
+            Its own bounds, else those of the scene.
+        """
+        return self.noise if instance.noise is None else instance.noise
+
+    def bound(self, instance: PlacedItem | HeldItem) -> float:
+        """Bound the error of the position of any point of an item.
+
+        Args:
+            instance: The item in its place or attached.
+
+        Returns:
+            m.
+        """
+        return self.noise_of(instance).bound(instance.item)
 
     def in_location(self, location: str) -> tuple[PlacedItem, ...]:
         """Return all items in a place.

@@ -146,7 +146,7 @@ def check_places(source: Source, scene: Scene) -> None:
         if is_from_above:
             continue
         under = place.room.floor_back - (p[2] - placed.item.shape.reach(R)[2])
-        if under > SUNK + scene.noise.bound(placed.item):
+        if under > SUNK + scene.bound(placed):
             text = f"{placed.id} reaches {1000 * under:.1f} mm under the floor of {placed.location}"
             sunk.append((("items", i, "position"), text))
     frame = "poses are those of the item's middle in the world frame (docs/formats/scene.md)"
@@ -176,7 +176,7 @@ def check_held(source: Source, scene: Scene) -> None:
     if scene.held is None:
         return
     item, tool = PosedSolid(scene.held.item.shape, scene.held.T_tip_item), scene.cell.robot.tool
-    slack = SUNK + tool.grip.gives_way + scene.noise.bound(scene.held.item)
+    slack = SUNK + tool.grip.gives_way + scene.bound(scene.held)
     advice = (
         "; position is that of the item's middle in the tool frame, in m: the origin at the tip of the "
         f"{tool.grip.holder}, +z out of it"
@@ -208,7 +208,7 @@ def check_standing(source: Source, scene: Scene) -> None:
     a, b = every.near(len(scene.items))
     deep: list[Mistake] = []
     for i, placed in enumerate(scene.items):
-        tolerance = SUNK + scene.noise.bound(placed.item) + error
+        tolerance = SUNK + scene.bound(placed) + error
         near = b[(a == i) & (b >= len(scene.items))].tolist()
         depths = [(overlap_depth(solids[i], solids[k], tolerance), every.names[k]) for k in near]
         depth, name = max(depths, default=(0.0, ""))

@@ -43,7 +43,14 @@ from pickcli.scene.scene_checks import (
     check_standing,
     check_upright,
 )
-from pickcli.scene.scene_schema import CloudModel, HeldModel, PodErrorModel, SceneModel, ScenePoseModel
+from pickcli.scene.scene_schema import (
+    CloudModel,
+    HeldModel,
+    NoiseModel,
+    PodErrorModel,
+    SceneModel,
+    ScenePoseModel,
+)
 from pickcli.scene.scene_warnings import warn_of_noise
 
 _UNIT_TOLERANCE = 1e-3  # tolerated error of a quaternion's length, before it is normalised
@@ -88,7 +95,9 @@ def read_scene(
             else _pose(source, ("T_world_pod",), model.T_world_pod)
         ),
         items=tuple(
-            PlacedItem(m.id, cell.items[m.name, m.year], m.location, _pose(source, ("items", i), m))
+            PlacedItem(
+                m.id, cell.items[m.name, m.year], m.location, _pose(source, ("items", i), m), _noise(m.noise)
+            )
             for i, m in enumerate(model.items)
         ),
         noise=PoseNoise(model.noise.position, model.noise.angle),
@@ -190,11 +199,16 @@ def _carriers_content(scene: Scene) -> dict[str, Any]:
 
 
 def _item_content(placed: PlacedItem) -> list[Any]:
-    return [placed.id, placed.location, *_figures(placed.item), _coarse(placed.T_world_item)]
+    figures = _figures(placed.item)
+    return [placed.id, placed.location, *figures, _coarse(placed.T_world_item), *_own_noise(placed)]
 
 
 def _held_content(held: HeldItem) -> list[Any]:
-    return [held.id, *_figures(held.item), _coarse(held.T_tip_item)]
+    return [held.id, *_figures(held.item), _coarse(held.T_tip_item), *_own_noise(held)]
+
+
+def _own_noise(instance: PlacedItem | HeldItem) -> list[Any]:
+    return [] if instance.noise is None else [numbers([instance.noise.position, instance.noise.angle])]
 
 
 def _cloud_content(cloud: Cloud) -> list[Any]:
@@ -222,7 +236,12 @@ def _coarse(T: Array) -> list[float]:
 def _held(source: Source, model: HeldModel | None, cell: Cell) -> HeldItem | None:
     if model is None:
         return None
-    return HeldItem(model.id, cell.items[model.name, model.year], _pose(source, ("held",), model))
+    T_tip_item = _pose(source, ("held",), model)
+    return HeldItem(model.id, cell.items[model.name, model.year], T_tip_item, _noise(model.noise))
+
+
+def _noise(model: NoiseModel | None) -> PoseNoise | None:
+    return None if model is None else PoseNoise(model.position, model.angle)
 
 
 def _cloud(source: Source, model: CloudModel | None) -> Cloud | None:
@@ -301,9 +320,10 @@ def held_values(held: HeldItem) -> dict[str, Any]:
         held: The held item.
 
     Returns:
-        Id, name, year, position and quaternion.
+        Id, name, year, position, quaternion, and bounds of the error of its own pose.
     """
-    return {"id": held.id, "name": held.item.name, "year": held.item.year, **_pose_values(held.T_tip_item)}
+    named = {"id": held.id, "name": held.item.name, "year": held.item.year}
+    return {**named, **_pose_values(held.T_tip_item), **_noise_values(held)}
 
 
 def _item_values(placed: PlacedItem) -> dict[str, Any]:
@@ -313,7 +333,12 @@ def _item_values(placed: PlacedItem) -> dict[str, Any]:
         "year": placed.item.year,
         "location": placed.location,
         **_pose_values(placed.T_world_item),
+        **_noise_values(placed),
     }
+
+
+def _noise_values(instance: PlacedItem | HeldItem) -> dict[str, Any]:
+    return {} if instance.noise is None else {"noise": dataclasses.asdict(instance.noise)}
 
 
 def _pose_values(T: Array) -> dict[str, list[float]]:

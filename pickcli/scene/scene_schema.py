@@ -37,7 +37,7 @@ class CellReference(FileModel):
 
 
 class NoiseModel(FileModel):
-    """Bounds of the error of the item poses."""
+    """Bounds of the error of item poses."""
 
     position: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m")
     angle: Annotated[float, Field(ge=0, le=3.2, allow_inf_nan=False)] = Field(description="rad")
@@ -64,6 +64,7 @@ class PlacedItemModel(ScenePoseModel):
     name: Text = Field(description="an item's name")
     year: int = Field(description="2015 or 2016")
     location: Text = Field(description="name of a place: of a bin, or 'tote'")
+    noise: NoiseModel | None = Field(default=None, description="bounds of the error of this pose")
 
 
 class HeldModel(ScenePoseModel):
@@ -72,6 +73,7 @@ class HeldModel(ScenePoseModel):
     id: Text = Field(description="a name of its own in this scene, or that of the item where it was seen")
     name: Text = Field(description="an item's name")
     year: int = Field(description="2015 or 2016")
+    noise: NoiseModel | None = Field(default=None, description="bounds of the error of this pose")
 
 
 class CloudModel(ScenePoseModel):
@@ -99,7 +101,7 @@ class SceneModel(FileModel):
     places: Annotated[dict[Text, CarrierPoseModel], Len(0, MAX_PLACES)] = Field(
         default={}, description="where places stand, by name, that do not stand where the cell says"
     )
-    noise: NoiseModel = Field(description="bounds of the error of the item poses")
+    noise: NoiseModel = Field(description="bounds of the error of poses of items without bounds of their own")
     seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")
     held: HeldModel | None = Field(default=None, description="what is in the cup")
     cloud: CloudModel | None = Field(default=None, description="what a sensor saw besides all this")

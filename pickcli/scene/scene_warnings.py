@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pickcli.files.file_warnings import FileWarnings
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import PoseNoise, Scene
 
 NOT_AT_REST = "not_at_rest"
 WARNINGS = ("large_noise", NOT_AT_REST)  # kinds of warnings about scene files
@@ -18,9 +18,13 @@ def warn_of_noise(warnings: FileWarnings, scene: Scene) -> None:
         warnings: Collects them.
         scene: The scene.
     """
-    if scene.noise.position > VAGUE:
-        text = f"every item counts as {1e3 * scene.noise.position:g} mm larger all around; is it in m?"
-        warnings.add("large_noise", "position", ("noise", "position"), text)
-    if scene.noise.angle > LARGE_ANGLE_NOISE:
-        text = f"every item may be turned by {scene.noise.angle:g} rad either way; is it in rad, not degrees?"
-        warnings.add("large_noise", "angle", ("noise", "angle"), text)
+    stated: list[tuple[str, PoseNoise | None, tuple[str | int, ...]]] = [("every item", scene.noise, ())]
+    stated += [(placed.id, placed.noise, ("items", i)) for i, placed in enumerate(scene.items)]
+    for what, noise, key in stated:
+        subject = "" if not key else f"{what}."
+        if noise is not None and noise.position > VAGUE:
+            text = f"{what} counts as {1e3 * noise.position:g} mm larger all around; is it in m?"
+            warnings.add("large_noise", f"{subject}position", (*key, "noise", "position"), text)
+        if noise is not None and noise.angle > LARGE_ANGLE_NOISE:
+            text = f"{what} may be turned by {noise.angle:g} rad either way; is it in rad, not degrees?"
+            warnings.add("large_noise", f"{subject}angle", (*key, "noise", "angle"), text)

@@ -60,7 +60,7 @@ class PosedSolids:
         standing = [(placed.item.shape, placed.T_world_item) for placed in items]
         standing += [(body.shape, T @ body.T_parent_shape) for body, T in bodies]
         names = (*(placed.id for placed in items), *(body.name for body, _ in bodies))
-        bounds = [*(scene.noise.bound(placed.item) for placed in items), *(0.0 for _ in bodies)]
+        bounds = [*(scene.bound(placed) for placed in items), *(0.0 for _ in bodies)]
         return replace(cls.standing(standing), names=names, bound=np.array(bounds))
 
     @classmethod

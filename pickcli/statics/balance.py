@@ -102,9 +102,7 @@ class Balance:
         """
         cones, own = self._touched(item_id, frozenset(), ROUGH), np.concatenate([_UP, np.zeros(3)])
         placed = self.graph.items[item_id]
-        lever = LEVER + 2 * self.graph.scene.noise.bound(
-            placed.item
-        )  # m that its weight may act beside contacts
+        lever = LEVER + 2 * self.graph.scene.bound(placed)  # m that its weight may act beside contacts
         return balance(cones, own, min(_half_size(placed), lever / WEIGHT_TOLERANCE))[1] <= WEIGHT_TOLERANCE
 
     def footing(self, item_id: str, is_sure: bool = True) -> Array:
@@ -163,7 +161,7 @@ class Balance:
         missing = self._missing(item_id, frozenset())
         if missing <= EXPLAINED and self._missing(item_id, lifted) > missing + WORSE:
             return True
-        if self.graph.scene.noise.position == 0.0:
+        if self.graph.scene.noise_of(self.graph.items[item_id]).position == 0.0:
             return False
         own = np.concatenate([_UP, np.zeros(3)])
         size = _half_size(self.graph.items[item_id])
@@ -172,7 +170,7 @@ class Balance:
 
     def _weights(self, placed: PlacedItem) -> Array:
         """Unit vectors (K, 3) opposite to an item's weight: straight up, and tilted."""
-        tilt = self.graph.scene.noise.angle + (CHOCK_TILT if placed.can_roll else LEAST_TILT)
+        tilt = self.graph.scene.noise_of(placed).angle + (CHOCK_TILT if placed.can_roll else LEAST_TILT)
         turns = 2 * np.pi * np.arange(N_TILTS) / N_TILTS
         aside = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(N_TILTS)])
         return np.vstack([_UP, np.cos(tilt) * _UP + np.sin(tilt) * aside])
@@ -223,7 +221,9 @@ class Balance:
 
     def _found_patch(self, contact: SolidContact, inset: float) -> Array:
         a, b = self.graph.index[contact.a], self.graph.index[contact.b]
-        solids, askew = self.graph.solids, SETTLED + 2 * self.graph.scene.noise.angle
+        both = [self.graph.items[name] for name in (contact.a, contact.b) if name in self.graph.items]
+        angle = max((self.graph.scene.noise_of(placed).angle for placed in both), default=0.0)
+        solids, askew = self.graph.solids, SETTLED + 2 * angle
         mine = feature(solids.shapes[a], solids.T[a], contact.normal, askew)
         theirs = feature(solids.shapes[b], solids.T[b], -contact.normal, askew)
         return patch(mine, theirs, contact.normal, inset)

@@ -127,7 +127,7 @@ class Supports:
             m.
         """
         placed = self.graph.items[name]
-        return float(placed.T_world_item[2, 3] + self.graph.scene.noise.bound(placed.item))
+        return float(placed.T_world_item[2, 3] + self.graph.scene.bound(placed))
 
     def _falls(self, taken: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
         """Whether an item falls together with another that it touches.

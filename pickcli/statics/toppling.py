@@ -227,7 +227,7 @@ def _topple(supports: Supports, item_id: str, face: str, normal: Array) -> Toppl
     width, height = edge[0] - centre[0], centre[1] - edge[1]
     if width <= 0.0:
         return "its middle is not behind the edge"
-    tilt = float(np.arctan2(width, height)) + BEYOND + graph.scene.noise.angle
+    tilt = float(np.arctan2(width, height)) + BEYOND + graph.scene.noise_of(placed).angle
     # The push is at most what friction holds, and lifts the near side: both moments about the edge count.
     breadth = edge[0] - corners[:, 0].min()
     lever = width * (1.0 + FRICTION**2) / FRICTION - FRICTION * breadth

@@ -117,7 +117,7 @@ class _Recovery:
         T_tip_item = stopped.held_item(robot, self.before.find(self.attempt.item)).T_tip_item
         T_world_held = Arm(robot).tip(arena.q, tool_state) @ T_tip_item
         off = np.linalg.norm(seen.T_world_item[:3, 3] - T_world_held[:3, 3])
-        return bool(off <= AS_HELD + self.runner.settings.noise.position)
+        return bool(off <= AS_HELD + self.runner.scene().noise_of(seen).position)
 
     def _bring_item(self) -> None:
         """Move on to the destination if only the sensor, or nothing, stopped the motion; otherwise back."""

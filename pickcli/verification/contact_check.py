@@ -122,9 +122,8 @@ class _Pair:
     def _explained(self, gap: float) -> float:
         """Return the allowed depth (m) of the held item in a fixture. gap: m at rest, below 0 in overlap."""
         explained = TOUCH + self._uncertain(self.part.name) + self._uncertain(self.fixture.name)
-        return max(
-            TOUCHING_DEPTH, min(explained, self.scene.noise.angle * FIRST_LIFT - gap) + DEPTH_TOLERANCE
-        )
+        angle = self.scene.noise_of(self.scene.instance(self.part.name)).angle
+        return max(TOUCHING_DEPTH, min(explained, angle * FIRST_LIFT - gap) + DEPTH_TOLERANCE)
 
     def _gap(self, i: int) -> float:
         """Return the gap (m) at state i, negative if they overlap."""
@@ -154,7 +153,7 @@ class _Pair:
     def _uncertain(self, name: str) -> float:
         """Return an upper bound of the distance (m) of any point of a solid from its nominal position."""
         if (name == self.part.name and self.part.is_held) or any(p.id == name for p in self.scene.items):
-            return self.scene.noise.bound(self.scene.item(name))
+            return self.scene.bound(self.scene.instance(name))
         return next(
             (
                 carrier.uncertainty(body)

@@ -39,6 +39,7 @@ class RigidBody:
         T: (4, 4) its pose in the world.
         mass: kg; infinite if the body is fixed.
         bound: m, error of the position of any point of it, at most.
+        angle: rad, error of its orientation, at most.
     """
 
     name: str
@@ -46,6 +47,7 @@ class RigidBody:
     T: Array
     mass: float
     bound: float = 0.0
+    angle: float = 0.0
 
     @property
     def is_firm(self) -> bool:

@@ -178,7 +178,7 @@ def _as_grasped(scene: Scene, grasp: Grasp, T_item_tip: Array, where: str) -> It
     """Check that the tip (4, 4) is at the grasp's pose, pressed on as far as noise and bellows allow."""
     off = inverse(grasp.T_item_tip) @ T_item_tip
     aside, pressed = float(np.hypot(*off[:2, 3])), float(off[2, 3])
-    most = scene.noise.bound(scene.item(grasp.item)) + scene.cell.robot.tool.grip.gives_way
+    most = scene.bound(scene.instance(grasp.item)) + scene.cell.robot.tool.grip.gives_way
     if not -ON_SURFACE <= pressed <= most:
         yield Reason(
             "misses the item", where, f"pressed on by {pressed * 1e3:.1f} mm, expected 0..{most * 1e3:.1f}"

@@ -92,7 +92,7 @@ def fixtures(scene: Scene) -> tuple[Fixture, ...]:
     """
     found = [_fixture(body.name, T @ body.T_parent_shape, body.shape) for body, T in scene.grown]
     for placed in scene.items:
-        bound = scene.noise.bound(placed.item)
+        bound = scene.bound(placed)
         found.append(_fixture(placed.id, placed.T_world_item, placed.item.shape, bound))
     return tuple(found)
 
@@ -127,7 +127,7 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
             named = replace(body, name=robot.links[joint + 1].name)
             found += _in_states(robot, joint, segment.tool_state, named)
     if segment.held is not None and T_tip_item is not None:
-        bound = scene.noise.bound(scene.item(segment.held))
+        bound = scene.bound(scene.instance(segment.held))
         held = held_body(scene, segment.held, T_tip_item)
         found += _in_states(robot, cup - 1, segment.tool_state, held, bound, True)
     return tuple(found)

@@ -127,14 +127,13 @@ class _Pile:
     """Items in one place and their contacts.
 
     bodies: the items by id. touching: by id all contacts of each. hanging: ids of items that nothing carries
-    at their stated poses. rollers: ids of items that can roll. angle: rad, bound of pose errors
+    at their stated poses. rollers: ids of items that can roll
     """
 
     bodies: Mapping[str, RigidBody]
     touching: Mapping[str, Sequence[PileContact]]
     hanging: frozenset[str]
     rollers: frozenset[str]
-    angle: float
 
     @classmethod
     def at(cls, scene: Scene, location: str) -> _Pile:
@@ -142,15 +141,14 @@ class _Pile:
         placed = {each.id: each for each in scene.in_location(location)}
         bodies = {name: _body(scene, each) for name, each in placed.items()}
         boxes = _Boxes.around((*bodies.values(), *_firm_bodies(scene)))
-        askew = 2.0 * scene.noise.angle
-        contacts = list(_contacts(len(bodies), boxes, askew))
+        contacts = list(_contacts(len(bodies), boxes))
         carried = {c.a.name for c in contacts if c.normal[2] >= CARRYING_NORMAL_Z}
         carried |= {c.b.name for c in contacts if c.normal[2] <= -CARRYING_NORMAL_Z}
-        contacts += _falls(len(bodies), boxes, carried, askew)
+        contacts += _falls(len(bodies), boxes, carried)
         rollers = frozenset(name for name, each in placed.items() if each.can_roll)
         touching = {name: _seen_from(name, contacts) for name in bodies}
         touching |= {name: _kept(touching[name]) for name in rollers}
-        return cls(bodies, touching, frozenset(bodies.keys() - carried), rollers, scene.noise.angle)
+        return cls(bodies, touching, frozenset(bodies.keys() - carried), rollers)
 
     def around(self, item_id: str) -> _Pile:
         """Return the part of the pile that is connected to an item by contacts."""
@@ -258,14 +256,16 @@ class _Pile:
 
         All other items are fixed. The world is tilted by the bound of the angular pose errors.
         """
-        return self._missing_if_tilted(of, self.angle)
+        return self._missing_if_tilted(of, max((self.bodies[name].angle for name in of), default=0.0))
 
     def missing_alone(self, item_id: str) -> Array:
         """Return (N_TILTS,) weights that an item lacks for balance if everything that it touches is fixed.
 
         For items that can roll, the world is tilted by ``CHOCK_TILT``.
         """
-        angle = max(self.angle, CHOCK_TILT) if item_id in self.rollers else self.angle
+        angle = self.bodies[item_id].angle
+        if item_id in self.rollers:
+            angle = max(angle, CHOCK_TILT)
         return self._missing_if_tilted({item_id}, angle)[item_id]
 
     def _missing_if_tilted(self, of: Set[str], angle: float) -> dict[str, Array]:
@@ -319,21 +319,27 @@ class _Boxes:
         return self.bodies[int(np.argmax(tops))] if is_under.any() else None
 
 
-def _contacts(n_items: int, boxes: _Boxes, askew: float) -> Iterator[PileContact]:
+def _contacts(n_items: int, boxes: _Boxes) -> Iterator[PileContact]:
     """Yield all contacts of items, which come first among the bodies; each once."""
     for k, item in enumerate(boxes.bodies[:n_items]):
         for other in boxes.near(k, TOUCH + item.bound):
-            contact = PileContact.between(item, other, TOUCH + item.bound + other.bound, askew)
+            reach = TOUCH + item.bound + other.bound
+            contact = PileContact.between(item, other, reach, _askew(item, other))
             if contact is not None:
                 yield contact
 
 
-def _falls(n_items: int, boxes: _Boxes, carried: Set[str], askew: float) -> Iterator[PileContact]:
+def _falls(n_items: int, boxes: _Boxes, carried: Set[str]) -> Iterator[PileContact]:
     """Yield, for each item that nothing carries, a contact with the body below it, as if it lay there."""
     for k, item in enumerate(boxes.bodies[:n_items]):
         below = boxes.next_below(k) if item.name not in carried else None
         if below is not None:
-            yield PileContact.across(item, below, _UP, 0.0, askew)
+            yield PileContact.across(item, below, _UP, 0.0, _askew(item, below))
+
+
+def _askew(a: RigidBody, b: RigidBody) -> float:
+    """Return the angle in rad up to which faces of two bodies count as parallel."""
+    return 2.0 * max(a.angle, b.angle)
 
 
 def _seen_from(name: str, contacts: Sequence[PileContact]) -> list[PileContact]:
@@ -360,8 +366,8 @@ def _kept(contacts: Sequence[PileContact]) -> list[PileContact]:
 
 
 def _body(scene: Scene, placed: PlacedItem) -> RigidBody:
-    bound = scene.noise.bound(placed.item)
-    return RigidBody(placed.id, placed.item.shape, placed.T_world_item, placed.item.mass, bound)
+    bound, angle = scene.bound(placed), scene.noise_of(placed).angle
+    return RigidBody(placed.id, placed.item.shape, placed.T_world_item, placed.item.mass, bound, angle)
 
 
 def _firm_bodies(scene: Scene) -> Iterator[RigidBody]:

@@ -103,8 +103,8 @@ def _taken(plan: Plan, scene: Scene, T_tip_item: Array) -> PlacedItem:
         return scene.find(plan.grasp.item)
     robot, q = scene.cell.robot, positions_at(plan.trajectory, 0.0)
     T = tip_poses(robot, link_poses(robot, q), plan.segments[0].tool_state)[0] @ T_tip_item
-    place = place_at(scene, T)
-    return PlacedItem(plan.grasp.item, scene.item(plan.grasp.item), "" if place is None else place.name, T)
+    place, held = place_at(scene, T), scene.instance(plan.grasp.item)
+    return PlacedItem(held.id, held.item, "" if place is None else place.name, T, held.noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +213,7 @@ class PushedHeap:
         return bool((across @ (T_other[:3, 3] - T[:3, 3]) <= reach).all())
 
     def _bound(self, placed: PlacedItem) -> float:
-        return self.scene.noise.bound(placed.item)
+        return self.scene.bound(placed)
 
 
 def _fault(name: str, why: str) -> Reason:

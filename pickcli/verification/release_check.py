@@ -49,7 +49,8 @@ def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterable[Reason]
     if place is None:
         yield Reason("released outside of every place", plan.grasp.item, "the cell has no place there")
         return
-    placed = PlacedItem(plan.grasp.item, scene.item(plan.grasp.item), place.name, T)
+    taken = scene.instance(plan.grasp.item)
+    placed = PlacedItem(taken.id, taken.item, place.name, T, taken.noise)
     yield from _as_stated(plan, scene, placed)
     if place.is_open_box:
         yield from _dropped(scene, place, placed)
@@ -117,7 +118,7 @@ def _off_floor(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reaso
         out = f"{-low[0] * 1e3:.0f} mm out of {place.name}"
         yield Reason("released beyond the bin's mouth", placed.id, out)
     floor = float(place.room.floor_at(high[0]))
-    most = SET_DOWN + scene.noise.bound(placed.item)
+    most = SET_DOWN + scene.bound(placed)
     if low[2] - floor > most and not lies_on_others(_released(scene, placed), placed.id):
         over = f"{1e3 * (low[2] - floor):.0f} mm over the floor of {place.name}, at most {most * 1e3:.0f}"
         yield Reason("released too high", placed.id, over)

@@ -72,7 +72,8 @@ def plan_fixtures(plan: Plan, scene: Scene, T_tip_item: Array | None) -> PlanFix
     if place is None or place.is_open_box:
         return PlanFixtures(plan, before, None)
     name = plan.grasp.item
-    placed = PlacedItem(name, scene.item(name), place.name, T)
+    taken = scene.instance(name)
+    placed = PlacedItem(name, taken.item, place.name, T, taken.noise)
     return PlanFixtures(plan, before, fixtures(replace(scene, items=(*scene.without(name).items, placed))))
 
 
@@ -83,7 +84,7 @@ def _not_in_the_cup(plan: Plan, scene: Scene, found: tuple[Fixture, ...]) -> tup
         return found
     robot, q = scene.cell.robot, positions_at(plan.trajectory, 0.0)
     T = tip_poses(robot, link_poses(robot, q), plan.segments[0].tool_state)[0] @ held.T_tip_item
-    most = HELD_ITEM_DISTANCE + 2.0 * scene.noise.bound(held.item)
+    most = HELD_ITEM_DISTANCE + 2.0 * scene.bound(held)
     return tuple(
         replace(fixture, name=f"{held.id} as seen") if fixture.name == held.id else fixture
         for fixture in found

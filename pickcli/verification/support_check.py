@@ -48,4 +48,4 @@ def _stays_in(scene: Scene, placed: PlacedItem) -> bool:
     if place is None or not place.is_open_box:
         return False
     rim = float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
-    return bool(placed.T_world_item[2, 3] + scene.noise.bound(placed.item) < rim)
+    return bool(placed.T_world_item[2, 3] + scene.bound(placed) < rim)

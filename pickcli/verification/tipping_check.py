@@ -155,7 +155,7 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
     first = int(np.argmin(lasts))  # the edge over which the least force tips it
     if lasts[first] >= MOST_FRICTION:
         return False
-    noise, arm = scene.noise, np.linalg.norm(np.cross(point - centre, press.tip[:3, 2]))
+    noise, arm = scene.noise_of(placed), np.linalg.norm(np.cross(point - centre, press.tip[:3, 2]))
     depth = press.depth + noise.position + noise.angle * float(arm)
     most = float(np.arctan2(-centres[first, 0], centres[first, 1])) - noise.angle
     angles = np.linspace(0.0, max(most, 0.0), N_ANGLES)
@@ -212,7 +212,7 @@ def _turned(offset: Array, angles: Array) -> Array:
 
 def _support(scene: Scene, placed: PlacedItem) -> tuple[Array, float]:
     """Return points (N, 3) of the underside that an item may rest on, and their horizontal error (m)."""
-    T, own = placed.T_world_item, scene.noise.bound(placed.item)
+    T, own = placed.T_world_item, scene.bound(placed)
     reach = placed.item.shape.reach(T[:3, :3])
     below = [
         (shape, T_other, bound)
@@ -281,7 +281,7 @@ def _others(scene: Scene, placed: PlacedItem) -> Iterator[tuple[Shape, Array, fl
     """Yield shape, pose and error bound (m) of everything that may be below the item."""
     for other in scene.in_location(placed.location):
         if other.id != placed.id:
-            yield other.item.shape, other.T_world_item, scene.noise.bound(other.item)
+            yield other.item.shape, other.T_world_item, scene.bound(other)
     for carrier in scene.posed_carriers:
         for body in carrier.bodies:
             T = carrier.T_world_carrier @ body.T_parent_shape

@@ -116,7 +116,7 @@ def _not_toppled(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Ite
         # Turning over any of its corners, its middle is no higher above it than half the diagonal.
         shape, T = placed.item.shape, placed.T_world_item
         lowest = float(T[2, 3] - shape.reach(T[:3, :3])[2])
-        highest = lowest + float(np.linalg.norm(shape.extents)) / 2 + scene.noise.bound(placed.item)
+        highest = lowest + float(np.linalg.norm(shape.extents)) / 2 + scene.bound(placed)
         if not highest < rim:
             over = 1e3 * (highest - rim)
             yield _fault(placed.id, f"its middle may come {over:.0f} mm over the rim of {place.name}")
@@ -124,7 +124,7 @@ def _not_toppled(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Ite
             yield _fault(placed.id, f"{other} lies on it and is not named as pushed")
         for other in sorted(removal(scene, placed.id).falling - names):
             beside = scene.find(other)
-            if not beside.T_world_item[2, 3] + scene.noise.bound(beside.item) < rim:
+            if not beside.T_world_item[2, 3] + scene.bound(beside) < rim:
                 yield _fault(placed.id, f"{other} leans on it and could fall over the rim")
 
 
@@ -206,7 +206,7 @@ def _pressed_hard(scene: Scene, items: Sequence[PlacedItem], tips: Array) -> str
     points = (tips[:, :3, :3] @ front.T).swapaxes(1, 2) + tips[:, None, :3, 3]
     for placed in items:
         local = transform_points(inverse(placed.T_world_item), points.reshape(-1, 3))
-        beyond = np.abs(local) - placed.item.shape.extents / 2.0 - scene.noise.bound(placed.item)
+        beyond = np.abs(local) - placed.item.shape.extents / 2.0 - scene.bound(placed)
         if (beyond.max(axis=1) < 0.0).any():
             return placed.id
     return ""

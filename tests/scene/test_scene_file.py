@@ -156,7 +156,7 @@ MISTAKES = {
     ),
     "missing key": (
         put_at("noise", value=None),
-        "noise: expected bounds of the error of the item poses, got nothing; add it",
+        "noise: expected bounds of the error of poses of items without bounds of their own, got nothing",
     ),
     "unknown key": (put_at("items", 0, "weight", value=1), "items[0].weight: unknown key"),
     "another format": (put_at("format", value="apc scenes"), "format: expected 'apc scene'"),

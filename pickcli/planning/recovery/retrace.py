@@ -106,7 +106,7 @@ class StoppedMotion:
                 q = self.plan.trajectory.sample(segment.t_end)
                 tip = Arm(robot).tip(np.ravel(q), segment.tool_state)
                 T_tip_item = np.asarray(inverse(tip) @ placed.T_world_item)
-        return HeldItem(placed.id, placed.item, T_tip_item)
+        return HeldItem(placed.id, placed.item, T_tip_item, placed.noise)
 
 
 def back_to_start(

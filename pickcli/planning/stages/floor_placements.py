@@ -64,7 +64,7 @@ def floor_placements(
     if 2 * float(reach[:2].min()) < FREE_SLENDERNESS * 2 * float(reach[2]):
         return _leaning(context, scene, placed, R, place, n_most)
     T_world_place = scene.T_world_place(place)
-    uncertainty = scene.noise.bound(placed.item)
+    uncertainty = scene.bound(placed)
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], uncertainty)
     flying = FreeItemChecker(context.model, scene, free, while_resting_on(place.support, placed.id))
     for step in (STEP, FINE_STEP):
@@ -93,7 +93,7 @@ def _leaning(
     falls = Reason("would fall over", place.name, f"{placed.id} stands {size} mm")
     if place.access.is_from_above or reach[1] < reach[0]:
         return Failures.of(falls)
-    T_world_place, gap = scene.T_world_place(place), scene.noise.bound(placed.item) + HOVER
+    T_world_place, gap = scene.T_world_place(place), scene.bound(placed) + HOVER
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], gap - HOVER)
 
     def flying(*leant_on: str) -> FreeItemChecker:
@@ -125,7 +125,7 @@ def _leaning(
 
 def _bound(scene: Scene, name: str) -> float:
     """Bound of the pose error of an item, m; 0 for a wall, as carriers are grown by their errors."""
-    return next((scene.noise.bound(placed.item) for placed in scene.items if placed.id == name), 0.0)
+    return next((scene.bound(placed) for placed in scene.items if placed.id == name), 0.0)
 
 
 def _leaning_placements(place: Place, half: Array, gap: float) -> Array:

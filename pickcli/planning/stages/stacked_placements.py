@@ -104,7 +104,7 @@ def _free_on(
     T_world_place = scene.T_world_place(place)
     half = float(placed.item.shape.reach(R)[2])
     R = least_turn(UP, top.normal) @ R
-    bounds = {p.id: scene.noise.bound(p.item) for p in (placed, *scene.in_location(place.name))}
+    bounds = {p.id: scene.bound(p) for p in (placed, *scene.in_location(place.name))}
     above = half + bounds[placed.id] + bounds[below] + HOVER
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], bounds[placed.id])
     flying = FreeItemChecker(context.model, scene, free, while_resting_on((*place.support, below), placed.id))

@@ -48,7 +48,7 @@ def _blocking(problem: PickProblem) -> tuple[Reason, ...]:
 def _contradictions(problem: PickProblem) -> tuple[Reason, ...]:
     """Return the solids that the target overlaps by more than pose errors explain."""
     scene = problem.scene
-    bound = {placed.id: scene.noise.bound(placed.item) for placed in scene.items}
+    bound = {placed.id: scene.bound(placed) for placed in scene.items}
     for carrier in scene.posed_carriers:
         error = carrier.error.bound(_from_axis(carrier.T_world_carrier, problem.target))
         bound |= dict.fromkeys((body.name for body in carrier.bodies), error)

@@ -202,7 +202,8 @@ def _slow_distance(problem: PickProblem) -> float:
 
 def _overtravel(problem: PickProblem, face: str, T_item_tip: Array) -> Array:
     """Return (N,) m that the tool travels beyond a face for poses (N, 4, 4)."""
-    return problem.context.method.overtravel(face, T_item_tip, problem.scene.noise)
+    noise = problem.scene.noise_of(problem.target)
+    return problem.context.method.overtravel(face, T_item_tip, noise)
 
 
 def _touch(problem: PickProblem, face: str, T_item_tip: Array, T_world_tip: Array) -> Array:
