@@ -5,9 +5,9 @@ Read in this order:
 - The basis of every subcommand: `main`, the group of all, and `command`; then any of these, e.g. `plan_pick`.
 - A new cell: `init`, `suggest_mount`, `suggest_configurations`.
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
-- Online: `make_order`, `make_scene`, `render`, `plan_stow`, `plan_shift`, `plan_topple`, `plan_move`,
-  `verify`, `execute`, `check_driver`, `export` and `run_trial`; `explain_stow` before a stow; `run_trials`
-  and `compare_trials` for many.
+- Online: `make_order`, `make_scene`, `render`, `perceive`, `plan_stow`, `plan_shift`, `plan_topple`,
+  `plan_move`, `verify`, `execute`, `check_driver`, `export` and `run_trial`; `explain_stow` before a stow;
+  `run_trials` and `compare_trials` for many.
 - Content and checks of files: `inspect`, `show`, `show_strategy` and `check`.
 - Items: `show_grasps` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
@@ -16,7 +16,7 @@ Read in this order:
 - Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow
   and --move, `query_execution` answers them.
 - Functions that commands share: `plan_verification` and `plan_execution` for plans, `pick_request` and
-  `experience_session` for queries, `building` for builds, `progress_bar`.
+  `experience_session` for queries, `building` for builds, `progress_bar`; `named_camera` for cameras.
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
   inspect`, `checked_texts` for `apc check`, `execution_report` and `trial_table` for executions.
 """

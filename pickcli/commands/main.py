@@ -35,6 +35,7 @@ COMMANDS: dict[str, str] = {
     "make-order": "Draw a random order by the official rules.",
     "make-scene": "Place items in bins and other places, at rest.",
     "render": "Render what a camera of the cell sees of a scene.",
+    "perceive": "Find the listed items of bins in one look of a camera.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",
     "plan-shift": "Plan one shift: move an item within its bin, lifted a little.",
     "plan-topple": "Plan a push that topples an item which stands on edge in an open box.",

@@ -11,6 +11,7 @@ from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_start
 from pickcli.commands.logs import stage
+from pickcli.commands.named_camera import named_camera
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     json_option,
@@ -22,7 +23,6 @@ from pickcli.commands.options import (
 from pickcli.commands.scene_options import open_scene, scene_options
 
 if TYPE_CHECKING:
-    from pickcli.cell.cell import Cell
     from pickcli.cell.sensors.mounted_camera import MountedCamera
     from pickcli.perception.depth_picture import DepthPicture
     from pickcli.perception.rendered_scene import RenderedScene
@@ -80,7 +80,7 @@ def command(
         refuse_suffix(path, _PNG, "a picture")
     refuse_same(*outputs)
     scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path))
-    camera, begin = _camera(scene.cell, name), parse_start(scene.cell, at)
+    camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
     T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
     rendered = RenderedScene.of(scene, begin.q, begin.tool_state)
     view = rendered.seen_by(camera.model.camera, T_world_camera)
@@ -103,20 +103,6 @@ def command(
         )
         for path in outputs:
             click.echo(f"{'picture' if path is output else 'depth'}: {path}")
-
-
-def _camera(cell: Cell, name: str) -> MountedCamera:
-    """Find a camera. Raises InputError if the cell has none, UnknownNameError if it has others."""
-    from pickcli.errors import InputError, UnknownNameError
-
-    if not cell.cameras:
-        raise InputError(
-            f"cell {cell.name}: has no cameras; add one under sensors in {cell.path / 'cell.yaml'} "
-            "(docs/formats/cell.md)"
-        )
-    if name not in cell.cameras:
-        raise UnknownNameError("camera", name, list(cell.cameras), f"cell {cell.name}")
-    return cell.cameras[name]
 
 
 def _depth(

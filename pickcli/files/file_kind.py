@@ -44,13 +44,29 @@ TSRS = FileKind("a file of task space regions", "KTH's .tsrs files are such list
 CELL = FileKind("a cell", "the folder of a cell.yaml, or a name under data/cells")
 ITEMS = FileKind("a file of items", "those of both years are under data/items")
 SENSOR = FileKind("a sensor", "those of data/sensors are examples")
+PERCEIVED = FileKind("a file of perceived items", "apc perceive writes one")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
 PICTURE = FileKind("a picture", "--picture and --video make some")  # read by no command
-KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, SENSOR, REALITY, STRATEGY, URDF, SRDF, JOINT_LIMITS)
+KINDS = (
+    STORE,
+    PLAN,
+    SCENE,
+    ORDER,
+    TRIAL,
+    CELL,
+    ITEMS,
+    SENSOR,
+    PERCEIVED,
+    REALITY,
+    STRATEGY,
+    URDF,
+    SRDF,
+    JOINT_LIMITS,
+)
 
 _BY_FORMAT = {
     b"plan": PLAN,
@@ -58,6 +74,7 @@ _BY_FORMAT = {
     b"cell": CELL,
     b"items": ITEMS,
     b"sensor": SENSOR,
+    b"perceived": PERCEIVED,
     b"reality": REALITY,
     b"strategy": STRATEGY,
 }

@@ -1039,6 +1039,161 @@ class RaycastingScene:
             (H, W, 3) red, green, blue.
         """
 
+def surface_distance(kind: int, half_extents: numpy.typing.NDArray[numpy.float64], points: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+    """
+    How far points are from the surface of a solid.
+
+    Args:
+        kind: A value of SolidKind.
+        half_extents: (3,) m; of a cylinder (r, r, half length), of a sphere (r, r, r).
+        points: (N, 3) in the solid's frame.
+
+    Returns:
+        Distances (N,) in m, negative inside, and their gradients (N, 3), of length 1.
+    """
+
+def fit_surface(kind: int, half_extents: numpy.typing.NDArray[numpy.float64], points: numpy.typing.NDArray[numpy.float64], start: numpy.typing.NDArray[numpy.float64], scale: float, up: numpy.typing.NDArray[numpy.float64] | None = None, most_steps: int = 50) -> tuple[numpy.typing.NDArray[numpy.float64], float, int]:
+    """
+    Fit the pose of a solid to points on its surface.
+
+    Powell's dogleg (1970) on the mean of d^2 / (scale^2 + d^2) over the points (Geman and McClure 1985), of which d is the
+    distance from the surface.
+
+    Args:
+        kind: A value of SolidKind.
+        half_extents: (3,) m; of a cylinder (r, r, half length), of a sphere (r, r, r).
+        points: (N, 3) m.
+        start: (4, 4) pose to begin at.
+        scale: m from which on a point counts as one of something else.
+        up: (3,) the only axis of turns, of length 1; None for turns about all axes.
+        most_steps: Number of steps at most.
+
+    Returns:
+        The pose (4, 4), the cost in [0, 1), and the number of steps.
+    """
+
+class PlacePicture:
+    """
+    A picture of one place, and how well items in it explain the picture.
+
+    Render and compare: for every pixel in which an item would be seen, the costs (negative logarithms of likelihoods) of
+    what was measured there tell whether its surface was measured (and how far off), was seen through, is behind something
+    else, or gave no depth, and whether the colour is one of its own. All poses are in the camera's frame. Items hide each
+    other. One thread; the same input gives the same bytes.
+    """
+
+    def __init__(self, intrinsics: numpy.typing.NDArray[numpy.float64], depth: numpy.typing.NDArray[numpy.float32], share: numpy.typing.NDArray[numpy.float32], colour: numpy.typing.NDArray[numpy.int32], known: Sequence[numpy.typing.NDArray[numpy.float32]], known_solids: tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int32]], known_colours: numpy.typing.NDArray[numpy.float64], noise: DepthNoise, costs: numpy.typing.NDArray[numpy.float64]) -> None:
+        """
+        Take a picture, of which each pixel may stand for a block of the sensor's.
+
+        Args:
+            intrinsics: (4,) fx, fy, cx, cy in px.
+            depth: (H, W) m along the optical axis; anything where nothing was measured.
+            share: (H, W) share of each block that was measured.
+            colour: (H, W) labels of colours.
+            known: Depth (H, W) in m of what is known, NaN where items are not looked for, and (H, W) the cosine between ray and
+                normal there.
+            known_solids: Poses (K, 4, 4), half extents (K, 3) and kinds (K,) of solids that items do not reach into.
+            known_colours: (L,) cost of each label on what is known.
+            noise: Coefficients of the sensor.
+            costs: (5,) m that surfaces may be off besides noise; the most that a depth before, and one behind what is expected
+                cost; the share of pixels without depth whatever the surface; the weight of a pixel.
+        """
+
+    def add(self, kind: int, half_extents: numpy.typing.NDArray[numpy.float64], no_return: float, colours: numpy.typing.NDArray[numpy.float64]) -> int:
+        """
+        Add an item that may be in the place.
+
+        Args:
+            kind: A value of SolidKind.
+            half_extents: (3,) m; of a cylinder (r, r, half length), of a sphere (r, r, r).
+            no_return: Share of its surface from which nothing comes back.
+            colours: (L,) cost of each label on it.
+
+        Returns:
+            Its index.
+        """
+
+    def candidates(self, product: int, starts: numpy.typing.NDArray[numpy.float64], up: numpy.typing.NDArray[numpy.float64], steps: numpy.typing.NDArray[numpy.float64], counts: tuple[int, int], placed: tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float64]]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+        """
+        Find the best places of one item.
+
+        Each start is fitted to the points near it that nothing explains; the best are moved while that explains the picture
+        better, and of those at most a few are kept around each place.
+
+        Args:
+            product: Index of the item.
+            starts: (N, 4, 4) poses.
+            up: (3,) against gravity; moved items are turned about it.
+            steps: (S,) m, sizes of the moves, falling.
+            counts: How many starts are moved, and how many places are kept.
+            placed: Indices (M,) and poses (M, 4, 4) of other items that are there.
+
+        Returns:
+            Poses (K, 4, 4), the best first, and gains (K,): by how much the picture is explained better.
+        """
+
+    def choose(self, products: numpy.typing.NDArray[numpy.int32], options: Sequence[numpy.typing.NDArray[numpy.float64]], least_gain: float) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+        """
+        Choose a pose for each of several items, or none, so that together they explain the picture best.
+
+        Greedily at first, then items one by one and in pairs while that gets better. Items that reach into each other, or into
+        what is known, cost.
+
+        Args:
+            products: (N,) indices of the items.
+            options: Poses (K, 4, 4) of each.
+            least_gain: By which an item must explain the picture better to be placed.
+
+        Returns:
+            Indices (N,) of the options, -1 for none; the gain (N,) of each, with the others in their places; and its margin
+            (N,): the gain beside that of the item's best option elsewhere.
+        """
+
+    def refined(self, products: numpy.typing.NDArray[numpy.int32], T_camera_item: numpy.typing.NDArray[numpy.float64], up: numpy.typing.NDArray[numpy.float64] | None, steps: numpy.typing.NDArray[numpy.float64], allowed_penetration: float, n_rounds: int) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Move placed items, one after the other, while that explains the picture better.
+
+        Args:
+            products: (N,) indices of the items.
+            T_camera_item: (N, 4, 4) their poses.
+            up: (3,) the only axis of turns, then boxes are also tried with exchanged axes; None for turns about all axes.
+            steps: (S,) m, sizes of the moves, falling.
+            allowed_penetration: m that items may reach into each other and into what is known.
+            n_rounds: How often each is moved.
+
+        Returns:
+            (N, 4, 4) poses.
+        """
+
+    def evidence(self, products: numpy.typing.NDArray[numpy.int32], T_camera_item: numpy.typing.NDArray[numpy.float64], near_surface: float) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Tell what the picture says of placed items.
+
+        Args:
+            products: (N,) indices of the items.
+            T_camera_item: (N, 4, 4) their poses.
+            near_surface: m within which a surface was measured.
+
+        Returns:
+            (N, 7) pixels that would show it if nothing but what is known were before it; of these those that no other item
+            hides; of these those in which its surface, something behind it, and something before it was measured; the gain by
+            which the picture is explained better with it than without; the mean cost of the colours of supported pixels.
+        """
+
+    def composed(self, products: numpy.typing.NDArray[numpy.int32], T_camera_item: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float32], numpy.typing.NDArray[numpy.float32]]:
+        """
+        Render placed items before what is known.
+
+        Args:
+            products: (N,) indices of the items.
+            T_camera_item: (N, 4, 4) their poses.
+
+        Returns:
+            (H, W) which of the items is seen, -1 for what is known; depth (H, W) in m, infinite where nothing is looked for;
+            cost (H, W) of each pixel.
+        """
+
 def simd() -> str:
     """
     Which build of the batch test and of the rays runs: "avx2" or "baseline". Both give the same bits.

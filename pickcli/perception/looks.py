@@ -105,7 +105,7 @@ def looks_of(rendered: RenderedScene, texture_seed: int) -> Looks:
             continue
         if item not in first:
             first[item] = len(textures)
-            textures += _textures(_coloured(item), texture_seed)
+            textures += _textures(coloured(item), texture_seed)
         n = 3 if item.shape.kind is ShapeKind.CYLINDER else 6
         faces.append((*range(first[item], first[item] + n), *_NO_TEXTURES[n:]))
     return Looks(
@@ -122,8 +122,15 @@ def _textures(item: Item, seed: int) -> tuple[Texture, ...]:
     return tuple(map(Texture, face_textures(item, seed)))
 
 
-def _coloured(item: Item) -> Item:
-    """The item with the colour that follows from its name, if none is stated."""
+def coloured(item: Item) -> Item:
+    """Give an item without a stated colour the one that follows from its name.
+
+    Args:
+        item: The item.
+
+    Returns:
+        The item with a colour.
+    """
     if item.colour is not None:
         return item
     red, green, blue, _ = item_colour(item)
@@ -133,7 +140,7 @@ def _coloured(item: Item) -> Item:
 def _colour(solid: RenderedSolid) -> Array:
     """(3,) 0 to 255, of faces without a texture."""
     if solid.item is not None:
-        return np.array(_coloured(solid.item).colour, dtype=np.float64)
+        return np.array(coloured(solid.item).colour, dtype=np.float64)
     return 255.0 * np.array((_LINK if solid.kind is OwnerKind.LINK else static_colour(solid.owner))[:3])
 
 

@@ -16,6 +16,7 @@ from pickcli.files.file_kind import (
     JOINT_LIMITS,
     KINDS,
     ORDER,
+    PERCEIVED,
     PLAN,
     REALITY,
     SCENE,
@@ -43,6 +44,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "compare-planners": {"cell_name": CELL},
     "make-order": {},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
+    "perceive": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "render": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "plan-pick": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
@@ -117,6 +119,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
         {"by": {}, "settings": {}, "result": {}},
     )  # fmt: skip
     found[REALITY].write_text("format: apc reality\nversion: 1\n")
+    found[PERCEIVED].write_text('{"format": "apc perceived", "version": 1}\n')
     found[TRIAL].write_text('{\n  "score": 10,\n  "max_score": 20\n}\n')
     found[JOINT_LIMITS].write_text("joint_limits:\n  joint_s: {}\n")
     found[SRDF].write_text('<robot name="arm">\n  <disable_collisions link1="a" link2="b"/>\n</robot>\n')
@@ -149,6 +152,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["output"] = out.with_suffix(".html")
     if command == "render":
         right |= {"name": "hand", "output": out.with_suffix(".png")}
+    if command == "perceive":
+        right |= {"name": "hand", "output": out.with_suffix(".json")}
     if command == "show-strategy":
         right["output"] = out.with_suffix(".svg")
     if command == "show":

@@ -27,6 +27,7 @@ RANDOM = {
     "compare-planners",
     "make-order",
     "make-scene",
+    "perceive",
     "plan-pick",
     "plan-shift",
     "plan-stow",

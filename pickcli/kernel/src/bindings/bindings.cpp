@@ -19,6 +19,7 @@ Wrong shapes and values raise ValueError naming the argument.)";
   apc::bind_blend(m);
   apc::bind_parabolic(m);
   apc::bind_rendering(m);
+  apc::bind_perception(m);
   m.def("simd", &apc::simd_name,
         R"(Which build of the batch test and of the rays runs: "avx2" or "baseline". Both give the same bits.)");
   m.def(

@@ -12,5 +12,6 @@ void bind_timing(nanobind::module_& m);
 void bind_blend(nanobind::module_& m);
 void bind_parabolic(nanobind::module_& m);
 void bind_rendering(nanobind::module_& m);
+void bind_perception(nanobind::module_& m);
 
 }  // namespace apc

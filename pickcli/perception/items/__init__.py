@@ -1,0 +1,11 @@
+"""Items in a picture of one place: which of the listed ones is where.
+
+Read in this order:
+
+- What comes in: `rgbd_picture`, depth and colour of one look; `place_view`, what it shows of one place.
+- What is known of items: `product_model` with its `colour_model`; `symmetry` says which poses look alike.
+- The search: `pose_starts` puts items where they could be, `place_pictures` compare hypotheses with what was
+  seen, and `item_search` decides all items of a place together.
+- What comes out: `item_observation`, with the `confidence` by which it is refused or not, and
+  `item_perception` from picture to answers; `perceived_file` with `perceived_schema` keeps them.
+"""

@@ -1,0 +1,92 @@
+"""Colours of items as labels, and how likely each label is on an item under any amount of light.
+
+A label is a cell of a histogram over chromaticity, which does not change with the amount of light, and
+coarsely over brightness, which tells white from black.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from pickcli.cell.item import Item
+from pickcli.geometry import Array
+from pickcli.perception.looks import coloured
+from pickcli.perception.procedural_texture import face_textures
+
+N_CHROMATICITY, N_BRIGHTNESS = 14, 4
+N_LABELS = N_CHROMATICITY**2 * N_BRIGHTNESS
+_GAINS = np.sqrt(np.linspace(0.2, 1.1, 8))  # amounts of light; bytes go with their roots
+_TEXEL = 4  # px of a texture's side that a pixel of a camera sees together
+_SMOOTHING = (0.8, 0.8, 0.5)  # cells
+_OTHER = 0.03  # share of pixels of any colour: highlights, stickers
+WEIGHT = 0.25  # of a pixel: neighbours on a label are alike
+LARGEST = 2.5  # nats, of a pixel's ratio
+
+
+def colour_labels(colour: Array) -> NDArray[np.int32]:
+    """Give each colour the label of its cell.
+
+    Args:
+        colour: (..., 3) red, green, blue, 0 to 255.
+
+    Returns:
+        (...) labels below ``N_LABELS``.
+    """
+    total = colour.sum(axis=-1) + 3.0
+    # Chromaticities between 0.1 and 0.7, in equal cells; what is beyond belongs to the outer ones.
+    cells = ((colour[..., :2] + 1.0) / total[..., None] - 0.1) / 0.6 * N_CHROMATICITY
+    red, green = np.clip(cells, 0, N_CHROMATICITY - 1).astype(np.int32).transpose(-1, *range(colour.ndim - 1))
+    brightness = np.clip(colour.max(axis=-1) / 256.0 * N_BRIGHTNESS, 0, N_BRIGHTNESS - 1).astype(np.int32)
+    return np.asarray((red * N_CHROMATICITY + green) * N_BRIGHTNESS + brightness, dtype=np.int32)
+
+
+def item_colours(item: Item, texture_seed: int) -> Array:
+    """Sample the colours of an item's faces.
+
+    Args:
+        item: The item.
+        texture_seed: Seed of the prints that its model was made from.
+
+    Returns:
+        (N, 3) red, green, blue, each of an equal area.
+    """
+    found = []
+    for texture in face_textures(coloured(item), texture_seed):
+        height, width = (n // _TEXEL * _TEXEL for n in texture.shape[:2])
+        blocks = texture[:height, :width].astype(np.float64)
+        blocks = blocks.reshape(height // _TEXEL, _TEXEL, width // _TEXEL, _TEXEL, 3).mean(axis=(1, 3))
+        found.append(blocks.reshape(-1, 3))
+    return np.concatenate(found)
+
+
+def label_shares(colours: Array) -> Array:
+    """Compute how often each label is seen on a surface.
+
+    Args:
+        colours: (N, 3) colours of equal areas under full light.
+
+    Returns:
+        (``N_LABELS``,) shares, their sum is 1.
+    """
+    labels = colour_labels(np.clip(colours[None] * _GAINS[:, None, None], 0.0, 255.0))
+    counts = np.bincount(labels.ravel(), minlength=N_LABELS).astype(np.float64)
+    shaped = counts.reshape(N_CHROMATICITY, N_CHROMATICITY, N_BRIGHTNESS)
+    shares = gaussian_filter(shaped, _SMOOTHING, mode="nearest").ravel()
+    return np.asarray((1.0 - _OTHER) * shares / shares.sum() + _OTHER / N_LABELS)
+
+
+def colour_costs(shares: Sequence[Array]) -> list[Array]:
+    """Compute what a label costs on each of several surfaces, beside their average.
+
+    Args:
+        shares: (``N_LABELS``,) each.
+
+    Returns:
+        Costs (``N_LABELS``,) for each, in nats, negative where the label speaks for the surface.
+    """
+    average = np.mean(shares, axis=0)
+    return [WEIGHT * np.clip(np.log(average / own), -LARGEST, LARGEST) for own in shares]

@@ -1,0 +1,75 @@
+"""What perception says of the listed items of a place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pickcli.cell.item import Item
+from pickcli.geometry import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """How much of the picture speaks for a pose.
+
+    Attributes:
+        expected: Pixels that the item would fill, were nothing but what is known before it.
+        shown: Of these, not behind other items.
+        supported: Of these, in which its surface was measured.
+        through: Of these, in which something behind it was measured: it was seen through.
+        before: Of these, in which something before it was measured.
+        gain: nats by which the picture is explained better with the item than without.
+        margin: nats by which it is explained better than with the item's next place.
+        colour: nats, mean cost of the colours of supported pixels; negative if they are its own.
+    """
+
+    expected: int
+    shown: int
+    supported: int
+    through: int
+    before: int
+    gain: float
+    margin: float
+    colour: float
+
+
+@dataclass(frozen=True, eq=False)
+class ItemObservation:
+    """The answer for one listed item.
+
+    Attributes:
+        id: Id in the list: the item's name, or name#2 for a second copy.
+        item: The item.
+        T_world_item: (4, 4) pose; None if no place was found at all.
+        confidence: Probability that the pose is within 10 mm and 10 degrees, symmetries aside; 0 without a
+            pose.
+        refusal: Why the pose is not to be used; "" if it is.
+        support: How much of the picture speaks for it; None without a pose.
+    """
+
+    id: str
+    item: Item
+    T_world_item: Array | None
+    confidence: float
+    refusal: str
+    support: Support | None
+
+    @property
+    def is_answer(self) -> bool:
+        """Whether the pose is given as an answer."""
+        return not self.refusal
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceObservation:
+    """The answers for the listed items of one place.
+
+    Attributes:
+        place: Name of the place.
+        T_world_place: (4, 4) its pose.
+        items: The answers, in the order of the list.
+    """
+
+    place: str
+    T_world_place: Array
+    items: tuple[ItemObservation, ...]

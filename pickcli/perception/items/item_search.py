@@ -1,0 +1,209 @@
+"""The search for all listed items of one place, in one view of it.
+
+After PR2's refined localisation (the conveyor paper, III-D), and render and compare. In each round starts are
+put where the picture is not explained, fitted to the points near them by Powell's dogleg, and moved while
+they explain the picture better; then the options of all items are decided together. Items that explain all
+that they should show are settled; the others are searched again in the next round, among all that is placed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_opening, uniform_filter
+
+from pickcli.cell.place import Place
+from pickcli.cell.sensors.sensor_model import DepthModel
+from pickcli.geometry import Array, inverse
+from pickcli.perception.items.colour_model import colour_labels
+from pickcli.perception.items.item_observation import Support
+from pickcli.perception.items.place_pictures import KnownSolids, known_and_item_costs, place_picture
+from pickcli.perception.items.place_view import PlaceView
+from pickcli.perception.items.pose_starts import (
+    blind_starts,
+    face_starts,
+    part_starts,
+    spread_points,
+)
+from pickcli.perception.items.product_model import ProductModel
+
+_COARSE_SLACK, _FINE_SLACK = 0.004, 0.0015  # m
+_COARSE_STEPS = np.array([0.016, 0.008, 0.004])  # m
+_FINE_STEPS = np.array([0.002, 0.001, 0.0005, 0.00025])
+_COARSE_PENETRATION, _FINE_PENETRATION = 0.004, 0.001  # m that items may reach into others
+_THINNED = 4.0  # pixels that one of the thinned view stands for
+_LEAST_GAIN = 40.0  # nats, of an item that is placed
+_N_SEEDS = (40, 15, 15)  # in each round
+_N_SEARCHED, _N_KEPT = 24, 20  # starts that are moved, and options that are kept, of an item in a round
+_POINT_SPACING = 0.028  # m between the points that starts are put on
+_RAY_SPACING = 0.03  # between rays, at depth 1
+_BEFORE = 0.004  # m before what is explained: a point of something else
+_AROUND = 0.02  # m around the room
+_OFTEN_LOST = 0.1  # share of a material from which nothing comes back, for starts without depth
+_LOST_SHARE = 0.4  # of a block that was measured, below which it has no depth
+_BADLY_EXPLAINED = 0.8  # nats of a pixel
+_NEAR, _COARSELY_NEAR = 0.006, 0.01  # m between a surface and what was measured of it
+_SETTLED, _OFF = 0.5, 0.1  # shares of what an item shows that are supported at least, and off at most
+
+
+@dataclass(frozen=True, eq=False)
+class PoseEstimate:
+    """A pose of a listed item.
+
+    Attributes:
+        T_camera_item: (4, 4) in the camera's frame.
+        support: How much of the picture speaks for it.
+    """
+
+    T_camera_item: Array
+    support: Support
+
+
+@dataclass(frozen=True, eq=False)
+class _Open:
+    """What is not explained yet.
+
+    Points (S, 3) with normals in the place's frame, rays (R, 3) without depth, and pixels that nothing
+    explains.
+    """
+
+    points: Array
+    normals: Array
+    rays: Array
+    is_open: NDArray[np.bool_]
+
+
+class ItemSearch:
+    """The search for the items of one place in one view.
+
+    Args:
+        place: The place.
+        view: What was seen of it.
+        models: Models of the listed items.
+        solids: Known solids around.
+        depth_model: How depth was measured.
+    """
+
+    def __init__(
+        self,
+        place: Place,
+        view: PlaceView,
+        models: list[ProductModel],
+        solids: KnownSolids,
+        depth_model: DepthModel,
+    ) -> None:
+        self._place, self._models, self._depth_model = place, models, depth_model
+        self._T_camera_place = view.T_camera_place
+        self._thin = view.thinned
+        self._rays = self._thin.camera.rays @ inverse(view.T_camera_place)[:3, :3].T
+        self._points, self._normals = self._thin.points, self._thin.normals
+        costs = known_and_item_costs(place.carrier, models)
+        labels = colour_labels(self._thin.colour)
+        self._is_own_colour = [own[labels] < 0.0 for own in costs[1:]]
+        self._coarse = place_picture(self._thin, models, costs, solids, depth_model, _COARSE_SLACK, _THINNED)
+        self._fine = place_picture(view, models, costs, solids, depth_model, _FINE_SLACK)
+
+    def run(self) -> dict[int, PoseEstimate]:
+        """Search for all items.
+
+        Returns:
+            Poses by index of the item; without items for which none explains the picture better.
+        """
+        n = len(self._models)
+        up = self._T_camera_place[:3, 2]
+        options = [np.zeros((0, 4, 4))] * n
+        placed, poses, margins = np.zeros(0, dtype=np.int32), np.zeros((0, 4, 4)), np.zeros(n)
+        is_settled = [False] * n
+        for n_seeds in _N_SEEDS:
+            options = self._with_new(options, placed, poses, is_settled, n_seeds)
+            chosen, _, margins = self._coarse.choose(np.arange(n, dtype=np.int32), options, _LEAST_GAIN)
+            placed = np.flatnonzero(chosen >= 0).astype(np.int32)
+            poses = np.array([options[i][chosen[i]] for i in placed]).reshape(-1, 4, 4)
+            poses = self._coarse.refined(placed, poses, up, _COARSE_STEPS, _COARSE_PENETRATION, 1)
+            is_settled = self._settled(placed, poses)
+            if all(is_settled):
+                break
+        poses = self._fine.refined(placed, poses, None, _FINE_STEPS, _FINE_PENETRATION, 2)
+        evidence = self._fine.evidence(placed, poses, _NEAR)
+        return {
+            int(i): PoseEstimate(T, _support(row, float(margins[i])))
+            for i, T, row in zip(placed, poses, evidence, strict=True)
+        }
+
+    def _with_new(
+        self,
+        options: list[Array],
+        placed: NDArray[np.int32],
+        poses: Array,
+        is_settled: list[bool],
+        n_seeds: int,
+    ) -> list[Array]:
+        """Options with new ones among what is placed, and the refined poses of what is."""
+        out: list[Array] = []
+        for i, model in enumerate(self._models):
+            first = next(k for k, other in enumerate(self._models) if other.item == model.item)
+            if not len(placed) and first < i:
+                out.append(out[first])
+                continue
+            new = options[i]
+            if not is_settled[i]:
+                others = placed != i
+                new = np.concatenate([new, self._candidates(i, placed[others], poses[others], n_seeds)])
+            out.append(np.concatenate([new, poses[placed == i]]))
+        return out
+
+    def _candidates(self, i: int, placed: NDArray[np.int32], poses: Array, n_seeds: int) -> Array:
+        """(N, 4, 4) options of an item among others that are placed, in the camera's frame."""
+        model, T, room = self._models[i], self._T_camera_place, self._place.room
+        shape, eye = model.item.shape, inverse(T)[:3, 3]
+        left = self._open(placed, poses, n_seeds)
+        starts = [
+            face_starts(shape, left.points, left.normals, room),
+            part_starts(shape, eye, self._rays, binary_opening(left.is_open & self._is_own_colour[i]), room),
+        ]
+        if self._lost(i) > _OFTEN_LOST:
+            starts.append(blind_starts(shape, eye, left.rays, room))
+        every = np.concatenate(starts)
+        if not len(every):
+            return every
+        counts = (_N_SEARCHED, _N_KEPT)
+        found, _ = self._coarse.candidates(i, T @ every, T[:3, 2], _COARSE_STEPS, counts, (placed, poses))
+        return found
+
+    def _open(self, placed: NDArray[np.int32], poses: Array, most: int) -> _Open:
+        room = self._place.room
+        owner, depth, cost = self._coarse.composed(placed, poses)
+        with np.errstate(invalid="ignore"):
+            is_item = (self._thin.depth < depth - _BEFORE) & np.isfinite(self._normals).all(axis=-1)
+            is_item &= ((self._points >= room.low - _AROUND) & (self._points <= room.high + _AROUND)).all(
+                axis=-1
+            )
+        is_open = (uniform_filter(cost, 3) > _THINNED * _BADLY_EXPLAINED) & (owner < 0)
+        points, rays = self._points[is_item], self._rays[is_open & (self._thin.share < _LOST_SHARE)]
+        chosen = spread_points(points, _POINT_SPACING, most)
+        return _Open(
+            points[chosen],
+            self._normals[is_item][chosen],
+            rays[spread_points(rays, _RAY_SPACING, most)],
+            is_open,
+        )
+
+    def _settled(self, placed: NDArray[np.int32], poses: Array) -> list[bool]:
+        """Whether each item is where nearly all that it should show was measured, and nothing else."""
+        settled = [False] * len(self._models)
+        evidence = self._coarse.evidence(placed, poses, _COARSELY_NEAR)
+        for i, (_, shown, supported, through, before, _, _) in zip(placed, evidence, strict=True):
+            comes_back = (1.0 - self._lost(i)) * shown
+            settled[i] = bool(supported > _SETTLED * comes_back and through + before < _OFF * shown)
+        return settled
+
+    def _lost(self, i: int) -> float:
+        """Share of an item's surface from which nothing comes back."""
+        return self._depth_model.no_return.get(self._models[i].item.material, 0.0)
+
+
+def _support(row: Array, margin: float) -> Support:
+    expected, shown, supported, through, before = (int(n) for n in row[:5])
+    return Support(expected, shown, supported, through, before, float(row[5]), margin, float(row[6]))

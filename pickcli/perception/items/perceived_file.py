@@ -1,0 +1,152 @@
+"""Reads and writes what a camera perceived: the answers for all listed items of places, as JSON.
+
+See docs/formats/perceived.md.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import UnknownNameError
+from pickcli.files.atomic_write import write_text
+from pickcli.files.file_kind import PERCEIVED
+from pickcli.files.schema import validate
+from pickcli.files.source import Key, Source
+from pickcli.files.yaml_reader import read_yaml
+from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
+from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation, Support
+from pickcli.perception.items.perceived_schema import PerceivedItemModel, PerceivedModel, PerceivedPoseModel
+
+_UNIT_TOLERANCE = 1e-3  # of a quaternion's length, before it is normalised
+
+
+@dataclass(frozen=True, eq=False)
+class Perceived:
+    """What one picture of a camera says of the items in one or several places.
+
+    Attributes:
+        cell: Name of the cell.
+        camera: Name of the camera in it.
+        sensor: Name of its model.
+        T_world_camera: (4, 4) its stated pose.
+        places: The answers by place.
+    """
+
+    cell: str
+    camera: str
+    sensor: str
+    T_world_camera: Array
+    places: tuple[PlaceObservation, ...]
+
+
+def perceived_values(perceived: Perceived) -> dict[str, Any]:
+    """Convert to JSON values.
+
+    Args:
+        perceived: What was perceived.
+
+    Returns:
+        The content of a file.
+    """
+    return {
+        "format": "apc perceived",
+        "version": 1,
+        "cell": perceived.cell,
+        "camera": perceived.camera,
+        "sensor": perceived.sensor,
+        "camera_pose": _pose_values(perceived.T_world_camera),
+        "places": [
+            {
+                "place": each.place,
+                "pose": _pose_values(each.T_world_place),
+                "items": [_item_values(item) for item in each.items],
+            }
+            for each in perceived.places
+        ],
+    }
+
+
+def write_perceived(perceived: Perceived, path: Path, replace: bool = True) -> None:
+    """Write a file of perceived items atomically.
+
+    Args:
+        perceived: What was perceived.
+        path: The file.
+        replace: Whether an existing file may be replaced.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    write_text(path, json.dumps(perceived_values(perceived), indent=1) + "\n", replace)
+
+
+def read_perceived(path: Path, cell: Cell) -> Perceived:
+    """Read a file of perceived items.
+
+    Args:
+        path: The file.
+        cell: The cell, for its items and places.
+
+    Returns:
+        What was perceived.
+
+    Raises:
+        InputError: The file has mistakes: with every problem.
+        UnknownNameError: A place is not one of the cell's.
+    """
+    source = read_yaml(path, PERCEIVED, is_json=True)
+    model = validate(source, PerceivedModel)
+    places = []
+    for i, each in enumerate(model.places):
+        if each.place not in cell.places:
+            raise UnknownNameError("place", each.place, list(cell.places), str(path))
+        T = _pose(source, ("places", i, "pose"), each.pose)
+        items = tuple(
+            _item(source, ("places", i, "items", k), item, cell) for k, item in enumerate(each.items)
+        )
+        places.append(PlaceObservation(each.place, T, items))
+    T_world_camera = _pose(source, ("camera_pose",), model.camera_pose)
+    source.check()
+    return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places))
+
+
+def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> ItemObservation:
+    T = None if model.pose is None else _pose(source, (*key, "pose"), model.pose)
+    support = None if model.support is None else Support(**model.support.model_dump())
+    item = cell.item(model.name, model.year)
+    return ItemObservation(model.id, item, T, model.confidence, model.refusal, support)
+
+
+def _pose(source: Source, key: Key, model: PerceivedPoseModel) -> Array:
+    length = float(np.linalg.norm(model.quaternion))
+    if abs(length - 1.0) > _UNIT_TOLERANCE:
+        fault = f"expected a length of 1, got {length:.4g}; write x, y, z, w normalised"
+        source.add((*key, "quaternion"), fault)
+        return pose()
+    return pose(np.array(model.position), R=from_quaternion(model.quaternion))
+
+
+def _item_values(item: ItemObservation) -> dict[str, Any]:
+    return {
+        "id": item.id,
+        "name": item.item.name,
+        "year": item.item.year,
+        "pose": None if item.T_world_item is None else _pose_values(item.T_world_item),
+        "confidence": item.confidence,
+        "refusal": item.refusal,
+        "support": None if item.support is None else dataclasses.asdict(item.support),
+    }
+
+
+def _pose_values(T: Array) -> dict[str, list[float]]:
+    return {
+        "position": [float(v) for v in T[:3, 3]],
+        "quaternion": [float(v) for v in to_quaternion(T[:3, :3])],
+    }

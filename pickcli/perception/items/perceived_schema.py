@@ -1,0 +1,65 @@
+"""Schema of files of perceived items. See docs/formats/perceived.md."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from annotated_types import Len
+from pydantic import Field
+
+from pickcli.files.schema import FileModel, Text, Vector
+
+_Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
+_Count = Annotated[int, Field(ge=0)]
+
+
+class PerceivedPoseModel(FileModel):
+    """A pose in the world."""
+
+    position: Vector = Field(description="a position [x, y, z] in m")
+    quaternion: _Quaternion = Field(description="a unit quaternion [x, y, z, w]")
+
+
+class SupportModel(FileModel):
+    """How much of the picture speaks for a pose."""
+
+    expected: _Count = Field(description="a number of pixels")
+    shown: _Count = Field(description="a number of pixels")
+    supported: _Count = Field(description="a number of pixels")
+    through: _Count = Field(description="a number of pixels")
+    before: _Count = Field(description="a number of pixels")
+    gain: float = Field(description="nats")
+    margin: float = Field(description="nats")
+    colour: float = Field(description="nats")
+
+
+class PerceivedItemModel(FileModel):
+    """The answer for one listed item."""
+
+    id: Text = Field(description="a name of its own")
+    name: Text = Field(description="an item's name")
+    year: int = Field(description="2015 or 2016")
+    pose: PerceivedPoseModel | None = Field(description="a pose in the world, or null")
+    confidence: float = Field(ge=0, le=1, description="a probability")
+    refusal: Annotated[str, Field(max_length=200)] = Field(description='why the pose is not used, or ""')
+    support: SupportModel | None = Field(description="counts of pixels, or null")
+
+
+class PerceivedPlaceModel(FileModel):
+    """The answers for one place."""
+
+    place: Text = Field(description="the name of a place")
+    pose: PerceivedPoseModel = Field(description="a pose in the world")
+    items: Annotated[tuple[PerceivedItemModel, ...], Len(0, 300)] = Field(description="a list of answers")
+
+
+class PerceivedModel(FileModel):
+    """A file of perceived items."""
+
+    format: Literal["apc perceived"] = Field(description='"apc perceived"')
+    version: Literal[1] = Field(description="1")
+    cell: Text = Field(description="the name of a cell")
+    camera: Text = Field(description="the name of a camera")
+    sensor: Text = Field(description="the name of its model")
+    camera_pose: PerceivedPoseModel = Field(description="a pose in the world")
+    places: Annotated[tuple[PerceivedPlaceModel, ...], Len(0, 100)] = Field(description="a list of places")

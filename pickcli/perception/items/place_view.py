@@ -1,0 +1,212 @@
+"""What a picture shows of one place: a smaller picture, each pixel of which stands for a block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+
+from pickcli.cell.place import Place
+from pickcli.cell.sensors.pinhole_camera import PinholeCamera
+from pickcli.geometry import Array, inverse, transform_points
+from pickcli.perception.items.rgbd_picture import RgbdPicture
+from pickcli.perception.rendered_scene import RenderedScene
+from pickcli.perception.surface_view import FloatPicture, SurfaceView
+
+PIXEL = 0.002  # m on the nearest side of the place that a pixel covers, at least as much as one of the sensor
+_BEYOND = 0.02  # m around the room in which surfaces belong to the place
+_AVERAGED = 3  # px of normals
+_MOUTH_SAMPLES = 21  # along each side
+_NEAREST = 0.05  # m before the camera
+_STEPS = 1  # px to both sides, for normals
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceView:
+    """A place in a picture.
+
+    Attributes:
+        camera: Intrinsics of the smaller picture.
+        T_camera_place: (4, 4) pose of the place in the camera's frame.
+        depth: (height, width) m, the median of each block, NaN where none of it was measured.
+        share: (height, width) share of each block that was measured.
+        colour: (height, width, 3) mean of each block, 0 to 255.
+        known: What would be seen if there were no items, NaN where that is not of the place.
+        facing: (height, width) cosine between ray and normal of what is known.
+    """
+
+    camera: PinholeCamera
+    T_camera_place: Array
+    depth: FloatPicture
+    share: FloatPicture
+    colour: Array
+    known: SurfaceView
+    facing: FloatPicture
+
+    @property
+    def points(self) -> Array:
+        """(height, width, 3) measured points, m in the place's frame; NaN where nothing was measured."""
+        points = self.camera.rays * self.depth[..., None]
+        return transform_points(inverse(self.T_camera_place), points.reshape(-1, 3)).reshape(points.shape)
+
+    @property
+    def normals(self) -> Array:
+        """(height, width, 3) unit normals of the measured surface in the place's frame, towards the camera.
+
+        By differences to neighbours; NaN where there are none.
+        """
+        points = self.points
+        across, down = np.full_like(points, np.nan), np.full_like(points, np.nan)
+        across[:, _STEPS:-_STEPS] = points[:, 2 * _STEPS :] - points[:, : -2 * _STEPS]
+        down[_STEPS:-_STEPS] = points[2 * _STEPS :] - points[: -2 * _STEPS]
+        normals = np.cross(down, across)
+        is_known = np.asarray(np.isfinite(normals).all(axis=-1))
+        weight = uniform_filter(is_known.astype(np.float64), _AVERAGED)
+        normals = uniform_filter(np.where(is_known[..., None], normals, 0.0), (_AVERAGED, _AVERAGED, 1))
+        normals[weight < 0.3] = np.nan
+        return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12))
+
+    @property
+    def thinned(self) -> PlaceView:
+        """The view with every second pixel of a row and of a column only."""
+        c, each = self.camera, slice(None, None, 2)
+        height, width = self.depth[each, each].shape
+        camera = PinholeCamera(c.fx / 2, c.fy / 2, c.cx / 2, c.cy / 2, width, height)
+        known = self.known
+        return PlaceView(
+            camera, self.T_camera_place, self.depth[each, each], self.share[each, each],
+            self.colour[each, each],
+            SurfaceView(
+                camera, known.T_world_camera, known.depth[each, each], known.index[each, each],
+                known.normals[each, each],
+            ),
+            self.facing[each, each],
+        )  # fmt: skip
+
+
+def view_of_place(
+    rgbd: RgbdPicture, place: Place, T_world_place: Array, known: RenderedScene
+) -> PlaceView | None:
+    """Take what a picture shows of a place.
+
+    Args:
+        rgbd: The picture.
+        place: The place.
+        T_world_place: (4, 4) its pose.
+        known: All that is known to be there, without items in the place.
+
+    Returns:
+        The view; None if the place is not in the picture.
+    """
+    T_camera_place = inverse(rgbd.T_world_camera) @ T_world_place
+    window = _window(rgbd.sensor.camera, place, T_camera_place)
+    if window is None:
+        return None
+    (u0, v0, width, height), size = window
+    full = rgbd.sensor.camera
+    camera = PinholeCamera(
+        full.fx / size, full.fy / size, (full.cx - u0 - (size - 1) / 2) / size,
+        (full.cy - v0 - (size - 1) / 2) / size, width, height,
+    )  # fmt: skip
+    rows, columns = slice(v0, v0 + height * size), slice(u0, u0 + width * size)
+    depth, share = _medians(_blocks(rgbd.depth[rows, columns], size))
+    colour = _blocks(rgbd.colour[rows, columns].astype(np.float32), size).mean(axis=2)
+    view = known.seen_by(camera, rgbd.T_world_camera)
+    rays = camera.rays
+    facing = -(view.normals * rays).sum(axis=-1) / np.linalg.norm(rays, axis=-1)
+    seen = _of_place(view, place, T_world_place)
+    return PlaceView(camera, T_camera_place, depth, share, colour, seen, facing.astype(np.float32))
+
+
+def mouth_in_picture(
+    camera: PinholeCamera, T_world_camera: Array, place: Place, T_world_place: Array
+) -> float:
+    """Compute how much of a place's mouth is in the sight of a camera before it.
+
+    Args:
+        camera: Intrinsics of the camera.
+        T_world_camera: (4, 4) its pose.
+        place: The place.
+        T_world_place: (4, 4) its pose.
+
+    Returns:
+        The share of its area; what is in the place may still hide behind its walls or other things.
+    """
+    access = place.access
+    T_camera_mouth = inverse(T_world_camera) @ T_world_place @ access.T_place_mouth
+    if not inverse(T_camera_mouth)[0, 3] < 0.0:
+        return 0.0
+    along = np.linspace(-0.5, 0.5, _MOUTH_SAMPLES)
+    y, z = np.meshgrid(along * access.width, along * access.height)
+    points = transform_points(T_camera_mouth, np.stack([0.0 * y, y, z], axis=-1).reshape(-1, 3))
+    pixels = camera.project(points)
+    is_seen = (pixels >= 0.0).all(axis=1) & (pixels <= [camera.width - 1, camera.height - 1]).all(axis=1)
+    return float((is_seen & (points[:, 2] > _NEAREST)).mean())
+
+
+def _window(
+    camera: PinholeCamera, place: Place, T_camera_place: Array
+) -> tuple[tuple[int, int, int, int], int] | None:
+    """First column and row, numbers of blocks, and the size of a block in px."""
+    room = place.room
+    corners = np.array(
+        [(x, y, z) for x in room.x_range for y in room.y_range for z in (room.low[2], room.high[2])]
+    )
+    points = transform_points(T_camera_place, corners)
+    if not (points[:, 2] > _NEAREST).all():
+        return None
+    pixels = camera.project(points)
+    low = np.clip(np.floor(pixels.min(axis=0)), 0, [camera.width, camera.height]).astype(int)
+    high = np.clip(np.ceil(pixels.max(axis=0)) + 1, 0, [camera.width, camera.height]).astype(int)
+    size = max(1, int(PIXEL * camera.fx / float(points[:, 2].min())))
+    width, height = ((high - low) // size).tolist()
+    if width < 2 * _STEPS + 1 or height < 2 * _STEPS + 1:
+        return None
+    return (int(low[0]), int(low[1]), width, height), size
+
+
+def _blocks(picture: Array | FloatPicture, size: int) -> Array:
+    """(height, width, size^2, ...) pixels of each block."""
+    height, width = picture.shape[0] // size, picture.shape[1] // size
+    rest = picture.shape[2:]
+    parts = picture.reshape(height, size, width, size, *rest).swapaxes(1, 2)
+    return np.asarray(parts.reshape(height, width, size * size, *rest))
+
+
+def _medians(blocks: Array) -> tuple[FloatPicture, FloatPicture]:
+    """Medians of what was measured, and the shares that were."""
+    ordered = np.sort(blocks, axis=2)  # NaN last
+    counts = np.isfinite(ordered).sum(axis=2)
+    middle = np.maximum(counts - 1, 0) // 2
+    medians = np.take_along_axis(ordered, middle[..., None], axis=2)[..., 0]
+    return medians.astype(np.float32), (counts / blocks.shape[2]).astype(np.float32)
+
+
+def _of_place(view: SurfaceView, place: Place, T_world_place: Array) -> SurfaceView:
+    """The view with NaN where what is known is outside of the place."""
+    T_place_camera = inverse(T_world_place) @ view.T_world_camera
+    points = transform_points(T_place_camera, view.points.reshape(-1, 3)).reshape(view.points.shape)
+    low, high = place.room.low - _BEYOND, place.room.high + _BEYOND
+    with np.errstate(invalid="ignore"):
+        is_inside = ((points >= low) & (points <= high)).all(axis=-1)
+        is_inside &= _through_mouth(view.camera, inverse(T_place_camera), place)
+    return SurfaceView(
+        view.camera, view.T_world_camera, np.where(is_inside, view.depth, np.float32(np.nan)), view.index,
+        view.normals,
+    )  # fmt: skip
+
+
+def _through_mouth(camera: PinholeCamera, T_camera_place: Array, place: Place) -> NDArray[np.bool_]:
+    """(height, width) whether rays pass the mouth of a place: beside it they show its neighbours."""
+    access = place.access
+    T_mouth_camera = inverse(T_camera_place @ access.T_place_mouth)
+    eye, rays = T_mouth_camera[:3, 3], camera.rays @ T_mouth_camera[:3, :3].T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossing = eye + (-eye[0] / rays[..., :1]) * rays
+        return np.asarray(
+            (rays[..., 0] > 0.0)
+            & (np.abs(crossing[..., 1]) < access.width / 2)
+            & (np.abs(crossing[..., 2]) < access.height / 2)
+        )

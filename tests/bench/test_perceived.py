@@ -1,0 +1,55 @@
+"""The figures of perceived items are what they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.perceived import Row, calibrated, numbers_in, reliability, summary
+
+
+def row(**changes: object) -> Row:
+    usual: dict[str, object] = {
+        "sensor": "carmine", "seed": 1, "bin": "bin_A", "id": "a", "n_items": 2, "visible": 1.0,
+        "is_answer": True, "confidence": 0.9, "mm": 1.0, "deg": 1.0, "ms": 50.0, "features": (1.0, 1.0),
+    }  # fmt: skip
+    return Row(**(usual | changes))  # type: ignore[arg-type]
+
+
+ROWS = [
+    row(),
+    row(mm=3.0),
+    row(mm=9.0, deg=11.0),
+    row(mm=50.0, visible=0.5),
+    row(mm=1.0, is_answer=False, confidence=0.2),
+    row(mm=None, deg=None, is_answer=False, confidence=0.0, features=None, visible=0.1),
+]
+
+
+def test_figures_count_answers_well_seen_and_wrong_ones() -> None:
+    found = summary(ROWS)
+    assert found["items"] == 6
+    assert found["answered"] == pytest.approx(4 / 6)
+    assert found["good"] == pytest.approx(2 / 6)
+    assert found["good_of_well_seen"] == pytest.approx(2 / 4)
+    assert found["wrong_of_answers"] == pytest.approx(1 / 4)
+    assert found["mm_median"] == pytest.approx(2.0)
+
+
+def test_refused_poses_count_for_the_calibration_too() -> None:
+    assert reliability(ROWS) == [("0.1 to 0.5", 1, 0.2, 1.0), ("0.8 to 0.95", 4, pytest.approx(0.9), 0.5)]
+
+
+def test_a_calibrated_model_is_right_in_the_mean() -> None:
+    rng = np.random.default_rng(1)
+    x = rng.normal(size=4000)
+    is_near = rng.random(4000) < 1.0 / (1.0 + np.exp(-(0.5 + 2.0 * x)))
+    rows = [
+        row(mm=1.0 if near else 50.0, features=(1.0, value)) for near, value in zip(is_near, x, strict=True)
+    ]
+    np.testing.assert_allclose(calibrated(rows), [0.5, 2.0], atol=0.2)
+
+
+def test_seeds_are_a_range_or_a_list() -> None:
+    assert numbers_in("1000-1002") == [1000, 1001, 1002]
+    assert numbers_in("3,5") == [3, 5]

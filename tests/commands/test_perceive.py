@@ -1,0 +1,68 @@
+"""``apc perceive``: items of bins in one look, or one message why not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.perception.items.perceived_file import read_perceived
+from pickcli.scene.scene_file import read_scene
+from support.command_line import ITEM, Made, apc
+
+
+def test_answers_are_written_and_told(made: Made, cell: Cell, tmp_path: Path) -> None:
+    path = tmp_path / "perceived.json"
+    argv = ("perceive", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "-o", path)
+    answer = apc(*argv)
+    assert answer.code == 0, answer.err
+    assert "bin_C: 2 of 2 listed items found" in answer.out
+    scene = read_scene(made.scene, cell)
+    (place,) = read_perceived(path, cell).places
+    assert {item.id for item in place.items} == {ITEM, "crayola_24_ct"}
+    for item in place.items:
+        assert item.T_world_item is not None
+        assert np.linalg.norm(item.T_world_item[:3, 3] - scene.find(item.id).T_world_item[:3, 3]) < 0.005
+    told = json.loads(apc(*argv, "--overwrite", "--json").out)
+    assert told.pop("path") == str(path)
+    assert told.pop("seed") == 0
+    content = json.loads(path.read_text())
+    assert {key: told[key] for key in content} == content
+
+
+def test_same_seed_same_bytes(made: Made, tmp_path: Path) -> None:
+    files = []
+    for i, seed in enumerate((1, 1, 2)):
+        path = tmp_path / f"{i}.json"
+        argv = ("perceive", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "--bin", "bin_C")
+        assert apc(*argv, "-o", path, "--seed", seed).code == 0
+        files.append(path.read_bytes())
+    assert files[0] == files[1]
+    assert files[0] != files[2]
+
+
+@pytest.mark.parametrize(
+    ("argv", "code", "told"),
+    [
+        (("--camera", "hand"), 2, "-o"),
+        (("--camera", "hands", "-o", "a.json"), 3, "did you mean 'hand'?"),
+        (("--camera", "hand", "--at", "cam_X", "-o", "a.json"), 3, "cam_X"),
+        (("--camera", "hand", "-o", "a.png"), 3, "is written as .json"),
+        (
+            ("--camera", "hand", "-o", "a.json"),
+            3,
+            "shows less than half of the mouth of every place with items",
+        ),
+        (("--camera", "hand", "--at", "cam_C", "--bin", "bin_Z", "-o", "a.json"), 3, "bin_Z"),
+        (("--camera", "hand", "--at", "cam_C", "--bin", "bin_L", "-o", "a.json"), 3, "is not in the picture"),
+    ],
+)
+def test_mistakes_are_told(made: Made, tmp_path: Path, argv: tuple[str, ...], code: int, told: str) -> None:
+    words = [str(tmp_path / word) if word.endswith((".png", ".json")) else word for word in argv]
+    answer = apc("perceive", "--scene", made.scene, *words)
+    assert answer.code == code
+    assert told in answer.err
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,89 @@
+"""Items of a bin are found in one noisy look, and what is not there is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.errors import InputError
+from pickcli.geometry import pose
+from pickcli.perception.items.item_perception import ListedItem
+from pickcli.perception.items.perceived_file import Perceived, perceived_values
+from pickcli.perception.items.symmetry import turn_between
+from support.filled_bins import Filled, looked_at
+
+
+def test_all_items_are_found_within_millimetres(filled: Filled) -> None:
+    observed = filled.perceived()
+    assert [each.id for each in observed.items] == [each.id for each in filled.listed]
+    for answer, placed in zip(observed.items, filled.scene.in_location("bin_E"), strict=True):
+        assert answer.is_answer, answer.refusal
+        assert answer.T_world_item is not None
+        T, T_true = answer.T_world_item, placed.T_world_item
+        assert np.linalg.norm(T[:3, 3] - T_true[:3, 3]) < 0.004, answer.id
+        assert turn_between(placed.item.shape, T[:3, :3], T_true[:3, :3]) < np.radians(3.0), answer.id
+
+
+def test_same_picture_same_bytes(filled: Filled) -> None:
+    texts = []
+    for _ in range(2):
+        observed = filled.perceived()
+        texts.append(
+            str(perceived_values(Perceived("c", "hand", "s", filled.rgbd.T_world_camera, (observed,))))
+        )
+    assert texts[0] == texts[1]
+
+
+def test_the_order_of_the_list_does_not_matter_to_what_is_found(filled: Filled) -> None:
+    there = {each.id: each.T_world_item for each in filled.perceived().items}
+    for answer in filled.perceived(filled.listed[::-1]).items:
+        T, other = answer.T_world_item, there[answer.id]
+        assert T is not None
+        assert other is not None
+        assert np.linalg.norm(T[:3, 3] - other[:3, 3]) < 0.003
+
+
+def test_what_is_listed_but_not_there_is_refused(filled: Filled) -> None:
+    missing = filled.scene.cell.item("cherokee_easy_tee_shirt", 2016)
+    answers = filled.perceived([*filled.listed, ListedItem(missing.name, missing)]).items
+    assert not answers[-1].is_answer
+    assert "confidence" in answers[-1].refusal or "no pose" in answers[-1].refusal
+    assert all(answer.is_answer for answer in answers[:-1])
+
+
+def test_an_empty_bin_has_nothing_to_be_found(filled: Filled) -> None:
+    empty = looked_at(replace(filled.scene, items=()))
+    assert not any(answer.is_answer for answer in empty.perceived(filled.listed).items)
+    assert empty.perceived([]).items == ()
+
+
+def test_an_item_may_be_hidden_by_another(filled: Filled) -> None:
+    """A ball right behind a box is seen by nobody, and nobody claims to have seen it."""
+    scene = filled.scene
+    box, ball = scene.find("kleenex_tissue_box"), scene.find("rawlings_baseball")
+    front = replace(box, T_world_item=filled.T_world_place @ pose((0.15, 0.0, 0.055)))
+    behind = replace(ball, T_world_item=filled.T_world_place @ pose((0.27, 0.0, 0.012)))
+    hidden = looked_at(replace(scene, items=(front, behind)))
+    answers = {answer.id: answer for answer in hidden.perceived().items}
+    assert answers[box.id].is_answer
+    T = answers[ball.id].T_world_item
+    assert not answers[ball.id].is_answer or (
+        T is not None and np.linalg.norm(T[:3, 3] - behind.T_world_item[:3, 3]) < 0.03
+    )
+
+
+def test_an_item_without_a_model_is_told(filled: Filled) -> None:
+    corners = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1))
+    shape = Shape(ShapeKind.HULL, (0.1, 0.1, 0.1), corners)
+    item = replace(filled.listed[0].item, name="a_rock", shape=shape)
+    with pytest.raises(InputError, match="a_rock: has no model: its shape is a hull"):
+        filled.perceived([ListedItem(item.name, item)])
+
+
+def test_a_place_beside_the_picture_is_told(filled: Filled) -> None:
+    other = replace(filled, place=filled.scene.cell.places["tote"])
+    with pytest.raises(InputError, match="tote: is not in the picture"):
+        other.perceived(filled.listed)

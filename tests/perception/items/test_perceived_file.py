@@ -1,0 +1,66 @@
+"""Files of perceived items come back as they were written, and mistakes in them are told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.perception.items.perceived_file import (
+    Perceived,
+    perceived_values,
+    read_perceived,
+    write_perceived,
+)
+from support.filled_bins import Filled
+
+
+@pytest.fixture(scope="module")
+def perceived(filled: Filled) -> Perceived:
+    return Perceived(
+        filled.scene.cell.name, "hand", "ensenso", filled.rgbd.T_world_camera, (filled.perceived(),)
+    )
+
+
+def test_a_file_is_read_as_it_was_written(perceived: Perceived, cell: Cell, tmp_path: Path) -> None:
+    path = tmp_path / "perceived.json"
+    write_perceived(perceived, path)
+    again = read_perceived(path, cell)
+    ours, theirs = perceived_values(perceived), perceived_values(again)
+    for place in (*ours["places"], *theirs["places"]):  # quaternions of matrices are rounded
+        for item in place["items"]:
+            item["pose"] = {key: np.round(value, 12).tolist() for key, value in item["pose"].items()}
+    assert ours["places"] == theirs["places"]
+    np.testing.assert_allclose(again.T_world_camera, perceived.T_world_camera, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("where", "value", "told"),
+    [
+        (("format",), "apc scene", "is a scene, but a file of perceived items is expected"),
+        (("version",), 2, "version"),
+        (("places", 0, "place"), "bin_Z", "bin_Z"),
+        (("places", 0, "items", 0, "confidence"), 1.5, "confidence"),
+        (("places", 0, "items", 0, "pose", "quaternion"), [0.0, 0.0, 0.0, 0.5], "expected a length of 1"),
+        (("places", 0, "items", 0, "pose", "position"), [0.0, 0.0], "position"),
+        (("places", 0, "items", 0, "name"), "no_such_item", "no_such_item"),
+        (("places", 0, "items", 0, "colour"), "red", "colour"),
+    ],
+)
+def test_mistakes_are_told(
+    perceived: Perceived, cell: Cell, tmp_path: Path, where: tuple[str | int, ...], value: Any, told: str
+) -> None:
+    content = json.loads(json.dumps(perceived_values(perceived)))
+    part = content
+    for key in where[:-1]:
+        part = part[key]
+    part[where[-1]] = value
+    path = tmp_path / "perceived.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises((InputError, UnknownNameError), match=told):
+        read_perceived(path, cell)

@@ -1,0 +1,53 @@
+"""A bin with a few items of the package, and the camera on the gripper before it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from pickcli.cell.place import Place
+from pickcli.geometry import Array
+from pickcli.perception.camera_pose import camera_pose
+from pickcli.perception.depth_picture import measure_depth
+from pickcli.perception.items.item_observation import PlaceObservation
+from pickcli.perception.items.item_perception import ListedItem, perceive_items
+from pickcli.perception.items.rgbd_picture import RgbdPicture
+from pickcli.perception.looks import colour_picture
+from pickcli.perception.rendered_scene import RenderedScene
+from pickcli.scene.scene import Scene
+
+CONTENTS = ("kleenex_tissue_box", "rawlings_baseball", "folgers_classic_roast_coffee", "dasani_water_bottle")
+
+
+@dataclass(frozen=True, eq=False)
+class Filled:
+    """A scene, and what the camera on the gripper sees of one of its bins."""
+
+    scene: Scene
+    place: Place
+    rgbd: RgbdPicture
+    known: RenderedScene
+
+    @property
+    def T_world_place(self) -> Array:
+        return self.scene.T_world_place(self.place)
+
+    @property
+    def listed(self) -> list[ListedItem]:
+        return [ListedItem(each.id, each.item) for each in self.scene.in_location(self.place.name)]
+
+    def perceived(self, listed: list[ListedItem] | None = None) -> PlaceObservation:
+        """The answers for these items, or for those that are there."""
+        listed = self.listed if listed is None else listed
+        return perceive_items(self.rgbd, self.place, self.T_world_place, listed, self.known)
+
+
+def looked_at(scene: Scene, noise_seed: int = 1, texture_seed: int = 11) -> Filled:
+    """Bin E as the camera sees it, printed otherwise than the models."""
+    cell = scene.cell
+    at, hand = cell.configurations["cam_E"], cell.cameras["hand"]
+    T = camera_pose(cell.robot, hand, at.q, at.tool_state)
+    rendered = RenderedScene.of(scene, at.q, at.tool_state)
+    depth = measure_depth(rendered, hand.model, T, noise_seed).depth
+    colour = colour_picture(rendered, hand.model.camera, T, texture_seed)
+    known = RenderedScene.of(replace(scene, items=()), at.q, at.tool_state)
+    return Filled(scene, cell.places["bin_E"], RgbdPicture(hand.model, T, depth, colour), known)
