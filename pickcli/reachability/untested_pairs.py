@@ -17,6 +17,7 @@ from pickcli.cell.cell import SRDF_REASON, AllowedPair, ArmState, Cell
 from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.tool import ToolState
 from pickcli.cell.workcell import Workcell
+from pickcli.collision.checker import SceneChecker
 from pickcli.collision.link_pairs import LinkPair, link_pairs
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
@@ -29,9 +30,14 @@ from pickcli.verification.link_shapes import LinkShapes
 N_SAMPLES = 10_000  # configurations, as MoveIt's Setup Assistant takes by default
 N_STANDING = 8  # states of other arms, among which the samples of pairs between arms are divided
 N_MEASURED = 100  # of those in which spheres collide: measured for the share, and as many for the depth
-N_DEPTHS = 10  # of those in which shapes collide: measured in depth
+N_DEPTHS = 5  # of those in which shapes collide: measured in depth
 ALWAYS = 0.9  # share from which a pair counts as always colliding: MoveIt's 0.95, less the error of a sample
 LEAST_DEPTH = 1e-3  # m; meshes are no truer than that
+
+# Search for collisions too rare for the sample, from its configurations in which the spheres are nearest.
+NEAR = 0.05  # m, largest distance of the spheres in which it begins
+N_ROUNDS, N_BEST, N_AROUND = 3, 16, 32  # rounds; nearest configurations in each; samples around each of them
+SPREAD = 0.02  # standard deviation of these, as a share of each joint's range
 
 # What a reason that MoveIt's Setup Assistant writes into an SRDF means if the two collide all the same.
 _MEANT = {
@@ -217,41 +223,85 @@ def _colliding(
     for state in cell.robot.tool.states:
         named = [each.q for each in cell.configurations.values() if each.tool_state == state]
         Q_state = np.vstack([*named, Q])
-        free = Q_state[checker(tested, state, PayloadClass.EMPTY).are_valid(Q_state)]
+        others = checker(tested, state, PayloadClass.EMPTY)
+        free = Q_state[others.are_valid(Q_state)]
         for pair in link_pairs(every, state, silent) if len(free) else ():
-            found = _measured(cell, pair, silent[frozenset((pair.a, pair.b))], free, state)
-            if found is not None:
-                yield found
+            met = _Contacts.of(cell, pair, state, free[~pair.checker.are_free(free, 0.0)])
+            share, pieces = met.n_colliding / len(free), met.n_overlapping / len(free)
+            if not share and pieces < ALWAYS and met.n_near < N_MEASURED:
+                rng = derived_rng(seed, "collisions of links", pair.a, pair.b)
+                met = _Contacts.of(cell, pair, state, _approached(pair, free, others, rng))
+                share, pieces = (min(n, 1.0) / len(free) for n in (met.n_colliding, met.n_overlapping))
+            depth, q = met.deepest(N_DEPTHS if share < ALWAYS else 1)
+            if depth >= LEAST_DEPTH:
+                stated = silent[frozenset((pair.a, pair.b))]
+                yield UntestedPair(stated, share, pieces, depth, ArmState(cell.arm, q, state), ())
 
 
-def _measured(
-    cell: Cell, pair: LinkPair, stated: AllowedPair, free: Array, state: ToolState
-) -> UntestedPair | None:
-    """Measure where two links collide in free configurations (N, n); None if they nowhere do."""
-    near = free[~pair.checker.are_free(free, 0.0)]
-    if not len(near):
-        return None
-    deepest = near[np.argsort(pair.checker.clearances(near), kind="stable")[:N_MEASURED]]
-    even = near[np.unique(np.linspace(0, len(near) - 1, N_MEASURED).astype(int))]
-    shapes = [LinkShapes(cell.robot, Q, state) for Q in (deepest, even)]
-    overlap = [each.overlap(pair.a, pair.b) for each in shapes]
-    collide = [
-        _collide(cell, pair, Q, state, which) for Q, which in zip((deepest, even), overlap, strict=True)
-    ]
-    share, pieces = (
-        max(float(of_even.mean()) * len(near), float(of_deepest.sum())) / len(free)
-        for of_deepest, of_even in (collide, overlap)
-    )
-    of = collide if share else overlap
-    met = np.vstack([deepest[of[0]], even[of[1]]])[: N_DEPTHS if share < ALWAYS else 1]
-    if not len(met):
-        return None
-    depths = LinkShapes(cell.robot, met, state).depths(pair.a, pair.b)
-    worst = int(np.argmax(depths))
-    if depths[worst] < LEAST_DEPTH:
-        return None
-    arm = ArmState(cell.arm, met[worst], state)
-    return UntestedPair(stated, share, pieces, float(depths[worst]), arm, ())
+def _approached(pair: LinkPair, free: Array, others: SceneChecker, rng: np.random.Generator) -> Array:
+    """Search near free configurations (N, n) for some (K, n) in which the spheres of two links collide.
+
+    All of them pass all other tests, ``others``, and stay within the ranges of the free ones.
+    """
+    lower, upper = free.min(axis=0), free.max(axis=0)
+    found = free[~pair.checker.are_free(free, NEAR)]
+    for _ in range(N_ROUNDS if len(found) else 0):
+        best = found[np.argsort(pair.checker.clearances(found, NEAR), kind="stable")[:N_BEST]]
+        around = np.repeat(best, N_AROUND, axis=0)
+        around = np.clip(around + rng.normal(size=around.shape) * SPREAD * (upper - lower), lower, upper)
+        found = np.vstack([best, around[others.are_valid(around)]])
+    return found[~pair.checker.are_free(found, 0.0)] if len(found) else found
+
+
+@dataclass(frozen=True, eq=False)
+class _Contacts:
+    """Where two links overlap and collide, measured in some of the configurations where their spheres do.
+
+    Attributes:
+        cell: The cell.
+        pair: The links.
+        tool_state: State of the tool.
+        n_near: Number of configurations in which their spheres collide.
+        n_overlapping: Estimated number of these in which their shapes overlap: convex pieces of meshes.
+        n_colliding: Estimated number of these in which they collide: meshes by their triangles.
+        Q: (K, n) configurations in which they collide, else those in which they overlap; the deepest first,
+            by their spheres.
+    """
+
+    cell: Cell
+    pair: LinkPair
+    tool_state: ToolState
+    n_near: int
+    n_overlapping: float
+    n_colliding: float
+    Q: Array
+
+    @classmethod
+    def of(cls, cell: Cell, pair: LinkPair, state: ToolState, near: Array) -> _Contacts:
+        """Measure the deepest of the configurations near (N, n), and as many spread evenly over all."""
+        if not len(near):
+            return cls(cell, pair, state, 0, 0.0, 0.0, near)
+        deepest = near[np.argsort(pair.checker.clearances(near), kind="stable")[:N_MEASURED]]
+        even = near[np.unique(np.linspace(0, len(near) - 1, N_MEASURED).astype(int))]
+        overlap = [LinkShapes(cell.robot, Q, state).overlap(pair.a, pair.b) for Q in (deepest, even)]
+        collide = [
+            _collide(cell, pair, Q, state, which) for Q, which in zip((deepest, even), overlap, strict=True)
+        ]
+        n_colliding, n_overlapping = (
+            max(float(of_even.mean()) * len(near), float(of_deepest.sum()))
+            for of_deepest, of_even in (collide, overlap)
+        )
+        of = collide if n_colliding else overlap
+        Q = np.vstack([deepest[of[0]], even[of[1]]])
+        return cls(cell, pair, state, len(near), n_overlapping, n_colliding, Q)
+
+    def deepest(self, n: int) -> tuple[float, Array]:
+        """The greatest depth in m in the first n of ``Q``, 0 without any, and its configuration (n,)."""
+        if not len(self.Q):
+            return 0.0, self.cell.robot.limits.window[0]
+        depths = LinkShapes(self.cell.robot, self.Q[:n], self.tool_state).depths(self.pair.a, self.pair.b)
+        worst = int(np.argmax(depths))
+        return float(depths[worst]), self.Q[worst]
 
 
 def _collide(

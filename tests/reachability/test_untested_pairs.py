@@ -12,6 +12,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell, load_workcell
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
+from pickcli.kinematics.arm import Arm
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.untested_pairs import (
     ALWAYS,
@@ -23,6 +24,7 @@ from pickcli.reachability.untested_pairs import (
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.robot_setup.cell_setup import set_up_cell
 from pickcli.robot_setup.setup_options import SetupOptions, StatedLimit
+from pickcli.seeds import derived_rng
 from support.command_line import apc
 from support.two_arms import write_two_arms
 
@@ -144,15 +146,16 @@ def test_a_pair_that_the_verifier_tests_is_not_found(tmp_path: Path) -> None:
     assert untested_pairs(tested) == []
 
 
-def test_a_named_configuration_is_measured_as_well(tmp_path: Path) -> None:
-    """A collision too rare for the sample, but in a configuration that the cell names."""
-    q = np.array([0.0, 2.14, 2.14])
+def test_a_collision_too_rare_for_the_sample_is_found_by_a_search(tmp_path: Path) -> None:
+    """Only where both joints are within a degree or two of their limits do the bars meet."""
     cell = cell_of_bars(tmp_path, {"a c": "Never"}, turn=2.14)
-    assert untested_pairs(cell) == []
-    (name, home), *_ = cell.configurations.items()
-    (found,) = untested_pairs(replace(cell, configurations={name: replace(home, q=q)}))
-    np.testing.assert_array_equal(found.arm.q, q)
-    assert found.depth == pytest.approx(overlaps(q[None])[0], abs=1e-4)
+    Q = Arm(cell.robot).random_seeds(derived_rng(0, "collisions of links"), N_SAMPLES)
+    assert (overlaps(Q) < 0.0).all()
+    (found,) = untested_pairs(cell)
+    assert found.depth == pytest.approx(overlaps(found.arm.q[None])[0], abs=1e-4)
+    assert found.share == pytest.approx(1.0 / N_SAMPLES, rel=0.01) and found.is_sometimes
+    assert "collide in 1 of 1000" in found.text
+    assert is_free(cell, found.arm.q) and not is_free(replace(cell, allowed_pairs=()), found.arm.q)
 
 
 @pytest.mark.parametrize(
