@@ -36,6 +36,7 @@ class Joint:
         axis: (3,) unit axis in the joint frame; motion is along or about it.
         lower: Lower position limit, infinite for a continuous joint.
         upper: Upper position limit.
+        ignored_limits: Limits that the URDF states of a continuous joint, where they have no meaning.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Joint:
     axis: Array
     lower: float
     upper: float
+    ignored_limits: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)

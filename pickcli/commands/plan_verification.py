@@ -90,7 +90,7 @@ def trusted(
     """
     from pickcli.errors import StaleError
     from pickcli.scene.scene import empty_scene
-    from pickcli.scene.scene_file import scene_hash
+    from pickcli.scene.scene_file import SCENE_FIGURES, scene_hash
 
     refuse_arm_mismatch(plan, path, believed.cell)
     here, cell, carried = scene_hash(believed), believed.cell, plan.certificate
@@ -102,7 +102,8 @@ def trusted(
     if carried is not None and plan.scene_hash != here:
         this = scene_path or f"{cell.name} with nothing in it"
         fault = (
-            f"{path}: made for the scene {plan.scene_hash[:12]}, {this} is {here[:12]}; plan it again, or "
+            f"{path}: made for the scene {plan.scene_hash[:12]}, {this} is {here[:12]} ({SCENE_FIGURES}); "
+            "plan it again, or "
         )
         if plan.scene_hash == scene_hash(empty_scene(cell)):
             raise StaleError(f"{fault}name only --cell, as when it was made")

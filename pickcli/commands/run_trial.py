@@ -23,7 +23,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.progress_bar import progress
 from pickcli.commands.table import stdout_console
-from pickcli.commands.trial_options import TrialOptions, trial_arm, trial_options
+from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
@@ -78,6 +78,7 @@ def command(
     cells = options.cells(workcell)
     cell = cells[0]
     order = require_playable(read_order(order_path, cell), str(order_path))
+    refuse_stow_rule([order])
     standing(
         options.pod_shift, reality, cell, seed
     )  # a shift beyond the cell's bounds is refused before any work

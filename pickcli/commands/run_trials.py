@@ -18,7 +18,7 @@ from pickcli.commands.options import (
     json_option,
     refuse_reading,
 )
-from pickcli.commands.trial_options import TrialOptions, trial_arm, trial_options
+from pickcli.commands.trial_options import TrialOptions, refuse_stow_rule, trial_arm, trial_options
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
@@ -102,6 +102,7 @@ def command(
     reality = read_reality(options.reality_path)
     cells = options.cells(workcell)
     orders = _orders(order_paths, cells[0])
+    refuse_stow_rule(orders.values())
     standing(options.pod_shift, reality, cells[0], seeds[0])
     files = [order_file(path, cells[0]) for path in order_paths]
     refuse_trials_folder(output, overwrite)

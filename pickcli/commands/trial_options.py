@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from click.core import ParameterSource
 
 from pickcli.commands.arm_options import arm_option
 from pickcli.commands.artifact_options import artifact_options, load_context
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from pickcli.roadmap.query_experience import ExperienceRecorder
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import Reality
+    from pickcli.trial.order import Order
     from pickcli.trial.played_trial import TrialConditions
     from pickcli.trial.simulated_cell import TrialArm
 
@@ -79,7 +81,7 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
     if not (0.0 <= millimetres <= MAX_NOISE[0] and 0.0 <= degrees <= MAX_NOISE[1]):
         what = f"{value!r}: expected 0..{MAX_NOISE[0]:g} mm and 0..{MAX_NOISE[1]:g} degrees"
         raise click.BadParameter(what, ctx, param)
-    if 0.0 < millimetres < MINUTE_NOISE[0] and 0.0 < degrees < MINUTE_NOISE[1]:
+    if 0.0 < millimetres < MINUTE_NOISE[0] or 0.0 < degrees < MINUTE_NOISE[1]:
         click.echo(
             f"note: --pose-noise {value}: {millimetres:g} mm and {degrees:g} degrees are a tiny error; "
             "the units are mm and degrees, not m and rad",
@@ -179,6 +181,23 @@ class TrialOptions:
 
         strategy = load_strategy(self.strategy_name)
         return TrialConditions(self.pose_noise, reality, self.pod_shift, StowRule(self.stow_rule), strategy)
+
+
+def refuse_stow_rule(orders: Iterable[Order]) -> None:
+    """Refuse --stow-rule, before any work, if no order is one to stow.
+
+    Args:
+        orders: The orders that are to be played.
+
+    Raises:
+        UsageError: The rule was stated and applies to none of them.
+    """
+    from pickcli.trial.order import OrderKind
+
+    is_stated = click.get_current_context().get_parameter_source("stow_rule") is ParameterSource.COMMANDLINE
+    kinds = {order.kind for order in orders}
+    if is_stated and OrderKind.STOW not in kinds:
+        raise click.UsageError(f"--stow-rule is for stow orders, this is a {min(kinds)} order; leave it out")
 
 
 def trial_options(function: F) -> F:

@@ -55,6 +55,9 @@ from pickcli.scene.scene_warnings import warn_of_noise
 
 _UNIT_TOLERANCE = 1e-3  # tolerated error of a quaternion's length, before it is normalised
 
+# What else makes another scene, for messages.
+SCENE_FIGURES = "other figures of the cell's tool, pump or items make another scene, too"
+
 
 def read_scene(
     path: Path,

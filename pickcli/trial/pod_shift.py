@@ -59,7 +59,7 @@ def shifted_pod(cell: Cell, shift: Displacement) -> Array:
     """
     bounds = cell.pod.displacement
     if not cell.pod.bins and shift != UNMOVED:
-        raise InputError(f"--pod-shift: the cell {cell.name} has no pod that could be shifted; leave it out")
+        raise _no_pod(cell)
     T_world_pod = displaced(cell.T_world_pod, shift.x, shift.y, shift.yaw)
     if not bounds.allows(displaced(np.eye(4), shift.x, shift.y, shift.yaw)):
         raise InputError(
@@ -81,8 +81,10 @@ def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
         Pose (4, 4) of the pod in the world.
 
     Raises:
-        InputError: The displacement is beyond the cell's bounds.
+        InputError: The displacement is beyond the cell's bounds, or the cell has no pod.
     """
+    if shift == RANDOM and not cell.pod.bins:
+        raise _no_pod(cell)
     if isinstance(shift, str):
         shift = random_shift(cell, seed) if shift == RANDOM else UNMOVED
     return shifted_pod(cell, shift)
@@ -106,7 +108,13 @@ def standing(
         InputError: The displacement is beyond the cell's bounds.
     """
     shift = stated or (RANDOM if reality.pod_shift else NONE)
-    return pod_pose(shift, cell, seed), replace(reality, pod_shift=shift == RANDOM)
+    is_unmoved = stated is None and not cell.pod.bins
+    T_world_pod = pod_pose(NONE if is_unmoved else shift, cell, seed)
+    return T_world_pod, replace(reality, pod_shift=shift == RANDOM)
+
+
+def _no_pod(cell: Cell) -> InputError:
+    return InputError(f"--pod-shift: the cell {cell.name} has no pod that could be shifted; leave it out")
 
 
 def _described(d: Displacement) -> str:

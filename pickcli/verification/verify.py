@@ -16,7 +16,7 @@ from pickcli.motion.plan import Certificate, Plan, other_arm_elsewhere
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import Scene
-from pickcli.scene.scene_file import scene_hash
+from pickcli.scene.scene_file import SCENE_FIGURES, scene_hash
 from pickcli.verification.clearance_check import check_clearance
 from pickcli.verification.cloud_points import near_points
 from pickcli.verification.contact_check import check_touch
@@ -200,7 +200,8 @@ def _same_world(plan: Plan, scene: Scene) -> str:
     for name, made_for, here in pairs:
         if made_for != here:
             mismatch = f"the plan was made for the {name} {made_for}, this is {here}"
-            raise StaleError(f"{mismatch}; name the {name} that it was made for, or plan it again")
+            figures = f" ({SCENE_FIGURES})" if name == "scene" else ""
+            raise StaleError(f"{mismatch}{figures}; name the {name} that it was made for, or plan it again")
     return digest
 
 

@@ -82,6 +82,18 @@ def test_a_cup_is_not_larger_than_its_shapes(cell_copy: CellCopy, key: str, limi
     assert f"add cup_not_as_drawn:{key} to" in warning
 
 
+def test_limits_of_a_continuous_joint_are_told_unless_the_cell_narrows_it(cell_copy: CellCopy) -> None:
+    text = cell_copy.urdf.path.read_text()
+    cell_copy.urdf.path.write_text(
+        re.sub(r'(name="joint_t"\s+type=)"revolute"', r'\1"continuous"', text, count=1)
+    )
+    (warning,) = cell_copy.load().warnings
+    assert "joint_limits.joint_t: the URDF limits joint_t to " in warning and "it is continuous" in warning
+    assert "add ignored_limits:joint_t to" in warning
+    cell_copy.yaml.replace("max_velocity: 6.8,", "max_velocity: 6.8, min_position: -3, max_position: 3,")
+    assert cell_copy.load().warnings == ()
+
+
 def test_a_warning_is_logged_and_changes_no_fingerprint(
     cell_copy: CellCopy, cell: Cell, caplog: pytest.LogCaptureFixture
 ) -> None:

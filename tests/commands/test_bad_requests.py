@@ -14,6 +14,7 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.commands.stated_pick import refuse_impossible
+from pickcli.commands.trial_options import parse_noise
 from pickcli.errors import InputError
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.scene.scene_file import read_scene
@@ -231,6 +232,27 @@ def test_noise_is_of_what_is_perceived(made: Made, out: Path, tmp_path: Path) ->
     misused(apc(*words, "--pose-noise", "5,2"), "--pose-noise applies only to --perceived; add that")
     answer = apc(*words, "--perceived", tmp_path / "seen.json", "--pose-noise", "0.005,0.02")
     assert answer.code == 0 and "0.005 mm and 0.02 degrees are a tiny error; the units are mm" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("noise", "is_told"), [("0.002,1", True), ("2,0.017", True), ("2,1", False), ("0,1", False)]
+)
+def test_noise_in_m_or_rad_is_told(noise: str, is_told: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    parse_noise(None, None, noise)
+    assert ("are a tiny error; the units are mm and degrees" in capsys.readouterr().err) == is_told
+
+
+@pytest.mark.parametrize("command", ["run-trial", "run-trials"])
+def test_a_stow_rule_is_for_stows(command: str, out: Path) -> None:
+    words = (command, "jsk_pick_sample", "--stow-rule", "size", "-o", out)
+    misused(apc(*words), "--stow-rule is for stow orders, this is a pick order")
+
+
+@pytest.mark.parametrize("shift", ["random", "5,0,0"])
+def test_a_pod_that_is_not_there_cannot_be_shifted(shift: str, out: Path) -> None:
+    words = ("make-scene", "--cell", "panda_table", "--in", "tray=dove_beauty_bar", "-o", out)
+    refused(apc(*words, "--pod-shift", shift), 3, "--pod-shift: the cell panda_table has no pod")
+    assert apc(*words, "--pod-shift", "none").code == 0
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def test_a_plan_depends_on_what_the_item_is(folder: Path, tmp_path: Path) -> Non
     words = ("plan-move", *scene, "--from", "home", "--to", "bin_C", "-o", plan)
     assert apc(*words, "--items", folder / "tin.yaml").code == 0
     heavier = tin(tmp_path / "tin.yaml", mass=0.32)
-    refused(apc("verify", plan, *scene, "--items", heavier), 4, "made for the scene")
+    refused(apc("verify", plan, *scene, "--items", heavier), 4, "made for the scene", "tool, pump or items")
 
 
 def test_files_of_a_folder_are_read_and_others_left_alone(tmp_path: Path) -> None:

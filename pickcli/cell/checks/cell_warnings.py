@@ -14,6 +14,7 @@ CELL_WARNINGS = {
     "fast_joint": "limits of a joint",
     "slow_joint": "limits of a joint, against each other",
     "strong_motor": "a motor's force",
+    "ignored_limits": "limits of a continuous joint in the URDF",
     "no_mass": "a link without a mass",
     "heavy_link": "a link's mass, against its shapes",
     "odd_angle": "an angle of a pose",

@@ -171,6 +171,17 @@ def _limits(warnings: FileWarnings, cell: Cell) -> None:
             text += f"is it in {unit}, not {wrong}?"
             warnings.add("fast_joint", name, ("joint_limits", name, "max_acceleration"), text)
     _slow(warnings, cell)
+    endless = [
+        name for name, is_endless in zip(robot.joint_names, limits.is_continuous, strict=True) if is_endless
+    ]
+    for joint in robot.joints:
+        if joint.ignored_limits is not None and joint.name in endless:
+            lower, upper = joint.ignored_limits
+            text = (
+                f"the URDF limits {joint.name} to {lower:g} to {upper:g} rad, but it is continuous and turns "
+            )
+            text += "on without end; make it revolute, or state min_position and max_position"
+            warnings.add("ignored_limits", joint.name, ("joint_limits", joint.name), text)
     for name, force in robot.motor_forces.items():
         if force > STRONG:
             text = f"{force:g} is more than the largest arms have; is it in N or Nm, not Nmm?"

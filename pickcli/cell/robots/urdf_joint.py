@@ -55,6 +55,7 @@ def read_joint(element: Element, mistakes: XmlMistakes) -> Joint:
         axis=mistakes.tried(lambda: _axis(element, kind), np.zeros(3)),
         lower=lower,
         upper=upper,
+        ignored_limits=mistakes.tried(lambda: _ignored_limits(element, kind), None),
     )
 
 
@@ -95,6 +96,15 @@ def _limits(element: Element, kind: JointType) -> tuple[float, float]:
             )
         raise limit.error(f"expected within {most:g} of 0, got {lower:g} and {upper:g}; limits are in {unit}")
     return lower, upper
+
+
+def _ignored_limits(element: Element, kind: JointType) -> tuple[float, float] | None:
+    """Return the limits of a continuous joint if they leave out a part of the turn; None for all others."""
+    limit = element.optional("limit") if kind is JointType.CONTINUOUS else None
+    if limit is None or not {"lower", "upper"} <= limit.attributes.keys():
+        return None
+    lower, upper = limit.number("lower"), limit.number("upper")
+    return (lower, upper) if 0.0 < upper - lower < 2.0 * math.pi else None
 
 
 def read_mimics(elements: dict[str, Element], mistakes: XmlMistakes) -> Iterator[tuple[str, Mimic]]:
