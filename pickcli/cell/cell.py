@@ -131,6 +131,7 @@ class Cell:
         arm: Name of the arm; empty if the cell has only one.
         others: Parked states of all other arms, in the order of the cell file.
         warnings: Warnings about the cell file, one line each, with the position in the file.
+        accepted: Warnings that the cell file accepts, and that would have been given.
         fingerprint: SHA-256 over all that the validity of a motion depends on.
         parked_fingerprint: Hash over the fingerprints of all arms, each with the others parked; empty if the
             cell has only one arm.
@@ -155,6 +156,7 @@ class Cell:
     own_carriers: tuple[Carrier, ...] = ()
     cameras: dict[str, MountedCamera] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    accepted: frozenset[str] = frozenset()
     fingerprint: str = field(default="")
     parked_fingerprint: str = field(default="")
 

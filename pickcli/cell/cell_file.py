@@ -177,7 +177,7 @@ def _cell(
     if not isinstance(source, ArmSource):  # several arms wait at different places
         warn_of_missing_configurations(warnings, cell)
     warnings.log()
-    return replace(cell, warnings=tuple(warnings.lines))
+    return replace(cell, warnings=tuple(warnings.lines), accepted=frozenset(warnings.met))
 
 
 def _devices(model: CellModel) -> dict[str, Device]:

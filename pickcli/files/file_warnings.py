@@ -26,11 +26,13 @@ class FileWarnings:
         source: The file, for positions.
         accepted: Accepted warnings: kinds, or kinds with a subject.
         lines: The warnings, each with its position and how to accept it.
+        met: Accepted warnings that would have been given.
     """
 
     source: Source
     accepted: frozenset[str]
     lines: list[str] = field(default_factory=list)
+    met: set[str] = field(default_factory=set)
 
     @classmethod
     def of(cls, source: Source) -> FileWarnings:
@@ -64,6 +66,7 @@ class FileWarnings:
             key: Key of the probable common cause.
             cause: That cause, as a question or advice.
         """
+        self.met |= self.accepted & {*(f"{kind}:{name}" for name in found), *([kind] if found else [])}
         if kind in self.accepted:
             return
         left = {name: each for name, each in found.items() if f"{kind}:{name}" not in self.accepted}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from pickcli.cell.cell import AllowedPair, Cell
@@ -13,7 +13,7 @@ from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.workcell import Workcell
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.files.file_kind import CELL
-from pickcli.files.file_warnings import FEW, FileWarnings
+from pickcli.files.file_warnings import ACCEPTED, FEW, FileWarnings
 from pickcli.files.source import Key, Source, name_of
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.precompute.empty_cell_checkers import checker, why_not_free
@@ -66,6 +66,7 @@ def check_cell(
     whole = read_yaml(workcell.preferred.path / "cell.yaml", CELL)
     mistakes, warnings, n_free = list[str](), list[str](), 0
     reaches: list[PlaceReachability] = []
+    met: set[str] = set()  # accepted warnings that would have been given
     for arm, cell in workcell.arms.items():
         source = source_of_arm(whole, arm) if arm else whole
         noted = FileWarnings.of(source)
@@ -80,9 +81,11 @@ def check_cell(
         _warn_of_configurations(noted, cell, reached)
         reaches += reached
         warnings += [*cell.warnings, *noted.lines]
+        met |= cell.accepted | noted.met
     noted, untested = FileWarnings.of(whole), untested_pairs_of_arms(workcell, seed)
     _warn_of_untested(noted, workcell.preferred, untested)
     warnings += noted.lines
+    met |= noted.met
     note = overlap_note(untested)
     if reaches and not any(each.share for each in reaches):
         mistakes.append(_out_of_reach(whole, len({each.place for each in reaches})))
@@ -90,9 +93,22 @@ def check_cell(
         noted = FileWarnings.of(whole)
         _warn_of_reach(noted, workcell.preferred, reaches)
         warnings += noted.lines
+        met |= noted.met
+    if not mistakes:
+        warnings += _needless(whole, met)
     lines = tuple(dict.fromkeys(warnings))
     notes = () if note is None else (note,)
     return CellCheck(workcell.preferred, tuple(mistakes), lines, notes, tuple(reaches), n_free)
+
+
+def _needless(source: Source, met: Collection[str]) -> list[str]:
+    """Return warnings about accepted warnings that nothing gives, e.g. of a misspelt subject."""
+    noted = FileWarnings.of(source)
+    for i, name in enumerate(source.data.get(ACCEPTED, ())):
+        if name not in met and not name.startswith("needless_acceptance"):
+            text = f"{name} is not given, so that there is nothing to accept; delete it, or correct its name"
+            noted.add("needless_acceptance", name, (ACCEPTED, i), text)
+    return noted.lines
 
 
 def _mistakes(source: Source, cell: Cell, not_free: dict[str, str]) -> Iterator[str]:

@@ -80,6 +80,25 @@ def test_a_place_that_nothing_reaches_is_a_warning(cell_copy: CellCopy) -> None:
     assert any("the arm reaches 0% of 4 tool poses in tote" in text for text in warnings)
 
 
+@pytest.mark.parametrize(
+    ("accepted", "needless"),
+    [("slow_device:pump", False), ("slow_device", False), ("slow_device:pumpp", True), ("odd_angle", True)],
+)
+def test_what_is_accepted_and_never_given_is_told(cell_copy: CellCopy, accepted: str, needless: bool) -> None:
+    cell_copy.yaml.replace("lead: 2.0", "lead: 20")
+    given = "untested_pair:carriage-rail_drive"
+    line = cell_copy.yaml.replace(f'["{given}"]', f'["{given}", "{accepted}"]')
+    told = [
+        text
+        for text in check_cell(load_workcell(cell_copy.folder), 1).warnings
+        if "accepted_warnings[" in text
+    ]
+    assert len(told) == needless
+    if told:
+        assert f"cell.yaml:{line}:" in told[0] and f"accepted_warnings[1]: {accepted} is not given" in told[0]
+        assert f"add needless_acceptance:{accepted} to accepted_warnings" in told[0]
+
+
 def test_an_allowed_pair_that_is_apart_hides_a_contact(cell_copy: CellCopy) -> None:
     line = cell_copy.yaml.replace(
         "  - {a: link_b, b: lance,",
