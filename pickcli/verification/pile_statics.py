@@ -89,18 +89,24 @@ def keeps_standing(scene: Scene, item_id: str) -> bool:
     return bool(pile.missing_alone(item_id).max() <= WEIGHT_TOLERANCE) or pile.lies_level(item_id)
 
 
-def lies_on_others(scene: Scene, item_id: str) -> bool:
-    """Whether other items carry an item at its stated pose, within the errors of poses.
+def fall_onto_others(scene: Scene, item_id: str) -> float:
+    """Return how far an item falls until it meets another one of its place.
 
     Args:
         scene: The scene.
         item_id: Id of the item.
 
     Returns:
-        False if it touches none from above, even by a little.
+        m between its lowest point and the highest of the boxes of items that it is wholly above, within the
+        errors of poses; infinite without any.
     """
-    pile = _pile(scene, scene.find(item_id).location)
-    return item_id not in pile.hanging and bool(pile.carrying(item_id))
+    placed = {each.id: each for each in scene.in_location(scene.find(item_id).location)}
+    item = _body(scene, placed.pop(item_id))
+    boxes = _Boxes.around((item, *(_body(scene, each) for each in placed.values())))
+    is_under = np.all((boxes.low < boxes.high[0])[:, :2] & (boxes.high > boxes.low[0])[:, :2], axis=1)
+    falls = boxes.low[0, 2] - boxes.high[:, 2]
+    least = [-TOUCH - item.bound - other.bound for other in boxes.bodies]
+    return float(np.min(falls, where=is_under & (falls >= least), initial=np.inf))
 
 
 def is_borne(scene: Scene, item_id: str) -> bool:

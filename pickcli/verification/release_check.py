@@ -14,7 +14,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.contact_exemptions import releases
-from pickcli.verification.pile_statics import is_borne, keeps_standing, lies_on_others
+from pickcli.verification.pile_statics import fall_onto_others, is_borne, keeps_standing
 from pickcli.verification.static_solids import place_at, release_pose
 
 DROP_LIMIT = 0.3  # m from the item's bottom to the floor between walls (rules of 2016)
@@ -119,8 +119,9 @@ def _off_floor(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reaso
         yield Reason("released beyond the bin's mouth", placed.id, out)
     floor = float(place.room.floor_at(high[0]))
     most = SET_DOWN + scene.bound(placed)
-    if low[2] - floor > most and not lies_on_others(_released(scene, placed), placed.id):
-        over = f"{1e3 * (low[2] - floor):.0f} mm over the floor of {place.name}, at most {most * 1e3:.0f}"
+    fall = min(low[2] - floor, fall_onto_others(_released(scene, placed), placed.id))
+    if fall > most:
+        over = f"{1e3 * fall:.0f} mm over the floor of {place.name} or an item, at most {most * 1e3:.0f}"
         yield Reason("released too high", placed.id, over)
 
 

@@ -156,3 +156,14 @@ def test_a_release_that_tips_what_is_below_is_refused(stowed: tuple[Plan, Scene]
             under.append(PlacedItem(name, shaped(scene.cell, size, mass=0.02), BIN, there))
         reasons = check_release(plan, replace(scene, items=(in_tote(scene.cell), *under)), T_tip_item)
         assert [reason.what for reason in reasons] == problem
+
+
+def test_what_may_have_turned_in_the_cup_is_let_go_higher(context: PlanningContext, cell: Cell) -> None:
+    scene = over(cell, slab(cell))
+    place = cell.places[BIN]
+    low, high = (
+        stacked_placements(context, scene, scene.find(ITEM), np.eye(3), place, 1, hover)
+        for hover in (0.0, 0.01)
+    )
+    assert not isinstance(low, Failures) and not isinstance(high, Failures)
+    assert high[0].T_world_item[2, 3] - low[0].T_world_item[2, 3] == pytest.approx(0.01, abs=1e-6)

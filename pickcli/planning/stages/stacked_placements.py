@@ -19,13 +19,12 @@ from pickcli.collision.stage_contacts import while_resting_on
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse, least_turn, levelled, pose, transform_points
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.floor_placements import FROM_MOUTH
+from pickcli.planning.stages.floor_placements import FROM_MOUTH, HOVER
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.statics.balance import FREE_SLENDERNESS
 from pickcli.statics.supports import supports_of
 
 STEP = 0.02  # m between tried placements
-HOVER = 0.001  # m over the item below, besides the errors of both poses
 LEVEL = np.cos(np.radians(8.0))  # of the angle of an upper side to the horizontal: floors slope by 5 degrees
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -37,6 +36,7 @@ def stacked_placements(
     R_place_item: Array,
     place: Place,
     n_most: int = 8,
+    hover: float = HOVER,
 ) -> tuple[PlacedItem, ...] | Failures:
     """Find placements of an item on top of items in a place.
 
@@ -47,6 +47,7 @@ def stacked_placements(
         R_place_item: (3, 3) its orientation at the destination, before it is levelled.
         place: The destination.
         n_most: Most placements.
+        hover: m over the item below, besides the errors of both poses.
 
     Returns:
         The item at each placement, the lowest first; or the reasons for failure.
@@ -57,12 +58,13 @@ def stacked_placements(
     is_slender = float(reach[:2].min()) < FREE_SLENDERNESS * float(reach[2])
     if is_slender or placed.item.can_roll(R) or shape.kind is ShapeKind.SPHERE:
         return Failures.of(no_top)
-    free = [
-        at
-        for below in scene.in_location(place.name)
-        if (top := _top(below, scene.T_world_place(place))) is not None
-        for at in _free_on(context, scene, replace(placed, location=place.name), R, place, below.id, top)
-    ]
+    free: list[PlacedItem] = []
+    for below in scene.in_location(place.name):
+        top = _top(below, scene.T_world_place(place))
+        if top is not None:
+            gap = scene.bound(placed) + scene.bound(below) + hover
+            over = replace(top, middle=top.middle + gap * top.normal)
+            free += _free_on(context, scene, replace(placed, location=place.name), R, below.id, over)
     free.sort(key=lambda at: round(float(at.T_world_item[2, 3]), 3))
     staying = tuple(islice((at for at in free if _all_stay(scene, at)), n_most))
     return staying or Failures.of(no_top)
@@ -98,21 +100,24 @@ def _top(below: PlacedItem, T_world_place: Array) -> _Top | None:
 
 
 def _free_on(
-    context: PlanningContext, scene: Scene, placed: PlacedItem, R: Array, place: Place, below: str, top: _Top
+    context: PlanningContext, scene: Scene, placed: PlacedItem, R: Array, below: str, over: _Top
 ) -> Iterator[PlacedItem]:
-    """Yield an item at all free placements on one upper side, those over its middle first."""
-    T_world_place = scene.T_world_place(place)
+    """Yield an item at all free placements on one item, those over its middle first.
+
+    R: (3, 3) its orientation, levelled. over: the upper side of the other, raised to where this one is let go
+    """
+    place = scene.cell.places[placed.location]
+    T_world_place, bound = scene.T_world_place(place), scene.bound(placed)
     half = float(placed.item.shape.reach(R)[2])
-    R = least_turn(UP, top.normal) @ R
-    bounds = {p.id: scene.bound(p) for p in (placed, *scene.in_location(place.name))}
-    above = half + bounds[placed.id] + bounds[below] + HOVER
-    free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], bounds[placed.id])
+    R = least_turn(UP, over.normal) @ R
+    free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], bound)
     flying = FreeItemChecker(context.model, scene, free, while_resting_on((*place.support, below), placed.id))
-    shares = [np.linspace(-1.0, 1.0, 2 * int(np.ceil(np.linalg.norm(side) / STEP)) + 1) for side in top.sides]
-    spots = np.stack(np.meshgrid(*shares), axis=-1).reshape(-1, 2)
+    steps = [int(np.ceil(np.linalg.norm(side) / STEP)) for side in over.sides]
+    shares = np.meshgrid(*(np.linspace(-1.0, 1.0, 2 * n + 1) for n in steps))
+    spots = np.stack(shares, axis=-1).reshape(-1, 2)
     depth = float(placed.item.shape.reach(R)[0])
     for spot in spots[np.argsort(np.linalg.norm(spots, axis=1), kind="stable")]:
-        at = top.middle + spot @ top.sides + above * top.normal
+        at = over.middle + spot @ over.sides + half * over.normal
         if at[0] - depth >= FROM_MOUTH and flying.is_valid(np.concatenate([at, np.zeros(3)])):
             yield replace(placed, T_world_item=T_world_place @ pose(at, R=R))
 
