@@ -34,6 +34,7 @@ from pickcli.perception.depth_picture import measure_depth
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, support_features
 from pickcli.perception.items.item_observation import ItemObservation
 from pickcli.perception.items.item_perception import ListedItem, perceive_items
+from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, ROUNDING, bound_features
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import turn_between
@@ -49,6 +50,8 @@ GOOD_MM, GOOD_DEG, WRONG_MM = 10.0, 10.0, 30.0
 VISIBLE = 0.7  # share of an item's pixels that nothing else hides
 TEXTURES = 7919  # added to the seed of a scene
 REGULARISATION = 0.05
+QUANTILE, KEPT, RESTARTS = 0.95, 0.995, 3  # of the regression of bounds, and of errors within them
+RESERVE = 1.5  # of bounds, as few scenes do not show all that goes wrong
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,16 @@ class Row:
     deg: float | None
     ms: float
     features: tuple[float, ...] | None
+    bound_features: tuple[float, ...] | None
+    bound_mm: float | None
+    bound_deg: float | None
+
+    @property
+    def is_bound_kept(self) -> bool:
+        """Whether both errors are within their stated bounds."""
+        assert self.mm is not None and self.deg is not None
+        assert self.bound_mm is not None and self.bound_deg is not None
+        return self.mm <= self.bound_mm and self.deg <= self.bound_deg
 
     @property
     def is_near(self) -> bool:
@@ -132,15 +145,18 @@ def _row(
     visible: float,
 ) -> Row:  # fmt: skip
     assert sensor.depth is not None
-    mm = deg = features = None
+    mm = deg = features = of_bound = bound_mm = bound_deg = None
     if answer.T_world_item is not None and answer.support is not None:
         mm, deg = min(_errors(answer, answer.T_world_item, i) for i in items if i.item == answer.item)
         lost = sensor.depth.no_return.get(answer.item.material, 0.0)
-        features = tuple(support_features(answer.support, lost).tolist())
+        features = tuple(support_features(answer.support, lost, len(items)).tolist())
+        of_bound = tuple(bound_features(answer.support, lost, answer.confidence).tolist())
+    if answer.bound is not None:
+        bound_mm, bound_deg = 1e3 * answer.bound.position, float(np.degrees(answer.bound.angle))
     seed, name, ms = of
     return Row(
         sensor.name, seed, name, answer.id, len(items), visible, answer.is_answer, answer.confidence, mm, deg,
-        ms, features,
+        ms, features, of_bound, bound_mm, bound_deg,
     )  # fmt: skip
 
 
@@ -154,6 +170,7 @@ def summary(rows: Sequence[Row]) -> dict[str, float]:
     """The figures of one sensor."""
     answers, good = [r for r in rows if r.is_answer], [r for r in rows if r.is_good]
     well_seen = [r for r in rows if r.visible >= VISIBLE]
+    bounded = [r for r in answers if r.bound_mm is not None]
     mm, deg = np.array([r.mm for r in good]), np.array([r.deg for r in good])
     ms = np.array([r.ms for r in rows])
     return {
@@ -163,6 +180,10 @@ def summary(rows: Sequence[Row]) -> dict[str, float]:
         "well_seen": len(well_seen) / len(rows),
         "good_of_well_seen": sum(r.is_good for r in well_seen) / max(len(well_seen), 1),
         "wrong_of_answers": sum(r.is_wrong for r in answers) / max(len(answers), 1),
+        "bounded_of_answers": len(bounded) / max(len(answers), 1),
+        "bound_kept": sum(r.is_bound_kept for r in bounded) / max(len(bounded), 1),
+        "bound_mm_median": float(np.median([r.bound_mm for r in bounded])),
+        "bound_deg_median": float(np.median([r.bound_deg for r in bounded])),
         "mean_confidence": float(np.mean([r.confidence for r in answers])),
         "good_of_answers": len(good) / max(len(answers), 1),
         "mm_median": float(np.median(mm)),
@@ -199,6 +220,32 @@ def calibrated(rows: Sequence[Row]) -> Array:
     return np.asarray(minimize(cost, np.zeros(X.shape[1])).x)
 
 
+def calibrated_bound(features: Array, errors: Array) -> Array:
+    """Weights of a bound, by quantile regression of logarithms, and then an offset that keeps nearly all."""
+    wanted = np.log(errors + ROUNDING)
+    weights = np.zeros(features.shape[1])
+    weights[0] = np.quantile(wanted, QUANTILE)
+
+    def cost(w: Array) -> float:
+        above = wanted - features @ w
+        return float(np.where(above > 0.0, QUANTILE * above, (QUANTILE - 1.0) * above).mean())
+
+    for _ in range(RESTARTS):
+        weights = minimize(cost, weights, method="Nelder-Mead", options={"maxiter": 4000, "fatol": 1e-7}).x
+    weights[0] += np.quantile(wanted - features @ weights, KEPT, method="higher") + np.log(RESERVE)
+    return np.asarray(weights)
+
+
+def print_calibration(rows: Sequence[Row]) -> None:
+    """Print the weights of confidence and bounds."""
+    print("confidence", np.array2string(calibrated(rows), precision=2, separator=", "))
+    answers = [r for r in rows if r.confidence >= LEAST_CONFIDENCE_OF_BOUND]
+    features = np.array([r.bound_features for r in answers])
+    for name, errors in (("position", [r.mm for r in answers]), ("angle", [r.deg for r in answers])):
+        weights = calibrated_bound(features, np.array(errors, dtype=np.float64))
+        print(name, np.array2string(weights, precision=3, separator=", "))
+
+
 def numbers_in(text: str) -> list[int]:
     """Of "1000-1005" or "1,2,3"."""
     if "-" in text:
@@ -219,6 +266,8 @@ def report(rows: Sequence[Row]) -> dict[str, Any]:
         print(f"  wrong of answers {s['wrong_of_answers']:.1%}")
         print(f"  good ones off {s['mm_median']:.2f} mm {s['deg_median']:.2f} deg, ", end="")
         print(f"p95 {s['mm_p95']:.1f} mm {s['deg_p95']:.1f} deg")
+        print(f"  bounds of {s['bounded_of_answers']:.1%} of answers, kept {s['bound_kept']:.1%}, ", end="")
+        print(f"median {s['bound_mm_median']:.1f} mm {s['bound_deg_median']:.1f} deg")
         print(f"  ms an item {s['ms_median']:.0f}, p95 {s['ms_p95']:.0f}")
     print("confidence: poses, mean confidence, share that is near")
     for label, n, confidence, share in reliability(rows):
@@ -245,7 +294,7 @@ def main() -> None:
             rows += rows_of_scene(scene, sensor)
     found = report(rows)
     if arguments.calibrate:
-        print("weights", np.array2string(calibrated(rows), precision=2, separator=", "))
+        print_calibration(rows)
     if arguments.json is not None:
         arguments.json.write_text(
             json.dumps({"summary": found, "rows": [asdict(r) for r in rows]}, indent=1) + "\n"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pickcli.cell.place import Place
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
-    from pickcli.perception.items.item_observation import PlaceObservation
+    from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
     from pickcli.perception.items.rgbd_picture import RgbdPicture
     from pickcli.scene.scene import Scene
 
@@ -145,11 +145,20 @@ def _tell(observed: PlaceObservation) -> None:
     answered = sum(item.is_answer for item in observed.items)
     click.echo(f"{observed.place}: {answered} of {len(observed.items)} listed items found")
     rows = [
-        [item.id, f"{item.confidence:.2f}", item.refusal or _position(item.T_world_item)]
+        [item.id, f"{item.confidence:.2f}", _bound(item), item.refusal or _position(item.T_world_item)]
         for item in observed.items
     ]
-    for line in table_lines(["item", "confidence", "position in m, or why not"], rows):
+    for line in table_lines(["item", "confidence", "within", "position in m, or why not"], rows):
         click.echo(f"  {line}")
+    if observed.has_unlisted:
+        size = " x ".join(
+            f"{1e3 * v:.0f}" for v in observed.unexplained[0].high - observed.unexplained[0].low
+        )
+        click.echo(f"  something of {size} mm is there that is not listed")
+
+
+def _bound(item: ItemObservation) -> str:
+    return f"{1e3 * item.bound.position:.1f} mm" if item.bound is not None and item.is_answer else ""
 
 
 def _position(T: Array | None) -> str:

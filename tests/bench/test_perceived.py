@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.perceived import Row, calibrated, numbers_in, reliability, summary
+from bench.perceived import Row, calibrated, calibrated_bound, numbers_in, reliability, summary
 
 
 def row(**changes: object) -> Row:
     usual: dict[str, object] = {
         "sensor": "carmine", "seed": 1, "bin": "bin_A", "id": "a", "n_items": 2, "visible": 1.0,
         "is_answer": True, "confidence": 0.9, "mm": 1.0, "deg": 1.0, "ms": 50.0, "features": (1.0, 1.0),
+        "bound_features": (1.0,), "bound_mm": 4.0, "bound_deg": 5.0,
     }  # fmt: skip
     return Row(**(usual | changes))  # type: ignore[arg-type]
 
@@ -33,6 +34,7 @@ def test_figures_count_answers_well_seen_and_wrong_ones() -> None:
     assert found["good"] == pytest.approx(2 / 6)
     assert found["good_of_well_seen"] == pytest.approx(2 / 4)
     assert found["wrong_of_answers"] == pytest.approx(1 / 4)
+    assert found["bound_kept"] == pytest.approx(2 / 4)
     assert found["mm_median"] == pytest.approx(2.0)
 
 
@@ -48,6 +50,16 @@ def test_a_calibrated_model_is_right_in_the_mean() -> None:
         row(mm=1.0 if near else 50.0, features=(1.0, value)) for near, value in zip(is_near, x, strict=True)
     ]
     np.testing.assert_allclose(calibrated(rows), [0.5, 2.0], atol=0.2)
+
+
+def test_a_calibrated_bound_keeps_nearly_all_and_follows_the_features() -> None:
+    rng = np.random.default_rng(2)
+    x = rng.normal(size=3000)
+    errors = np.abs(rng.normal(size=3000)) * np.exp(0.7 * x)
+    features = np.stack([np.ones(3000), x], axis=1)
+    weights = calibrated_bound(features, errors)
+    assert (errors <= np.exp(features @ weights)).mean() > 0.99
+    assert weights[1] == pytest.approx(0.7, abs=0.1)
 
 
 def test_seeds_are_a_range_or_a_list() -> None:

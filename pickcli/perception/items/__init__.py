@@ -6,6 +6,7 @@ Read in this order:
 - What is known of items: `product_model` with its `colour_model`; `symmetry` says which poses look alike.
 - The search: `pose_starts` puts items where they could be, `place_pictures` compare hypotheses with what was
   seen, and `item_search` decides all items of a place together.
-- What comes out: `item_observation`, with the `confidence` by which it is refused or not, and
-  `item_perception` from picture to answers; `perceived_file` with `perceived_schema` keeps them.
+- What comes out: `item_observation`, with the `confidence` by which it is refused or not and its
+  `pose_bound`; `item_perception` is from picture to answers; `perceived_file` with `perceived_schema` keeps
+  them.
 """

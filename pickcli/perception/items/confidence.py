@@ -12,44 +12,53 @@ from pickcli.geometry import Array
 from pickcli.perception.items.item_observation import Support
 
 LEAST_CONFIDENCE = 0.5  # below it a pose is refused
-_WEIGHTS = np.array([-7.1, 0.38, 2.41, 3.97, -1.88, -2.24, -1.82, 1.14, 4.73, -1.42])
+_WEIGHTS = np.array(
+    [-4.044, 0.441, 2.107, 1.843, -2.148, -1.871, -0.484, 1.201, 4.561, -0.768, -1.307, -1.227, -1.592]
+)
+_LITTLE = 0.6  # of the share of what should come back that is supported
 
 
-def support_features(support: Support, no_return: float) -> Array:
+def support_features(support: Support, no_return: float, n_listed: int) -> Array:
     """Compute what the confidence follows from, each of the order of 1.
 
     Args:
         support: How much of the picture speaks for the pose.
         no_return: Share of the item's surface from which nothing comes back, by its material.
+        n_listed: Number of items that are listed to be in the place.
 
     Returns:
-        (10,), the first is 1.
+        (13,), the first is 1.
     """
     shown = max(support.shown, 1)
+    supported = min(support.supported / (shown * max(1.0 - no_return, 0.05)), 1.3)
     return np.array(
         [
             1.0,
             np.log(max(support.gain, 1.0)) / 5.0,
             min(support.gain / shown, 8.0) / 4.0,
-            min(support.supported / (shown * max(1.0 - no_return, 0.05)), 1.3),
+            supported,
             5.0 * support.through / shown,
             5.0 * support.before / shown,
             2.0 * support.colour,
             min(shown / max(support.expected, 1), 1.0),
             np.log(max(support.margin, 0.0) + 20.0) / 5.0,
             np.log(shown) / 5.0,
+            6.0 * max(support.colour, 0.0),
+            n_listed / 5.0,
+            3.0 * max(_LITTLE - supported, 0.0),
         ]
     )
 
 
-def confidence_of(support: Support, no_return: float) -> float:
+def confidence_of(support: Support, no_return: float, n_listed: int) -> float:
     """Compute the probability that a pose is right.
 
     Args:
         support: How much of the picture speaks for the pose.
         no_return: Share of the item's surface from which nothing comes back, by its material.
+        n_listed: Number of items that are listed to be in the place.
 
     Returns:
         In (0, 1).
     """
-    return float(1.0 / (1.0 + np.exp(-support_features(support, no_return) @ _WEIGHTS)))
+    return float(1.0 / (1.0 + np.exp(-support_features(support, no_return, n_listed) @ _WEIGHTS)))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from pickcli.cell.item import Item
 from pickcli.geometry import Array
+from pickcli.scene.scene import PoseNoise
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +45,8 @@ class ItemObservation:
         confidence: Probability that the pose is within 10 mm and 10 degrees, symmetries aside; 0 without a
             pose.
         refusal: Why the pose is not to be used; "" if it is.
+        bound: Bounds of the error of the pose, in which 99 of 100 should be; None if it is not sure enough
+            for any.
         support: How much of the picture speaks for it; None without a pose.
     """
 
@@ -52,12 +55,28 @@ class ItemObservation:
     T_world_item: Array | None
     confidence: float
     refusal: str
+    bound: PoseNoise | None
     support: Support | None
 
     @property
     def is_answer(self) -> bool:
         """Whether the pose is given as an answer."""
         return not self.refusal
+
+
+@dataclass(frozen=True, eq=False)
+class UnexplainedPart:
+    """Points side by side that no answer explains: of an item that was refused, or is not listed.
+
+    Attributes:
+        n_pixels: Number of points.
+        low: (3,) m, lower corner of the box around them in the place's frame.
+        high: (3,) m, its upper corner.
+    """
+
+    n_pixels: int
+    low: Array
+    high: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +87,20 @@ class PlaceObservation:
         place: Name of the place.
         T_world_place: (4, 4) its pose.
         items: The answers, in the order of the list.
+        unexplained: What else was measured before the known place, the largest part first.
     """
 
     place: str
     T_world_place: Array
     items: tuple[ItemObservation, ...]
+    unexplained: tuple[UnexplainedPart, ...] = ()
+
+    @property
+    def refused(self) -> tuple[ItemObservation, ...]:
+        """The listed items without an answer."""
+        return tuple(item for item in self.items if not item.is_answer)
+
+    @property
+    def has_unlisted(self) -> bool:
+        """Whether there is more than the list says: something unexplained, though every item is found."""
+        return bool(self.unexplained) and not self.refused

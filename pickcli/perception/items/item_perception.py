@@ -14,6 +14,7 @@ from pickcli.perception.items.item_observation import ItemObservation, PlaceObse
 from pickcli.perception.items.item_search import ItemSearch, PoseEstimate
 from pickcli.perception.items.place_pictures import solids_around
 from pickcli.perception.items.place_view import view_of_place
+from pickcli.perception.items.pose_bound import bound_of
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.rendered_scene import RenderedScene
@@ -56,21 +57,24 @@ def perceive_items(
     view = view_of_place(rgbd, place, T_world_place, known)
     if view is None:
         raise InputError(f"{place.name}: is not in the picture; look from before it")
-    found: dict[int, PoseEstimate] = {}
-    if listed:
-        solids = solids_around(known, place, T_world_place, rgbd.T_world_camera)
-        found = ItemSearch(place, view, models, solids, rgbd.depth_model).run()
-    answers = (_answer(each, found.get(i), rgbd) for i, each in enumerate(listed))
-    return PlaceObservation(place.name, T_world_place, tuple(answers))
+    solids = solids_around(known, place, T_world_place, rgbd.T_world_camera)
+    search = ItemSearch(place, view, models, solids, rgbd.depth_model)
+    found = search.run() if listed else {}
+    answers = tuple(_answer(each, found.get(i), rgbd, len(listed)) for i, each in enumerate(listed))
+    left = search.unexplained({i: pose for i, pose in found.items() if answers[i].is_answer})
+    return PlaceObservation(place.name, T_world_place, answers, left)
 
 
-def _answer(each: ListedItem, found: PoseEstimate | None, rgbd: RgbdPicture) -> ItemObservation:
+def _answer(
+    each: ListedItem, found: PoseEstimate | None, rgbd: RgbdPicture, n_listed: int
+) -> ItemObservation:
     if found is None:
-        return ItemObservation(each.id, each.item, None, 0.0, "no pose explains the picture better", None)
-    confidence = confidence_of(found.support, rgbd.depth_model.no_return.get(each.item.material, 0.0))
+        refusal = "no pose explains the picture better"
+        return ItemObservation(each.id, each.item, None, 0.0, refusal, None, None)
+    no_return = rgbd.depth_model.no_return.get(each.item.material, 0.0)
+    confidence = confidence_of(found.support, no_return, n_listed)
     refusal = ""
     if confidence < LEAST_CONFIDENCE:
         refusal = f"confidence {confidence:.2f} is below {LEAST_CONFIDENCE:g}"
-    return ItemObservation(
-        each.id, each.item, rgbd.T_world_camera @ found.T_camera_item, confidence, refusal, found.support
-    )
+    T, bound = rgbd.T_world_camera @ found.T_camera_item, bound_of(found.support, no_return, confidence)
+    return ItemObservation(each.id, each.item, T, confidence, refusal, bound, found.support)

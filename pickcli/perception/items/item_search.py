@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_opening, uniform_filter
+from scipy.ndimage import binary_opening, label, uniform_filter
 
 from pickcli.cell.place import Place
 from pickcli.cell.sensors.sensor_model import DepthModel
 from pickcli.geometry import Array, inverse
 from pickcli.perception.items.colour_model import colour_labels
-from pickcli.perception.items.item_observation import Support
+from pickcli.perception.items.item_observation import Support, UnexplainedPart
 from pickcli.perception.items.place_pictures import KnownSolids, known_and_item_costs, place_picture
 from pickcli.perception.items.place_view import PlaceView
 from pickcli.perception.items.pose_starts import (
@@ -44,6 +44,9 @@ _AROUND = 0.02  # m around the room
 _OFTEN_LOST = 0.1  # share of a material from which nothing comes back, for starts without depth
 _LOST_SHARE = 0.4  # of a block that was measured, below which it has no depth
 _BADLY_EXPLAINED = 0.8  # nats of a pixel
+_UNEXPLAINED = 0.012  # m before what is explained, of points that nothing explains
+_ODD, _ODD_AREA = 1.4, 7  # nats of a pixel in the mean over so many px square
+_LEAST_PART = 130  # pixels of 2 mm, of a part that is told
 _NEAR, _COARSELY_NEAR = 0.006, 0.01  # m between a surface and what was measured of it
 _SETTLED, _OFF = 0.5, 0.1  # shares of what an item shows that are supported at least, and off at most
 
@@ -95,7 +98,7 @@ class ItemSearch:
         depth_model: DepthModel,
     ) -> None:
         self._place, self._models, self._depth_model = place, models, depth_model
-        self._T_camera_place = view.T_camera_place
+        self._T_camera_place, self._view = view.T_camera_place, view
         self._thin = view.thinned
         self._rays = self._thin.camera.rays @ inverse(view.T_camera_place)[:3, :3].T
         self._points, self._normals = self._thin.points, self._thin.normals
@@ -131,6 +134,38 @@ class ItemSearch:
             int(i): PoseEstimate(T, _support(row, float(margins[i])))
             for i, T, row in zip(placed, poses, evidence, strict=True)
         }
+
+    def unexplained(self, found: dict[int, PoseEstimate]) -> tuple[UnexplainedPart, ...]:
+        """Collect parts of the picture that neither the known place nor items explain.
+
+        There something was measured before them; or depth is missing, or colours are others than expected,
+        over a whole area.
+
+        Args:
+            found: Poses that explain what they show, by index of the item.
+
+        Returns:
+            The parts, the largest first; where no depth was measured the surface behind tells where.
+        """
+        placed = np.array(sorted(found), dtype=np.int32)
+        poses = np.array([found[int(i)].T_camera_item for i in placed]).reshape(-1, 4, 4)
+        owner, depth, cost = self._fine.composed(placed, poses)
+        room, view = self._place.room, self._view
+        points = np.where(np.isfinite(view.depth)[..., None], view.points, view.known_points)
+        with np.errstate(invalid="ignore"):
+            is_before = (view.depth < depth - _UNEXPLAINED) & np.isfinite(depth)
+            is_inside = ((points > room.low - _AROUND) & (points < room.high + _AROUND)).all(axis=-1)
+        is_odd = (uniform_filter(cost, _ODD_AREA) > _ODD) & (owner < 0)
+        is_left = binary_opening(is_before & is_inside, np.ones((3, 3)))
+        is_left |= binary_opening(is_odd & is_inside, np.ones((_ODD_AREA, _ODD_AREA)))
+        labels, n_parts = label(is_left)
+        own = [points[labels == part] for part in range(1, n_parts + 1)]
+        parts = [
+            UnexplainedPart(len(each), each.min(axis=0), each.max(axis=0))
+            for each in own
+            if len(each) >= _LEAST_PART
+        ]
+        return tuple(sorted(parts, key=lambda part: -part.n_pixels))
 
     def _with_new(
         self,

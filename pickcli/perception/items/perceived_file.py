@@ -21,8 +21,14 @@ from pickcli.files.schema import validate
 from pickcli.files.source import Key, Source
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
-from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation, Support
+from pickcli.perception.items.item_observation import (
+    ItemObservation,
+    PlaceObservation,
+    Support,
+    UnexplainedPart,
+)
 from pickcli.perception.items.perceived_schema import PerceivedItemModel, PerceivedModel, PerceivedPoseModel
+from pickcli.scene.scene import PoseNoise
 
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length, before it is normalised
 
@@ -67,6 +73,10 @@ def perceived_values(perceived: Perceived) -> dict[str, Any]:
                 "place": each.place,
                 "pose": _pose_values(each.T_world_place),
                 "items": [_item_values(item) for item in each.items],
+                "unexplained": [
+                    {"pixels": part.n_pixels, "low": part.low.tolist(), "high": part.high.tolist()}
+                    for part in each.unexplained
+                ],
             }
             for each in perceived.places
         ],
@@ -111,7 +121,10 @@ def read_perceived(path: Path, cell: Cell) -> Perceived:
         items = tuple(
             _item(source, ("places", i, "items", k), item, cell) for k, item in enumerate(each.items)
         )
-        places.append(PlaceObservation(each.place, T, items))
+        left = tuple(
+            UnexplainedPart(part.pixels, np.array(part.low), np.array(part.high)) for part in each.unexplained
+        )
+        places.append(PlaceObservation(each.place, T, items, left))
     T_world_camera = _pose(source, ("camera_pose",), model.camera_pose)
     source.check()
     return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places))
@@ -120,8 +133,9 @@ def read_perceived(path: Path, cell: Cell) -> Perceived:
 def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> ItemObservation:
     T = None if model.pose is None else _pose(source, (*key, "pose"), model.pose)
     support = None if model.support is None else Support(**model.support.model_dump())
+    bound = None if model.bound is None else PoseNoise(model.bound.position, model.bound.angle)
     item = cell.item(model.name, model.year)
-    return ItemObservation(model.id, item, T, model.confidence, model.refusal, support)
+    return ItemObservation(model.id, item, T, model.confidence, model.refusal, bound, support)
 
 
 def _pose(source: Source, key: Key, model: PerceivedPoseModel) -> Array:
@@ -141,6 +155,7 @@ def _item_values(item: ItemObservation) -> dict[str, Any]:
         "pose": None if item.T_world_item is None else _pose_values(item.T_world_item),
         "confidence": item.confidence,
         "refusal": item.refusal,
+        "bound": None if item.bound is None else {"position": item.bound.position, "angle": item.bound.angle},
         "support": None if item.support is None else dataclasses.asdict(item.support),
     }
 

@@ -20,6 +20,13 @@ class PerceivedPoseModel(FileModel):
     quaternion: _Quaternion = Field(description="a unit quaternion [x, y, z, w]")
 
 
+class BoundModel(FileModel):
+    """Bounds of the error of a pose."""
+
+    position: float = Field(ge=0, le=1, description="m")
+    angle: float = Field(ge=0, le=3.2, description="rad")
+
+
 class SupportModel(FileModel):
     """How much of the picture speaks for a pose."""
 
@@ -42,7 +49,16 @@ class PerceivedItemModel(FileModel):
     pose: PerceivedPoseModel | None = Field(description="a pose in the world, or null")
     confidence: float = Field(ge=0, le=1, description="a probability")
     refusal: Annotated[str, Field(max_length=200)] = Field(description='why the pose is not used, or ""')
+    bound: BoundModel | None = Field(description="bounds of the error of the pose, or null")
     support: SupportModel | None = Field(description="counts of pixels, or null")
+
+
+class UnexplainedModel(FileModel):
+    """Points that no answer explains, in the frame of the place."""
+
+    pixels: _Count = Field(description="a number of pixels")
+    low: Vector = Field(description="a corner [x, y, z] in m")
+    high: Vector = Field(description="a corner [x, y, z] in m")
 
 
 class PerceivedPlaceModel(FileModel):
@@ -51,6 +67,7 @@ class PerceivedPlaceModel(FileModel):
     place: Text = Field(description="the name of a place")
     pose: PerceivedPoseModel = Field(description="a pose in the world")
     items: Annotated[tuple[PerceivedItemModel, ...], Len(0, 300)] = Field(description="a list of answers")
+    unexplained: Annotated[tuple[UnexplainedModel, ...], Len(0, 1000)] = Field(description="a list of parts")
 
 
 class PerceivedModel(FileModel):

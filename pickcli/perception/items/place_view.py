@@ -48,7 +48,15 @@ class PlaceView:
     @property
     def points(self) -> Array:
         """(height, width, 3) measured points, m in the place's frame; NaN where nothing was measured."""
-        points = self.camera.rays * self.depth[..., None]
+        return self._points_at(self.depth)
+
+    @property
+    def known_points(self) -> Array:
+        """(height, width, 3) points of what is known, m in the place's frame; NaN where nothing is."""
+        return self._points_at(self.known.depth)
+
+    def _points_at(self, depth: FloatPicture) -> Array:
+        points = self.camera.rays * depth[..., None]
         return transform_points(inverse(self.T_camera_place), points.reshape(-1, 3)).reshape(points.shape)
 
     @property

@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
-from pickcli.geometry import pose
+from pickcli.geometry import inverse, pose
 from pickcli.perception.items.item_perception import ListedItem
 from pickcli.perception.items.perceived_file import Perceived, perceived_values
 from pickcli.perception.items.symmetry import turn_between
@@ -25,6 +25,12 @@ def test_all_items_are_found_within_millimetres(filled: Filled) -> None:
         T, T_true = answer.T_world_item, placed.T_world_item
         assert np.linalg.norm(T[:3, 3] - T_true[:3, 3]) < 0.004, answer.id
         assert turn_between(placed.item.shape, T[:3, :3], T_true[:3, :3]) < np.radians(3.0), answer.id
+        if answer.bound is not None:
+            assert np.linalg.norm(T[:3, 3] - T_true[:3, 3]) < answer.bound.position
+            assert turn_between(placed.item.shape, T[:3, :3], T_true[:3, :3]) < answer.bound.angle
+    assert any(answer.bound is not None for answer in observed.items)
+    assert observed.unexplained == ()
+    assert not observed.has_unlisted
 
 
 def test_same_picture_same_bytes(filled: Filled) -> None:
@@ -54,10 +60,21 @@ def test_what_is_listed_but_not_there_is_refused(filled: Filled) -> None:
     assert all(answer.is_answer for answer in answers[:-1])
 
 
+def test_what_is_there_but_not_listed_is_told(filled: Filled) -> None:
+    for item_id in ("folgers_classic_roast_coffee", "rawlings_baseball"):
+        observed = filled.perceived([each for each in filled.listed if each.id != item_id])
+        assert observed.unexplained, item_id
+        assert observed.has_unlisted or observed.refused, item_id
+        middle = (observed.unexplained[0].low + observed.unexplained[0].high) / 2
+        placed = inverse(filled.T_world_place) @ filled.scene.find(item_id).T_world_item
+        assert np.linalg.norm(middle[:2] - placed[:2, 3]) < 0.15
+
+
 def test_an_empty_bin_has_nothing_to_be_found(filled: Filled) -> None:
     empty = looked_at(replace(filled.scene, items=()))
     assert not any(answer.is_answer for answer in empty.perceived(filled.listed).items)
     assert empty.perceived([]).items == ()
+    assert not empty.perceived([]).has_unlisted
 
 
 def test_an_item_may_be_hidden_by_another(filled: Filled) -> None:
