@@ -2,13 +2,15 @@
 
     python -m bench.perceived [--seeds 1000-1005] [--sensors ensenso carmine] [--json FILE]
     python -m bench.perceived --seeds 1-3 --calibrate
+    python -m bench.perceived --seeds 1000 --sensors ensenso --lists
 
 Each seed is an order drawn by the rules of 2016 (46 items in 12 bins), stowed by the package's scene maker,
 and printed by a set of prints that no model knows. The camera on the gripper looks once into each bin, as
 each of the sensors. An answer is good within 10 mm and 10 degrees of the truth, symmetries of the shape
 aside, and wrong over 30 mm; a copy of an item may be taken for the other. Seeds 1 to 3 were used for tuning
 and for ``--calibrate``, which fits the confidence to them; figures of others are to be reported. CPU time of
-one thread, without pictures and models.
+one thread, without pictures and models. ``--lists`` gives each bin a list with one item too few, which must
+leave something unexplained, and one with an item that is not there, which must be refused.
 """
 
 from __future__ import annotations
@@ -26,13 +28,14 @@ from scipy.optimize import minimize
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
+from pickcli.cell.place import Place
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.geometry import Array
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import measure_depth
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, support_features
-from pickcli.perception.items.item_observation import ItemObservation
+from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.item_perception import ListedItem, perceive_items
 from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, ROUNDING, bound_features
 from pickcli.perception.items.product_model import product_model
@@ -42,6 +45,7 @@ from pickcli.perception.looks import colour_picture
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.seeds import derived_rng
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 
@@ -116,7 +120,28 @@ def visible_share(rendered: RenderedScene, rgbd: RgbdPicture, item_id: str) -> f
     return count(rendered) / max(count(alone), 1)
 
 
-def rows_of_scene(scene: Scene, sensor: SensorModel) -> Iterator[Row]:
+@dataclass(frozen=True, eq=False)
+class SeenBin:
+    """One look into a bin."""
+
+    scene: Scene
+    place: Place
+    rgbd: RgbdPicture
+    rendered: RenderedScene
+    known: RenderedScene
+
+    @property
+    def items(self) -> tuple[PlacedItem, ...]:
+        """What is in it."""
+        return self.scene.in_location(self.place.name)
+
+    def perceived(self, listed: Sequence[ListedItem]) -> PlaceObservation:
+        """What is found of a list."""
+        T_world_place = self.scene.T_world_place(self.place)
+        return perceive_items(self.rgbd, self.place, T_world_place, listed, self.known)
+
+
+def seen_bins(scene: Scene, sensor: SensorModel) -> Iterator[SeenBin]:
     """All bins, seen once each."""
     cell = scene.cell
     hand = cell.cameras["hand"]
@@ -126,18 +151,42 @@ def rows_of_scene(scene: Scene, sensor: SensorModel) -> Iterator[Row]:
         rendered = RenderedScene.of(scene, at.q, at.tool_state)
         depth = measure_depth(rendered, sensor, T, scene.seed).depth
         colour = colour_picture(rendered, sensor.camera, T, TEXTURES + scene.seed)
-        rgbd = RgbdPicture(sensor, T, depth, colour)
         known = RenderedScene.of(replace(scene, items=()), at.q, at.tool_state)
-        items = scene.in_location(name)
-        for placed in items:
+        yield SeenBin(scene, place, RgbdPicture(sensor, T, depth, colour), rendered, known)
+
+
+def rows_of_scene(scene: Scene, sensor: SensorModel) -> Iterator[Row]:
+    """All items of all bins, each bin seen once."""
+    for seen in seen_bins(scene, sensor):
+        for placed in seen.items:
             product_model(placed.item)
         start = thread_time()
-        listed = [ListedItem(each.id, each.item) for each in items]
-        answers = perceive_items(rgbd, place, scene.T_world_place(place), listed, known).items
-        ms = 1e3 * (thread_time() - start) / max(len(items), 1)
-        for placed, answer in zip(items, answers, strict=True):
-            visible = visible_share(rendered, rgbd, placed.id)
-            yield _row(sensor, (scene.seed, name, ms), items, answer, visible)
+        answers = seen.perceived([ListedItem(each.id, each.item) for each in seen.items]).items
+        ms = 1e3 * (thread_time() - start) / max(len(seen.items), 1)
+        for placed, answer in zip(seen.items, answers, strict=True):
+            visible = visible_share(seen.rendered, seen.rgbd, placed.id)
+            yield _row(sensor, (scene.seed, seen.place.name, ms), seen.items, answer, visible)
+
+
+def wrong_lists(scene: Scene, sensor: SensorModel) -> Iterator[tuple[str, bool]]:
+    """By kind of list whether something is said of it: that there is more, or that an item is not there."""
+    rng = derived_rng("lists", scene.seed)
+    products = sorted(
+        {item for (_, year), item in scene.cell.items.items() if year == 2016}, key=lambda i: i.name
+    )
+    for seen in seen_bins(scene, sensor):
+        listed = [ListedItem(each.id, each.item) for each in seen.items]
+        whole = seen.perceived(listed)
+        if not whole.refused:
+            yield "right list, something left", bool(whole.unexplained)
+        left_out = listed[int(rng.integers(len(listed)))]
+        if visible_share(seen.rendered, seen.rgbd, left_out.id) >= VISIBLE:
+            fewer = seen.perceived([each for each in listed if each is not left_out])
+            yield "well seen item not listed, something left", bool(fewer.unexplained)
+        absent = [item for item in products if item not in {each.item for each in listed}]
+        extra = absent[int(rng.integers(len(absent)))]
+        more = seen.perceived([*listed, ListedItem(extra.name, extra)])
+        yield "item listed that is not there, refused", not more.items[-1].is_answer
 
 
 def _row(
@@ -254,6 +303,13 @@ def numbers_in(text: str) -> list[int]:
     return [int(part) for part in text.split(",")]
 
 
+def report_lists(found: Sequence[tuple[str, bool]]) -> None:
+    """Print how often something is said of lists, by their kind."""
+    for kind in sorted({kind for kind, _ in found}):
+        said = [is_said for of, is_said in found if of == kind]
+        print(f"{kind}: {sum(said)} of {len(said)}")
+
+
 def report(rows: Sequence[Row]) -> dict[str, Any]:
     """Print the figures of each sensor, and how far confidences can be trusted."""
     found: dict[str, Any] = {}
@@ -283,10 +339,15 @@ def main() -> None:
     parser.add_argument("--seeds", default="1000-1005", help="of scenes, e.g. 1000-1005 or 1,2,3")
     parser.add_argument("--sensors", nargs="+", default=list(SENSORS), help="files under data/sensors")
     parser.add_argument("--calibrate", action="store_true", help="also print weights of the confidence")
+    parser.add_argument("--lists", action="store_true", help="lists with an item too few, and one too many")
     parser.add_argument("--json", type=Path, help="also write figures and all rows there")
     arguments = parser.parse_args()
     cell = load_cell("apc2016_delft")
     sensors = [read_sensor(sensor_file(name)) for name in arguments.sensors]
+    if arguments.lists:
+        scenes = [fresh_scene(cell, seed) for seed in numbers_in(arguments.seeds)]
+        report_lists([said for scene in scenes for sensor in sensors for said in wrong_lists(scene, sensor)])
+        return
     rows: list[Row] = []
     for seed in numbers_in(arguments.seeds):
         scene = fresh_scene(cell, seed)

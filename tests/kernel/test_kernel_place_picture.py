@@ -1,0 +1,147 @@
+"""Items in the picture of a place: rendered as by the rays of cameras, compared, and decided together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pickcli.geometry import Array, pose
+from pickcli.kernel import DepthNoise, PlacePicture, RaycastingScene, SolidKind
+
+INTRINSICS, SIZE = np.array([300.0, 300.0, 79.5, 59.5]), np.array([160, 120], dtype=np.int32)
+NOISE = DepthNoise(least=0.1, greatest=3.0, incidence_from=1.1, incidence_to=1.4, constant=0.001)
+WALL = 0.6  # m
+UP = np.array([0.0, -1.0, 0.0])
+BOX, CYLINDER, SPHERE = (kind.value for kind in (SolidKind.BOX, SolidKind.CYLINDER, SolidKind.SPHERE))
+SOLIDS = {
+    BOX: (np.array([0.05, 0.03, 0.02]), pose((0.03, 0.01, 0.45), rpy=(0.3, 0.5, 0.2))),
+    CYLINDER: (np.array([0.03, 0.03, 0.05]), pose((-0.06, 0.0, 0.5), rpy=(1.2, 0.1, 0.0))),
+    SPHERE: (np.array([0.03, 0.03, 0.03]), pose((-0.02, -0.05, 0.4))),
+}
+NO_SOLIDS = (np.zeros((0, 4, 4)), np.zeros((0, 3)), np.zeros(0, dtype=np.int32))
+
+
+def cast(kinds: tuple[int, ...]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Depth and indices of these solids before a wall, by the rays of cameras."""
+    poses = np.array([SOLIDS[kind][1] for kind in kinds] + [pose((0.0, 0.0, WALL + 0.1))])
+    half = np.array([SOLIDS[kind][0] for kind in kinds] + [[2.0, 2.0, 0.1]])
+    scene = RaycastingScene(
+        poses,
+        half,
+        np.array([*kinds, BOX], dtype=np.int32),
+        np.zeros((0, 4)),
+        np.zeros(len(kinds) + 1, np.int32),
+    )
+    depth, index, _ = scene.cast_rays(INTRINSICS, SIZE, np.eye(4))
+    return depth, np.where(index == len(kinds), -1, index).astype(np.int32)
+
+
+def picture_of(measured: NDArray[np.float32], **changes: Any) -> PlacePicture:
+    """A picture with this depth before a wall, and one product of each kind."""
+    shape = measured.shape
+    arguments: dict[str, Any] = {
+        "intrinsics": INTRINSICS,
+        "depth": measured,
+        "share": np.ones(shape, np.float32),
+        "colour": np.zeros(shape, np.int32),
+        "known": [np.full(shape, WALL, np.float32), np.ones(shape, np.float32)],
+        "known_solids": NO_SOLIDS,
+        "known_colours": np.zeros(1),
+        "noise": NOISE,
+        "costs": np.array([0.002, 4.0, 8.0, 0.1, 1.0]),
+    }
+    picture = PlacePicture(**(arguments | changes))
+    for kind, (half, _) in SOLIDS.items():
+        picture.add(kind, half, 0.0, np.zeros(1))
+    return picture
+
+
+def placed(kinds: tuple[int, ...]) -> tuple[NDArray[np.int32], Array]:
+    return np.array(kinds, dtype=np.int32), np.array([SOLIDS[kind][1] for kind in kinds])
+
+
+@pytest.mark.parametrize("kinds", [(BOX,), (CYLINDER,), (SPHERE,), (BOX, CYLINDER, SPHERE)])
+def test_items_are_rendered_as_by_the_rays_of_cameras(kinds: tuple[int, ...]) -> None:
+    depth, index = cast(kinds)
+    owner, composed, _ = picture_of(depth).composed(*placed(kinds))
+    same = owner == index
+    assert same.mean() > 0.999  # but for pixels at edges, by the last digit
+    np.testing.assert_allclose(composed[same], depth[same], atol=2e-6)
+
+
+def test_the_true_pose_explains_a_picture_better_than_others() -> None:
+    depth, _ = cast((BOX,))
+    picture, rng = picture_of(depth), np.random.default_rng(1)
+    T = SOLIDS[BOX][1]
+
+    def gain(T: Array) -> float:
+        return float(picture.evidence(np.array([BOX], dtype=np.int32), T[None], 0.004)[0, 5])
+
+    best = gain(T)
+    assert best > 1000.0
+    for _ in range(50):
+        off = pose(rng.normal(0.0, 0.01, 3), rpy=rng.normal(0.0, 0.1, 3))
+        assert gain(T @ off) < best
+
+
+def test_all_items_find_their_places_among_those_of_others() -> None:
+    """From true poses and others in any order; an item that is not there gets none."""
+    kinds = (BOX, SPHERE)
+    picture, rng = picture_of(cast(kinds)[0]), np.random.default_rng(2)
+    options = []
+    for kind in (BOX, CYLINDER, SPHERE):
+        T = SOLIDS[kind][1]
+        others = [pose(T[:3, 3] + rng.normal(0.0, 0.04, 3), R=T[:3, :3]) for _ in range(6)]
+        options.append(np.array([*others[:3], T, *others[3:]]))
+    chosen, gains, margins = picture.choose(np.array([BOX, CYLINDER, SPHERE], dtype=np.int32), options, 40.0)
+    assert chosen.tolist() == [3, -1, 3]
+    assert (gains[[0, 2]] > 100.0).all()
+    assert (margins[[0, 2]] > 0.0).all()
+
+
+def test_a_refined_pose_comes_back() -> None:
+    picture, T = picture_of(cast((BOX,))[0]), SOLIDS[BOX][1]
+    start = T @ pose((0.004, -0.003, 0.003), rpy=(0.03, -0.03, 0.03))
+    steps = np.array([0.002, 0.001, 0.0005, 0.00025])
+    (found,) = picture.refined(np.array([BOX], dtype=np.int32), start[None], None, steps, 0.001, 3)
+    assert np.linalg.norm(found[:3, 3] - T[:3, 3]) < 0.001
+
+
+def test_what_gives_no_depth_is_explained_by_what_seldom_does() -> None:
+    """Nothing comes back where the box is: clear matter explains that, matt does not."""
+    depth, index = cast((BOX,))
+    picture = picture_of(depth, share=np.where(index < 0, 1.0, 0.0).astype(np.float32))
+    gains = []
+    for no_return in (0.0, 0.9):
+        item = picture.add(BOX, SOLIDS[BOX][0], no_return, np.zeros(1))
+        of = np.array([item], dtype=np.int32)
+        gains.append(picture.evidence(of, SOLIDS[BOX][1][None], 0.004)[0, 5])
+    assert gains[1] > gains[0] + 500.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"intrinsics": np.array([0.0, 1.0, 1.0, 1.0])}, "intrinsics"),
+        ({"share": np.full((120, 160), 2.0, np.float32)}, "share from 0 to 1"),
+        ({"share": np.ones((2, 2), np.float32)}, "share: not of the size"),
+        ({"depth": np.full((120, 160), np.nan, np.float32)}, "depth: must be finite"),
+        ({"colour": np.full((120, 160), 1, np.int32)}, "colour: no such label"),
+        ({"known": [np.ones((120, 160), np.float32)]}, "known: expected depth and facing"),
+        ({"costs": np.ones(3)}, "costs"),
+    ],
+)
+def test_what_is_no_picture_is_told(changes: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        picture_of(cast((BOX,))[0], **changes)
+
+
+def test_what_is_no_product_is_told() -> None:
+    picture = picture_of(cast((BOX,))[0])
+    with pytest.raises(ValueError, match="no such product"):
+        picture.composed(np.array([7], dtype=np.int32), np.eye(4)[None])
+    with pytest.raises(ValueError, match="no_return"):
+        picture.add(BOX, SOLIDS[BOX][0], 1.5, np.zeros(1))
