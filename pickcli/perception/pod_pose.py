@@ -70,10 +70,10 @@ def locate_pod(picture: DepthPicture, cell: Cell, T_world_guess: Array | None = 
     if len(points) < LEAST_POINTS:
         few = f"only {len(points)} points are measured around it, at least {LEAST_POINTS} are needed"
         raise InputError(f"pod not located: {few}; look at it from 0.7 to 3 m")
-    eye, few, last = picture.T_world_camera[:3, 3], _thinned(points, COARSE), _thinned(points, FINE)
-    coarse, _ = solids.fitted(few, None, T_guess, np.zeros(3), 0.04, 12)
-    near = (solids.fitted(few, None, T_guess, coarse + step, 0.012, 5)[0] for step in SIDESTEPS)
-    beside = (solids.fitted(few, eye, T_guess, start, 0.005, 4) for start in near)
+    eye, first, last = picture.T_world_camera[:3, 3], _thinned(points, COARSE), _thinned(points, FINE)
+    coarse, _ = solids.fitted(first, None, T_guess, np.zeros(3), 0.04, 12)
+    near = (solids.fitted(first, None, T_guess, coarse + step, 0.012, 5)[0] for step in SIDESTEPS)
+    beside = (solids.fitted(first, eye, T_guess, start, 0.005, 4) for start in near)
     offset, _ = min(beside, key=lambda found: found[1])
     offset, _ = solids.fitted(last, eye, T_guess, offset, 0.005, 6)
     T_world_pod = displaced(T_guess, *offset)
@@ -185,4 +185,4 @@ def _in_frame(points: Array, T_world_frame: Array) -> Array:
 
 def _thinned(points: Array, n_most: int) -> Array:
     """Return at most so many points, evenly over the picture."""
-    return points[np.linspace(0, len(points) - 1, min(n_most, len(points))).astype(int)]
+    return np.asarray(points[np.linspace(0, len(points) - 1, min(n_most, len(points))).astype(int)])
