@@ -131,6 +131,7 @@ def make_cell(name: str, data: Path, folder: Path) -> Cell:
         "tool": tool | links | {"urdf": "tool.urdf"},
         "obstacles": [],
         "devices": {},
+        "sensors": {},
         "allowed_pairs": [],
         "configurations": [],
     }
