@@ -70,15 +70,20 @@ def are_lines(curve: BlendedPath, start: Array, end: Array) -> Array:
     return np.asarray(np.all(np.abs(middle[:, None] - curve.corner_s) >= curve.half_lengths, axis=1))
 
 
-def derivative_bounds(curve: BlendedPath, start: Array, end: Array) -> tuple[Array, Array]:
-    """Upper bounds (M, n) of the second and the third derivative on intervals."""
+def derivative_bounds(
+    curve: BlendedPath, start: Array, end: Array, are_short_wide: bool = True
+) -> tuple[Array, Array]:
+    """Upper bounds (M, n) of the second and the third derivative on intervals.
+
+    are_short_wide: whether blends shorter than ``POINT_TOLERANCE`` count up to that beside their corner
+    """
     h = np.maximum(curve.half_lengths, POINT_TOLERANCE)
     away = np.abs(np.clip(curve.corner_s, start[:, None], end[:, None]) - curve.corner_s)
     x = np.minimum(away / h, 1.0)
-    second = (15 / 16) * (1.0 - x * x) ** 2 / h * (curve.half_lengths > 0.0)
-    third = (away < curve.half_lengths) * (
-        10.0 / 3.0**0.5 / np.maximum(2.0 * curve.half_lengths, POINT_TOLERANCE) ** 2
-    )
+    covers = away < curve.half_lengths
+    counts = curve.half_lengths > 0.0 if are_short_wide else covers
+    second = (15 / 16) * (1.0 - x * x) ** 2 / h * counts
+    third = covers * (10.0 / 3.0**0.5 / np.maximum(2.0 * curve.half_lengths, POINT_TOLERANCE) ** 2)
     return second @ np.abs(curve.turns), third @ np.abs(curve.turns)
 
 

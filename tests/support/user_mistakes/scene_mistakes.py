@@ -223,7 +223,7 @@ SCENE_MISTAKES = (
     _scene("no items", "items: expected the items, got nothing; add it", _put("items", value=None)),
     _scene(
         "no noise",
-        "noise: expected bounds of the error of the item poses, got nothing; add it",
+        "noise: expected bounds of the error of poses of items without bounds of their own, got nothing",
         _put("noise", value=None),
     ),
     _scene(
