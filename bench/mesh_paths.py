@@ -1,12 +1,13 @@
 """Do the exact meshes of a robot touch anything along paths that were proven with its spheres?
 
-    python -m bench.mesh_paths [--robots panda ur5] [--queries 500] [--seed 0] [--json FILE]
+    python -m bench.mesh_paths [--robots panda ur5] [--queries 500] [--seed 0] [--without-tool] [--json FILE]
 
-The robot stands before shelf and tote of the default cell, among boxes that are drawn again for every query,
-and goes from one free configuration to another; paths are shortened. The judge knows nothing of spheres and
-convex pieces: the triangles of the URDF's collision meshes, as bounding volume hierarchies of python-fcl,
-against each other and against all boxes, every 5 mrad of the joint that moves most. So that it is known to
-see something, it judges the straight edges that are not proven as well: most of them do touch.
+The robot, with a suction cup unless it is left out, stands before shelf and tote of the default cell, among
+boxes that are drawn again for every query, and goes from one free configuration to another; paths are
+shortened. The judge knows nothing of spheres and convex pieces: the triangles of the URDF's collision meshes,
+as bounding volume hierarchies of python-fcl, against each other and against all boxes, every 5 mrad of the
+joint that moves most. So that it is known to see something, it judges the straight edges that are not proven
+as well: most of them do touch.
 """
 
 from __future__ import annotations
@@ -109,7 +110,7 @@ def installed() -> Path:
     return found
 
 
-def make_cell(name: str, data: Path, folder: Path) -> Cell:
+def make_cell(name: str, data: Path, folder: Path, has_tool: bool = True) -> Cell:
     """The default cell's shelf and tote, with another robot before them."""
     arm, default = ARMS[name], yaml.safe_load((data_path() / "cells/apc2016_delft/cell.yaml").read_text())
     limits = {"max_velocity": 2.0, "max_acceleration": 10.0, "max_jerk": 100.0}
@@ -135,6 +136,9 @@ def make_cell(name: str, data: Path, folder: Path) -> Cell:
         "allowed_pairs": [],
         "configurations": [],
     }
+    if not has_tool:
+        content["robot"] |= {"tip": arm.flange}
+        del content["tool"]
     (folder / "robot.urdf").write_bytes((data / "robots" / arm.urdf).read_bytes())
     (folder / "robot.srdf").write_bytes((data / "robots" / arm.srdf).read_bytes())
     (folder / "tool.urdf").write_text(TOOL)
@@ -266,10 +270,10 @@ def scenes(cell: Cell, n: int, seed: int) -> Iterator[tuple[int, Scene]]:
         yield k, Scene(among, cell.T_world_pod, (), PoseNoise())
 
 
-def measure(name: str, data: Path, n: int, seed: int) -> dict[str, Any]:
+def measure(name: str, data: Path, n: int, seed: int, has_tool: bool) -> dict[str, Any]:
     """Plan and judge n queries of one robot."""
     with TemporaryDirectory() as folder:
-        cell = make_cell(name, data, Path(folder))
+        cell = make_cell(name, data, Path(folder), has_tool)
         judge = Judge(cell, data)
     model, space, state = CollisionModel(cell), JointSpace.of(cell.robot), cell.robot.tool.default_state
     lengths: list[float] = []
@@ -320,13 +324,15 @@ def main() -> None:
     parser.add_argument("--robots", nargs="+", choices=sorted(ARMS), default=sorted(ARMS))
     parser.add_argument("--queries", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--without-tool", action="store_true", help="its spheres are coarser")
     parser.add_argument(
         "--data", type=Path, help="folder of the package example-robot-data, if not installed"
     )
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
     data = arguments.data or installed()
-    found = {name: measure(name, data, arguments.queries, arguments.seed) for name in arguments.robots}
+    given = arguments.queries, arguments.seed, not arguments.without_tool
+    found = {name: measure(name, data, *given) for name in arguments.robots}
     print(json.dumps(found, indent=2))
     if arguments.json is not None:
         arguments.json.write_text(json.dumps(found, indent=2) + "\n")
