@@ -71,7 +71,7 @@ def check_clearance(
     moving: Sequence[tuple[Part, ...]],
     world: PlanFixtures,
     exempt: Sequence[Exemptions],
-    opening_pairs: frozenset[tuple[str, str]] = frozenset(),
+    opening_pairs: Sequence[frozenset[tuple[str, str]]] = (),
     needed: float = 0.0,
 ) -> Clearance:
     """Prove that all pairs keep the clearance except those planned to touch; see the module's docstring.
@@ -82,8 +82,8 @@ def check_clearance(
         moving: Parts that move in each segment.
         world: Static solids of each segment.
         exempt: Exemptions of each segment.
-        opening_pairs: Pairs (part, fixture) that are near at the start of a recovery motion;
-            ``check_opening`` follows them.
+        opening_pairs: Pairs (part, fixture), of each segment, that are near at the start of a recovery
+            motion, which ``check_opening`` follows; () if there are none.
         needed: m, the clearance that all other pairs keep.
 
     Returns:
@@ -99,7 +99,9 @@ def check_clearance(
         own, others = (
             np.array([index[id(each)] for each in some], np.int64) for some in (moving[k], fixed[k])
         )
-        near.append(_near(states, solids, _Occupied(k, first, last, own, others), exempt[k], opening_pairs))
+        opened = opening_pairs[k] if opening_pairs else frozenset()
+        at = _Occupied(k, first, last, own, others)
+        near.append(_near(states, solids, at, exempt[k], opened))
     return _Search(plan, states, solids, Stretches.joined(near), needed).run()
 
 

@@ -2,8 +2,9 @@
 
 A stopped robot may be nearer to something than the clearance, or in contact with it. From the level
 ``opening`` on, pairs that are near at the start are not refused but followed one by one: each may open, and
-none may come nearer again than the largest distance that it had. Such a motion must lead out of the pod, in
-cells without one out of the place, or back along the motion that stopped.
+none may come nearer again than the largest distance that it had. On the level ``opening`` a cup has come free
+of them at the end of its first line: a lip that is bent against a body would slide along it. Such a motion
+must lead out of the pod, in cells without one out of the place, or back along the motion that stopped.
 """
 
 from __future__ import annotations
@@ -44,11 +45,12 @@ class Opening:
     """Pairs that were near at the start of a recovery motion.
 
     Attributes:
-        pairs: Names (part, fixture).
+        pairs: Names (part, fixture), of each segment, that are followed there and may be near; () if no pair
+            is followed.
         reasons: Faults of their motion.
     """
 
-    pairs: frozenset[tuple[str, str]] = frozenset()
+    pairs: tuple[frozenset[tuple[str, str]], ...] = ()
     reasons: tuple[Reason, ...] = ()
 
 
@@ -100,7 +102,7 @@ def _leads(
         return
     tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].tool_state)
     depths, around = _depths(scene, tips[:, :3, 3])
-    if plan.recovery in IGNORES_ERROR and depths[0] <= 0.0 and not opening.pairs:
+    if plan.recovery in IGNORES_ERROR and depths[0] <= 0.0 and not any(opening.pairs):
         yield Reason("not a way out", where, f"it begins outside of the {around}, and near to nothing")
     deeper = depths - np.minimum.accumulate(depths)
     if (worst := float(deeper.max())) > MAX_INWARD_DEPTH:
@@ -210,19 +212,22 @@ def check_opening(
     touched = {(name, other) for name in tool for other in exempt[0].touching}
     touched = touched if plan.recovery is RecoveryLevel.BACKWARDS else set()
     pairs = {pair for pair in near if frozenset(pair) not in exempt[0].allowed} - touched
+    free_after = tool if plan.recovery is RecoveryLevel.OPENING else frozenset()
+    later = frozenset(pair for pair in pairs if pair[0] not in free_after)
+    followed = (frozenset(pairs), *[later] * (len(plan.segments) - 1))
     nearest = dict.fromkeys(sorted(pairs), -np.inf)
     reasons: dict[tuple[str, str], Reason] = {}
     for k, segment in enumerate(plan.segments):
         first, last = states.between(segment.t_start, segment.t_end)
         fixtures = {f.name: replace(f, slack=0.0) if f.name in exact else f for f in world.of(k)}
-        for pair in nearest:
+        for pair in sorted(followed[k]):
             parts = [part for part in moving[k] if part.name == pair[0]]
             if pair[1] in fixtures and parts and pair not in reasons:
                 found = _followed(
                     states, parts, fixtures[pair[1]], range(first, last + 1), clearance, nearest
                 )
                 reasons.update({pair: found.at(f"segment {k} ({segment.kind})")} if found else {})
-    return Opening(frozenset(pairs), tuple(reasons.values()))
+    return Opening(followed, tuple(reasons.values()))
 
 
 def _followed(

@@ -261,4 +261,4 @@ def test_what_cup_or_item_are_planned_to_touch_is_not_followed_on_the_way_back(
         found = check_opening(
             plan, make_scene(), states, [(moving,)], PlanFixtures(plan, (near,), None), [exempt]
         )
-        assert found.pairs == ({("cup", "plate")} if is_followed else set())
+        assert found.pairs == (frozenset({("cup", "plate")} if is_followed else ()),)

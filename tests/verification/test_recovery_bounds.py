@@ -31,7 +31,7 @@ from support.rail_motions import HOME, rail, states_of
 
 ALONG = tip(HOME + np.eye(len(HOME))[0])[:3, 3] - tip(HOME)[:3, 3]  # where the rail takes the tool
 SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
-NEAR = Opening(frozenset({("cup", "box")}))
+NEAR = Opening((frozenset({("cup", "box")}),))
 FREE = Opening()
 
 

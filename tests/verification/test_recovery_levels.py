@@ -68,12 +68,14 @@ def test_no_other_plan_may_begin_in_contact(level: RecoveryLevel | None) -> None
 @pytest.mark.parametrize("ways", [[0.004], [-0.002, 0.006], [-0.05, 0.05], [-0.05, 0.0515]])
 @pytest.mark.parametrize("deep", [DEEP, -0.001])
 @pytest.mark.parametrize("touching", [(), (CRAYOLA,)])
+@pytest.mark.parametrize("level", [OPENING, SLOWLY])
 def test_what_has_opened_may_not_close_again(
-    ways: list[float], deep: float, touching: tuple[str, ...]
+    ways: list[float], deep: float, touching: tuple[str, ...], level: RecoveryLevel
 ) -> None:
-    """Also if the plan says that the cup touches it at first."""
+    """Also if the cup may touch it at first; on a second line of ``opening`` it touches nothing."""
     scene = in_the_air(deep)
-    assert "closes again" in reasons(plan_of(moved(ways, touching=touching), scene, OPENING), scene)
+    faults = {"collision", "too close"} if level is OPENING and len(ways) > 1 else {"closes again"}
+    assert faults & reasons(plan_of(moved(ways, touching=touching), scene, level), scene)
 
 
 def test_a_cup_may_touch_what_it_comes_free_of_over_the_first_line() -> None:
@@ -82,6 +84,29 @@ def test_a_cup_may_touch_what_it_comes_free_of_over_the_first_line() -> None:
     assert reasons(plan_of(moved([-0.06], touching=(CRAYOLA,)), scene, OPENING), scene) == {
         "touching too long"
     }
+
+
+@pytest.mark.parametrize("deep", [DEEP, -0.001])
+@pytest.mark.parametrize("touching", [(), (CRAYOLA,)])
+def test_a_cup_has_come_free_at_the_end_of_the_first_line(deep: float, touching: tuple[str, ...]) -> None:
+    """It does not slide along what it was bent against, and leads no lip through it on a second line."""
+    scene, fault = in_the_air(deep), "collision" if deep > 0.001 else "too close"
+    late = plan_of(moved([-0.001, -0.05], touching=touching), scene, OPENING)
+    assert reasons(late, scene) == {fault}
+    (reason,) = verify(late, scene).reasons
+    assert reason.where.startswith("segment 1 ")
+    beside = Builder(Q)
+    beside.line(SegmentKind.DEPART, tip(Q) @ pose([0.0, -0.01, 0.0]), 2.0, touching=touching)
+    beside.line(SegmentKind.RETREAT, tip(Q) @ pose([0.0, -0.02, 0.0]), 2.0)
+    beside.line(SegmentKind.RETREAT, tip(Q) @ pose([0.0, -0.02, -0.05]), 3.0)
+    sliding = plan_of(beside, scene, OPENING)
+    assert reasons(sliding, scene) == {fault}
+
+
+def test_on_the_slow_level_a_cup_may_come_free_on_any_line() -> None:
+    scene = in_the_air()
+    late = plan_of(moved([-0.001, -0.02]), scene, SLOWLY)
+    assert reasons(late, scene) == set()
 
 
 def test_what_was_not_near_at_the_start_is_kept_clear_of() -> None:

@@ -103,7 +103,7 @@ def _out(rules: RecoveryRules, label: str, seed: int, recorder: ExperienceRecord
         segments, q = out
         if rules.level is not RecoveryLevel.SLOWLY:
             n_ways_home += 1
-            way = _home(rules, q, derived_seed(seed, label), recorder)
+            way = _home(rules.after_first_line, q, derived_seed(seed, label), recorder)
             if isinstance(way, Failures):
                 failures += way
                 if n_ways_home == MOST_WAYS_HOME:
@@ -164,25 +164,25 @@ def _risen_and_out(
     rules: RecoveryRules, tip: Array, first: Array, rise: float, depth: float
 ) -> tuple[list[MotionSegment], Array] | Failures:
     """Follow lines: first away from near solids, then up, then out."""
-    context, start, entry = rules.context, rules.start, rules.entry
+    context, start, entry, after = rules.context, rules.start, rules.entry, rules.after_first_line
     freed = shifted(tip, first)
     lifted = shifted(freed, rise * entry.up)
     stages = [
-        (SegmentKind.DEPART, freed, rules.touching),
-        (SegmentKind.RETREAT, lifted, frozenset()),
-        (SegmentKind.RETREAT, shifted(lifted, -depth * entry.T_world_entry[:3, 0]), frozenset()),
+        (SegmentKind.DEPART, freed, rules.mode(rules.touching)),
+        (SegmentKind.RETREAT, lifted, after.mode()),
+        (SegmentKind.RETREAT, shifted(lifted, -depth * entry.T_world_entry[:3, 0]), after.mode()),
     ]
     segments, q, here = list[MotionSegment](), start.q, tip
     limits = SegmentLimits(rules.scale, context.settings.lift_speed)
-    for kind, there, allowed in stages:
+    for kind, there, mode in stages:
         if np.allclose(there, here):
             continue
-        checker = rules.checker(allowed)
+        checker = context.checker_for(rules.scene, mode)
         line = follow_line(context.arm, checker, here, there, start.tool_state, q, "way out")
         if isinstance(line, Failures):
             return line
         if (closes := rules.closes(line)) is not None:
             return Failures.of(closes)
-        segments.append(MotionSegment(kind, line, limits, mode=rules.mode(allowed)))
+        segments.append(MotionSegment(kind, line, limits, mode=mode))
         q, here = segments[-1].end, there
     return segments, q

@@ -80,6 +80,18 @@ class RecoveryRules:
         return self.context.checker_for(self.scene, self.mode(touching))
 
     @property
+    def after_first_line(self) -> RecoveryRules:
+        """The rules from the end of the first line on: on the level ``OPENING`` the cup is free by then.
+
+        A lip that is bent against a body would slide along it.
+        """
+        if self.level is not RecoveryLevel.OPENING:
+            return self
+        cup = _cup_links(self.context)
+        links = frozenset(pair for pair in self.opening_pairs if pair[0] not in cup)
+        return replace(self, touching=frozenset(), opening_pairs=links)
+
+    @property
     def all_pairs(self) -> SceneChecker:
         """The checker that measures all near pairs, also those that are allowed to be near."""
         mode = Mode(self.start.tool_state, reserve=self.reserve)
@@ -186,11 +198,16 @@ def rules_at(
     opening_pairs = _near(rules)
     if isinstance(opening_pairs, Reason):
         return opening_pairs
-    tool = context.cell.robot.tool
+    cup = _cup_links(context)
     # A bent lip stays in contact until the cup has come as far as it was pressed in.
-    cup = frozenset() if tool.grip.takes_widths else frozenset(tool.contact_links)
     touching = frozenset(solid for link, solid in opening_pairs if link in cup)
     return replace(rules, opening_pairs=opening_pairs, touching=touching)
+
+
+def _cup_links(context: PlanningContext) -> frozenset[str]:
+    """Return the links of the tool that a lip is part of; none of fingers."""
+    tool = context.cell.robot.tool
+    return frozenset() if tool.grip.takes_widths else frozenset(tool.contact_links)
 
 
 def _near_the_cup(rules: RecoveryRules) -> frozenset[str] | Reason:
