@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import combinations
 
@@ -39,6 +41,18 @@ def settle(scene: Scene, items: tuple[PlacedItem, ...]) -> tuple[PlacedItem, ...
         The items at rest, in the same order, or the reason for failure: an item keeps moving, leaves its
         location, sticks out of it, or overlaps.
     """
+    with _engine_with(scene, items) as engine:
+        rested = _come_to_rest(engine, scene, items)
+    if isinstance(rested, Reason):
+        return rested
+    # In a world of its own, as a scene is loaded: what only contacts that formed in its fall hold, falls.
+    with _engine_with(scene, rested) as engine:
+        return _drift(engine, rested) or rested
+
+
+@contextmanager
+def _engine_with(scene: Scene, items: tuple[PlacedItem, ...]) -> Iterator[Engine]:
+    """Yield an engine with the carriers of a scene, and items at their poses."""
     engine = Engine(TIME_STEP)
     try:
         for carrier in scene.posed_carriers:
@@ -46,7 +60,7 @@ def settle(scene: Scene, items: tuple[PlacedItem, ...]) -> tuple[PlacedItem, ...
                 engine.add_static(body, carrier.T_world_carrier, static_colour(carrier.name))
         for placed in items:
             engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))
-        return _come_to_rest(engine, scene, items)
+        yield engine
     finally:
         engine.close()
 
@@ -64,7 +78,7 @@ def _come_to_rest(
             return reason
     if reason := _pressed_together(rested):
         return reason
-    return _drift(engine, rested) or rested
+    return rested
 
 
 def _run(engine: Engine, items: tuple[PlacedItem, ...]) -> PlacedItem | None:

@@ -189,6 +189,28 @@ def test_make_scene_leaves_no_pile_that_creeps() -> None:
     assert moved_awake(scene, 5.0) < 5e-3  # awake all the time, which a pile in a trial is not; 1.4 m before
 
 
+@pytest.mark.parametrize(
+    ("bin_name", "items", "seed"),
+    [
+        (
+            "bin_E",
+            "kleenex_paper_towels peva_shower_curtain_liner elmers_washable_no_run_school_glue jane_eyre_dvd "
+            "i_am_a_bunny_book",
+            951002,
+        ),
+        (
+            "bin_I",
+            "fiskars_scissors_red scotch_bubble_mailer kleenex_tissue_box peva_shower_curtain_liner "
+            "dove_beauty_bar rawlings_baseball staples_index_cards",
+            951004,
+        ),
+    ],
+)
+def test_what_is_loaded_into_another_world_stays(bin_name: str, items: str, seed: int) -> None:
+    """These layouts stood only on contacts that had formed as they came to rest."""
+    assert moved_awake(made({bin_name: items.split()}, seed), 1.0) < 1e-3
+
+
 def test_progress_is_told_inside_the_search_for_one_bin_and_decides_nothing() -> None:
     contents = {"bin_D": ("dove_beauty_bar", "crayola_24_ct")}
     told: list[Progress] = []
