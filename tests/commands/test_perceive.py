@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.commands.perceived_lines import perceived_lines
+from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation, UnexplainedPart
 from pickcli.perception.items.perceived_file import read_perceived
+from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_file import read_scene
 from support.command_line import ITEM, Made, apc
 
@@ -19,7 +22,8 @@ def test_answers_are_written_and_told(made: Made, cell: Cell, tmp_path: Path) ->
     argv = ("perceive", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "-o", path)
     answer = apc(*argv)
     assert answer.code == 0, answer.err
-    assert "bin_C: 2 of 2 listed items found" in answer.out
+    assert "bin_C: 2 of 2 listed items found, 8" in answer.out
+    assert "something" not in answer.out
     scene = read_scene(made.scene, cell)
     (place,) = read_perceived(path, cell).places
     assert {item.id for item in place.items} == {ITEM, "crayola_24_ct"}
@@ -44,6 +48,27 @@ def test_same_seed_same_bytes(made: Made, tmp_path: Path) -> None:
     assert files[0] != files[2]
 
 
+def test_lines_tell_bounds_doubts_and_what_is_left(cell: Cell) -> None:
+    """A confidence never reads higher than it is, and what is left is told beside a refusal, too."""
+    left = UnexplainedPart(200, np.zeros(3), np.array([0.1, 0.05, 0.02]))
+    item = cell.item(ITEM, 2016)
+    sure = ItemObservation(ITEM, item, np.eye(4), 0.9996, "", PoseNoise(0.0042, np.radians(3.4)), None)
+    unsure = ItemObservation(
+        f"{ITEM}#2", item, np.eye(4), 0.49996, "confidence 0.499 is below 0.5", None, None
+    )
+    one, two = (
+        "\n".join(perceived_lines(PlaceObservation("bin_A", np.eye(4), items, (left,), 0.876)))
+        for items in ((sure,), (sure, unsure))
+    )
+    assert "bin_A: 1 of 1 listed items found, 88% of its room is seen" in one
+    assert "0.999  4.2 mm  3.4 deg" in one
+    assert "something of 100 x 50 x 20 mm is there that is not listed" in one
+    assert "0.499" in two and "0.50 " not in two
+    assert "something of 100 x 50 x 20 mm is there that is refused above or not listed" in two
+    (empty,) = perceived_lines(PlaceObservation("bin_A", np.eye(4), (), (), 0.9))
+    assert empty == "bin_A: no items are listed to be there, 90% of its room is seen"
+
+
 @pytest.mark.parametrize(
     ("argv", "code", "told"),
     [
@@ -54,10 +79,21 @@ def test_same_seed_same_bytes(made: Made, tmp_path: Path) -> None:
         (
             ("--camera", "hand", "-o", "a.json"),
             3,
-            "shows less than half of the mouth of every place with items",
+            "camera hand at home: shows less than 50% of the room of every place with items",
         ),
         (("--camera", "hand", "--at", "cam_C", "--bin", "bin_Z", "-o", "a.json"), 3, "bin_Z"),
         (("--camera", "hand", "--at", "cam_C", "--bin", "bin_L", "-o", "a.json"), 3, "is not in the picture"),
+        (("--camera", "hand", "--at", "cam_C", "--bin", "bin_B", "-o", "a.json"), 3, "% of its room is seen"),
+        (
+            ("--camera", "boom", "--at", "tote_11h", "--bin", "tote", "-o", "a.json"),
+            3,
+            "71% is hidden by the robot",
+        ),
+        (
+            ("--camera", "hand", "--at", "drop_12_down", "-o", "a.json"),
+            3,
+            "camera hand at drop_12_down: nothing is measured in any pixel; ensenso measures from",
+        ),
     ],
 )
 def test_mistakes_are_told(made: Made, tmp_path: Path, argv: tuple[str, ...], code: int, told: str) -> None:

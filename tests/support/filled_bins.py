@@ -41,13 +41,13 @@ class Filled:
         return perceive_items(self.rgbd, self.place, self.T_world_place, listed, self.known)
 
 
-def looked_at(scene: Scene, noise_seed: int = 1, texture_seed: int = 11) -> Filled:
-    """Bin E as the camera sees it, printed otherwise than the models."""
+def looked_at(scene: Scene, noise_seed: int = 1, texture_seed: int = 11, at: str = "cam_E") -> Filled:
+    """Bin E as the camera sees it from a configuration, printed otherwise than the models."""
     cell = scene.cell
-    at, hand = cell.configurations["cam_E"], cell.cameras["hand"]
-    T = camera_pose(cell.robot, hand, at.q, at.tool_state)
-    rendered = RenderedScene.of(scene, at.q, at.tool_state)
+    before, hand = cell.configurations[at], cell.cameras["hand"]
+    T = camera_pose(cell.robot, hand, before.q, before.tool_state)
+    rendered = RenderedScene.of(scene, before.q, before.tool_state)
     depth = measure_depth(rendered, hand.model, T, noise_seed).depth
     colour = colour_picture(rendered, hand.model.camera, T, texture_seed)
-    known = RenderedScene.of(replace(scene, items=()), at.q, at.tool_state)
+    known = RenderedScene.of(replace(scene, items=()), before.q, before.tool_state)
     return Filled(scene, cell.places["bin_E"], RgbdPicture(hand.model, T, depth, colour), known)

@@ -2,7 +2,8 @@
 
 Read in this order:
 
-- What comes in: `rgbd_picture`, depth and colour of one look; `place_view`, what it shows of one place.
+- What comes in: `rgbd_picture`, depth and colour of one look; `place_view`, what it shows of one place, and
+  `room_sight`, how much of it.
 - What is known of items: `product_model` with its `colour_model`; `symmetry` says which poses look alike.
 - The search: `pose_starts` puts items where they could be, `place_pictures` compare hypotheses with what was
   seen, and `item_search` decides all items of a place together.

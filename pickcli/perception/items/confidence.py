@@ -62,3 +62,15 @@ def confidence_of(support: Support, no_return: float, n_listed: int) -> float:
         In (0, 1).
     """
     return float(1.0 / (1.0 + np.exp(-support_features(support, no_return, n_listed) @ _WEIGHTS)))
+
+
+def truncated(confidence: float) -> str:
+    """Format a confidence so that it never looks higher than it is.
+
+    Args:
+        confidence: In [0, 1].
+
+    Returns:
+        Three decimals, cut off: 0.4996 is below 0.5 as 0.499.
+    """
+    return f"{np.floor(1e3 * confidence) / 1e3:.3f}"

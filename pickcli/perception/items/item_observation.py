@@ -88,12 +88,14 @@ class PlaceObservation:
         T_world_place: (4, 4) its pose.
         items: The answers, in the order of the list.
         unexplained: What else was measured before the known place, the largest part first.
+        seen: Share of its room that is in sight, were no items in it.
     """
 
     place: str
     T_world_place: Array
     items: tuple[ItemObservation, ...]
     unexplained: tuple[UnexplainedPart, ...] = ()
+    seen: float = 1.0
 
     @property
     def refused(self) -> tuple[ItemObservation, ...]:

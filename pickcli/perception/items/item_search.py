@@ -205,7 +205,8 @@ class ItemSearch:
             return every
         counts = (_N_SEARCHED, _N_KEPT)
         found, _ = self._coarse.candidates(i, T @ every, T[:3, 2], _COARSE_STEPS, counts, (placed, poses))
-        return found
+        is_inside = [self._place.holds(p, np.inf) for p in (inverse(T) @ found)[:, :3, 3]]
+        return np.asarray(found[np.array(is_inside, dtype=bool)])
 
     def _open(self, placed: NDArray[np.int32], poses: Array, most: int) -> _Open:
         room = self._place.room

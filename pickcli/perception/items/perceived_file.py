@@ -72,6 +72,7 @@ def perceived_values(perceived: Perceived) -> dict[str, Any]:
             {
                 "place": each.place,
                 "pose": _pose_values(each.T_world_place),
+                "seen": each.seen,
                 "items": [_item_values(item) for item in each.items],
                 "unexplained": [
                     {"pixels": part.n_pixels, "low": part.low.tolist(), "high": part.high.tolist()}
@@ -124,7 +125,7 @@ def read_perceived(path: Path, cell: Cell) -> Perceived:
         left = tuple(
             UnexplainedPart(part.pixels, np.array(part.low), np.array(part.high)) for part in each.unexplained
         )
-        places.append(PlaceObservation(each.place, T, items, left))
+        places.append(PlaceObservation(each.place, T, items, left, each.seen))
     T_world_camera = _pose(source, ("camera_pose",), model.camera_pose)
     source.check()
     return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places))

@@ -66,6 +66,7 @@ class PerceivedPlaceModel(FileModel):
 
     place: Text = Field(description="the name of a place")
     pose: PerceivedPoseModel = Field(description="a pose in the world")
+    seen: float = Field(ge=0, le=1, description="a share")
     items: Annotated[tuple[PerceivedItemModel, ...], Len(0, 300)] = Field(description="a list of answers")
     unexplained: Annotated[tuple[UnexplainedModel, ...], Len(0, 1000)] = Field(description="a list of parts")
 

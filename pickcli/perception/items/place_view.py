@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter
 
 from pickcli.cell.place import Place
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
-from pickcli.geometry import Array, inverse, transform_points
+from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.surface_view import FloatPicture, SurfaceView
@@ -18,9 +18,9 @@ from pickcli.perception.surface_view import FloatPicture, SurfaceView
 PIXEL = 0.002  # m on the nearest side of the place that a pixel covers, at least as much as one of the sensor
 _BEYOND = 0.02  # m around the room in which surfaces belong to the place
 _AVERAGED = 3  # px of normals
-_MOUTH_SAMPLES = 21  # along each side
 _NEAREST = 0.05  # m before the camera
 _STEPS = 1  # px to both sides, for normals
+_BEFORE = 0.01  # m before a surface: a solid that hides it
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,8 @@ class PlaceView:
         share: (height, width) share of each block that was measured.
         colour: (height, width, 3) mean of each block, 0 to 255.
         known: What would be seen if there were no items, NaN where that is not of the place.
-        facing: (height, width) cosine between ray and normal of what is known.
+        facing: (height, width) cosine between ray and normal of what is known; 0 where nothing came back as
+            the second eye sees something else.
     """
 
     camera: PinholeCamera
@@ -124,34 +125,9 @@ def view_of_place(
     view = known.seen_by(camera, rgbd.T_world_camera)
     rays = camera.rays
     facing = -(view.normals * rays).sum(axis=-1) / np.linalg.norm(rays, axis=-1)
+    facing[(share == 0.0) & _in_shadow(view, known, rgbd.depth_model.baseline)] = 0.0
     seen = _of_place(view, place, T_world_place)
     return PlaceView(camera, T_camera_place, depth, share, colour, seen, facing.astype(np.float32))
-
-
-def mouth_in_picture(
-    camera: PinholeCamera, T_world_camera: Array, place: Place, T_world_place: Array
-) -> float:
-    """Compute how much of a place's mouth is in the sight of a camera before it.
-
-    Args:
-        camera: Intrinsics of the camera.
-        T_world_camera: (4, 4) its pose.
-        place: The place.
-        T_world_place: (4, 4) its pose.
-
-    Returns:
-        The share of its area; what is in the place may still hide behind its walls or other things.
-    """
-    access = place.access
-    T_camera_mouth = inverse(T_world_camera) @ T_world_place @ access.T_place_mouth
-    if not inverse(T_camera_mouth)[0, 3] < 0.0:
-        return 0.0
-    along = np.linspace(-0.5, 0.5, _MOUTH_SAMPLES)
-    y, z = np.meshgrid(along * access.width, along * access.height)
-    points = transform_points(T_camera_mouth, np.stack([0.0 * y, y, z], axis=-1).reshape(-1, 3))
-    pixels = camera.project(points)
-    is_seen = (pixels >= 0.0).all(axis=1) & (pixels <= [camera.width - 1, camera.height - 1]).all(axis=1)
-    return float((is_seen & (points[:, 2] > _NEAREST)).mean())
 
 
 def _window(
@@ -190,6 +166,21 @@ def _medians(blocks: Array) -> tuple[FloatPicture, FloatPicture]:
     middle = np.maximum(counts - 1, 0) // 2
     medians = np.take_along_axis(ordered, middle[..., None], axis=2)[..., 0]
     return medians.astype(np.float32), (counts / blocks.shape[2]).astype(np.float32)
+
+
+def _in_shadow(view: SurfaceView, known: RenderedScene, baseline: float) -> NDArray[np.bool_]:
+    """(height, width) whether known solids hide what is known from the sensor's second eye."""
+    camera = view.camera
+    if not baseline or not np.isfinite(view.depth).any():
+        return np.zeros(view.depth.shape, dtype=bool)
+    largest = int(np.ceil(camera.fx * baseline / np.nanmin(view.depth)))  # disparity, px
+    beside = replace(camera, cx=camera.cx + largest, width=camera.width + largest)
+    other = known.seen_by(beside, view.T_world_camera @ pose((baseline, 0.0, 0.0)))
+    rows, columns = np.indices(view.depth.shape)
+    with np.errstate(invalid="ignore"):
+        shifted = columns + largest - camera.fx * baseline / view.depth
+        nearest = np.where(np.isfinite(shifted), np.round(shifted), 0.0).astype(int)
+        return np.asarray(other.depth[rows, nearest] < view.depth - _BEFORE)
 
 
 def _of_place(view: SurfaceView, place: Place, T_world_place: Array) -> SurfaceView:

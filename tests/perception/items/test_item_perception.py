@@ -77,6 +77,13 @@ def test_an_empty_bin_has_nothing_to_be_found(filled: Filled) -> None:
     assert not empty.perceived([]).has_unlisted
 
 
+@pytest.mark.parametrize(("at", "name"), [("bin_E", "bin_A"), ("bin_H", "bin_D"), ("bin_L", "bin_E")])
+def test_what_the_second_eye_does_not_see_is_no_item(filled: Filled, at: str, name: str) -> None:
+    """Beside a post nothing comes back from the back of an empty bin."""
+    aside = looked_at(replace(filled.scene, items=()), at=at)
+    assert replace(aside, place=filled.scene.cell.places[name]).perceived([]).unexplained == ()
+
+
 def test_an_item_may_be_hidden_by_another(filled: Filled) -> None:
     """A ball right behind a box is seen by nobody, and nobody claims to have seen it."""
     scene = filled.scene
@@ -104,3 +111,20 @@ def test_a_place_beside_the_picture_is_told(filled: Filled) -> None:
     other = replace(filled, place=filled.scene.cell.places["tote"])
     with pytest.raises(InputError, match="tote: is not in the picture"):
         other.perceived(filled.listed)
+
+
+def test_what_lies_before_the_mouth_is_not_in_the_bin(filled: Filled) -> None:
+    """A can that would fall out is not the one in the bin, however well that fits the picture."""
+    scene = filled.scene
+    can = scene.find("folgers_classic_roast_coffee")
+    before = replace(can, T_world_item=filled.T_world_place @ pose((-0.03, 0.0, 0.07)))
+    observed = looked_at(replace(scene, items=(before,))).perceived()
+    for answer in observed.items:
+        assert not answer.is_answer, answer.T_world_item
+
+
+@pytest.mark.parametrize("name", ["bin_D", "bin_H", "bin_G"])
+def test_a_place_of_which_little_is_seen_is_told_with_the_share(filled: Filled, name: str) -> None:
+    beside = replace(filled, place=filled.scene.cell.places[name])
+    with pytest.raises(InputError, match=rf"{name}: \d+% of its room is seen, at least 50% must be"):
+        beside.perceived([])

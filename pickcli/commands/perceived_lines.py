@@ -1,0 +1,52 @@
+"""What was perceived in a place, as lines of text."""
+
+from __future__ import annotations
+
+from math import degrees
+from typing import TYPE_CHECKING
+
+from pickcli.commands.table import table_lines
+
+if TYPE_CHECKING:
+    from pickcli.geometry import Array
+    from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+
+_HEAD = ("item", "confidence", "within", "and", "position in m, or why not")
+
+
+def perceived_lines(observed: PlaceObservation) -> list[str]:
+    """Tell what was perceived in a place.
+
+    Args:
+        observed: The answers for its items.
+
+    Returns:
+        A line for the place, a table of its items, and what else is there.
+    """
+    from pickcli.perception.items.confidence import truncated
+
+    n = len(observed.items)
+    answered = sum(item.is_answer for item in observed.items)
+    found = f"{answered} of {n} listed items found" if n else "no items are listed to be there"
+    lines = [f"{observed.place}: {found}, {observed.seen:.0%} of its room is seen"]
+    rows = [
+        [item.id, truncated(item.confidence), *_bound(item), item.refusal or _position(item.T_world_item)]
+        for item in observed.items
+    ]
+    lines += [f"  {line}" for line in (table_lines(_HEAD, rows) if rows else ())]
+    if observed.unexplained:
+        part = observed.unexplained[0]
+        size = " x ".join(f"{1e3 * v:.0f}" for v in part.high - part.low)
+        whose = "not listed" if observed.has_unlisted else "refused above or not listed"
+        lines.append(f"  something of {size} mm is there that is {whose}")
+    return lines
+
+
+def _bound(item: ItemObservation) -> tuple[str, str]:
+    if item.bound is None or not item.is_answer:
+        return "", ""
+    return f"{1e3 * item.bound.position:.1f} mm", f"{degrees(item.bound.angle):.1f} deg"
+
+
+def _position(T: Array | None) -> str:
+    return "" if T is None else " ".join(f"{v:.3f}" for v in T[:3, 3])
