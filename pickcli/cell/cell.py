@@ -135,6 +135,8 @@ class Cell:
         fingerprint: SHA-256 over all that the validity of a motion depends on.
         parked_fingerprint: Hash over the fingerprints of all arms, each with the others parked; empty if the
             cell has only one arm.
+        equipment: Hashes of what plans depend on beyond the fingerprint, by what it is: "devices", and "tool"
+            for load limits, of all arms; empty in a cell that was not read from a file.
     """
 
     name: str
@@ -159,6 +161,7 @@ class Cell:
     accepted: frozenset[str] = frozenset()
     fingerprint: str = field(default="")
     parked_fingerprint: str = field(default="")
+    equipment: dict[str, str] = field(default_factory=dict)
 
     @property
     def scene_fingerprint(self) -> str:

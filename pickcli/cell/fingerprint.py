@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import astuple
 from math import isfinite
 from typing import Any
@@ -49,6 +49,29 @@ def fingerprint(cell: Cell) -> str:
             ),
         }
     )
+
+
+def equipment(cells: Collection[Cell]) -> dict[str, str]:
+    """Compute the SHA-256 of what plans depend on beyond the fingerprint, and stored motions do not.
+
+    Args:
+        cells: The cell as seen by each of its arms.
+
+    Returns:
+        Hexadecimal digits of "devices" and of "tool", its load limits.
+    """
+    devices = [
+        [
+            [each.name, each.kind.value, *numbers([each.lead, each.flow]), *each.actions]
+            for each in cell.devices.values()
+        ]
+        for cell in cells
+    ]
+    limits = [rounded(cell.robot.tool.grip.limit_figures()) for cell in cells]
+    return {
+        "devices": digest(sorted((sorted(own) for own in devices), key=json.dumps)),
+        "tool": digest(sorted(limits, key=json.dumps)),
+    }
 
 
 def rules(cell: Cell) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pickcli.cell.cell import ArmState, Cell
-from pickcli.cell.fingerprint import digest, fingerprint
+from pickcli.cell.fingerprint import digest, equipment, fingerprint
 from pickcli.cell.robot import Robot
 from pickcli.cell.robots.planning_group import planning_group
 from pickcli.cell.robots.urdf import Urdf
@@ -77,9 +77,9 @@ class Workcell:
             for name, cell in sorted(cells.items(), key=lambda entry: preferences.get(entry[0], 0))
         }  # fmt: skip
         prints = {name: fingerprint(cell) for name, cell in named.items()}
-        whole = digest(prints) if arms else ""
+        whole, others = digest(prints) if arms else "", equipment(named.values())
         known = {
-            name: replace(cell, fingerprint=prints[name], parked_fingerprint=whole)
+            name: replace(cell, fingerprint=prints[name], parked_fingerprint=whole, equipment=others)
             for name, cell in named.items()
         }
         return cls(known, parked, preferences, tree, posture)

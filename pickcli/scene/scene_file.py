@@ -88,6 +88,7 @@ def read_scene(
             f"{path}: made for cell {model.cell.name} {model.cell.fingerprint}, but this is "
             f"{cell.name} {cell.scene_fingerprint}; {_remade(cell, model.cell.name)}"
         )
+    _check_equipment(path, model, cell)
     check_carriers(source, model, cell)
     check_names(source, model, cell)
     scene = Scene(
@@ -129,6 +130,22 @@ def read_scene(
         warn(warnings, scene)
     warnings.log()
     return scene
+
+
+def _check_equipment(path: Path, model: SceneModel, cell: Cell) -> None:
+    """Refuse a scene of a cell with other devices or another tool, in which other grasps hold."""
+    stated = {"devices": model.cell.devices, "tool": model.cell.tool}
+    kinds = {"devices": "devices (e.g. a pump of another flow)", "tool": "load limits of the tool"}
+    other = [
+        kinds[kind]
+        for kind, digest in stated.items()
+        if digest is not None and digest != cell.equipment.get(kind, digest)
+    ]
+    if other:
+        raise StaleError(
+            f"{path}: made for a cell {model.cell.name} with other {' and '.join(other)} than {cell.path}; "
+            "name its cell with --cell, or make the scene again"
+        )
 
 
 def _remade(cell: Cell, name: str) -> str:
@@ -286,7 +303,11 @@ def _to_text(scene: Scene, folder: Path) -> str:
     head: dict[str, Any] = {
         "format": "apc scene",
         "version": 1,
-        "cell": {"name": scene.cell.name, "fingerprint": scene.cell.scene_fingerprint},
+        "cell": {
+            "name": scene.cell.name,
+            "fingerprint": scene.cell.scene_fingerprint,
+            **scene.cell.equipment,
+        },
         **_carriers_values(scene),
         "noise": {"position": scene.noise.position, "angle": scene.noise.angle},
         "seed": scene.seed,

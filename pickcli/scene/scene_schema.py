@@ -13,6 +13,7 @@ from pickcli.files.schema import FileModel, Text, Vector
 from pickcli.scene.scene_warnings import WARNINGS
 
 Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
+Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 MAX_ITEMS = 300
 # Largest yaw error of a pod. Every wall is swept by it: of twelve targets, seven were planned with up to 0.05
 # rad (as many as with 0), five with 0.08, and none with 0.2.
@@ -34,6 +35,8 @@ class CellReference(FileModel):
         description="the cell's name (one under data/cells; of another cell say where it is with --cell)"
     )
     fingerprint: str = Field(pattern=r"^[0-9a-f]{64}$", description="the cell's fingerprint, 64 hex digits")
+    devices: Hash | None = Field(default=None, description="hash of its devices, 64 hex digits")
+    tool: Hash | None = Field(default=None, description="hash of its tool's load limits, 64 hex digits")
 
 
 class NoiseModel(FileModel):

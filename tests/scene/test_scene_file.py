@@ -22,6 +22,7 @@ from pickcli.geometry import from_quaternion, pose
 from pickcli.scene.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from support.bare_robot import write_bare_robot
+from support.cell_copies import CellCopy
 from support.scene_files import edit, make_scene, put_at
 
 Refused = Callable[[Callable[[], object]], str]
@@ -45,6 +46,33 @@ def test_the_hash_survives_generations_of_files(cell: Cell, written: Path) -> No
         write_scene(scene, written.with_name(f"{generation}.json"))
         scene = read_scene(written.with_name(f"{generation}.json"))
     assert scene_hash(scene) == scene_hash(make_scene(cell))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("flow: 600,", "flow: 60,", "other devices (e.g. a pump of another flow) than"),
+        ("pump: {kind: pump, lead: 2.0,", "pump: {kind: pump, lead: 1.0,", "other devices"),
+        ("max_pull: 42.0", "max_pull: 41.0", "other load limits of the tool than"),
+    ],
+)
+def test_a_copied_cell_of_the_same_name_is_another_one(
+    cell_copy: CellCopy, tmp_path: Path, old: str, new: str, told: str
+) -> None:
+    """Stored motions are for both cells, but what a pump holds is not."""
+    cell_copy.yaml.replace(old, new)
+    other, path = cell_copy.load(), tmp_path / "scene.json"
+    assert other.fingerprint == CELL.fingerprint
+    write_scene(make_scene(other), path)
+    assert read_scene(path, other).items
+    with pytest.raises(StaleError) as error:
+        read_scene(path)
+    assert told in str(error.value) and "--cell" in str(error.value)
+    text = json.loads(path.read_text())
+    for key in ("devices", "tool"):
+        del text["cell"][key]
+    path.write_text(json.dumps(text))
+    assert read_scene(path).items
 
 
 def test_what_the_cup_holds_comes_back_and_counts(cell: Cell, tmp_path: Path) -> None:
