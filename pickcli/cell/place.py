@@ -174,6 +174,20 @@ class Room:
         ends, heights = (self.slope_from, self.floor_flat_from), (self.ceiling_front, self.ceiling_back)
         return np.asarray(np.interp(x, ends, heights))
 
+    def contains(self, p: Array, above: float = 0.0) -> bool:
+        """Whether a point is between walls, floor and ceiling.
+
+        Args:
+            p: (3,) m in the place's frame.
+            above: m above the ceiling that count as inside.
+
+        Returns:
+            True if it is inside.
+        """
+        x, y, z = p
+        in_plan = self.x_range[0] <= x <= self.x_range[1] and self.y_range[0] <= y <= self.y_range[1]
+        return bool(in_plan and self.floor_at(x) <= z <= self.ceiling_at(x) + above)
+
     def rest(self, x: Array, half: Array) -> tuple[Array, Array]:
         """Compute how a base rests on the floor; the floor is concave, so it rests on its two ends.
 

@@ -123,7 +123,9 @@ def check_upright(source: Source, scene: Scene) -> None:
 
 
 def check_places(source: Source, scene: Scene) -> None:
-    """Check that every item is near its stated location, which detects poses in another frame.
+    """Check that every item is near its stated location, and not inside of another place.
+
+    This detects poses in another frame, and names of neighbours.
 
     Args:
         source: Collects the mistakes with their places in the file.
@@ -131,6 +133,7 @@ def check_places(source: Source, scene: Scene) -> None:
     """
     astray_items: list[Mistake] = []
     sunk: list[Mistake] = []
+    elsewhere: list[Mistake] = []
     for i, placed in enumerate(scene.items):
         place = scene.cell.places[placed.location]
         is_from_above = place.access.is_from_above
@@ -143,15 +146,30 @@ def check_places(source: Source, scene: Scene) -> None:
             where = f"{placed.id} is {astray:.2f} m away from {placed.location}"
             astray_items.append((("items", i, "position"), where))
             continue
-        if is_from_above:
-            continue
+        is_inside = place.room.contains(p, np.inf if is_from_above else 0.0)
+        other = "" if is_inside else _place_around(scene, placed.T_world_item[:3, 3])
         under = place.room.floor_back - (p[2] - placed.item.shape.reach(R)[2])
-        if under > SUNK + scene.bound(placed):
+        if not is_from_above and under > SUNK + scene.bound(placed):
             text = f"{placed.id} reaches {1000 * under:.1f} mm under the floor of {placed.location}"
-            sunk.append((("items", i, "position"), text))
+            sunk.append((("items", i, "position"), text + f", into {other}" * bool(other)))
+        elif other:
+            text = f"{placed.id} lies in {other}, not in {placed.location}"
+            elsewhere.append((("items", i, "location"), text))
     frame = "poses are those of the item's middle in the world frame (docs/formats/scene.md)"
     _add_alike(source, astray_items, frame, f"is T_world_pod where the pod stands? {frame}")
     _add_alike(source, sunk, ONE_POSE, f"correct its pose, or all: {CONVENTION}")
+    _add_alike(
+        source, elsewhere, "correct its location or its pose", "are their locations those of their poses?"
+    )
+
+
+def _place_around(scene: Scene, p: Array) -> str:
+    """Name of the place whose room has a point (3,) of the world inside; "" for none."""
+    for place in scene.cell.places.values():
+        T_place_world = inverse(scene.T_world_place(place))
+        if place.room.contains((T_place_world @ [*p, 1.0])[:3]):
+            return place.name
+    return ""
 
 
 def _add_alike(source: Source, mistakes: Sequence[Mistake], advice: str, if_many: str) -> None:

@@ -48,6 +48,19 @@ def test_the_hash_survives_generations_of_files(cell: Cell, written: Path) -> No
     assert scene_hash(scene) == scene_hash(make_scene(cell))
 
 
+def test_an_item_in_the_bin_beside_its_own_is_told(cell: Cell, written: Path) -> None:
+    """It is within 0.15 m of the bin that it is said to be in."""
+    items = json.loads(written.read_text())["items"]
+    k = next(i for i, item in enumerate(items) if item["location"] == "bin_E")
+    bin_e, (x, _, z) = cell.pod.bins["bin_E"], items[k]["position"]
+    left = bin_e.T_carrier_place[1, 3] + bin_e.room.high[1] - 0.1
+    edit(written, put_at("items", k, "position", value=[x, left, z]))
+    assert read_scene(written).items
+    edit(written, put_at("items", k, "location", value="bin_D"))
+    with pytest.raises(InputError, match="lies in bin_E, not in bin_D; correct its location"):
+        read_scene(written)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
