@@ -2,8 +2,8 @@
 
 Depth is measured on the solids at their perceived poses, not enlarged. Two items overlap by at most the sum
 of their pose errors. While it is taken out, the item may not go deeper into a neighbour than at rest, except
-for the effect of an angular pose error; it may approach a neighbour that it does not touch at rest by no more
-than that effect. The same holds in reverse when it is set down.
+for the effect of an angular pose error; a neighbour that it does not touch at rest it may meet, and not
+enter. The same holds in reverse when it is set down.
 
 The bellows give way only along the axis of the cup: a cup pressed in by its whole stroke must be clear of
 what it touches, except for the pose error of that; and in a motion that is not along that axis the cup goes

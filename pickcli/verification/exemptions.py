@@ -15,8 +15,6 @@ from pickcli.verification.moving_parts import Part
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
 
-CLEARANCE_ALLOWANCE = 0.0015  # m beyond the clearance: the planner may bound distances from below
-
 
 @dataclass(frozen=True)
 class Exemptions:
@@ -160,13 +158,12 @@ def _touching(
         held_in = k - 1 if segment.kind is SegmentKind.DEPART and k > 0 else k
     resting = [part for part in moving[held_in] if part.is_held]
     resting = resting or [part for part in moving[k] if part.is_cup]
-    most = scene.cell.clearance + CLEARANCE_ALLOWANCE
     near = set()
     for fixture in world.of(k):
         if fixture.name in segment.touching:
             for part in resting:
                 part.solid.place(states.links[part.link, i] @ part.T_link_shape)
-                if part.solid.distance(fixture.solid) - part.slack - fixture.slack <= most:
+                if part.solid.distance(fixture.solid) - part.slack - fixture.slack <= scene.cell.clearance:
                     near.add(fixture.name)
     for place in scene.cell.places.values():  # an item on a floor may touch all bodies of the floor
         if near & set(place.support):

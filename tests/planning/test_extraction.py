@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from pickcli.cartesian.corridor import SIDEWAYS_OFFSETS
 from pickcli.cell.cell import Cell
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Failures
@@ -12,8 +15,8 @@ from pickcli.geometry import Array, pose
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.extraction import Extraction, extraction_of
-from pickcli.planning.stages.lift_sampling import climbed
-from pickcli.planning.stages.planned_extraction import MAX_LINES, planned_corridors
+from pickcli.planning.stages.lift_sampling import IN_OPEN_BOX, IN_SHELF, LiftSpace, climbed
+from pickcli.planning.stages.planned_extraction import MAX_LINES, OUT_OF_SHELF, planned_corridors
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 BIN = "bin_E"
@@ -43,7 +46,7 @@ def lying_across(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]
 
 def planned(ways: Extraction, seed: int = 0) -> list[Array]:
     found = planned_corridors(
-        ways.T_entry_item, ways.shape, ways.leaving, ways.carrying, ways.first_stretch, seed
+        OUT_OF_SHELF, ways.T_entry_item, ways.shape, ways.leaving, ways.carrying, ways.first_stretch, seed
     )
     return [np.stack([c.first_stretch, c.lift, *c.retreat]) for c in found]
 
@@ -54,6 +57,41 @@ def behind(context: PlanningContext) -> Extraction:
     cell = context.cell
     bottle = standing(cell, "up_glucose_bottle", 0.33, 0.0)
     return ways_out(context, bottle, lying_across(cell, "folgers_classic_roast_coffee", 0.2, 0.0))
+
+
+@pytest.fixture(scope="module")
+def overhung(context: PlanningContext) -> Extraction:
+    """A carton on the floor of the tote, most of it under a box that reaches over it."""
+    cell = context.cell
+    tote = cell.places["tote"]
+    floor = (cell.T_world_place(tote) @ [0.0, 0.0, tote.room.floor_back, 1.0])[2]
+    middle = (cell.T_world_place(tote) @ [*(tote.room.low + tote.room.high)[:2] / 2, 0.0, 1.0])[:2]
+    height = float(cell.item("crayola_24_ct").shape.extents[2])
+    carton = pose([*middle, floor + height / 2 + 0.0005])
+    box_height = float(cell.item("kleenex_tissue_box").shape.extents[2])
+    box = pose([middle[0] + 0.05, middle[1], floor + height + box_height / 2 + 0.025])
+    items = tuple(
+        PlacedItem(name, cell.item(name), "tote", T)
+        for name, T in (("crayola_24_ct", carton), ("kleenex_tissue_box", box))
+    )
+    scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
+    return extraction_of(PickProblem(context, scene, tote, items[0], cell.pod.bins[BIN]))
+
+
+def test_out_of_an_open_box_it_is_led_out_from_under_what_reaches_over_it(overhung: Extraction) -> None:
+    assert not isinstance(overhung.corridors, Failures)
+    for corridor in overhung.corridors:
+        D = np.stack([corridor.first_stretch, corridor.lift, *corridor.retreat])
+        assert is_proven(overhung.leaving, overhung.carrying, D)
+        assert D[0, 0] <= 0.0  # the entry's x points down
+        assert np.linalg.norm(D[0, :3]) <= overhung.first_stretch + 1e-12
+        assert np.abs(D[:, 1:3]).max() > max(SIDEWAYS_OFFSETS)
+
+
+def test_what_pushes_others_aside_leaves_an_open_box_straight_up_or_not_at_all(overhung: Extraction) -> None:
+    failures = replace(overhung, pushes=True).corridors
+    assert isinstance(failures, Failures)
+    assert failures.in_the_way == ("kleenex_tissue_box",)
 
 
 def is_proven(leaving: FreeItemChecker, carrying: FreeItemChecker, D: Array) -> bool:
@@ -118,8 +156,18 @@ def mailer(context: PlanningContext) -> Extraction:
     return extraction_of(PickProblem(context, scene, cell_bin, placed, context.cell.places["tote"]))
 
 
+@pytest.mark.parametrize("within", [IN_SHELF, IN_OPEN_BOX])
+def test_displacements_are_raised_along_gravity_and_nothing_else_changes(within: LiftSpace) -> None:
+    rng = np.random.default_rng(3)
+    D, rises = rng.uniform(-0.04, 0.04, (50, 6)), rng.uniform(0.0, 0.04, 50)
+    raised = within.risen(D, rises)
+    np.testing.assert_allclose(within.heights(raised), rises, atol=1e-15)
+    k = int(np.argmax(np.abs(within.up)))
+    np.testing.assert_array_equal(np.delete(raised, k, axis=1), np.delete(D, k, axis=1))
+
+
 def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mailer: Extraction) -> None:
-    found = climbed(mailer.leaving, mailer.carrying, mailer.first_stretch, np.random.default_rng(0))
+    found = climbed(mailer.leaving, mailer.carrying, IN_SHELF, mailer.first_stretch, np.random.default_rng(0))
     assert found
     for d in found:
         assert is_proven(mailer.leaving, mailer.carrying, d[None])

@@ -123,7 +123,7 @@ def test_fingers_touch_what_they_close_on_or_open_from_while_they_move() -> None
 
 # What is near where it is at rest
 
-NEAR = cell().clearance + 0.0015  # m, and what those who name it may have bounded from below
+NEAR = cell().clearance  # m
 
 
 def touched(plan: Plan, k: int, gaps: Sequence[float], moving: Sequence[Part], slack: float = 0.0) -> bool:

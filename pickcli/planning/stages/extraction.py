@@ -18,7 +18,7 @@ from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.errors import Failures
 from pickcli.geometry import Array
 from pickcli.planning.pick_problem import PickProblem, once_per_problem
-from pickcli.planning.stages.planned_extraction import planned_corridors
+from pickcli.planning.stages.planned_extraction import OUT_OF_OPEN_BOX, OUT_OF_SHELF, planned_corridors
 from pickcli.seeds import derived_seed
 
 N_FEW, N_MANY = 4, 40  # most simple ways out
@@ -44,6 +44,7 @@ class Extraction:
         carrying: Checker of the item after that, when it may touch nothing.
         first_stretch: m, length of the first stretch.
         seed: Seed of planned ways.
+        pushes: Whether the item may push others aside on its way out of an open box.
         further: m by which ways out of an open box lead on upwards, over items that rear up beside it.
     """
 
@@ -55,6 +56,7 @@ class Extraction:
     carrying: FreeItemChecker
     first_stretch: float
     seed: int
+    pushes: bool = False
     further: float = 0.0
 
     @cached_property
@@ -108,10 +110,11 @@ class Extraction:
 
     @cached_property
     def _planned(self) -> tuple[Corridor, ...]:
-        if self.place.access.is_from_above:  # straight up is the only way
+        if self.pushes:  # what is pushed may be anywhere but straight above
             return ()
+        ways = OUT_OF_OPEN_BOX if self.place.access.is_from_above else OUT_OF_SHELF
         return planned_corridors(
-            self.T_entry_item, self.shape, self.leaving, self.carrying, self.first_stretch, self.seed
+            ways, self.T_entry_item, self.shape, self.leaving, self.carrying, self.first_stretch, self.seed
         )
 
 
@@ -139,5 +142,6 @@ def extraction_of(problem: PickProblem) -> Extraction:
         carrying=checker(contacts.while_carrying()),
         first_stretch=problem.context.settings.first_stretch,
         seed=derived_seed(problem.seed, "exit", problem.target.id),
+        pushes=bool(problem.pushed),
         further=max(0.0, problem.above_pushed - RETREAT_DISTANCE),
     )
