@@ -32,7 +32,7 @@ from pickcli.cell.makers.pod import build_pod
 from pickcli.cell.makers.tote import build_tote
 from pickcli.cell.robot import Joint, JointType, Limits, Robot
 from pickcli.cell.robots.planning_group import mounted, planning_group, stripped, with_tip, with_whole_finger
-from pickcli.cell.robots.robot_tree import prefixed, side_by_side
+from pickcli.cell.robots.robot_tree import WORLD, prefixed, side_by_side
 from pickcli.cell.robots.srdf import read_srdf
 from pickcli.cell.robots.urdf import Urdf, read_urdf
 from pickcli.cell.schemas.cell_schema import (
@@ -307,7 +307,11 @@ def _cameras(source: Source, model: CellModel, urdf: Urdf) -> dict[str, MountedC
     for name, stated in model.sensors.items():
         key, is_file = ("sensors", name, "model"), Path(stated.model).suffix in (".yaml", ".yml")
         if stated.link is not None:
-            refer(source, ("sensors", name, "link"), "link", stated.link, list(urdf.links))
+            at = ("sensors", name, "link")
+            if stated.link == WORLD and WORLD not in urdf.links:
+                source.add(at, "no link is named 'world'; leave link out for a camera fixed in the world")
+            else:
+                refer(source, at, "link", stated.link, list(urdf.links))
         if not is_file and stated.model not in sensor_names():
             refer(source, key, "sensor", stated.model, sensor_names())
             continue

@@ -52,6 +52,10 @@ def test_the_cells_that_ship_have_none(name: str) -> None:
         ("-0.404, 0.567]}", "-0.404, 0.584]}", "-0.404, 0.586]}", "blocked_place:table"),
         ("xyz: [0, 0, 0], rpy: [0, 0, 0]}", "xyz: [0, 0, 0], rpy: [0, 0.09, 0]}",
          "xyz: [0, 0, 0], rpy: [0, 0.11, 0]}", "tilted_pod:pod"),
+        ("position: 0.001, angle: 0.0035", "position: 0.02, angle: 0.0035", "position: 0.021, angle: 0.0035",
+         "odd_camera:hand.position"),
+        ("position: 0.001, angle: 0.0035", "position: 0.001, angle: 0.05", "position: 0.001, angle: 0.2",
+         "odd_camera:hand.angle"),
         ("[-1.758, 0, 0], rpy", "[-1.95, 0, 0], rpy", "[-2.09, 0, 0], rpy", "astray"),
     ],
 )  # fmt: skip

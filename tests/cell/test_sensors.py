@@ -53,6 +53,11 @@ def test_a_cell_without_sensors_has_no_cameras(cell_copy: CellCopy) -> None:
         ("model: ensenso", "model: none.yaml", "no such file in the cell's folder"),
         ("model: ensenso", "model: ../a.yaml", "expected a path inside the cell's folder"),
         (LINK, "    link: link_x\n", "sensors.hand.link: no link is named 'link_x'; known: arm_base"),
+        (
+            LINK,
+            "    link: world\n",
+            "no link is named 'world'; leave link out for a camera fixed in the world",
+        ),
         (LINK, "    links: link_t\n", "sensors.hand.links: unknown key; did you mean 'link'?"),
         ("position: 0.001", "position: 1", "sensors.hand.error.position: expected m, 0 to 0.1"),
         ("position: 0.001, ", "", "sensors.hand.error.position: expected m, 0 to 0.1, got nothing"),
@@ -73,6 +78,28 @@ def test_a_sensor_may_lie_in_the_folder_of_the_cell(cell_copy: CellCopy) -> None
     (cell_copy.folder / "mine.yaml").write_text(SENSOR.read_text().replace("name: carmine", "name: mine"))
     cell_copy.yaml.replace("model: ensenso", "model: mine.yaml")
     assert cell_copy.load().cameras["hand"].model.name == "mine"
+
+
+@pytest.mark.parametrize(
+    ("old", "taken", "told", "subject", "advice"),
+    [
+        ("fx: 570", "fx: 36666", "fx: 36670", "hand.fx", "sees 1 degrees; is its fx in px, not mm?"),
+        ("fy: 570", "fy: 21", "fy: 20.9", "hand.fy", "in px"),
+        ("fx: 570", "fx: 28", "fx: 0.006", "hand.fx", "sees 180 degrees"),
+    ],
+)
+def test_a_field_of_view_that_no_lens_has_is_odd(
+    cell_copy: CellCopy, old: str, taken: str, told: str, subject: str, advice: str
+) -> None:
+    mine = cell_copy.folder / "mine.yaml"
+    text = SENSOR.read_text().replace("baseline: 0.075", "baseline: 0.0001")
+    cell_copy.yaml.replace("model: ensenso", "model: mine.yaml")
+    mine.write_text(text.replace(old, taken))
+    assert cell_copy.load().warnings == ()
+    mine.write_text(text.replace(old, told))
+    (warning,) = cell_copy.load().warnings
+    assert advice in warning
+    assert f"add odd_camera:{subject} to accepted_warnings" in warning
 
 
 def test_sensors_of_the_package_are_read_by_their_names() -> None:

@@ -26,6 +26,7 @@ CELL_WARNINGS = {
     "astray": "a configuration far from its place",
     "untested_pair": "an allowed pair that is far apart",
     "colliding_pair": "an allowed pair of links that collide in some configurations",
+    "odd_camera": "the field of view of a camera, or the error of its pose",
     "needless_acceptance": "an accepted warning that is not given",
     "out_of_reach": "a place that the tool hardly reaches",
     "poor_configuration": "a configuration from which little of its place is reached",

@@ -8,6 +8,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.checks.place_plausibility import warn_of_places
+from pickcli.cell.checks.sensor_plausibility import warn_of_cameras
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.schemas.cell_schema import CellModel
 from pickcli.cell.schemas.tool_schema import GripperModel, SuctionModel
@@ -48,6 +49,7 @@ def warn_of_figures(warnings: FileWarnings, cell: Cell, model: CellModel) -> Non
     _clearance(warnings, model)
     _limits(warnings, cell)
     warn_of_places(warnings, cell, model)
+    warn_of_cameras(warnings, cell)
 
 
 def _devices(warnings: FileWarnings, cell: Cell, model: CellModel) -> None:
