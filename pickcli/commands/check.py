@@ -29,7 +29,7 @@ from pickcli.commands.options import (
     refuse_missing,
 )
 from pickcli.errors import DamagedError
-from pickcli.files.file_kind import ORDER, SCENE
+from pickcli.files.file_kind import ORDER, PERCEIVED, SCENE
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -60,7 +60,7 @@ def command(
     cell_name: str | None, items_path: Path | None, arm: str | None, standing: tuple[str, ...],
     jobs: int | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.
+    """Find mistakes in a cell, scene, order, items or perceived items, or damage in a roadmap or database.
 
     For a cell (its name, folder or cell.yaml) everything is read, and it is checked whether its named
     configurations are free, and how much of each place the arm reaches. Mistakes end with exit code 3; what
@@ -76,8 +76,8 @@ def command(
     """
     refuse_missing(path, (".h5", ".json", ".yaml"))
     arms, kind = ArmRequest(arm, standing, items=items_path), kind_of_text(path)
-    if items_path is not None and kind not in (SCENE, ORDER):
-        raise click.UsageError("--items is for scenes and orders; leave it out")
+    if items_path is not None and kind not in (SCENE, ORDER, PERCEIVED):
+        raise click.UsageError("--items is for scenes, orders and perceived items; leave it out")
     if kind is None:
         refuse_options_of_cells(strict, picture)
         cell = open_cell(cell_name or DEFAULT_CELL, arms)

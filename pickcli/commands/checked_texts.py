@@ -1,4 +1,4 @@
-"""``apc check`` of hand-written files: cells, scenes, orders and files of items."""
+"""``apc check`` of texts: cells, scenes, orders, files of items and of perceived items."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pickcli.commands.progress_bar import progress
 from pickcli.commands.scene_options import open_scene
 from pickcli.commands.table import table_lines
 from pickcli.errors import InputError
-from pickcli.files.file_kind import CELL, ITEMS, ORDER, PLAN, SCENE, STORE, FileKind
+from pickcli.files.file_kind import CELL, ITEMS, ORDER, PERCEIVED, PLAN, SCENE, STORE, FileKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pickcli.reachability.cell_check import CellCheck
 
 HEAD = 4096  # bytes at the start of a text file that state its format
-TEXTS = (CELL, SCENE, ORDER, ITEMS)
+TEXTS = (CELL, SCENE, ORDER, ITEMS, PERCEIVED)
 _log = logging.getLogger(__name__)
 
 
@@ -55,7 +55,7 @@ def kind_of_text(path: Path) -> FileKind | None:
             kind = kind_of(head)
             if kind in TEXTS:
                 return kind
-            wanted = f"a cell, a scene, an order, items, or {STORE.name} is expected here"
+            wanted = f"a cell, a scene, an order, items, perceived items, or {STORE.name} is expected here"
             if kind not in (None, STORE):
                 advice = " (apc verify checks plans)" if kind is PLAN else ""
                 raise InputError(f"{path}: is {kind.name}, but {wanted}{advice}")
@@ -124,7 +124,7 @@ class CheckOptions:
 
 
 def check_text(path: Path, kind: FileKind, options: CheckOptions) -> None:
-    """Check a cell, scene, order or file of items, and print the result.
+    """Check a cell, scene, order, file of items or of perceived items, and print the result.
 
     Args:
         path: The file; for a cell also its name or folder.
@@ -134,7 +134,13 @@ def check_text(path: Path, kind: FileKind, options: CheckOptions) -> None:
     Raises:
         InputError: With every mistake, or with the number of warnings if they are treated as mistakes.
     """
-    check = {CELL: _checked_cell, SCENE: _checked_scene, ORDER: _checked_order, ITEMS: _checked_items}[kind]
+    check = {
+        CELL: _checked_cell,
+        SCENE: _checked_scene,
+        ORDER: _checked_order,
+        ITEMS: _checked_items,
+        PERCEIVED: _checked_perceived,
+    }[kind]
     with _heard() as warnings:
         values = check(path, options)
     n, what = len(warnings), values.pop("text")
@@ -240,6 +246,19 @@ def _checked_order(path: Path, options: CheckOptions) -> dict[str, Any]:
     order = read_order(path, open_cell(options.cell_name or DEFAULT_CELL, options.arms))
     n = len(order.targets)
     return {"text": f"an order of {n} target{'s' * (n != 1)}", "targets": n}
+
+
+def _checked_perceived(path: Path, options: CheckOptions) -> dict[str, Any]:
+    from functools import partial
+
+    from pickcli.perception.items.perceived_file import read_perceived
+
+    cell = None if options.cell_name is None else open_cell(options.cell_name, options.arms)
+    places = read_perceived(path, cell, partial(open_cell, request=options.arms)).places
+    answers = [item for place in places for item in place.items]
+    n = sum(item.is_answer for item in answers)
+    text = f"{n} of {len(answers)} listed items found in {', '.join(place.place for place in places)}"
+    return {"text": text, "n_items": len(answers), "n_found": n}
 
 
 def _checked_items(path: Path, options: CheckOptions) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def command(
     path: Path, cell_name: str | None, items_path: Path | None, is_all: bool, ends: tuple[str, str] | None,
     picture: Path | None, arm: str | None, standing: tuple[str, ...], overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Show what is in a roadmap, database, plan, scene or cell.
+    """Show what is in a roadmap, database, plan, scene, cell or file of perceived items.
 
     FILE may also be a cell's folder or name. A roadmap or database is shortened to fit on a screen; --all and
     --json show everything.
@@ -121,7 +121,7 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
     """Determine the kind of the file, and describe it. Raises InputError, DamagedError, StaleError."""
     from pickcli.errors import InputError
     from pickcli.files.bounded_reading import read_kind
-    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE
+    from pickcli.files.file_kind import CELL, PERCEIVED, PLAN, SCENE, STORE
 
     refuse_missing(path, (".h5", ".json"))
     if path.is_dir() or not path.exists():
@@ -129,6 +129,8 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
     kind = read_kind(path)
     if kind == SCENE:
         return _scene(path, cell_name, arms)
+    if kind == PERCEIVED:
+        return _perceived(path, cell_name, arms)
     if kind == CELL:
         return cell_summary(path, arms)
     describe = {STORE: _stored, PLAN: _plan}
@@ -139,7 +141,8 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
         return summary
     found = "is not a file that apc knows" if kind is None else f"is {kind.name}"
     raise InputError(
-        f"{path}: {found}, but a roadmap, trajectory database, plan, scene or cell is expected here"
+        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, cell or file of perceived "
+        "items is expected here"
     )
 
 
@@ -175,6 +178,15 @@ def _scene(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any
         "items": {place: [i.id for i in scene.in_location(place)] for place in sorted(places)},
         "supports": _supports(scene),
     }
+
+
+def _perceived(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any]:
+    from functools import partial
+
+    from pickcli.perception.items.perceived_file import perceived_values, read_perceived
+
+    cell = None if cell_name is None else open_cell(cell_name, arms)
+    return perceived_values(read_perceived(path, cell, partial(open_cell, request=arms)))
 
 
 def _supports(scene: Scene) -> dict[str, Any]:

@@ -18,8 +18,8 @@ class PathType(click.Path):
     """Path of a file or folder. An empty path, or `-` for a stream, is a usage error."""
 
     def __init__(self) -> None:
-        """Paths become `pathlib.Path`; whether they exist is checked when they are read or written."""
-        super().__init__(path_type=Path)
+        """Paths become `pathlib.Path`; who reads or writes them checks whether they exist and may be read."""
+        super().__init__(path_type=Path, readable=False)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Check a path.

@@ -84,7 +84,9 @@ def order_argument(function: F) -> F:
     Returns:
         The command with the argument.
     """
-    return click.argument("order_path", metavar="ORDER", type=click.Path(), callback=_named_order)(function)
+    return click.argument(
+        "order_path", metavar="ORDER", type=click.Path(readable=False), callback=_named_order
+    )(function)
 
 
 def optional_order_argument(function: F) -> F:
@@ -97,7 +99,11 @@ def optional_order_argument(function: F) -> F:
         The command with the argument.
     """
     return click.argument(
-        "order_path", metavar="[ORDER]", type=click.Path(), callback=_named_order, required=False
+        "order_path",
+        metavar="[ORDER]",
+        type=click.Path(readable=False),
+        callback=_named_order,
+        required=False,
     )(function)
 
 

@@ -11,7 +11,7 @@ import click
 from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
-from pickcli.commands.option_types import PATH
+from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     CELL_HELP,
     items_option,
@@ -62,8 +62,7 @@ def command(
     from pickcli.files.atomic_write import write_bytes
     from pickcli.page.html_page import page_bytes
 
-    if output.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"{output}: a page is written as .html; name such a file")
+    refuse_suffix(output, (".html",), "a page")
     refuse_output(output, overwrite, path, scene_path, cell_name, items_path)
     document = _document(path, scene_path, cell_name, ArmRequest(arm, standing, items=items_path))
     with stage("writing of the page"):

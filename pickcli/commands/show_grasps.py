@@ -61,7 +61,7 @@ def command(
     from pickcli.page.html_page import page_bytes
     from pickcli.seeds import derived_rng
 
-    refuse_suffix(output, (".html", ".htm"), "a page")
+    refuse_suffix(output, (".html",), "a page")
     refuse_output(output, overwrite, cell_name, items_path)
     item = find_item(item_name, year, items_path)
     cell = open_cell(cell_name, ArmRequest(arm, items=items_path))

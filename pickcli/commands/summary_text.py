@@ -26,6 +26,8 @@ def in_words(summary: dict[str, Any]) -> dict[str, Any]:
         return {**summary, "motions": {load: motion_text(m) for load, m in summary["motions"].items()}}
     if "spheres" in summary:
         return {**summary, "spheres": _spheres_in_words(summary["spheres"])}
+    if "camera_pose" in summary:
+        return _perceived_in_words(summary)
     if "supports" not in summary:
         return summary
     lines = []
@@ -36,6 +38,23 @@ def in_words(summary: dict[str, Any]) -> dict[str, Any]:
         phrases = [f"{what} {', '.join(names)}" for what, names in parts.items() if names]
         lines += [f"{name}: {'; '.join(phrases)}"] if phrases else []
     return {**summary, "supports": lines or ["no item rests on another item"]}
+
+
+def _perceived_in_words(summary: dict[str, Any]) -> dict[str, Any]:
+    """Tell the answers of each place in a line each."""
+    from pickcli.perception.items.confidence import truncated
+
+    places = {}
+    for place in summary["places"]:
+        lines = [f"{place['seen']:.0%} of its room is seen"]
+        for item in place["items"]:
+            at = "" if item["pose"] is None else " ".join(f"{v:.3f}" for v in item["pose"]["position"])
+            told = item["refusal"] or f"at {at}, confidence {truncated(item['confidence'])}"
+            lines.append(f"{item['id']}: {told}")
+        if place["unexplained"]:
+            lines.append(f"parts that no answer explains: {len(place['unexplained'])}")
+        places[place["place"]] = lines
+    return {**summary, "places": places}
 
 
 def _spheres_in_words(spheres: dict[str, dict[str, Any]]) -> dict[str, str]:

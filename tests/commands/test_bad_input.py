@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import builtins
+import io
 import os
 import re
 import shutil
@@ -210,6 +212,32 @@ def test_scenes_with_mistakes(
 def test_a_scene_of_another_cell_is_stale(made: Made, tmp_path: Path, out: Path) -> None:
     scene = made.changed("scene", tmp_path, lambda s: s["cell"].update(fingerprint="0" * 64))
     refused(pick(scene, out), 4, scene, "0" * 64, load_cell("apc2016_delft").fingerprint)
+
+
+def test_files_that_may_not_be_read_are_bad_input(
+    made: Made, tmp_path: Path, out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As files that are missing, and not wrong usage, whoever runs the tests."""
+    path, is_allowed, opened = tmp_path / "secret.json", os.access, io.open
+    path.write_text("{}")
+
+    def access(name: object, mode: int, **options: Any) -> bool:
+        return str(name) != str(path) and is_allowed(str(name), mode, **options)
+
+    def refuse(name: object, *arguments: Any, **options: Any) -> Any:
+        if str(name) == str(path):
+            raise PermissionError(13, "Permission denied", str(path))
+        return opened(name, *arguments, **options)  # type: ignore[call-overload]
+
+    monkeypatch.setattr(os, "access", access)
+    monkeypatch.setattr(io, "open", refuse)
+    monkeypatch.setattr(builtins, "open", refuse)
+    for argv in (
+        ("make-scene", path, "-o", out), ("check", path), ("inspect", path),
+        ("plan-move", "--scene", path, "--from", "home", "--to", "bin_C", "-o", out),
+    ):  # fmt: skip
+        refused(apc(*argv), 3, f"{path}: cannot be read")
+    assert not out.exists()
 
 
 def test_pipes_are_not_waited_for(made: Made, tmp_path: Path, out: Path) -> None:

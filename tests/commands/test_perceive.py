@@ -14,7 +14,7 @@ from pickcli.perception.items.item_observation import ItemObservation, PlaceObse
 from pickcli.perception.items.perceived_file import read_perceived
 from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_file import read_scene
-from support.command_line import ITEM, Made, apc
+from support.command_line import ITEM, Made, apc, refused
 
 
 def test_answers_are_written_and_told(made: Made, cell: Cell, tmp_path: Path) -> None:
@@ -35,6 +35,31 @@ def test_answers_are_written_and_told(made: Made, cell: Cell, tmp_path: Path) ->
     assert told.pop("seed") == 0
     content = json.loads(path.read_text())
     assert {key: told[key] for key in content} == content
+
+
+def test_what_was_perceived_is_inspected_and_checked(made: Made, tmp_path: Path) -> None:
+    path = tmp_path / "perceived.json"
+    argv = ("perceive", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "-o", path)
+    assert apc(*argv).code == 0
+    told = apc("inspect", path)
+    assert told.code == 0
+    assert f"{ITEM}: at " in told.out and "of its room is seen" in told.out
+    summary = json.loads(apc("inspect", path, "--json").out)
+    content = json.loads(path.read_text())
+    assert {key: summary[key] for key in ("format", "cell", "camera", "sensor")} == {
+        key: content[key] for key in ("format", "cell", "camera", "sensor")
+    }
+    assert summary["places"][0]["items"][0]["confidence"] == content["places"][0]["items"][0]["confidence"]
+    assert "without mistakes; 2 of 2 listed items found in bin_C" in apc("check", path).out
+    content["places"][0]["items"][0]["confidence"] = 2
+    path.write_text(json.dumps(content))
+    for command in ("inspect", "check"):
+        refused(apc(command, path), 3, "places[0].items[0].confidence")
+    content["cell"] = "apc2016_delf"
+    content["places"][0]["items"][0]["confidence"] = 1
+    path.write_text(json.dumps(content))
+    refused(apc("check", path), 3, "apc2016_delf")
+    assert apc("check", path, "--cell", "apc2016_delft").code == 0
 
 
 def test_same_seed_same_bytes(made: Made, tmp_path: Path) -> None:

@@ -52,6 +52,7 @@ def test_what_cannot_be_shown_is_refused(made: Made, tmp_path: Path) -> None:
         ((made.order, "-o", page), 3, "is an order, but a roadmap"),
         ((made.scene, "--scene", made.scene, "-o", page), 2, "--scene applies only to a plan"),
         ((made.scene, "-o", tmp_path / "page.png"), 3, "a page is written as .html"),
+        ((made.scene, "-o", tmp_path / "page.htm"), 3, "a page is written as .html"),
         ((tmp_path / "nothing.json", "-o", page), 3, "no such file"),
         ((made.plan, "--cell", "apc2016_delft", "-o", page), 4, "the plan was made for the scene"),
     ):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import UnknownNameError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import PERCEIVED
@@ -98,22 +100,26 @@ def write_perceived(perceived: Perceived, path: Path, replace: bool = True) -> N
     write_text(path, json.dumps(perceived_values(perceived), indent=1) + "\n", replace)
 
 
-def read_perceived(path: Path, cell: Cell) -> Perceived:
+def read_perceived(
+    path: Path, cell: Cell | None = None, load: Callable[[str], Cell] = load_cell
+) -> Perceived:
     """Read a file of perceived items.
 
     Args:
         path: The file.
-        cell: The cell, for its items and places.
+        cell: The cell, for its items and places; loaded by its name if None.
+        load: Function that loads a cell by its name.
 
     Returns:
         What was perceived.
 
     Raises:
         InputError: The file has mistakes: with every problem.
-        UnknownNameError: A place is not one of the cell's.
+        UnknownNameError: There is no such cell, or a place is not one of the cell's.
     """
     source = read_yaml(path, PERCEIVED, is_json=True)
     model = validate(source, PerceivedModel)
+    cell = cell or load(model.cell)
     places = []
     for i, each in enumerate(model.places):
         if each.place not in cell.places:

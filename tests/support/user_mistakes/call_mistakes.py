@@ -84,7 +84,7 @@ CALL_MISTAKES = (
     Mistake(
         "inspect an order",
         "inspect ORDER",
-        "order.json: is an order, but a roadmap, … plan, scene or cell is expected here",
+        "order.json: is an order, but a roadmap, … plan, scene, cell or … is expected here",
         3,
     ),
     Mistake(
@@ -387,7 +387,7 @@ CALL_MISTAKES = (
     Mistake(
         "items for a file of items",
         "check ITEMS --items ITEMS",
-        "--items is for scenes and orders; leave it out",
+        "--items is for scenes, orders and perceived items; leave it out",
         2,
     ),
     Mistake(
