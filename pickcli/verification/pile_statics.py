@@ -17,6 +17,7 @@ from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.equilibrium import PileContact, RigidBody, missing_to_balance
+from pickcli.verification.separation import support
 
 # vertical part of a normal from which on an item above is lifted along
 LYING_NORMAL_Z = np.sin(np.radians(30.0))
@@ -25,6 +26,7 @@ LEVEL_NORMAL_XY = np.sin(np.radians(1.5))  # horizontal part of a normal up to w
 CHOCK_TILT = np.radians(8.0)  # angle that the world may tilt by without round items rolling off
 WEIGHT_TOLERANCE = 1e-3  # missing weights for balance that count as rounding
 N_TILTS = 3
+N_EDGES = 36  # horizontal directions in which the edge of what carries an item is looked for
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -107,6 +109,41 @@ def fall_onto_others(scene: Scene, item_id: str) -> float:
     falls = boxes.low[0, 2] - boxes.high[:, 2]
     least = [-TOUCH - item.bound - other.bound for other in boxes.bodies]
     return float(np.min(falls, where=is_under & (falls >= least), initial=np.inf))
+
+
+def tips_as_it_lands(scene: Scene, item_id: str) -> bool:
+    """Whether an item that is carried by others only may turn over their edge as it falls onto them.
+
+    It first meets one edge of what carries it, in an inelastic blow, and all energy that this leaves goes
+    into the turn over the opposite edge.
+
+    Args:
+        scene: The scene, with the item where it is let go.
+        item_id: Id of the item.
+
+    Returns:
+        True if that energy lifts its centre over an edge.
+    """
+    pile = _pile(scene, scene.find(item_id).location)
+    body = pile.bodies[item_id]
+    below = [c.b for c in pile.touching[item_id] if c.normal[2] >= CARRYING_NORMAL_Z]
+    if not below or any(other.is_firm for other in below):
+        return False
+    fall = max(fall_onto_others(scene, item_id), 0.0)
+    x, y, z = 2.0 * body.shape.reach(body.T[:3, :3])
+    turns = 2.0 * np.pi * np.arange(N_EDGES) / N_EDGES
+    for way in np.column_stack([np.cos(turns), np.sin(turns), np.zeros(N_EDGES)]):
+        edge, arm = (_reach_of(below, body, w) for w in (way, -way))
+        rise = np.sqrt(max(edge, 0.0) ** 2 + z**2 / 4) - z / 2
+        if rise < arm**2 / (arm**2 + (min(x, y) ** 2 + z**2) / 12) * fall:
+            return True
+    return False
+
+
+def _reach_of(below: Sequence[RigidBody], body: RigidBody, way: Array) -> float:
+    """Return how far in m along a horizontal direction bodies carry another one, from below its centre."""
+    own, *others = (float(way @ (support(b.shape, b.T, way) - body.T[:3, 3])) for b in (body, *below))
+    return min(own, max(others))
 
 
 def is_borne(scene: Scene, item_id: str) -> bool:

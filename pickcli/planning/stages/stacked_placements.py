@@ -22,6 +22,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.floor_placements import FROM_MOUTH, HOVER
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.statics.balance import FREE_SLENDERNESS
+from pickcli.statics.landing import DIRECTIONS, stays_on
 from pickcli.statics.supports import supports_of
 
 STEP = 0.02  # m between tried placements
@@ -63,8 +64,7 @@ def stacked_placements(
         top = _top(below, scene.T_world_place(place))
         if top is not None:
             gap = scene.bound(placed) + scene.bound(below) + hover
-            over = replace(top, middle=top.middle + gap * top.normal)
-            free += _free_on(context, scene, replace(placed, location=place.name), R, below.id, over)
+            free += _free_on(context, scene, replace(placed, location=place.name), R, below, top, gap)
     free.sort(key=lambda at: round(float(at.T_world_item[2, 3]), 3))
     staying = tuple(islice((at for at in free if _all_stay(scene, at)), n_most))
     return staying or Failures.of(no_top)
@@ -74,12 +74,18 @@ def stacked_placements(
 class _Top:
     """A level upper side, in the frame of the place.
 
-    middle: (3,) m. normal: (3,). sides: (2, 3) m, from the middle to two of its edges
+    middle: (3,) m. normal: (3,). sides: (2, 3) m, from the middle to two of its edges. radius: m, if round
     """
 
     middle: Array
     normal: Array
     sides: Array
+    radius: float
+
+    def reaches(self, at: Array) -> Array:
+        """Return how far in m its edge is from a point (3,) over it, along each of ``DIRECTIONS``."""
+        across = np.minimum(np.abs(DIRECTIONS @ self.sides.T).sum(axis=1), self.radius)
+        return np.asarray(DIRECTIONS @ (self.middle - at) + across)
 
 
 def _top(below: PlacedItem, T_world_place: Array) -> _Top | None:
@@ -96,28 +102,41 @@ def _top(below: PlacedItem, T_world_place: Array) -> _Top | None:
     middle = (low + high) / 2
     middle[k] = up * half[k]
     sides = np.array([(high - low)[i] / 2 * T[:3, i] for i in range(3) if i != k])
-    return _Top(transform_points(T, middle), up * T[:3, k], sides)
+    radius = item.shape.size[0] if item.shape.kind is ShapeKind.CYLINDER else np.inf
+    return _Top(transform_points(T, middle), up * T[:3, k], sides, radius)
 
 
 def _free_on(
-    context: PlanningContext, scene: Scene, placed: PlacedItem, R: Array, below: str, over: _Top
+    context: PlanningContext,
+    scene: Scene,
+    placed: PlacedItem,
+    R: Array,
+    below: PlacedItem,
+    top: _Top,
+    gap: float,
 ) -> Iterator[PlacedItem]:
     """Yield an item at all free placements on one item, those over its middle first.
 
-    R: (3, 3) its orientation, levelled. over: the upper side of the other, raised to where this one is let go
+    R: (3, 3) its orientation, levelled. top: upper side of the other. gap: m over it, where this is let go
     """
     place = scene.cell.places[placed.location]
     T_world_place, bound = scene.T_world_place(place), scene.bound(placed)
     half = float(placed.item.shape.reach(R)[2])
-    R = least_turn(UP, over.normal) @ R
+    R = least_turn(UP, top.normal) @ R
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], bound)
-    flying = FreeItemChecker(context.model, scene, free, while_resting_on((*place.support, below), placed.id))
-    steps = [int(np.ceil(np.linalg.norm(side) / STEP)) for side in over.sides]
+    flying = FreeItemChecker(
+        context.model, scene, free, while_resting_on((*place.support, below.id), placed.id)
+    )
+    steps = [int(np.ceil(np.linalg.norm(side) / STEP)) for side in top.sides]
     shares = np.meshgrid(*(np.linspace(-1.0, 1.0, 2 * n + 1) for n in steps))
     spots = np.stack(shares, axis=-1).reshape(-1, 2)
     depth = float(placed.item.shape.reach(R)[0])
+    own, error = placed.item.shape.reach(DIRECTIONS @ R), scene.bound(placed) + scene.bound(below)
     for spot in spots[np.argsort(np.linalg.norm(spots, axis=1), kind="stable")]:
-        at = over.middle + spot @ over.sides + half * over.normal
+        over = top.middle + spot @ top.sides
+        at = over + (half + gap) * top.normal
+        if not stays_on(placed.item.shape, R, np.minimum(top.reaches(over), own), error, gap):
+            continue
         if at[0] - depth >= FROM_MOUTH and flying.is_valid(np.concatenate([at, np.zeros(3)])):
             yield replace(placed, T_world_item=T_world_place @ pose(at, R=R))
 
