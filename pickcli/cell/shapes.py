@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.errors import InputError
 from pickcli.geometry import Array, pose
@@ -122,6 +123,23 @@ class Shape:
         if self.kind is ShapeKind.CYLINDER:
             return Shape(self.kind, (self.size[0] + by, self.size[1] + 2 * by))
         return Shape(self.kind, (self.size[0] + by,))
+
+    def contains(self, points: Array) -> NDArray[np.bool_]:
+        """Find the points inside of the shape.
+
+        Args:
+            points: (..., 3) m in its own frame; NaN is nowhere.
+
+        Returns:
+            (...) True inside and on the surface.
+        """
+        self._refuse_hull()
+        if self.kind is ShapeKind.SPHERE:
+            return np.asarray((points**2).sum(axis=-1) <= self.size[0] ** 2)
+        if self.kind is ShapeKind.CYLINDER:
+            is_around = (points[..., :2] ** 2).sum(axis=-1) <= self.size[0] ** 2
+            return np.asarray(is_around & (np.abs(points[..., 2]) <= self.size[1] / 2))
+        return np.asarray((np.abs(points) <= np.array(self.size) / 2).all(axis=-1))
 
     def _refuse_hull(self) -> None:
         """Raise ValueError for a hull, which items cannot be."""

@@ -12,6 +12,7 @@ from pickcli.geometry import Array
 
 POD = "pod"  # name of the carrier of the bins
 TOTE = "tote"  # name of the place for delivered items and of its carrier, which is stationary
+UNKNOWN = "unknown"  # stands for space of places of which nothing is known; no name of a carrier either
 OBSTACLE = "obstacle"  # stands for bodies of no carrier; not allowed as a name of a carrier
 
 

@@ -36,6 +36,7 @@ COMMANDS: dict[str, str] = {
     "make-scene": "Place items in bins and other places, at rest.",
     "render": "Render what a camera of the cell sees of a scene.",
     "perceive": "Find the listed items of bins in one look of a camera.",
+    "believe": "Make the scene that a planner believes in from what was perceived.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",
     "plan-shift": "Plan one shift: move an item within its bin, lifted a little.",
     "plan-topple": "Plan a push that topples an item which stands on edge in an open box.",

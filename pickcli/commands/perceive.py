@@ -150,4 +150,5 @@ def _perceived(scene: Scene, rgbd: RgbdPicture, place: Place, known: RenderedSce
 
     held = None if scene.held is None else scene.held.id
     listed = [ListedItem(each.id, each.item) for each in scene.in_location(place.name) if each.id != held]
-    return perceive_items(rgbd, place, scene.T_world_place(place), listed, known)
+    found = perceive_items(rgbd, place, scene.T_world_place(place), listed, known)
+    return replace(found, error=scene.pose_of(scene.cell.carriers[place.carrier]).error)

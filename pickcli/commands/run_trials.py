@@ -236,6 +236,7 @@ def _lines(report: TrialsReport, output: Path) -> list[str]:
         f"(95 %: {low:.1%} to {high:.1%})",
         ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in summary["totals"].items()),
         *_times(summary["motion_s"], clock),
+        f"failed in {', '.join(f'{stage} {n}' for stage, n in summary['failed_in'].items())}",
         *(f"missed {each['targets']} times: {each['cause']}" for each in summary["causes"][:MOST_CAUSES]),
         *(f"not played: {name}: {why}" for name, why in report.not_stowed.items()),
     ]

@@ -57,6 +57,21 @@ def pose_noise_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
+def perception_option(function: F) -> F:
+    """Give a command the option --perception.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--perception", type=click.Choice(["truth", "noise", "camera"]), default="noise", show_default=True,
+        help="How the robot sees: exactly, with errors within --pose-noise, or by the cameras of the cell.",
+    )(function)  # fmt: skip
+
+
 def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value: str) -> PoseNoise:
     """Parse the value of --pose-noise.
 
@@ -95,6 +110,7 @@ class TrialOptions:
     """The shared options of a command that plays trials.
 
     Attributes:
+        perception: Source of the perceived scene: "truth", "noise" or "camera".
         pose_noise: Bounds of the error of item poses.
         strategy_name: Name or file of the strategy.
         stow_rule: Name of the rule by which bins are chosen.
@@ -108,6 +124,7 @@ class TrialOptions:
         jobs: Number of parallel processes; None for one per core.
     """
 
+    perception: str
     pose_noise: PoseNoise
     strategy_name: str
     stow_rule: str
@@ -178,9 +195,11 @@ class TrialOptions:
         from pickcli.strategy.strategy_file import load_strategy
         from pickcli.trial.played_trial import TrialConditions
         from pickcli.trial.stow_assignment import StowRule
+        from pickcli.trial.trial_perception import PerceptionKind
 
         strategy = load_strategy(self.strategy_name)
-        return TrialConditions(self.pose_noise, reality, self.pod_shift, StowRule(self.stow_rule), strategy)
+        rule, kind = StowRule(self.stow_rule), PerceptionKind(self.perception)
+        return TrialConditions(self.pose_noise, reality, self.pod_shift, rule, strategy, kind)
 
 
 def refuse_stow_rule(orders: Iterable[Order]) -> None:
@@ -213,7 +232,7 @@ def trial_options(function: F) -> F:
     for option in (  # the last is the first in the help
         jobs_option, artifact_options, arm_option("all of the cell's, one at a time"), items_option,
         cell_option, reality_option, pod_shift_option("random, unless --reality says otherwise"),
-        stow_rule_option, strategy_option, pose_noise_option,
+        stow_rule_option, strategy_option, pose_noise_option, perception_option,
     ):  # fmt: skip
         function = option(function)
     return function

@@ -8,7 +8,7 @@ from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.item import Item
 from pickcli.cell.robot import Link, Robot
 from pickcli.cell.shapes import Body
-from pickcli.cell.station import OBSTACLE, POD, TOTE
+from pickcli.cell.station import OBSTACLE, POD, TOTE, UNKNOWN
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
@@ -40,7 +40,7 @@ _NODE_COLOURS = {
 _OTHER = "#999999"
 _LANCE, _CUP = "#4a515c", "#e2762c"
 _MAIN = ("home", "bin", "tote")
-_OPACITY = {POD: 0.13, OBSTACLE: 0.22, TOTE: 0.6}
+_OPACITY = {POD: 0.13, OBSTACLE: 0.22, TOTE: 0.6, UNKNOWN: 0.25}
 _OF_OWN = 0.35  # of user-defined carriers
 _FLOOR = 2.99  # m; bodies larger than this along two axes are floors or walls of the hall
 

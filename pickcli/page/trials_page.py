@@ -40,6 +40,7 @@ def trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument:
                 ("drops", "items lost"), ("disturbed", "items moved"),
             )),
             Fact("aborted", str(statistics.total("aborted"))),
+            Fact("failed in", ", ".join(f"{stage} {n}" for stage, n in statistics.failed_in.items())),
         ),
         charts=(_distribution(statistics.shares), _by_place(items), _by_item(items)),
         tables=(

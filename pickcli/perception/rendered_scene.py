@@ -14,6 +14,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.robot import Robot
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.station import UNKNOWN
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.kernel import RaycastingScene, SolidKind
@@ -72,7 +73,7 @@ class RenderedScene:
     def of(cls, scene: Scene, q: Array, tool_state: ToolState) -> RenderedScene:
         """Take the solids of a scene.
 
-        A cloud is left out: its points are what another sensor saw, and no surfaces.
+        A cloud is left out: its points are what another sensor saw, and no surfaces. So is unknown space.
 
         Args:
             scene: The scene.
@@ -137,7 +138,7 @@ def _items(scene: Scene, q: Array, tool_state: ToolState) -> Iterator[RenderedSo
 
 def _carriers(scene: Scene) -> Iterator[RenderedSolid]:
     for carrier in scene.posed_carriers:
-        for body in carrier.bodies:
+        for body in carrier.bodies if carrier.name != UNKNOWN else ():
             T = carrier.T_world_carrier @ body.T_parent_shape
             yield RenderedSolid(OwnerKind.CARRIER, carrier.name, body.shape, T)
 

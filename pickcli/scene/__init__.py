@@ -1,7 +1,7 @@
 """The planning scene: carriers and items at their current poses, and pose uncertainty.
 
-Start with `scene` and the `cloud` of a sensor; then `scene_file` and `cloud_file`, with `scene_schema`,
-`scene_checks` and `scene_warnings`. Gaps between solids: `touching`, `solid_overlap`, how deep they
-intersect, and `solid_distance`, how far apart they are. `pile` is a height map of the items in an open box,
-and `colours` are those of pictures.
+Start with `scene`, the `cloud` of a sensor and `unknown_space`; then `scene_file` and `cloud_file`, with
+`scene_schema`, `scene_checks` and `scene_warnings`. Gaps between solids: `touching`, `solid_overlap`, how
+deep they intersect, and `solid_distance`, how far apart they are. `pile` is a height map of the items in an
+open box, and `colours` are those of pictures.
 """

@@ -13,11 +13,12 @@ from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement, PodPoses
 from pickcli.cell.shapes import Body
-from pickcli.cell.station import OBSTACLE, POD, Carrier
+from pickcli.cell.station import OBSTACLE, POD, UNKNOWN, Carrier
 from pickcli.cell.station import TOTE as TOTE
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, inverse
 from pickcli.scene.cloud import Cloud
+from pickcli.scene.unknown_space import UnknownSpace
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class PosedCarrier:
     """A carrier at its pose in a scene, or the obstacles.
 
     Attributes:
-        name: Name of the carrier; OBSTACLE for bodies of no carrier.
+        name: Name of the carrier; OBSTACLE for bodies of no carrier, UNKNOWN for unknown space.
         T_world_carrier: (4, 4) pose.
         bodies: Its bodies, in its frame.
         error: Bounds of the error of the pose.
@@ -146,6 +147,7 @@ class Scene:
         held: The attached item, or None.
         cloud: Further obstacles seen by a sensor, or None.
         carriers: Poses of user-defined carriers that differ from their nominal poses, by name.
+        unknown: Space of places of which nothing is known, which is an obstacle.
     """
 
     cell: Cell
@@ -157,16 +159,19 @@ class Scene:
     held: HeldItem | None = None
     cloud: Cloud | None = None
     carriers: Mapping[str, CarrierPose] = field(default_factory=dict)
+    unknown: tuple[UnknownSpace, ...] = ()
 
     @cached_property
     def posed_carriers(self) -> tuple[PosedCarrier, ...]:
-        """Pod, tote, user-defined carriers and obstacles, at their current poses."""
+        """Pod, tote, user-defined carriers, obstacles and unknown space, at their current poses."""
         found = [
             PosedCarrier(name, at.T_world_carrier, carrier.bodies, at.error)
             for name, carrier in self.cell.carriers.items()
             for at in (self.pose_of(carrier),)
         ]
-        return (*found, PosedCarrier(OBSTACLE, np.eye(4), self.cell.obstacles.bodies))
+        found.append(PosedCarrier(OBSTACLE, np.eye(4), self.cell.obstacles.bodies))
+        boxes = tuple(body for space in self.unknown for body in space.bodies)
+        return (*found, PosedCarrier(UNKNOWN, np.eye(4), boxes)) if boxes else tuple(found)
 
     def pose_of(self, carrier: Carrier) -> CarrierPose:
         """Return the current pose of a carrier.

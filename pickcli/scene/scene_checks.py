@@ -103,6 +103,28 @@ def check_carriers(source: Source, model: SceneModel, cell: Cell) -> None:
         source.add(("T_world_pod",), f"cell {cell.name} has no pod; leave it out")
 
 
+def check_unknown(source: Source, model: SceneModel, cell: Cell) -> None:
+    """Check that unknown space is in places of the cell, and that its boxes are some.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        model: The scene as it stands in the file.
+        cell: Its cell.
+    """
+    seen: set[str] = set()
+    for i, space in enumerate(model.unknown):
+        if space.place not in cell.places:
+            hint = suggestion(space.place, list(cell.places))
+            source.add(("unknown", i, "place"), f"unknown place {shortened(space.place)!r}; {hint}")
+        elif space.place in seen:
+            source.add(("unknown", i, "place"), f"{space.place} stands twice; write all its boxes in one")
+        seen.add(space.place)
+        for k, (low, high) in enumerate(space.boxes):
+            if not all(a < b for a, b in zip(low, high, strict=True)):
+                fault = "the first corner must be below the second along x, y and z"
+                source.add(("unknown", i, "boxes", k), f"is no box; {fault}")
+
+
 def check_upright(source: Source, scene: Scene) -> None:
     """Check that pod and carriers stand as upright as in the cell; bounds of their errors have no other axis.
 

@@ -41,6 +41,7 @@ from pickcli.scene.scene_checks import (
     check_overlaps,
     check_places,
     check_standing,
+    check_unknown,
     check_upright,
 )
 from pickcli.scene.scene_schema import (
@@ -52,6 +53,7 @@ from pickcli.scene.scene_schema import (
     ScenePoseModel,
 )
 from pickcli.scene.scene_warnings import warn_of_noise
+from pickcli.scene.unknown_space import UnknownSpace
 
 _UNIT_TOLERANCE = 1e-3  # tolerated error of a quaternion's length, before it is normalised
 
@@ -90,6 +92,7 @@ def read_scene(
         )
     _check_equipment(path, model, cell)
     check_carriers(source, model, cell)
+    check_unknown(source, model, cell)
     check_names(source, model, cell)
     scene = Scene(
         cell=cell,
@@ -113,6 +116,10 @@ def read_scene(
         },
         held=_held(source, model.held, cell),
         cloud=_cloud(source, model.cloud),
+        unknown=tuple(
+            UnknownSpace(each.place, _pose(source, ("unknown", i), each), np.array(each.boxes))
+            for i, each in enumerate(model.unknown)
+        ),
     )
     source.check()  # poses must be valid before they are compared with places
     check_upright(source, scene)
@@ -187,8 +194,8 @@ def scene_hash(scene: Scene) -> str:
     """Compute the SHA-256 of everything in a scene that the validity of a motion depends on.
 
     Included: the cell, the load limits of its tool, carrier poses, all error bounds, figures and pose of
-    every item, the held item and the cloud; not the seed or the order of the items. Writing and reading a
-    scene does not change it.
+    every item, the held item, the cloud and unknown space; not the seed or the order of the items. Writing
+    and reading a scene does not change it.
 
     Args:
         scene: The scene.
@@ -201,6 +208,7 @@ def scene_hash(scene: Scene) -> str:
             **({} if scene.held is None else {"held": _held_content(scene.held)}),
             **({} if scene.cloud is None else {"cloud": _cloud_content(scene.cloud)}),
             **({"places": _carriers_content(scene)} if scene.carriers else {}),
+            **({"unknown": [_unknown_content(each) for each in scene.unknown]} if scene.unknown else {}),
             "cell": scene.cell.fingerprint,
             "T_world_pod": _coarse(scene.T_world_pod),
             "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
@@ -229,6 +237,10 @@ def _held_content(held: HeldItem) -> list[Any]:
 
 def _own_noise(instance: PlacedItem | HeldItem) -> list[Any]:
     return [] if instance.noise is None else [numbers([instance.noise.position, instance.noise.angle])]
+
+
+def _unknown_content(space: UnknownSpace) -> list[Any]:
+    return [space.place, _coarse(space.T_world_place), numbers(space.boxes.ravel().tolist())]
 
 
 def _cloud_content(cloud: Cloud) -> list[Any]:
@@ -316,9 +328,15 @@ def _to_text(scene: Scene, folder: Path) -> str:
         head["held"] = held_values(scene.held)
     if scene.cloud is not None:
         head["cloud"] = _cloud_values(scene.cloud, folder)
+    if scene.unknown:
+        head["unknown"] = [_unknown_values(space) for space in scene.unknown]
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
     items = ",\n".join("    " + json.dumps(_item_values(placed)) for placed in scene.items)
     return "\n".join(["{", *lines, '  "items": [', items, "  ]", "}"]) + "\n"
+
+
+def _unknown_values(space: UnknownSpace) -> dict[str, Any]:
+    return {"place": space.place, **_pose_values(space.T_world_place), "boxes": space.boxes.tolist()}
 
 
 def _carriers_values(scene: Scene) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from pickcli.scene.scene_warnings import WARNINGS
 Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 MAX_ITEMS = 300
+MAX_UNKNOWN = 5000  # boxes in one place
 # Largest yaw error of a pod. Every wall is swept by it: of twelve targets, seven were planned with up to 0.05
 # rad (as many as with 0), five with 0.08, and none with 0.2.
 MAX_POD_YAW = 0.05  # rad
@@ -89,6 +90,15 @@ class CloudModel(ScenePoseModel):
     error: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m that a point may be off")
 
 
+class UnknownSpaceModel(ScenePoseModel):
+    """Space of a place of which nothing is known, with the pose of the place as it was seen."""
+
+    place: Text = Field(description="name of a place: of a bin, or 'tote'")
+    boxes: Annotated[tuple[tuple[Vector, Vector], ...], Len(1, MAX_UNKNOWN)] = Field(
+        description="boxes, each by its lower and its upper corner [x, y, z] in m in the frame of the place"
+    )
+
+
 class SceneModel(FileModel):
     """A whole scene file."""
 
@@ -108,6 +118,9 @@ class SceneModel(FileModel):
     seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")
     held: HeldModel | None = Field(default=None, description="what is in the cup")
     cloud: CloudModel | None = Field(default=None, description="what a sensor saw besides all this")
+    unknown: Annotated[tuple[UnknownSpaceModel, ...], Len(0, MAX_PLACES)] = Field(
+        default=(), description="space of which nothing is known, by place"
+    )
     items: Annotated[tuple[PlacedItemModel, ...], Len(0, MAX_ITEMS)] = Field(description="the items")
     accepted_warnings: Annotated[tuple[Text, ...], Len(0, MAX_ITEMS)] = Field(
         default=(), description="warnings that are meant, as KIND or KIND:SUBJECT"

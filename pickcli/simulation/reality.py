@@ -46,7 +46,8 @@ class Reality:
             they compress without force and hold rigidly.
         servo: Whether joints lag individually, depending on their load, with finite torque; otherwise all
             joints lag equally, independent of load.
-        look_time: Duration of one measurement of the shelf, s.
+        look_time: Duration of one measurement of the shelf, s; of one picture, by a camera.
+        hand_eye: Whether cameras are off their stated poses, within the bounds of the cell.
         supervision: Whether following error, contact and vacuum are supervised and stop the motion.
         damage_limits: Whether forces beyond the limits of items or the shelf count as damage in the score.
     """
@@ -61,6 +62,7 @@ class Reality:
     compliant_cup: Switch = True
     servo: Switch = True
     look_time: Seconds = 1.0
+    hand_eye: Switch = True
     supervision: Switch = True
     damage_limits: Switch = True
 
@@ -84,6 +86,7 @@ IDEAL = Reality(
     compliant_cup=False,
     servo=False,
     look_time=0.0,
+    hand_eye=False,
     damage_limits=False,
 )
 

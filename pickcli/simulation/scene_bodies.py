@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from pickcli.cell.robot import JointType, Robot
+from pickcli.cell.station import UNKNOWN
 from pickcli.geometry import Array
 from pickcli.scene.colours import STATIC_COLOURS, item_colour, static_colour
 from pickcli.scene.scene import Scene
@@ -52,14 +53,15 @@ def is_over(ground: tuple[Array, Array], point: Array) -> bool:
 def add_statics(engine: Engine, scene: Scene) -> None:
     """Add carriers at their actual poses and obstacles, with one body per box.
 
-    A cloud is only drawn, without collision shapes, because its objects are unknown.
+    A cloud is only drawn, without collision shapes, because its objects are unknown. Unknown space is left
+    out.
 
     Args:
         engine: The engine.
         scene: The scene.
     """
     for carrier in scene.posed_carriers:
-        for body in carrier.bodies:
+        for body in carrier.bodies if carrier.name != UNKNOWN else ():
             engine.add_static(body, carrier.T_world_carrier, static_colour(carrier.name))
     if scene.cloud is not None:
         engine.add_cubes(*_thinned(scene.cloud.points), STATIC_COLOURS["cloud"])

@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pickcli.cell.station import OBSTACLE
+from pickcli.cell.station import OBSTACLE, UNKNOWN
 from pickcli.errors import Reason
 from pickcli.geometry import inverse
 from pickcli.scene.colours import item_colour, static_colour
@@ -56,7 +56,7 @@ def _engine_with(scene: Scene, items: tuple[PlacedItem, ...]) -> Iterator[Engine
     engine = Engine(TIME_STEP)
     try:
         for carrier in scene.posed_carriers:
-            for body in carrier.bodies if carrier.name != OBSTACLE else ():
+            for body in carrier.bodies if carrier.name not in (OBSTACLE, UNKNOWN) else ():
                 engine.add_static(body, carrier.T_world_carrier, static_colour(carrier.name))
         for placed in items:
             engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))

@@ -26,10 +26,11 @@ from pickcli.statics.supports import supports_of
 from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
 from pickcli.strategy.strategy_tree import Strategy
 from pickcli.trial.certifier import Certifier
-from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
+from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.stow_assignment import StowRule
 from pickcli.trial.trial_clock import TrialClock
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult, TrialInterfaces
+from pickcli.trial.trial_perception import BoundedErrors, Perception, PerceptionKind, Touched, true_poses
 from pickcli.trial.trial_result import Attempt, Outcome
 
 
@@ -44,6 +45,7 @@ class TrialSettings:
         time_limit: s; None for that of the order's year.
         stow_rule: Rule by which bins are chosen for stowed items.
         strategy: Decides what is tried next.
+        perception: Source of the perceived scene.
     """
 
     seed: int = 0
@@ -52,6 +54,28 @@ class TrialSettings:
     time_limit: float | None = None
     stow_rule: StowRule = StowRule.POINTS
     strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
+    perception: PerceptionKind = PerceptionKind.NOISE
+
+    def perceiving(self, true: Scene) -> Perception:
+        """Return what makes the perceived scene.
+
+        Args:
+            true: The true scene at the start.
+
+        Returns:
+            The perception.
+
+        Raises:
+            InputError: A place is to be seen by a camera, and none sees it.
+        """
+        if self.perception is PerceptionKind.TRUTH:
+            return true_poses(self.seed)
+        bounded = BoundedErrors(self.noise, self.seed, self.reality)
+        if self.perception is PerceptionKind.NOISE:
+            return bounded
+        from pickcli.trial.camera_looks import CameraLooks  # renders, which other trials need not load
+
+        return CameraLooks(true, bounded, self.reality.hand_eye)
 
 
 class AttemptRunner:
@@ -66,6 +90,7 @@ class AttemptRunner:
     Attributes:
         clock: The clock of the trial.
         n_looks: Number of looks so far.
+        perception: Makes the perceived scene.
         is_current: Whether the last perceived scene is current: nothing may have moved since the last look.
         stuck: Why the arm could not be brought to a safe place before the end of time, "" if it was.
         cut_short: What the end of time interrupted although it was possible, "" if nothing.
@@ -83,6 +108,8 @@ class AttemptRunner:
         self.n_looks = 0
         self.stuck = self.cut_short = ""
         self.is_current = False
+        self.perception = settings.perceiving(interfaces.arena.now())
+        self._touched = Touched()
         self._seen = self.look()
 
     def scene(self) -> Scene:
@@ -108,7 +135,7 @@ class AttemptRunner:
         Returns:
             Whether there was.
         """
-        has_time = self.clock.has_time_for(self.settings.reality.look_time)
+        has_time = self.clock.has_time_for(self._look_time)
         if has_time:
             self.look()
         return has_time
@@ -119,12 +146,17 @@ class AttemptRunner:
         Returns:
             The perceived scene.
         """
-        self.wait(self.settings.reality.look_time)
+        self.wait(self._look_time)
         self.n_looks += 1
-        how = self.settings
-        self._seen = perceive(self.interfaces.arena.now(), how.noise, how.seed, self.n_looks, how.reality)
+        self._seen = self.perception.look(self.interfaces.arena.now(), self.n_looks, self._touched)
+        self._touched = Touched()
         self.is_current = True
         return self._seen
+
+    @property
+    def _look_time(self) -> float:
+        """Duration of the next look, s: that of each of its pictures."""
+        return self.settings.reality.look_time * self.perception.n_pictures(self._touched)
 
     @property
     def has_time_to_plan(self) -> bool:
@@ -375,6 +407,8 @@ class AttemptRunner:
         Returns:
             The record of the execution.
         """
+        if self.settings.perception is PerceptionKind.CAMERA:
+            self._touched = self._touched.also(plan, self._seen.cell, self._seen)
         return self._timed(self.interfaces.arena.execute(plan))
 
     def let_go(self, open_to: ToolState | None = None) -> ExecutionResult:

@@ -116,7 +116,7 @@ class _Trial:
         self.runner = AttemptRunner(interfaces, settings, limit, self._say)
         self.tools = [each.robot.tool for each in (interfaces.cells or {"": cell}).values()]
         states = target_states(order, cell, self.bonus, self.tools)
-        self.targets = TargetList(order, states, self.runner.last_scene)
+        self.targets = TargetList(order, states, self.runner.perception.homes(self.runner.last_scene))
         self.memory = AttemptMemory()
         self.toppling = TopplingMemory(any(tool.pushing_state is not None for tool in self.tools))
         self.asides = AsideMemory(self.targets)
@@ -235,7 +235,10 @@ class _Trial:
         attempt = Attempt(state.target, "", state.attempts, now, Outcome.MISSING, into=into)
         placed = self.targets.chosen_copy(scene, state)
         if placed is None:
-            return replace(attempt, reason=f"no {state.target.item} of {state.target.bin} is seen any more")
+            item, home = state.target.item, state.target.bin
+            if refusal := self.runner.perception.refusal(item, home):
+                return replace(attempt, outcome=Outcome.NOT_RECOGNISED, reason=refusal)
+            return replace(attempt, reason=f"no {item} of {home} is seen any more")
         return self.moves.move(replace(attempt, item=placed.id, out_of=placed.location), scene)
 
     def _topple(self, state: TargetState, name: str) -> bool:
@@ -329,6 +332,8 @@ class _Trial:
             strategy_hash=self.settings.strategy.digest,
             ticks=tuple(self.player.ticks),
             strategy_stuck=self.player.stuck,
+            perception=self.settings.perception,
+            looks=runner.perception.looks,
         )
 
     def _target_result(self, state: TargetState, score: Score) -> TargetResult:

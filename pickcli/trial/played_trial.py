@@ -25,6 +25,7 @@ from pickcli.trial.pod_shift import standing
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.stow_assignment import StowRule
+from pickcli.trial.trial_perception import PerceptionKind
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import TrialResult
 
@@ -43,6 +44,7 @@ class TrialConditions:
         pod_shift: Displacement of the pod, "random" or "none"; None to follow ``reality``.
         stow_rule: Rule by which bins are chosen in a stow.
         strategy: Decides what is tried next.
+        perception: Source of the perceived scene.
     """
 
     noise: PoseNoise = DEFAULT_NOISE
@@ -50,6 +52,7 @@ class TrialConditions:
     pod_shift: Displacement | str | None = None
     stow_rule: StowRule = StowRule.POINTS
     strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
+    perception: PerceptionKind = PerceptionKind.NOISE
 
 
 @dataclass(frozen=True)
@@ -152,8 +155,9 @@ def play_trial(
     with closing(SimulatedArena(scene, reality, seed, first.parked, recorder)) as arena:
         before, began = arena.picture(), time.perf_counter()
         settings = TrialSettings(
-            seed, conditions.noise, reality, stow_rule=conditions.stow_rule, strategy=conditions.strategy
-        )
+            seed, conditions.noise, reality, stow_rule=conditions.stow_rule, strategy=conditions.strategy,
+            perception=conditions.perception,
+        )  # fmt: skip
         interfaces = interfaces_of(arms, arena)
 
         def attempted(so_far: Callable[[], TrialResult]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from pickcli.planning.blockers import from_the_mouth
 from pickcli.scene.scene import PlacedItem, Scene
@@ -19,18 +19,18 @@ class TargetList:
     Args:
         order: The order.
         states: One state per line of the order, as at the start.
-        scene: The scene as first perceived.
+        homes: By item id, the place that it is in at the start.
 
     Attributes:
         states: The states as at the start, in the order of the lines.
         open: By index, the present states of the targets for which something may still be tried.
     """
 
-    def __init__(self, order: Order, states: tuple[TargetState, ...], scene: Scene) -> None:
+    def __init__(self, order: Order, states: tuple[TargetState, ...], homes: Mapping[str, str]) -> None:
         self.states = states
         self.open = {state.index: state for state in states}
         self._order = order
-        self._homes = {placed.id: placed.location for placed in scene.items}
+        self._homes = homes
         self._delivered: set[str] = set()
         self._outcomes = AttemptOutcomes()
 

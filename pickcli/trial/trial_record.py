@@ -31,6 +31,7 @@ from pickcli.strategy.strategy_player import Tick
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.record_schema import refuse_bad_record
 from pickcli.trial.trial_interfaces import ExecutionResult
+from pickcli.trial.trial_perception import LookRecord, PerceivedItem
 from pickcli.trial.trial_result import Attempt, RecoveryStep, TargetResult, TrialResult
 
 FORMAT, VERSION = "apc-trial", 2
@@ -77,6 +78,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
             "position_mm": _rounded(1e3 * result.noise.position),
             "angle_deg": _rounded(np.degrees(result.noise.angle)),
         },
+        "perception": str(result.perception),
         "pod_shift": _pod_shift(result.before),
         "reality": result.reality.as_dict(),
         "score_lines": [dataclasses.asdict(line) for line in result.score.lines],
@@ -85,11 +87,34 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "attempts": [_attempt(attempt) for attempt in result.attempts],
         "strategy": {"name": result.strategy, "hash": result.strategy_hash, "stuck": result.strategy_stuck},
         "ticks": [_tick(tick) for tick in result.ticks],
+        **({"looks": [_look(look) for look in result.looks]} if result.looks else {}),
         "disturbed_last": [_disturbance(d) for d in result.disturbed_last],
         **_arms(result),
         "claim": CLAIM,
         "made_from": _made_from(result, order_file),
         "statistics": _statistics(result, wall_s),
+    }
+
+
+def _look(look: LookRecord) -> dict[str, Any]:
+    return {
+        "number": look.number,
+        "cameras": {place: list(of) for place, of in look.cameras.items()},
+        "items": [_seen(seen) for seen in look.items],
+    }
+
+
+def _seen(seen: PerceivedItem) -> dict[str, Any]:
+    answer, bound = seen.answer, seen.answer.bound
+    return {
+        "place": seen.place,
+        "item": answer.id,
+        "confidence": _rounded(answer.confidence),
+        "refusal": answer.refusal,
+        "bound_mm": None if bound is None else _rounded(1e3 * bound.position),
+        "bound_deg": None if bound is None else _rounded(np.degrees(bound.angle)),
+        "truly_off_mm": None if seen.off is None else _rounded(1e3 * seen.off[0]),
+        "truly_off_deg": None if seen.off is None else _rounded(np.degrees(seen.off[1])),
     }
 
 

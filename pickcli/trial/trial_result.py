@@ -16,10 +16,20 @@ from pickcli.trial.final_state import FinalState
 from pickcli.trial.order import ANY_BIN, Order, Target
 from pickcli.trial.score import Score
 from pickcli.trial.trial_interfaces import ExecutionResult
+from pickcli.trial.trial_perception import LookRecord, PerceptionKind
 
 if TYPE_CHECKING:
     from pickcli.planning.arm_choice import ArmSuitability
     from pickcli.simulation.contacts import Collision
+
+
+class Stage(StrEnum):
+    """What an attempt may fail in."""
+
+    SEEING = "seeing"
+    PLANNING = "planning"
+    MOVING = "moving"
+    TIME = "time"
 
 
 class Outcome(StrEnum):
@@ -30,6 +40,7 @@ class Outcome(StrEnum):
     MOVED = "moved aside"  # a blocking item, into another bin or the tote
     TOPPLED = "toppled"  # an item that stood on edge, so that a face that seals is on top
     NOT_TOPPLED = "not toppled"  # it was pushed, and stands as before
+    NOT_RECOGNISED = "not recognised"  # by the cameras, where it should be
     NO_PLAN = "no plan"
     REJECTED = "rejected"  # the verifier rejected all plans; nothing was executed
     NOT_PICKED = "not picked"  # no item was measured in the tool after the retreat
@@ -42,6 +53,15 @@ class Outcome(StrEnum):
     def is_delivered(self) -> bool:
         """Whether a target reached its destination."""
         return self in (Outcome.IN_TOTE, Outcome.DELIVERED)
+
+    @property
+    def stage(self) -> Stage:
+        """What failed, if the outcome is a failure."""
+        if self in (Outcome.NOT_RECOGNISED, Outcome.MISSING):
+            return Stage.SEEING
+        if self in (Outcome.NO_PLAN, Outcome.REJECTED):
+            return Stage.PLANNING
+        return Stage.TIME if self in (Outcome.NOT_TRIED, Outcome.NO_TIME) else Stage.MOVING
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,6 +215,8 @@ class TrialResult:
         strategy_hash: Hash of its tree.
         ticks: All ticks of the strategy's conditions and actions.
         strategy_stuck: Why the strategy was ended before its tree failed, "" if it was not.
+        perception: Source of the perceived scene.
+        looks: All looks by cameras.
     """
 
     order: Order
@@ -217,6 +239,8 @@ class TrialResult:
     strategy_hash: str = ""
     ticks: tuple[Tick, ...] = ()
     strategy_stuck: str = ""
+    perception: PerceptionKind = PerceptionKind.NOISE
+    looks: tuple[LookRecord, ...] = ()
 
     @property
     def executions(self) -> tuple[ExecutionResult, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from pickcli.trial.sign_flips import FEWEST, SignFlipTest
 from pickcli.trial.success_rate import SuccessRate
+from pickcli.trial.trial_result import Outcome, Stage
 
 MAX_CAUSE = 160  # characters of a cause
 _FIGURE = re.compile(r"[-+]?\d+(?:\.\d+)?")
@@ -75,6 +76,12 @@ class TrialStatistics:
         return [(n, cause) for cause, n in counts.most_common()]
 
     @property
+    def failed_in(self) -> dict[str, int]:
+        """Number of missed targets by what failed last: seeing, planning, moving, or the time was over."""
+        counts = Counter(_stage(target["outcome"]) for target in self.targets if target["points"] <= 0)
+        return {str(stage): counts[stage] for stage in Stage}
+
+    @property
     def motion_times(self) -> list[float]:
         """Simulated time in s of all motion for each delivered target, including retries and recoveries."""
         return [target["motion_s"] for target in self.targets if target["points"] > 0]
@@ -106,6 +113,7 @@ class TrialStatistics:
             "delivered": rate_values(self.delivered),
             "by_item": {name: rate_values(rate) for name, rate in self.by("item").items()},
             "by_place": {name: rate_values(rate) for name, rate in self.by("bin").items()},
+            "failed_in": self.failed_in,
             "causes": [{"targets": n, "cause": cause} for n, cause in self.causes],
             "motion_s": spread(self.motion_times),
             "clock_s": spread([record["clock_s"] for record in self.records.values()]),
@@ -189,6 +197,11 @@ def rate_values(rate: SuccessRate) -> dict[str, Any]:
         "share": _rounded(rate.share),
         "interval": [_rounded(low), _rounded(high)],
     }
+
+
+def _stage(outcome: str) -> Stage:
+    """What failed by an outcome of a record; records of later versions may have others."""
+    return Outcome(outcome).stage if outcome in set(Outcome) else Stage.MOVING
 
 
 def _rate(targets: Sequence[Mapping[str, Any]]) -> SuccessRate:

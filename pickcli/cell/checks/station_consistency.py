@@ -11,7 +11,7 @@ from pickcli.cell.makers.pod import flat_from
 from pickcli.cell.schemas.cell_schema import CellModel, PodModel, ToteModel
 from pickcli.cell.schemas.place_schema import BodiesModel, GridModel
 from pickcli.cell.shapes import Body
-from pickcli.cell.station import OBSTACLE, POD, TOTE
+from pickcli.cell.station import OBSTACLE, POD, TOTE, UNKNOWN
 from pickcli.errors import InputError
 from pickcli.files.source import Key, Source
 
@@ -86,7 +86,7 @@ def check_places(source: Source, model: CellModel) -> None:
     taken = [TOTE, *(name for row in (() if model.pod is None else model.pod.rows) for name in row.bins)]
     keys: list[Key] = [("pod", "rows")] * len(taken)
     for name, place in model.places.items():
-        if name in (POD, TOTE, OBSTACLE):
+        if name in (POD, TOTE, OBSTACLE, UNKNOWN):
             source.add(("places", name), f"{name!r} is the name of something else in cells; rename it")
         if isinstance(place, GridModel):
             for i, row in enumerate(place_names(name, place)):

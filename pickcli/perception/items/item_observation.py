@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from pickcli.cell.item import Item
+from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.geometry import Array
 from pickcli.scene.scene import PoseNoise
 
@@ -22,6 +25,8 @@ class Support:
         gain: nats by which the picture is explained better with the item than without.
         margin: nats by which it is explained better than with the item's next place.
         colour: nats, mean cost of the colours of supported pixels; negative if they are its own.
+        position_spread: m by which the position may be off while the picture is explained nearly as well.
+        angle_spread: rad by which the orientation may be.
     """
 
     expected: int
@@ -32,6 +37,8 @@ class Support:
     gain: float
     margin: float
     colour: float
+    position_spread: float
+    angle_spread: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +96,9 @@ class PlaceObservation:
         items: The answers, in the order of the list.
         unexplained: What else was measured before the known place, the largest part first.
         seen: Share of its room that is in sight, were no items in it.
+        unknown: (N, 2, 3) m, lower and upper corners of boxes in the place's frame: space that nobody has
+            seen, or that holds what no answer with a bound explains.
+        error: Bounds of the error of ``T_world_place``.
     """
 
     place: str
@@ -96,6 +106,8 @@ class PlaceObservation:
     items: tuple[ItemObservation, ...]
     unexplained: tuple[UnexplainedPart, ...] = ()
     seen: float = 1.0
+    unknown: Array = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    error: Displacement = UNMOVED
 
     @property
     def refused(self) -> tuple[ItemObservation, ...]:

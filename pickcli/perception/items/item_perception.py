@@ -20,6 +20,7 @@ from pickcli.perception.items.pose_bound import bound_of
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import coarse_view, room_sight
+from pickcli.perception.items.unknown_voxels import unknown_boxes
 from pickcli.perception.rendered_scene import RenderedScene
 
 
@@ -70,7 +71,19 @@ def perceive_items(
     at = place, T_world_place
     answers = tuple(_answer(each, found.get(i), rgbd, len(listed), at) for i, each in enumerate(listed))
     left = search.unexplained({i: pose for i, pose in found.items() if answers[i].is_answer})
-    return PlaceObservation(place.name, T_world_place, answers, left, sight.seen)
+    bounded = {
+        i: each.bound.bound(each.item)
+        for i, each in enumerate(answers)
+        if each.is_answer and each.bound is not None
+    }
+    rays = search.line_of_sight({i: found[i] for i in bounded}, bounded)
+    T_place_camera = inverse(rays.T_camera_place)
+    explained = [
+        (answers[i].item.shape.inflated(within), T_place_camera @ found[i].T_camera_item)
+        for i, within in bounded.items()
+    ]
+    unknown = unknown_boxes(place.room, rays, explained)
+    return PlaceObservation(place.name, T_world_place, answers, left, sight.seen, unknown)
 
 
 def _answer(
@@ -81,7 +94,8 @@ def _answer(
         return ItemObservation(each.id, each.item, None, 0.0, refusal, None, None)
     no_return = rgbd.depth_model.no_return.get(each.item.material, 0.0)
     confidence = confidence_of(found.support, no_return, n_listed)
-    T, bound = rgbd.T_world_camera @ found.T_camera_item, bound_of(found.support, no_return, confidence)
+    T = rgbd.T_world_camera @ found.T_camera_item
+    bound = bound_of(each.item.shape, found.support, no_return, confidence)
     place, T_world_place = at
     refusal = ""
     if not place.holds((inverse(T_world_place) @ T)[:3, 3], np.inf):

@@ -16,11 +16,13 @@ from scipy.ndimage import binary_opening, label, uniform_filter
 
 from pickcli.cell.place import Place
 from pickcli.cell.sensors.sensor_model import DepthModel
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array, inverse, transform_points
 from pickcli.perception.items.colour_model import colour_labels
 from pickcli.perception.items.item_observation import Support, UnexplainedPart
+from pickcli.perception.items.line_of_sight import LineOfSight, unexplained_depth
 from pickcli.perception.items.place_pictures import KnownSolids, known_and_item_costs, place_picture
 from pickcli.perception.items.place_view import PlaceView
+from pickcli.perception.items.pose_spread import PoseSpread, pose_spread
 from pickcli.perception.items.pose_starts import (
     blind_starts,
     face_starts,
@@ -28,6 +30,7 @@ from pickcli.perception.items.pose_starts import (
     spread_points,
 )
 from pickcli.perception.items.product_model import ProductModel
+from pickcli.perception.surface_view import FloatPicture
 
 _COARSE_SLACK, _FINE_SLACK = 0.004, 0.0015  # m
 _COARSE_STEPS = np.array([0.016, 0.008, 0.004])  # m
@@ -45,6 +48,7 @@ _OFTEN_LOST = 0.1  # share of a material from which nothing comes back, for star
 _LOST_SHARE = 0.4  # of a block that was measured, below which it has no depth
 _BADLY_EXPLAINED = 0.8  # nats of a pixel
 _UNEXPLAINED = 0.012  # m before what is explained, of points that nothing explains
+_THIN = 0.005  # m before it, of points that block the sight
 _ODD, _ODD_AREA = 1.4, 7  # nats of a pixel in the mean over so many px square
 _LEAST_PART = 130  # pixels of 2 mm, of a part that is told
 _NEAR, _COARSELY_NEAR = 0.006, 0.01  # m between a surface and what was measured of it
@@ -131,9 +135,19 @@ class ItemSearch:
         poses = self._fine.refined(placed, poses, None, _FINE_STEPS, _FINE_PENETRATION, 2)
         evidence = self._fine.evidence(placed, poses, _NEAR)
         return {
-            int(i): PoseEstimate(T, _support(row, float(margins[i])))
-            for i, T, row in zip(placed, poses, evidence, strict=True)
+            int(i): PoseEstimate(T, _support(row, float(margins[i]), self._spread(placed, poses, k)))
+            for k, (i, T, row) in enumerate(zip(placed, poses, evidence, strict=True))
         }
+
+    def _spread(self, placed: NDArray[np.int32], poses: Array, k: int) -> PoseSpread:
+        """How far one of the poses may be off, all others being right."""
+
+        def cost(T: Array) -> float:
+            moved = poses.copy()
+            moved[k] = T
+            return float(self._fine.composed(placed, moved)[2].sum(dtype=np.float64))
+
+        return pose_spread(self._models[placed[k]].item.shape, poses[k], cost)
 
     def unexplained(self, found: dict[int, PoseEstimate]) -> tuple[UnexplainedPart, ...]:
         """Collect parts of the picture that neither the known place nor items explain.
@@ -147,18 +161,8 @@ class ItemSearch:
         Returns:
             The parts, the largest first; where no depth was measured the surface behind tells where.
         """
-        placed = np.array(sorted(found), dtype=np.int32)
-        poses = np.array([found[int(i)].T_camera_item for i in placed]).reshape(-1, 4, 4)
-        owner, depth, cost = self._fine.composed(placed, poses)
-        room, view = self._place.room, self._view
-        points = np.where(np.isfinite(view.depth)[..., None], view.points, view.known_points)
-        with np.errstate(invalid="ignore"):
-            is_before = (view.depth < depth - _UNEXPLAINED) & np.isfinite(depth)
-            is_inside = ((points > room.low - _AROUND) & (points < room.high + _AROUND)).all(axis=-1)
-        is_odd = (uniform_filter(cost, _ODD_AREA) > _ODD) & (owner < 0)
-        is_left = binary_opening(is_before & is_inside, np.ones((3, 3)))
-        is_left |= binary_opening(is_odd & is_inside, np.ones((_ODD_AREA, _ODD_AREA)))
-        labels, n_parts = label(is_left)
+        _, points, is_before, is_odd = self._left(found, _UNEXPLAINED)
+        labels, n_parts = label(binary_opening(is_before, np.ones((3, 3))) | is_odd)
         own = [points[labels == part] for part in range(1, n_parts + 1)]
         parts = [
             UnexplainedPart(len(each), each.min(axis=0), each.max(axis=0))
@@ -166,6 +170,51 @@ class ItemSearch:
             if len(each) >= _LEAST_PART
         ]
         return tuple(sorted(parts, key=lambda part: -part.n_pixels))
+
+    def line_of_sight(self, found: dict[int, PoseEstimate], within: dict[int, float]) -> LineOfSight:
+        """Compute how far rays are clear of what nothing explains.
+
+        Args:
+            found: Poses that explain what they show, by index of the item.
+            within: m by which points of these items may be elsewhere, by index of the item.
+
+        Returns:
+            The rays.
+        """
+        view = self._view
+        depth, points, is_before, is_odd = self._left(found, _THIN)
+        for i, estimate in found.items():
+            T_item_place = inverse(estimate.T_camera_item) @ self._T_camera_place
+            shape = self._models[i].item.shape.inflated(within[i])
+            is_before &= ~shape.contains(
+                transform_points(T_item_place, points.reshape(-1, 3)).reshape(points.shape)
+            )
+        with np.errstate(invalid="ignore"):
+            met = np.where(view.depth > depth, view.depth, depth)
+        met = np.where(np.isfinite(depth), met, 0.0).astype(np.float32)
+        blocked = unexplained_depth(view.depth, is_before, is_odd, _THIN)
+        return LineOfSight(view.camera, self._T_camera_place, met, blocked)
+
+    def _left(
+        self, found: dict[int, PoseEstimate], thickness: float
+    ) -> tuple[FloatPicture, Array, NDArray[np.bool_], NDArray[np.bool_]]:
+        """What items leave unexplained.
+
+        Returns:
+            Depth of what is explained (infinite where nothing is looked for), points in the place's frame,
+            which of them are before that, and where colours or missing depth are odd over a whole area.
+        """
+        placed = np.array(sorted(found), dtype=np.int32)
+        poses = np.array([found[int(i)].T_camera_item for i in placed]).reshape(-1, 4, 4)
+        owner, depth, cost = self._fine.composed(placed, poses)
+        room, view = self._place.room, self._view
+        points = np.where(np.isfinite(view.depth)[..., None], view.points, view.known_points)
+        with np.errstate(invalid="ignore"):
+            is_before = (view.depth < depth - thickness) & np.isfinite(depth)
+            is_inside = ((points > room.low - _AROUND) & (points < room.high + _AROUND)).all(axis=-1)
+        is_odd = (uniform_filter(cost, _ODD_AREA) > _ODD) & (owner < 0)
+        is_odd = binary_opening(is_odd & is_inside, np.ones((_ODD_AREA, _ODD_AREA)))
+        return depth, points, is_before & is_inside, is_odd
 
     def _with_new(
         self,
@@ -240,6 +289,9 @@ class ItemSearch:
         return self._depth_model.no_return.get(self._models[i].item.material, 0.0)
 
 
-def _support(row: Array, margin: float) -> Support:
+def _support(row: Array, margin: float, spread: PoseSpread) -> Support:
     expected, shown, supported, through, before = (int(n) for n in row[:5])
-    return Support(expected, shown, supported, through, before, float(row[5]), margin, float(row[6]))
+    return Support(
+        expected, shown, supported, through, before, float(row[5]), margin, float(row[6]),
+        spread.position, spread.angle,
+    )  # fmt: skip

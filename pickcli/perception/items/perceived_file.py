@@ -16,6 +16,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.errors import UnknownNameError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import PERCEIVED
@@ -80,6 +81,8 @@ def perceived_values(perceived: Perceived) -> dict[str, Any]:
                     {"pixels": part.n_pixels, "low": part.low.tolist(), "high": part.high.tolist()}
                     for part in each.unexplained
                 ],
+                "unknown": each.unknown.tolist(),
+                "error": dataclasses.asdict(each.error),
             }
             for each in perceived.places
         ],
@@ -131,7 +134,9 @@ def read_perceived(
         left = tuple(
             UnexplainedPart(part.pixels, np.array(part.low), np.array(part.high)) for part in each.unexplained
         )
-        places.append(PlaceObservation(each.place, T, items, left, each.seen))
+        unknown = np.array(each.unknown).reshape(-1, 2, 3)
+        error = Displacement(each.error.x, each.error.y, each.error.yaw)
+        places.append(PlaceObservation(each.place, T, items, left, each.seen, unknown, error))
     T_world_camera = _pose(source, ("camera_pose",), model.camera_pose)
     source.check()
     return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places))

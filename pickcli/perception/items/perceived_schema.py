@@ -38,6 +38,8 @@ class SupportModel(FileModel):
     gain: float = Field(description="nats")
     margin: float = Field(description="nats")
     colour: float = Field(description="nats")
+    position_spread: float = Field(ge=0, description="m")
+    angle_spread: float = Field(ge=0, description="rad")
 
 
 class PerceivedItemModel(FileModel):
@@ -61,6 +63,17 @@ class UnexplainedModel(FileModel):
     high: Vector = Field(description="a corner [x, y, z] in m")
 
 
+_Box = tuple[Vector, Vector]
+
+
+class PlaceErrorModel(FileModel):
+    """Bounds of the error of a place's pose on the floor, each either way."""
+
+    x: float = Field(default=0.0, ge=0, le=0.1, description="m")
+    y: float = Field(default=0.0, ge=0, le=0.1, description="m")
+    yaw: float = Field(default=0.0, ge=0, le=0.05, description="rad")
+
+
 class PerceivedPlaceModel(FileModel):
     """The answers for one place."""
 
@@ -69,6 +82,10 @@ class PerceivedPlaceModel(FileModel):
     seen: float = Field(ge=0, le=1, description="a share")
     items: Annotated[tuple[PerceivedItemModel, ...], Len(0, 300)] = Field(description="a list of answers")
     unexplained: Annotated[tuple[UnexplainedModel, ...], Len(0, 1000)] = Field(description="a list of parts")
+    unknown: Annotated[tuple[_Box, ...], Len(0, 5000)] = Field(
+        default=(), description="boxes, each by its lower and its upper corner in the frame of the place"
+    )
+    error: PlaceErrorModel = Field(default=PlaceErrorModel(), description="bounds of the error of the pose")
 
 
 class PerceivedModel(FileModel):

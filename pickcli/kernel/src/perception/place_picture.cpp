@@ -10,6 +10,8 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr double kNearest = 0.02;  //!< m: no item is that near to the camera
 constexpr double kLeastShare = 0.01;
+constexpr float kHidden = 0.7f;    //!< nats, of no depth behind what hides it: another cause is as likely
+constexpr float kBehind = 0.005f;  //!< m behind what the second eye just sees, that counts as hidden from it
 constexpr int kChunk = 256;  //!< px of a row that are cast at once
 
 //! Rays of one row of pixels against one solid, in single precision. A ray along a face divides by zero: the
@@ -136,6 +138,26 @@ double variance(const DepthNoise& noise, double fx, double z) {
   return sigma * sigma + step * step / 12.0;
 }
 
+//! Depths behind which no surface is seen by the second eye, which is to the right: measured surfaces farther to
+//! the right hide it (a point at column u hides what is at u' < u and has u - f b / z <= u' - f b / z').
+std::vector<float> hidden_from_second_eye(const MeasuredPicture& measured, double baseline) {
+  const int width = measured.camera.width;
+  std::vector<float> from(measured.depth.size(), kInfinity);
+  const auto scale = static_cast<float>(measured.camera.fx * baseline);
+  if (!(scale > 0.0f)) return from;
+  for (int v = 0; v < measured.camera.height; ++v) {
+    float disparity = 0.0f;  // largest of what is to the right, less the distance in columns
+    for (int u = width - 2; u >= 0; --u) {
+      const std::size_t at = static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
+                             static_cast<std::size_t>(u);
+      if (measured.share[at + 1] > 0.0f) disparity = std::max(disparity, scale / measured.depth[at + 1]);
+      disparity -= 1.0f;
+      if (disparity > 0.0f) from[at] = scale / disparity + kBehind;
+    }
+  }
+  return from;
+}
+
 }  // namespace
 
 PlacePicture::PlacePicture(MeasuredPicture measured, KnownSurface known,
@@ -147,6 +169,7 @@ PlacePicture::PlacePicture(MeasuredPicture measured, KnownSurface known,
       costs_(costs),
       n_labels_(static_cast<int>(known_colour_costs.size())),
       inverse_variance_(measured_.depth.size()),
+      hidden_(hidden_from_second_eye(measured_, noise.baseline)),
       known_costs_(measured_.depth.size(), 0.0f) {
   const PinholeCamera& camera = measured_.camera;
   for (int u = 0; u < camera.width; ++u) x_.push_back(static_cast<float>(camera.x(u)));
@@ -182,13 +205,14 @@ float PlacePicture::cost(std::size_t pixel, float depth, float facing, const Ret
   const float share = measured_.share[pixel], weight = static_cast<float>(costs_.weight);
   const int k = std::clamp(static_cast<int>(facing * kFacings), 0, kFacings - 1);
   const float colour = colour_costs[static_cast<std::size_t>(measured_.colour[pixel])];
-  if (!(share > 0.0f)) return weight * (returns.none[k] + colour);
+  const float none = depth > hidden_[pixel] ? std::min(kHidden, returns.none[k]) : returns.none[k];
+  if (!(share > 0.0f)) return weight * (none + colour);
   const float off = measured_.depth[pixel] - depth, half_square = 0.5f * off * off * inverse_variance_[pixel];
   const auto front = static_cast<float>(costs_.front), behind = static_cast<float>(costs_.behind);
   // Something else is there: neither its colour nor its answer tell of this surface.
   if (off < 0.0f && half_square >= front) return weight * share * front;
   const float told = off < 0.0f ? half_square : std::min(half_square, behind);
-  return weight * (share * (returns.some[k] + told) + (1.0f - share) * returns.none[k] + colour);
+  return weight * (share * (returns.some[k] + told) + (1.0f - share) * none + colour);
 }
 
 int PlacePicture::add(Product product) {

@@ -118,6 +118,7 @@ class PlacePicture {
   PixelCosts costs_;
   int n_labels_;
   std::vector<float> inverse_variance_;  //!< by pixel, of what is measured
+  std::vector<float> hidden_;            //!< m, by pixel: beyond, the second eye of a stereo camera sees nothing
   std::vector<float> known_costs_;
   std::vector<float> x_, y_;
   std::vector<Entry> products_;

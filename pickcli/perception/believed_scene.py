@@ -1,0 +1,138 @@
+"""The scene that a robot believes in after looks: what it saw and recognised, and what remains unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.place import Place
+from pickcli.cell.sensors.mounted_camera import MountError
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.geometry import Array, inverse
+from pickcli.perception.items.item_observation import PlaceObservation
+from pickcli.perception.items.perceived_file import Perceived
+from pickcli.perception.items.unknown_voxels import whole_room
+from pickcli.scene.scene import CarrierPose, PlacedItem, PoseNoise, Scene, empty_scene
+from pickcli.scene.unknown_space import UnknownSpace
+
+
+def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str] = ()) -> Scene:
+    """Combine what looks say of places into a scene.
+
+    Answers become items with bounds of their own; answers that were refused, or that have no bounds, are left
+    out. Their place in space is unknown, as is all that no ray went through. A place that no look was into is
+    unknown as a whole. To all bounds those of the camera's own pose are added.
+
+    Args:
+        cell: The cell.
+        looks: What was perceived, in order of time; of a place the last look counts.
+        empty: Names of places that are known to hold nothing.
+
+    Returns:
+        The scene. Carriers are where the last look into one of their places says.
+
+    Raises:
+        InputError: A look is of another cell or camera, or two places have an item of the same id.
+        UnknownNameError: A place is not one of the cell's.
+    """
+    scene = empty_scene(cell)
+    latest: dict[str, tuple[PlaceObservation, Perceived]] = {}
+    for look in looks:
+        if look.cell != cell.name:
+            raise InputError(f"a look is of cell {look.cell}, not of {cell.name}; name its cell with --cell")
+        if look.camera not in cell.cameras:
+            raise UnknownNameError("camera", look.camera, list(cell.cameras), f"cell {cell.name}")
+        for seen in look.places:
+            latest.pop(seen.place, None)
+            latest[seen.place] = seen, look
+            scene = _carried(scene, seen)
+    for name in empty:
+        if name not in cell.places:
+            raise UnknownNameError("place", name, list(cell.places), f"cell {cell.name}")
+    items: dict[str, PlacedItem] = {}
+    unknown = []
+    for name, place in cell.places.items():
+        if name in latest:
+            seen, look = latest[name]
+            error = cell.cameras[look.camera].error
+            for placed in believed_items(seen, look.T_world_camera, error):
+                if placed.id in items:
+                    raise InputError(
+                        f"{placed.id} is in {items[placed.id].location} and in {name}; look again"
+                    )
+                items[placed.id] = placed
+            unknown.append(unknown_in(seen, look.T_world_camera, error))
+        elif name not in empty:
+            unknown.append(never_seen(place, scene.T_world_place(place)))
+    return Scene(
+        cell, scene.T_world_pod, tuple(items.values()), PoseNoise(), pod_error=scene.pod_error,
+        carriers=scene.carriers, unknown=tuple(space for space in unknown if len(space.boxes)),
+    )  # fmt: skip
+
+
+def _carried(scene: Scene, seen: PlaceObservation) -> Scene:
+    """The scene with the carrier of a place where that was seen."""
+    place = scene.cell.places[seen.place]
+    T = seen.T_world_place @ inverse(place.T_carrier_place)
+    if place.name in scene.cell.pod.bins:
+        return replace(scene, T_world_pod=T, pod_error=seen.error)
+    if np.allclose(T, scene.cell.carriers[place.carrier].T_world_carrier, atol=1e-6):
+        return scene
+    return replace(scene, carriers={**scene.carriers, place.carrier: CarrierPose(T, seen.error)})
+
+
+def believed_items(seen: PlaceObservation, T_world_camera: Array, error: MountError) -> Iterator[PlacedItem]:
+    """Take the answers with useful bounds as items.
+
+    Args:
+        seen: What was perceived in a place.
+        T_world_camera: (4, 4) stated pose of the camera.
+        error: Bounds of the error of that.
+
+    Yields:
+        The items, with bounds of their own.
+    """
+    for answer in seen.items:
+        T, bound = answer.T_world_item, answer.bound
+        if not answer.is_answer or T is None or bound is None:
+            continue
+        distance = float(np.linalg.norm(T[:3, 3] - T_world_camera[:3, 3]))
+        within = PoseNoise(
+            bound.position + error.position + error.angle * distance, bound.angle + error.angle
+        )
+        yield PlacedItem(answer.id, answer.item, seen.place, T, within)
+
+
+def unknown_in(seen: PlaceObservation, T_world_camera: Array, error: MountError) -> UnknownSpace:
+    """Grow the unknown space of a place by the error of the camera's pose.
+
+    Args:
+        seen: What was perceived in it.
+        T_world_camera: (4, 4) stated pose of the camera.
+        error: Bounds of the error of that.
+
+    Returns:
+        The space.
+    """
+    boxes = seen.unknown.reshape(-1, 2, 3)
+    eye = (inverse(seen.T_world_place) @ T_world_camera)[:3, 3]
+    farthest = np.linalg.norm(np.maximum(np.abs(boxes[:, 0] - eye), np.abs(boxes[:, 1] - eye)), axis=1)
+    off = (error.position + error.angle * farthest)[:, None]
+    grown = np.stack([boxes[:, 0] - off, boxes[:, 1] + off], axis=1)
+    return UnknownSpace(seen.place, seen.T_world_place, grown)
+
+
+def never_seen(place: Place, T_world_place: Array) -> UnknownSpace:
+    """Take a whole place as unknown.
+
+    Args:
+        place: The place.
+        T_world_place: (4, 4) its pose.
+
+    Returns:
+        The space: all between its floor and its ceiling.
+    """
+    return UnknownSpace(place.name, T_world_place, whole_room(place.room))

@@ -1,0 +1,133 @@
+"""Space of a place that nobody has seen, or in which something is that nothing explains, as boxes.
+
+The room is divided into voxels. Known are those that rays went through, and those in answers, within the
+bounds of their errors, and unseen but right beside these. All others are unknown: behind items, beyond the
+picture, and where something was measured that is no answer. Runs of unknown voxels are merged into boxes
+along the axes of the place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.place import Room
+from pickcli.cell.shapes import Shape
+from pickcli.geometry import Array, inverse, transform_points
+from pickcli.perception.items.line_of_sight import LineOfSight
+
+VOXEL = 0.01  # m
+# m around an answer's bounds in which what is merely unseen is not unknown: half a voxel, twice the error of
+# a camera's pose, and the clearance that planners keep. With less no item could leave as it stands.
+RESERVE = 0.015
+
+
+@dataclass(frozen=True, eq=False)
+class RoomVoxels:
+    """The voxels of the box around a room.
+
+    Attributes:
+        low: (3,) m, lower corner of the box in the place's frame.
+        sides: (3,) m, of each voxel, at most ``VOXEL``.
+        counts: (3,) numbers along x, y and z.
+        middles: (N, 3) m.
+        is_room: (N,) whether their middles are between floor and ceiling.
+    """
+
+    low: Array
+    sides: Array
+    counts: NDArray[np.intp]
+    middles: Array
+    is_room: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, room: Room) -> RoomVoxels:
+        """Divide a room.
+
+        Args:
+            room: The room.
+
+        Returns:
+            Its voxels.
+        """
+        counts = np.maximum(np.ceil(room.size / VOXEL - 1e-9).astype(np.intp), 1)
+        sides = room.size / counts
+        grid = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), axis=-1)
+        middles = room.low + (grid.reshape(-1, 3) + 0.5) * sides
+        floor, ceiling = room.floor_at(middles[:, 0]), room.ceiling_at(middles[:, 0])
+        is_room = (middles[:, 2] > floor) & (middles[:, 2] < ceiling)
+        return cls(room.low, sides, counts, middles, is_room)
+
+    def boxes(self, is_filled: NDArray[np.bool_]) -> Array:
+        """Merge voxels into boxes.
+
+        Args:
+            is_filled: (N,) the voxels.
+
+        Returns:
+            (B, 2, 3) m, lower and upper corners in the place's frame. Each voxel is in one box.
+        """
+        return np.asarray(self.low + merged_boxes(is_filled.reshape(self.counts)) * self.sides)
+
+
+def unknown_boxes(room: Room, sight: LineOfSight, explained: Sequence[tuple[Shape, Array]]) -> Array:
+    """Collect the unknown space of a room.
+
+    Args:
+        room: The room.
+        sight: The rays of the picture of its place.
+        explained: Shapes with their poses (4, 4) in the place's frame, inside of which nothing is unknown.
+
+    Returns:
+        (N, 2, 3) m, lower and upper corners of boxes in the place's frame.
+    """
+    voxels = RoomVoxels.of(room)
+    width = float(voxels.sides.max())
+    is_unknown = voxels.is_room & ~sight.clear(voxels.middles, width)
+    is_something = sight.at_unexplained(voxels.middles, width)
+    for shape, T in explained:
+        own = transform_points(inverse(T), voxels.middles)
+        is_unknown &= ~shape.contains(own)
+        is_unknown &= is_something | ~shape.inflated(RESERVE).contains(own)
+    return voxels.boxes(is_unknown)
+
+
+def whole_room(room: Room) -> Array:
+    """Take a whole room as unknown.
+
+    Args:
+        room: The room.
+
+    Returns:
+        (N, 2, 3) m, lower and upper corners of boxes in the place's frame.
+    """
+    voxels = RoomVoxels.of(room)
+    return voxels.boxes(voxels.is_room)
+
+
+def merged_boxes(is_filled: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Merge the filled cells of a grid into boxes, greedily: from each first cell along x, then y, then z.
+
+    Args:
+        is_filled: (X, Y, Z) the cells.
+
+    Returns:
+        (N, 2, 3) first indices, and those after the last ones. Each filled cell is in one box, no other is.
+    """
+    left, found = is_filled.copy(), []
+    for x, y, z in np.argwhere(is_filled).tolist():
+        if not left[x, y, z]:
+            continue
+        x1, y1, z1 = x + 1, y + 1, z + 1
+        while x1 < left.shape[0] and left[x1, y, z]:
+            x1 += 1
+        while y1 < left.shape[1] and left[x:x1, y1, z].all():
+            y1 += 1
+        while z1 < left.shape[2] and left[x:x1, y:y1, z1].all():
+            z1 += 1
+        left[x:x1, y:y1, z:z1] = False
+        found.append(((x, y, z), (x1, y1, z1)))
+    return np.array(found, dtype=np.intp).reshape(-1, 2, 3)

@@ -1,0 +1,244 @@
+"""How a trial perceives the scene: exactly, with bounded errors, or by the cameras of its cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Protocol
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.tool import MOVING
+from pickcli.geometry import inverse
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.plan import Plan
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.simulation.reality import IDEAL, Reality
+from pickcli.trial.pose_noise import perceive
+
+if TYPE_CHECKING:
+    from pickcli.perception.items.item_observation import ItemObservation
+
+_AROUND = 0.05  # m around a place in which a tip may disturb what is in it
+
+
+class PerceptionKind(StrEnum):
+    """Sources of the perceived scene."""
+
+    TRUTH = "truth"
+    NOISE = "noise"
+    CAMERA = "camera"
+
+
+@dataclass(frozen=True, eq=False)
+class Touched:
+    """What the robot knows to have touched since the last look.
+
+    Attributes:
+        places: Names of places that a tip was planned to enter.
+        moved: By item id, the places in which it may be besides those in which it was.
+    """
+
+    places: frozenset[str] = frozenset()
+    moved: Mapping[str, frozenset[str]] = field(default_factory=dict)
+
+    def also(self, plan: Plan, cell: Cell, scene: Scene) -> Touched:
+        """Add what a plan touches.
+
+        Args:
+            plan: The plan.
+            cell: The cell as seen by its arm.
+            scene: The perceived scene.
+
+        Returns:
+            All that is touched.
+        """
+        moved = dict(self.moved)
+        if plan.grasp is not None:
+            before = moved.get(plan.grasp.item, frozenset())
+            moved[plan.grasp.item] = before | _entered(plan, cell, scene, 0.0)
+        return Touched(self.places | _entered(plan, cell, scene, _AROUND), moved)
+
+
+def _entered(plan: Plan, cell: Cell, scene: Scene, around: float) -> frozenset[str]:
+    """The places in whose room, or so many m around it, the tip is at the end of a segment."""
+    found = set()
+    arm = Arm(cell.robot)
+    for segment in plan.segments:
+        if segment.tool_state == MOVING:  # the arm rests, where a segment before or after it ends
+            continue
+        q = plan.trajectory.sample(segment.t_end).reshape(-1)
+        tip = arm.tip(q, segment.tool_state)[:3, 3]
+        for place in cell.places.values():
+            T_place_world = inverse(scene.T_world_place(place))
+            p = T_place_world[:3, :3] @ tip + T_place_world[:3, 3]
+            if ((p > place.room.low - around) & (p < place.room.high + around)).all():
+                found.add(place.name)
+    return frozenset(found)
+
+
+@dataclass(frozen=True, eq=False)
+class PerceivedItem:
+    """What a look said of an item, and the truth, which is only for the record.
+
+    Attributes:
+        place: Name of the place that it was looked for in.
+        answer: The answer.
+        off: m and rad by which the pose is truly off, symmetries aside; None without a pose.
+    """
+
+    place: str
+    answer: ItemObservation
+    off: tuple[float, float] | None
+
+    @property
+    def is_bound_kept(self) -> bool:
+        """Whether the true pose is within the stated bounds."""
+        bound = self.answer.bound
+        assert bound is not None and self.off is not None
+        return self.off[0] <= bound.position and self.off[1] <= bound.angle
+
+
+@dataclass(frozen=True, eq=False)
+class LookRecord:
+    """One look by cameras.
+
+    Attributes:
+        number: Number of the look in its trial, from 1.
+        cameras: By place that was looked into, camera and configuration of the arm.
+        items: What was said of all items that are listed to be in these places.
+    """
+
+    number: int
+    cameras: Mapping[str, tuple[str, str]]
+    items: tuple[PerceivedItem, ...]
+
+
+class Perception(Protocol):
+    """Makes the perceived scene of the true one; the only interface between both."""
+
+    def n_pictures(self, touched: Touched) -> int:
+        """Return how many pictures the next look takes.
+
+        Args:
+            touched: What was touched since the last look.
+
+        Returns:
+            The number; each takes the time of a look.
+        """
+
+    def look(self, true: Scene, number: int, touched: Touched) -> Scene:
+        """Perceive the scene.
+
+        Args:
+            true: The true scene.
+            number: Number of the look, from 1.
+            touched: What was touched since the last look.
+
+        Returns:
+            The perceived scene.
+        """
+
+    def homes(self, first: Scene) -> Mapping[str, str]:
+        """Return where items are at the start.
+
+        Args:
+            first: The scene as first perceived.
+
+        Returns:
+            Places by item id: those perceived, and those that are only known from the order.
+        """
+
+    def refusal(self, item: str, home: str) -> str:
+        """Return why an item is not perceived although it may be somewhere.
+
+        Args:
+            item: Its name.
+            home: The place that it was in at the start.
+
+        Returns:
+            The reason for one of its copies; "" if none was refused.
+        """
+
+    @property
+    def looks(self) -> tuple[LookRecord, ...]:
+        """All looks by cameras so far."""
+
+
+@dataclass(frozen=True)
+class BoundedErrors:
+    """Perception of all items with errors within bounds.
+
+    Attributes:
+        noise: The bounds.
+        seed: Seed of the trial.
+        reality: Levels of outliers and of the pod's pose error.
+    """
+
+    noise: PoseNoise
+    seed: int
+    reality: Reality = IDEAL
+
+    def n_pictures(self, touched: Touched) -> int:
+        """Return 1: one look is at everything.
+
+        Args:
+            touched: Does not matter.
+
+        Returns:
+            1.
+        """
+        return 1
+
+    def look(self, true: Scene, number: int, touched: Touched) -> Scene:
+        """Perceive the scene, as ``pose_noise.perceive``.
+
+        Args:
+            true: The true scene.
+            number: Number of the look, from 1.
+            touched: Does not matter.
+
+        Returns:
+            The perceived scene.
+        """
+        return perceive(true, self.noise, self.seed, number, self.reality)
+
+    def homes(self, first: Scene) -> Mapping[str, str]:
+        """Return where items are perceived.
+
+        Args:
+            first: The scene as first perceived.
+
+        Returns:
+            Places by item id.
+        """
+        return {placed.id: placed.location for placed in first.items}
+
+    def refusal(self, item: str, home: str) -> str:
+        """Return "": no item is refused.
+
+        Args:
+            item: Its name.
+            home: The place that it was in at the start.
+
+        Returns:
+            "".
+        """
+        return ""
+
+    @property
+    def looks(self) -> tuple[LookRecord, ...]:
+        """No looks by cameras."""
+        return ()
+
+
+def true_poses(seed: int) -> BoundedErrors:
+    """Return a perception that is never wrong.
+
+    Args:
+        seed: Seed of the trial.
+
+    Returns:
+        The perception: items and pod are exactly where they are.
+    """
+    return BoundedErrors(PoseNoise(), seed)

@@ -1,0 +1,112 @@
+"""What nobody has seen is unknown, what was seen through is not, and no body of an item is in free space."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array, inverse, transform_points
+from pickcli.perception.items.item_observation import PlaceObservation
+from pickcli.perception.items.line_of_sight import LEAST_PIXELS, unexplained_depth
+from pickcli.perception.items.unknown_voxels import VOXEL, merged_boxes, whole_room
+from support.filled_bins import Filled
+
+
+def in_boxes(points: Array, boxes: Array, margin: float = 0.0) -> NDArray[np.bool_]:
+    """(N,) whether points (N, 3) are in one of boxes (B, 2, 3), grown by a margin."""
+    low, high = boxes[None, :, 0] - margin, boxes[None, :, 1] + margin
+    is_in = np.logical_and(points[:, None] >= low, points[:, None] <= high).all(axis=2)
+    return np.asarray(np.any(is_in, axis=1))
+
+
+def on_surface(shape: Shape, n: int) -> Array:
+    """(N, 3) points on a box, cylinder or sphere."""
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-1.0, 1.0, (n, 3))
+    if shape.kind is ShapeKind.CYLINDER:
+        turn = rng.uniform(0.0, 2.0 * np.pi, n)
+        points[:, :2] = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    elif shape.kind is ShapeKind.SPHERE:
+        points /= np.linalg.norm(points, axis=1, keepdims=True)
+    else:
+        points[np.arange(n), rng.integers(3, size=n)] = rng.choice([-1.0, 1.0], n)
+    return np.asarray(points * shape.extents / 2)
+
+
+def explained(observed: PlaceObservation, points: Array) -> NDArray[np.bool_]:
+    """(N,) whether points in the place's frame are in an answer, within its bounds."""
+    found = np.zeros(len(points), dtype=bool)
+    for answer in observed.items:
+        if answer.bound is not None and answer.T_world_item is not None:
+            T_item_place = inverse(answer.T_world_item) @ observed.T_world_place
+            shape = answer.item.shape.inflated(answer.bound.bound(answer.item))
+            found |= shape.contains(transform_points(T_item_place, points))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_boxes_hold_each_filled_cell_once_and_no_other(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    is_filled = rng.random(rng.integers(1, 9, 3)) < rng.random()
+    counts = np.zeros(is_filled.shape, dtype=int)
+    boxes = merged_boxes(is_filled)
+    for (x, y, z), (x1, y1, z1) in boxes.tolist():
+        counts[x:x1, y:y1, z:z1] += 1
+    np.testing.assert_array_equal(counts, is_filled)
+    assert len(boxes) <= is_filled.sum()
+
+
+def test_a_whole_room_is_all_between_floor_and_ceiling(cell: Cell) -> None:
+    for place in cell.places.values():
+        boxes = whole_room(place.room)
+        points = np.random.default_rng(0).uniform(place.room.low, place.room.high, (500, 3))
+        over, under = points[:, 2] - place.room.floor_at(points[:, 0]), place.room.ceiling_at(points[:, 0])
+        inside = (over > VOXEL) & (points[:, 2] < under - VOXEL)
+        assert in_boxes(points[inside], boxes).all()
+        assert not in_boxes(points[points[:, 2] > under + VOXEL], boxes).any()
+
+
+def test_no_body_is_where_nothing_is_believed_to_be(filled: Filled) -> None:
+    """Also not that of an item which nobody listed: what is seen of it, and all behind it, is unknown."""
+    T_place_world = inverse(filled.scene.T_world_place(filled.place))
+    for left_out in (None, *filled.listed):
+        observed = filled.perceived([each for each in filled.listed if each is not left_out])
+        for placed in filled.scene.in_location(filled.place.name):
+            points = transform_points(T_place_world @ placed.T_world_item, on_surface(placed.item.shape, 400))
+            room = filled.place.room
+            points[:, 2] = np.maximum(points[:, 2], room.floor_at(points[:, 0]) + 1e-3)  # pressed into it
+            is_there = in_boxes(points, observed.unknown, VOXEL / 2) | explained(observed, points)
+            assert is_there.mean() > 0.98, (left_out, placed.id)
+
+
+def test_what_was_seen_through_is_free(filled: Filled) -> None:
+    observed = filled.perceived()
+    T_place_camera = inverse(filled.scene.T_world_place(filled.place)) @ filled.rgbd.T_world_camera
+    rays = filled.rgbd.sensor.camera.rays[::37, ::37].reshape(-1, 3)
+    depth = filled.rgbd.depth[::37, ::37].reshape(-1)
+    room = filled.place.room
+    points = transform_points(
+        T_place_camera, rays * np.linspace(0.3, 0.95, 14)[:, None, None] * depth[:, None]
+    )
+    points = points.reshape(-1, 3)
+    is_inside = ((points > room.low + VOXEL) & (points < room.high - VOXEL)).all(axis=1)
+    is_inside &= points[:, 2] > room.floor_at(points[:, 0]) + 3.0 * VOXEL
+    assert is_inside.sum() > 300
+    assert in_boxes(points[is_inside], observed.unknown).mean() < 0.03
+
+
+def test_few_pixels_that_nothing_explains_are_errors_of_the_sensor() -> None:
+    depth = np.full((20, 20), 0.6, dtype=np.float32)
+    is_before, nowhere = np.zeros((20, 20), dtype=bool), np.zeros((20, 20), dtype=bool)
+    is_before[3, 3 : 3 + LEAST_PIXELS - 1] = True
+    assert np.isinf(unexplained_depth(depth, is_before, nowhere, 0.005)).all()
+    is_before[3, 3 : 3 + LEAST_PIXELS] = True
+    blocked = unexplained_depth(depth, is_before, nowhere, 0.005)
+    np.testing.assert_array_equal(np.isfinite(blocked), is_before)
+    np.testing.assert_allclose(blocked[is_before], 0.6)
+    depth[10:14, 10:14] = np.nan
+    is_odd = np.isnan(depth)
+    assert (unexplained_depth(depth, nowhere, is_odd, 0.005)[is_odd] == 0.0).all()

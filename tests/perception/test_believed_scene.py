@@ -1,0 +1,139 @@
+"""What is believed after looks: answers with their own bounds, and all else unknown."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import Displacement
+from pickcli.errors import InputError, NoPlanError, UnknownNameError
+from pickcli.geometry import pose
+from pickcli.perception.believed_scene import believed_scene
+from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+from pickcli.perception.items.perceived_file import Perceived
+from pickcli.perception.items.unknown_voxels import whole_room
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
+from pickcli.random_scenes.make_scene import make_scene
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.scene.scene_file import scene_hash
+from pickcli.scene.unknown_space import UnknownSpace
+from pickcli.verification.verify import verify
+
+ITEM = "dove_beauty_bar"
+BOUND = PoseNoise(0.002, 0.0175)
+
+
+@pytest.fixture(scope="module")
+def true_scene(cell: Cell) -> Scene:
+    return make_scene({"bin_C": (ITEM, "crayola_24_ct")}, cell, seed=1)
+
+
+def exact(scene: Scene, name: str, refused: str = "") -> PlaceObservation:
+    """A look that finds everything where it is, and refuses one item."""
+    answers = tuple(
+        ItemObservation(
+            placed.id,
+            placed.item,
+            placed.T_world_item,
+            1.0,
+            "no" if placed.id == refused else "",
+            BOUND,
+            None,
+        )
+        for placed in scene.in_location(name)
+    )
+    return PlaceObservation(name, scene.T_world_place(scene.cell.places[name]), answers)
+
+
+def look(scene: Scene, *seen: PlaceObservation) -> Perceived:
+    T_world_camera = pose((-0.5, 0.0, 1.4))
+    return Perceived(scene.cell.name, "hand", "ensenso", T_world_camera, seen)
+
+
+def everywhere_but(cell: Cell, *names: str) -> tuple[str, ...]:
+    return tuple(name for name in cell.places if name not in names)
+
+
+def test_answers_become_items_with_bounds_that_hold_the_error_of_the_camera(true_scene: Scene) -> None:
+    cell = true_scene.cell
+    believed = believed_scene(cell, [look(true_scene, exact(true_scene, "bin_C"))], ["tote"])
+    assert {placed.id for placed in believed.items} == {ITEM, "crayola_24_ct"}
+    error = cell.cameras["hand"].error
+    for placed in believed.items:
+        within = believed.noise_of(placed)
+        assert within.angle == pytest.approx(BOUND.angle + error.angle)
+        assert within.position > BOUND.position + error.position
+        assert within.position < BOUND.position + error.position + error.angle * 2.0
+
+
+def test_what_is_refused_is_no_item(true_scene: Scene) -> None:
+    seen = exact(true_scene, "bin_C", refused=ITEM)
+    believed = believed_scene(true_scene.cell, [look(true_scene, seen)], [])
+    assert [placed.id for placed in believed.items] == ["crayola_24_ct"]
+
+
+def test_places_without_a_look_are_unknown_as_a_whole(true_scene: Scene) -> None:
+    cell = true_scene.cell
+    believed = believed_scene(cell, [look(true_scene, exact(true_scene, "bin_C"))], ["tote"])
+    assert {space.place for space in believed.unknown} == set(everywhere_but(cell, "bin_C", "tote"))
+    for space in believed.unknown:
+        np.testing.assert_array_equal(space.boxes, whole_room(cell.places[space.place].room))
+
+
+def test_the_last_look_into_a_place_counts(true_scene: Scene) -> None:
+    first = exact(true_scene, "bin_C", refused=ITEM)
+    second = replace(exact(true_scene, "bin_C"), error=Displacement(0.001, 0.002, 0.003))
+    believed = believed_scene(true_scene.cell, [look(true_scene, first), look(true_scene, second)])
+    assert {placed.id for placed in believed.items} == {ITEM, "crayola_24_ct"}
+    assert believed.pod_error == second.error
+
+
+def test_unknown_space_is_grown_by_the_error_of_the_camera(true_scene: Scene) -> None:
+    boxes = np.array([[[0.2, 0.0, 0.0], [0.3, 0.1, 0.1]]])
+    seen = replace(exact(true_scene, "bin_C"), unknown=boxes)
+    believed = believed_scene(
+        true_scene.cell, [look(true_scene, seen)], everywhere_but(true_scene.cell, "bin_C")
+    )
+    (space,) = believed.unknown
+    error = true_scene.cell.cameras["hand"].error
+    assert (space.boxes[:, 0] < boxes[:, 0] - error.position).all()
+    assert (space.boxes[:, 1] > boxes[:, 1] + error.position).all()
+    np.testing.assert_allclose(space.boxes, boxes, atol=error.position + 2.0 * error.angle)
+
+
+def test_what_cannot_be_believed_is_told(true_scene: Scene) -> None:
+    seen, cell = exact(true_scene, "bin_C"), true_scene.cell
+    with pytest.raises(UnknownNameError, match="bin_Z"):
+        believed_scene(cell, [look(true_scene, seen)], ["bin_Z"])
+    with pytest.raises(InputError, match="cell other"):
+        believed_scene(cell, [replace(look(true_scene, seen), cell="other")])
+    with pytest.raises(InputError, match=f"{ITEM} is in bin_C and in bin_D"):
+        believed_scene(cell, [look(true_scene, seen, replace(seen, place="bin_D"))])
+    with pytest.raises(UnknownNameError, match="hands"):
+        believed_scene(cell, [replace(look(true_scene, seen), camera="hands")])
+
+
+def test_planner_and_verifier_keep_out_of_unknown_space(true_scene: Scene) -> None:
+    """A plan in a bin without unknown space is refused in one whose mouth nobody has seen through."""
+    cell = true_scene.cell
+    context = PlanningContext(cell)
+    free = everywhere_but(cell, "bin_C")
+    open_bin = believed_scene(cell, [look(true_scene, exact(true_scene, "bin_C"))], free)
+    query, start = PickQuery("bin_C", ITEM), Start(cell.home.q, cell.home.tool_state)
+    plan = plan_pick(context, open_bin, query, start, 1)
+    verdict = verify(plan, open_bin)
+    assert verdict.certificate is not None
+    T_world_bin = open_bin.T_world_place(cell.places["bin_C"])
+    shut = np.array([[[0.0, -0.2, 0.0], [0.02, 0.2, 0.3]]])
+    closed = replace(open_bin, unknown=(UnknownSpace("bin_C", T_world_bin, shut),))
+    refused = verify(replace(plan, scene_hash=scene_hash(closed)), closed)
+    assert refused.certificate is None
+    assert any("unknown_bin_C_0" in str(reason) for reason in refused.reasons)
+    with pytest.raises(NoPlanError, match="unknown_bin_C_0"):
+        plan_pick(context, closed, query, start, 1)

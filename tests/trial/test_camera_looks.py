@@ -1,0 +1,123 @@
+"""Trials by camera: what is believed of bins follows from pictures, and holds the truth within its bounds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import InputError
+from pickcli.geometry import pose
+from pickcli.perception.items.symmetry import turn_between
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
+from pickcli.random_scenes.make_scene import make_scene
+from pickcli.scene.scene import TOTE, PoseNoise, Scene
+from pickcli.scene.scene_file import scene_hash
+from pickcli.simulation.reality import IDEAL
+from pickcli.trial.camera_looks import CameraLooks, viewpoint_of
+from pickcli.trial.trial_perception import BoundedErrors, Touched, true_poses
+
+ITEM = "crayola_24_ct"
+CONTENTS = {"bin_C": (ITEM, "kleenex_tissue_box"), "bin_E": ("folgers_classic_roast_coffee",)}
+NOISE = PoseNoise(0.002, 0.0175)
+
+
+@pytest.fixture(scope="module")
+def true_scene(cell: Cell) -> Scene:
+    return make_scene(CONTENTS, cell, seed=1)
+
+
+def looks(scene: Scene, seed: int = 1, hand_eye: bool = True) -> CameraLooks:
+    return CameraLooks(scene, BoundedErrors(NOISE, seed, IDEAL), hand_eye)
+
+
+@pytest.fixture(scope="module")
+def first(true_scene: Scene) -> tuple[CameraLooks, Scene]:
+    perception = looks(true_scene)
+    return perception, perception.look(true_scene, 1, Touched())
+
+
+def test_every_bin_is_looked_into_from_its_own_place(cell: Cell) -> None:
+    for name, place in cell.pod.bins.items():
+        viewpoint = viewpoint_of(place, cell)
+        assert viewpoint.at.name == f"cam_{name.removeprefix('bin_')}"
+        assert viewpoint.camera.name == "hand"
+
+
+def test_what_is_believed_holds_the_truth(first: tuple[CameraLooks, Scene], true_scene: Scene) -> None:
+    _, believed = first
+    assert believed.items
+    for placed in believed.items:
+        true, within = true_scene.find(placed.id), believed.noise_of(placed)
+        off = np.linalg.norm(placed.T_world_item[:3, 3] - true.T_world_item[:3, 3])
+        assert off <= within.position
+        R, R_true = placed.T_world_item[:3, :3], true.T_world_item[:3, :3]
+        assert turn_between(placed.item.shape, R, R_true) <= within.angle
+        assert placed.location == true.location
+    assert {space.place for space in believed.unknown} <= set(true_scene.cell.pod.bins)
+
+
+def test_a_look_tells_of_all_that_is_listed(first: tuple[CameraLooks, Scene], true_scene: Scene) -> None:
+    perception, believed = first
+    (look,) = perception.looks
+    assert {seen.answer.id for seen in look.items} == {placed.id for placed in true_scene.items}
+    assert set(look.cameras) == set(true_scene.cell.pod.bins)
+    ids = {placed.id for placed in believed.items}
+    for seen in look.items:
+        refusal = perception.refusal(seen.answer.item.name, seen.place)
+        assert bool(refusal) == (seen.answer.id not in ids)
+    assert perception.homes(believed) == {placed.id: placed.location for placed in true_scene.items}
+
+
+def test_only_touched_places_are_looked_into_again_and_what_was_moved_is_looked_for_in_both(
+    true_scene: Scene,
+) -> None:
+    perception = looks(true_scene)
+    before = perception.look(true_scene, 1, Touched())
+    touched = Touched(frozenset({"bin_C", TOTE}), {ITEM: frozenset({"bin_C", TOTE})})
+    assert perception.n_pictures(touched) == 1
+    assert perception.n_pictures(Touched()) == len(true_scene.cell.pod.bins)
+    tote = true_scene.cell.places[TOTE]
+    in_tote = replace(
+        true_scene.find(ITEM), location=TOTE, T_world_item=true_scene.T_world_place(tote) @ pose((0, 0, 0.1))
+    )
+    after = perception.look(true_scene.moved(in_tote), 2, touched)
+    assert set(perception.looks[-1].cameras) == {"bin_C"}
+    assert after.find(ITEM).location == TOTE
+    assert ITEM not in {seen.answer.id for seen in perception.looks[-1].items}
+    elsewhere = [space for space in before.unknown if space.place != "bin_C"]
+    again = [space for space in after.unknown if space.place != "bin_C"]
+    for a, b in zip(elsewhere, again, strict=True):
+        np.testing.assert_array_equal(a.boxes, b.boxes)
+
+
+def test_same_seed_same_scene(first: tuple[CameraLooks, Scene], true_scene: Scene) -> None:
+    again = looks(true_scene).look(true_scene, 1, Touched())
+    other = looks(true_scene, seed=2).look(true_scene, 1, Touched())
+    assert scene_hash(again) == scene_hash(first[1]) != scene_hash(other)
+
+
+def test_a_plan_touches_the_places_that_its_tip_enters(true_scene: Scene) -> None:
+    cell = true_scene.cell
+    query, start = PickQuery("bin_C", ITEM), Start(cell.home.q, cell.home.tool_state)
+    plan = plan_pick(PlanningContext(cell), true_scene, query, start, 1)
+    touched = Touched().also(plan, cell, true_scene)
+    assert touched.places >= {"bin_C", TOTE}
+    assert not touched.places & {"bin_A", "bin_D", "bin_G", "bin_J"}
+    assert touched.moved[ITEM] - {TOTE} == {"bin_C"}
+
+
+def test_the_truth_is_perceived_as_it_is(true_scene: Scene) -> None:
+    seen = true_poses(3).look(true_scene, 1, Touched())
+    assert scene_hash(seen) == scene_hash(replace(true_scene, noise=PoseNoise()))
+
+
+def test_a_cell_without_cameras_cannot_be_seen_by_them(cell: Cell) -> None:
+    blind = replace(cell, cameras={})
+    with pytest.raises(InputError, match="--perception noise"):
+        viewpoint_of(cell.pod.bins["bin_A"], blind)
