@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.configuration_option import parse_configuration
+from pickcli.commands.named_camera import named_camera
 from pickcli.errors import InputError, StaleError
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ class ArmRequest:
         configurations: Named configurations that the arm must have; they select it if none is stated.
         is_of_plan: Whether the arm is that of a plan, which is stale for a cell without that arm.
         items: The user's own items that the cell is loaded with.
+        camera: A camera that the cell must have; told before arms are.
     """
 
     arm: str | None = None
@@ -67,6 +69,7 @@ class ArmRequest:
     configurations: tuple[str, ...] = ()
     is_of_plan: bool = False
     items: Path | None = None
+    camera: str | None = None
 
     @classmethod
     def of_plan(cls, plan: Plan, standing: Sequence[str], items: Path | None = None) -> ArmRequest:
@@ -95,6 +98,8 @@ class ArmRequest:
             InputError: No arm is named although there are several, or a configuration of an arm is wrong.
             StaleError: The plan is of an arm that the cell does not have.
         """
+        if self.camera is not None:
+            named_camera(workcell.preferred, self.camera)
         if self.is_of_plan and (self.arm or "") not in workcell.arms:
             made_for = f"arm {self.arm}" if self.arm else "a cell with one arm"
             has = f"the arms {', '.join(workcell.arms)}" if workcell.parked else "one arm"

@@ -65,7 +65,7 @@ def command(
 
     refuse_output(output, overwrite, scene_path, cell_name, items_path)
     refuse_suffix(output, (".json",), "a file of perceived items")
-    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path))
+    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path, camera=name))
     camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
     where = f"camera {name} at {at}"
     rgbd = _rgbd(scene, where, (camera, begin), (texture_seed, seed))

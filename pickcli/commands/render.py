@@ -21,6 +21,7 @@ from pickcli.commands.options import (
     seed_option,
 )
 from pickcli.commands.scene_options import open_scene, scene_options
+from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.cell.sensors.mounted_camera import MountedCamera
@@ -79,7 +80,7 @@ def command(
         refuse_output(path, overwrite, scene_path, cell_name, items_path)
         refuse_suffix(path, _PNG, "a picture")
     refuse_same(*outputs)
-    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path))
+    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path, camera=name))
     camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
     T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
     rendered = RenderedScene.of(scene, begin.q, begin.tool_state)
@@ -113,6 +114,11 @@ def _depth(
 
     if seed is None:
         return DepthPicture(view.camera, view.T_world_camera, view.depth)
+    if camera.model.depth is None:
+        raise InputError(
+            f"camera {camera.name}: {camera.model.name} is a colour camera, which measures no depth; "
+            "--no-noise writes the true depth, or choose another"
+        )
     return measure_depth(rendered, camera.model, view.T_world_camera, seed)
 
 

@@ -112,7 +112,7 @@ def open_scene(path: Path, cell_name: str | None, arms: ArmRequest = NO_ARM) -> 
     from pickcli.statics.balance_warning import warn_of_motion
 
     with stage("reading of the scene"):
-        cell = None if cell_name is None else open_cell(cell_name, arms)
+        cell = None if cell_name is None else _cell_of_scene(path, cell_name, arms)
         scene = read_scene(path, cell, partial(open_cell, request=arms), warn_of_motion)
     if not scene.is_pod_within_bounds:
         click.echo(
@@ -122,6 +122,19 @@ def open_scene(path: Path, cell_name: str | None, arms: ArmRequest = NO_ARM) -> 
             err=True,
         )
     return scene
+
+
+def _cell_of_scene(path: Path, cell_name: str, arms: ArmRequest) -> Cell:
+    """Load the cell of a scene; that the scene is of another cell is told before what is wrong with arms."""
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.scene.scene_file import read_scene
+
+    workcell = load_workcell(cell_name, arms.items)
+    try:
+        return arms.cell_of(workcell)
+    except InputError:
+        read_scene(path, workcell.preferred)
+        raise
 
 
 def refuse_held(scene: Scene, path: Path | None) -> None:

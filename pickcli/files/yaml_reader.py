@@ -108,9 +108,19 @@ def parse_yaml(text: str, path: Path, is_json: bool = False, tags: Collection[st
         what = f"not YAML: {error.problem or error.context}; {_cure(error, text)}"
         raise InputError(f"{path}:{line}:{column}: {what}") from None
     except yaml.YAMLError as error:
-        raise InputError(f"{path}: not YAML: {error}") from None
+        raise InputError(f"{path}{_unprintable(text) or f': not YAML: {error}'}") from None
     source.check()
     return source
+
+
+def _unprintable(text: str) -> str:
+    """Position and advice for the first character that YAML does not allow; "" without one."""
+    found = yaml.reader.Reader.NON_PRINTABLE.search(text)
+    if found is None:
+        return ""
+    lines = _LINE_BREAK.split(text[: found.start()])
+    what = f"the control character U+{ord(found[0]):04X} is not allowed; delete it"
+    return f":{len(lines)}:{len(lines[-1]) + 1}: {what}"
 
 
 def _cure(error: yaml.MarkedYAMLError, text: str) -> str:

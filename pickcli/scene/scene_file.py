@@ -58,7 +58,9 @@ from pickcli.scene.unknown_space import UnknownSpace
 _UNIT_TOLERANCE = 1e-3  # tolerated error of a quaternion's length, before it is normalised
 
 # What else makes another scene, for messages.
-SCENE_FIGURES = "other figures of the cell's tool, pump or items make another scene, too"
+SCENE_FIGURES = (
+    "other poses, noise or pod_error, and other figures of the cell's tool, pump or items make another scene"
+)
 
 
 def read_scene(

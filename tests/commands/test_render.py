@@ -124,7 +124,12 @@ def test_depth_of_a_colour_camera_is_refused_unless_it_is_the_true_one(
 ) -> None:
     cell_copy.yaml.replace("model: ensenso", "model: ids_wrist")
     argv = ("render", "--scene", made.scene, "--cell", cell_copy.folder, "--camera", "hand", "--at", "cam_C")
-    refused(apc(*argv, "--depth", tmp_path / "a.png"), 3, "ids_wrist: is a colour camera")
+    refused(
+        apc(*argv, "--depth", tmp_path / "a.png"),
+        3,
+        "camera hand: ids_wrist is a colour camera",
+        "--no-noise",
+    )
     assert apc(*argv, "--depth", tmp_path / "a.png", "--no-noise").code == 0
     assert apc(*argv, "-o", tmp_path / "b.png").code == 0
 
@@ -136,6 +141,16 @@ def test_a_cell_without_cameras_is_told_how_to_have_one(
     cell_copy.yaml.path.write_text(text[: text.index("sensors:\n")])
     argv = ("render", "--scene", made.scene, "--cell", cell_copy.folder, "--camera", "hand")
     refused(apc(*argv, "-o", tmp_path / "a.png"), 3, "has no cameras; add one under sensors")
+
+
+def test_a_wrong_cell_and_no_camera_are_told_before_arms(made: Made, tmp_path: Path) -> None:
+    """Naming an arm would help with neither."""
+    out, scene = tmp_path / "a.png", tmp_path / "scene.json"
+    argv = ("render", "--camera", "hand", "-o", out, "--scene")
+    refused(apc(*argv, made.scene, "--cell", "apc2016_kth"), 4, "made for cell apc2016_delft")
+    write_scene(empty_scene(load_workcell("apc2016_kth").preferred), scene)
+    refused(apc(*argv, scene), 3, "cell apc2016_kth: has no cameras")
+    refused(apc(*argv, scene, "--cell", "apc2016_kth"), 3, "cell apc2016_kth: has no cameras")
 
 
 def test_of_several_arms_the_one_with_the_configuration_carries_the_camera(tmp_path: Path) -> None:

@@ -243,6 +243,13 @@ def test_a_tab_is_named_on_its_line_whatever_ends_the_lines(line_break: str, tmp
         parse_yaml(text, tmp_path / "f.yaml")
 
 
+@pytest.mark.parametrize("character", ["\0", "\x01", "\x1b", "\x7f"])
+def test_a_control_character_is_named_with_its_place(character: str, tmp_path: Path) -> None:
+    told = rf"f\.yaml:2:7: the control character U\+{ord(character):04X} is not allowed; delete it"
+    with pytest.raises(InputError, match=told):
+        parse_yaml(f'ä: "ü€"\nb: "c{character}d"\n'.replace("b: ", "bö: "), tmp_path / "f.yaml")
+
+
 @pytest.mark.parametrize(
     ("name", "is_plain"),
     [("arm", True), ("arm_1", True), ("a", True), ("no", False), ("None", False), ("null", False),
