@@ -120,7 +120,7 @@ def _facts(record: Mapping[str, Any]) -> Iterator[Fact]:
     yield Fact("delivered", f"{record['items_in_tote']} of {len(record['items'])} targets")
     for key, label in (
         ("collisions", "collisions"), ("limit_violations", "limit violations"), ("drops", "items lost"),
-        ("disturbed", "items moved"), ("misjudged", "misjudged"),
+        ("disturbed", "items disturbed"), ("misjudged", "misjudged"),
     ):  # fmt: skip
         yield Fact(label, str(record[key]), Tone.BAD if record[key] else Tone.PLAIN)
     yield Fact("time", f"{record['clock_s']:.0f} s on the clock, {record['simulated_s']:.0f} s simulated")

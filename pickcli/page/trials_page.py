@@ -37,7 +37,7 @@ def trials_page(records: Mapping[str, Mapping[str, Any]]) -> PageDocument:
             Fact("delivered", f"{rate.successes} of {rate.tries} targets, {_share(rate)}"),
             *(_total(statistics, key, label) for key, label in (
                 ("collisions", "collisions"), ("limit_violations", "limit violations"),
-                ("drops", "items lost"), ("disturbed", "items moved"),
+                ("drops", "items lost"), ("disturbed", "items disturbed"),
             )),
             Fact("aborted", str(statistics.total("aborted"))),
             Fact("failed in", ", ".join(f"{stage} {n}" for stage, n in statistics.failed_in.items())),

@@ -207,7 +207,7 @@ def scene_hash(scene: Scene) -> str:
     """
     return digest(
         {
-            **({} if scene.held is None else {"held": _held_content(scene.held)}),
+            **({} if scene.held is None else {"held": _held_content(scene, scene.held)}),
             **({} if scene.cloud is None else {"cloud": _cloud_content(scene.cloud)}),
             **({"places": _carriers_content(scene)} if scene.carriers else {}),
             **({"unknown": [_unknown_content(each) for each in scene.unknown]} if scene.unknown else {}),
@@ -216,7 +216,7 @@ def scene_hash(scene: Scene) -> str:
             "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
             **rounded(scene.cell.robot.tool.grip.limit_figures()),
             "noise": numbers([scene.noise.position, scene.noise.angle]),
-            "items": sorted(_item_content(placed) for placed in scene.items),
+            "items": sorted(_item_content(scene, placed) for placed in scene.items),
         }
     )
 
@@ -228,17 +228,19 @@ def _carriers_content(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _item_content(placed: PlacedItem) -> list[Any]:
+def _item_content(scene: Scene, placed: PlacedItem) -> list[Any]:
     figures = _figures(placed.item)
-    return [placed.id, placed.location, *figures, _coarse(placed.T_world_item), *_own_noise(placed)]
+    return [placed.id, placed.location, *figures, _coarse(placed.T_world_item), *_own_noise(scene, placed)]
 
 
-def _held_content(held: HeldItem) -> list[Any]:
-    return [held.id, *_figures(held.item), _coarse(held.T_tip_item), *_own_noise(held)]
+def _held_content(scene: Scene, held: HeldItem) -> list[Any]:
+    return [held.id, *_figures(held.item), _coarse(held.T_tip_item), *_own_noise(scene, held)]
 
 
-def _own_noise(instance: PlacedItem | HeldItem) -> list[Any]:
-    return [] if instance.noise is None else [numbers([instance.noise.position, instance.noise.angle])]
+def _own_noise(scene: Scene, instance: PlacedItem | HeldItem) -> list[Any]:
+    """Bounds of the error of an item's own pose; none where they are those of the scene."""
+    own, others = (numbers([n.position, n.angle]) for n in (scene.noise_of(instance), scene.noise))
+    return [] if own == others else [own]
 
 
 def _unknown_content(space: UnknownSpace) -> list[Any]:

@@ -88,6 +88,16 @@ def test_a_copied_cell_of_the_same_name_is_another_one(
     assert read_scene(path).items
 
 
+@pytest.mark.parametrize("noise", [PoseNoise(), PoseNoise(0.002, 0.0175)])
+def test_the_noise_of_the_scene_stated_by_an_item_is_the_same_scene(cell: Cell, noise: PoseNoise) -> None:
+    scene = replace(make_scene(cell), noise=noise)
+    first, *others = scene.items
+    stated = replace(scene, items=(replace(first, noise=PoseNoise(noise.position, noise.angle)), *others))
+    assert scene_hash(stated) == scene_hash(scene)
+    exact = PoseNoise(noise.position + 0.001, noise.angle)
+    assert scene_hash(replace(scene, items=(replace(first, noise=exact), *others))) != scene_hash(scene)
+
+
 def test_what_the_cup_holds_comes_back_and_counts(cell: Cell, tmp_path: Path) -> None:
     scene = make_scene(cell)
     bottle = cell.item("dasani_water_bottle")
