@@ -23,6 +23,7 @@ from pickcli.page.scene_page import standing_page
 from pickcli.page.trial_clearance import trial_clearance
 from pickcli.scene.scene import Scene
 from pickcli.trial.motion_record import RecordedExecution, RecordedMotion
+from pickcli.trial.trial_summary import why_it_ended
 
 JOINT, POSE, KILOPASCAL = 1e-4, 1e-4, 0.05  # resolutions
 _TONES = {
@@ -128,6 +129,10 @@ def _facts(record: Mapping[str, Any]) -> Iterator[Fact]:
     yield Fact("pod", f"shifted by {shift['x_mm']:.0f}, {shift['y_mm']:.0f} mm, {shift['yaw_deg']:.1f}°")
     if record["aborted"]:
         yield Fact("aborted", record["aborted"], Tone.BAD)
+    elif record["items_in_tote"] < len(record["items"]):
+        ended = why_it_ended([(tick["node"], tick["status"] == "success") for tick in record["ticks"]])
+        if record["cut_short"] or ended:
+            yield Fact("ended as", record["cut_short"] or ended)
 
 
 def _score(record: Mapping[str, Any]) -> PageTable:

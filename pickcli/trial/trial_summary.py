@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pickcli.cell.pod_tolerance import pod_stand
@@ -86,8 +87,29 @@ def summary(result: TrialResult) -> tuple[str, ...]:
         f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
     ]
     lines += [_described(d) for d in result.disturbed if d.kind is not DisturbanceKind.PUSHED]
+    n_told = len(lines)
     lines += [line for line in (result.aborted, result.cut_short, result.strategy_stuck) if line]
+    if len(lines) == n_told and result.items_in_tote < len(result.targets):
+        ended = why_it_ended([(tick.node, tick.is_success) for tick in result.ticks])
+        lines += [f"the trial ended as {ended}"] if ended else []
     return tuple(lines)
+
+
+def why_it_ended(ticks: Sequence[tuple[str, bool]]) -> str:
+    """Say why a strategy tried no more, though targets were left.
+
+    Args:
+        ticks: Node and success of all ticks of its conditions and actions.
+
+    Returns:
+        The reason; "" if the last tick does not tell.
+    """
+    node, is_success = ticks[-1] if ticks else ("", True)
+    if is_success:
+        return ""
+    if node.startswith("has_time_to_plan"):
+        return "no time was left to plan"
+    return "nothing was left to try" if node.startswith("choose_") else ""
 
 
 def _counted(result: TrialResult) -> str:

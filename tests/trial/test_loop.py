@@ -27,7 +27,7 @@ from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import record_text, trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
-from pickcli.trial.trial_summary import rows, summary
+from pickcli.trial.trial_summary import rows, summary, why_it_ended
 from pickcli.verification.verdict import Verdict
 from support.order_builders import pick_order
 from support.scripted_trial import DURATION, ScriptedTrial, scene_of
@@ -347,6 +347,16 @@ def test_the_record_has_what_is_promised_and_counts_agree(cell: Cell) -> None:
     assert [i["bin"] for i in record["items"]] == [t.bin for t in ORDER.work_order]
     wall_clock = [key for key in json.dumps({**record, "statistics": None}).split('"') if key.endswith("_ms")]
     assert wall_clock == []
+
+
+def test_a_trial_that_leaves_targets_says_why_it_ended(cell: Cell) -> None:
+    """Of a trial that did all nothing is said."""
+    assert not any("the trial ended" in line for line in summary(play(ScriptedTrial(scene_of(ORDER, cell)))))
+    left = play(ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"})))
+    assert left.items_in_tote < len(left.targets)
+    assert "the trial ended as nothing was left to try" in summary(left)
+    assert why_it_ended([("choose_target", True), ("has_time_to_plan", False)]) == "no time was left to plan"
+    assert why_it_ended([]) == why_it_ended([("pick", False)]) == ""
 
 
 def test_the_table_has_a_row_per_target_and_the_summary_names_the_noise(cell: Cell) -> None:
