@@ -200,6 +200,7 @@ def _made_from(job: TrialJob, seeds: Sequence[int]) -> dict[str, Any]:
         "seeds": list(seeds),
         "cell": cell.name,
         "cell_fingerprint": cell.scene_fingerprint,
+        "perception": str(job.conditions.perception),
         "pose_noise": {"position_mm": 1e3 * noise.position, "angle_deg": math.degrees(noise.angle)},
         "pod_shift": _shift(job.conditions),
         "strategy": job.conditions.strategy.name,

@@ -229,26 +229,31 @@ class CameraLooks:
         unknown: list[UnknownSpace] = []
         for name in self._viewpoints:
             seen = self._seen[name]
-            camera, T = seen.viewpoint.camera, seen.viewpoint.T_world_camera
-            error = camera.error if self._hand_eye else _EXACT
-            items += [
-                placed
-                for placed in believed_items(seen.observed, T, error)
-                if name in self._may_be_in[placed.id]
-            ]
-            space = unknown_in(seen.observed, T, error)
+            items += [placed for placed in self._items_in(name) if name in self._may_be_in[placed.id]]
+            space = unknown_in(seen.observed, seen.viewpoint.T_world_camera, self._error(seen))
             unknown += [space] if len(space.boxes) else []
         return replace(around, items=tuple(items), unknown=tuple(unknown))
 
+    def _items_in(self, name: str) -> list[PlacedItem]:
+        """The answers of the last look into a place, with bounds that hold the error of the camera's pose."""
+        seen = self._seen[name]
+        T_world_camera = seen.viewpoint.T_world_camera
+        return list(believed_items(seen.observed, T_world_camera, self._error(seen)))
+
+    def _error(self, seen: _Seen) -> MountError:
+        return seen.viewpoint.camera.error if self._hand_eye else _EXACT
+
     def _note(self, due: tuple[str, ...], true: Scene, number: int) -> None:
         """Record a look, with the truth beside each pose."""
-        items = tuple(
-            PerceivedItem(name, answer, _off_by(answer, true))
-            for name in due
-            for answer in self._seen[name].observed.items
-        )
+        items = []
+        for name in due:
+            believed = {placed.id: placed.noise for placed in self._items_in(name)}
+            items += [
+                PerceivedItem(name, answer, believed.get(answer.id), _off_by(answer, true))
+                for answer in self._seen[name].observed.items
+            ]
         cameras = {name: (self._viewpoints[name].camera.name, self._viewpoints[name].at.name) for name in due}
-        self._looks.append(LookRecord(number, cameras, items))
+        self._looks.append(LookRecord(number, cameras, tuple(items)))
 
 
 def viewpoint_of(place: Place, cell: Cell) -> Viewpoint:

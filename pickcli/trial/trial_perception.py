@@ -84,19 +84,26 @@ class PerceivedItem:
     Attributes:
         place: Name of the place that it was looked for in.
         answer: The answer.
+        bound: Bounds of its error with that of the camera's pose; None if it is not believed.
         off: m and rad by which the pose is truly off, symmetries aside; None without a pose.
     """
 
     place: str
     answer: ItemObservation
+    bound: PoseNoise | None
     off: tuple[float, float] | None
 
     @property
+    def is_believed(self) -> bool:
+        """Whether the pose is used: it is an answer, and its error has bounds."""
+        return self.bound is not None
+
+    @property
     def is_bound_kept(self) -> bool:
-        """Whether the true pose is within the stated bounds."""
-        bound = self.answer.bound
-        assert bound is not None and self.off is not None
-        return self.off[0] <= bound.position and self.off[1] <= bound.angle
+        """Whether the true pose is within the stated bounds; False without any, or if the item is gone."""
+        if self.bound is None or self.off is None:
+            return False
+        return self.off[0] <= self.bound.position and self.off[1] <= self.bound.angle
 
 
 @dataclass(frozen=True, eq=False)

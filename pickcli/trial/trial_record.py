@@ -37,8 +37,9 @@ from pickcli.trial.trial_result import Attempt, RecoveryStep, TargetResult, Tria
 FORMAT, VERSION = "apc-trial", 2
 CLAIM = (
     "Planning and verification saw the true poses with an error within pose_noise, but for a share of the "
-    "poses, pose_outlier_share, that was off by up to pose_outlier_scale times as much. For the poses that "
-    "they saw, and all within the bounds of the error, every executed motion was certified "
+    "poses, pose_outlier_share, that was off by up to pose_outlier_scale times as much; by camera they saw "
+    "bins in pictures, with errors as listed under looks. For the poses that they saw, and all within the "
+    "bounds of the error, every executed motion was certified "
     "beforehand: in this model it keeps the clearance and limits that its certificate states. This is "
     "evidence about the model, not a statement about the safety of a cell."
 )
@@ -105,7 +106,7 @@ def _look(look: LookRecord) -> dict[str, Any]:
 
 
 def _seen(seen: PerceivedItem) -> dict[str, Any]:
-    answer, bound = seen.answer, seen.answer.bound
+    answer, bound = seen.answer, seen.bound
     return {
         "place": seen.place,
         "item": answer.id,

@@ -10,6 +10,7 @@ from pickcli.cell.pod_tolerance import pod_stand
 from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind
 from pickcli.trial.order import OrderKind
+from pickcli.trial.trial_perception import PerceptionKind
 from pickcli.trial.trial_result import TargetResult, TrialResult
 
 
@@ -75,8 +76,7 @@ def summary(result: TrialResult) -> tuple[str, ...]:
         f"{result.clock:.1f} s on the trial's clock, {result.simulated:.1f} s of them simulated motion",
         f"collisions {result.n_collisions}, limit violations {result.n_limit_violations}, "
         f"drops {len(result.drops)}",
-        f"planning saw poses with an error of up to {1e3 * result.noise.position:g} mm and "
-        f"{math.degrees(result.noise.angle):g} degrees{_outliers(result.reality)}",
+        _seen(result),
     ]
     if result.before.cell.pod.bins:
         lines.append(f"the pod stood {pod_stand(result.before.T_nominal_pod)}")
@@ -121,6 +121,24 @@ def _counted(result: TrialResult) -> str:
     if result.order.kind is OrderKind.STOW:
         return f"{points}; {n_there} of {n_targets} items in bins"
     return f"{points}; {n_there} of {n_targets} targets in the tote"
+
+
+def _seen(result: TrialResult) -> str:
+    """How planning saw the scene; by camera, how often it did and how often bounds did not hold."""
+    if result.perception is PerceptionKind.TRUTH:
+        return "planning saw poses as they were"
+    if result.perception is PerceptionKind.CAMERA:
+        seen = [item for look in result.looks for item in look.items]
+        bounded = [item for item in seen if item.is_believed]
+        broken = sum(not item.is_bound_kept for item in bounded)
+        return (
+            f"planning saw bins by camera: {len(bounded)} of {len(seen)} poses in {len(result.looks)} looks "
+            f"were believed, {broken} of these were off by more than their bounds"
+        )
+    return (
+        f"planning saw poses with an error of up to {1e3 * result.noise.position:g} mm and "
+        f"{math.degrees(result.noise.angle):g} degrees{_outliers(result.reality)}"
+    )
 
 
 def _outliers(reality: Reality) -> str:
