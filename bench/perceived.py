@@ -55,7 +55,7 @@ VISIBLE = 0.7  # share of an item's pixels that nothing else hides
 TEXTURES = 7919  # added to the seed of a scene
 REGULARISATION = 0.05
 QUANTILE, KEPT = 0.95, 0.995  # of the regression of bounds, and of errors within them
-RESERVE = 1.1  # of bounds, as few scenes do not show all that goes wrong
+RESERVE = 1.75  # of bounds, as few scenes do not show all that goes wrong
 
 
 @dataclass(frozen=True)

@@ -135,7 +135,7 @@ class CameraLooks:
         return ""
 
     def look(self, true: Scene, number: int, touched: Touched) -> Scene:
-        """Look into the places that were touched, or into all.
+        """Look into the places that were touched, else into those in which something was refused.
 
         Args:
             true: The true scene, to be rendered.
@@ -161,10 +161,15 @@ class CameraLooks:
         return self._believed(around, outside)
 
     def _due(self, touched: Touched) -> tuple[str, ...]:
-        """The places to look into: those touched, or all."""
+        """The places to look into: at first all; then those touched, else where something is refused."""
+        if not self._seen:
+            return tuple(self._viewpoints)
         entered = tuple(name for name in self._viewpoints if name in touched.places)
-        is_first = not self._seen
-        return entered if entered and not is_first else tuple(self._viewpoints)
+        return entered or tuple(
+            name
+            for name, seen in self._seen.items()
+            if not all(_is_believed(answer) for answer in seen.observed.items)
+        )
 
     def _look_into(self, name: str, true: Scene, around: Scene, number: int) -> _Seen:
         """Take a picture of a place, and find what is listed to be in it."""

@@ -90,7 +90,7 @@ def unknown_boxes(room: Room, sight: LineOfSight, explained: Sequence[tuple[Shap
     is_something = sight.at_unexplained(voxels.middles, width)
     for shape, T in explained:
         own = transform_points(inverse(T), voxels.middles)
-        is_unknown &= ~shape.contains(own)
+        is_unknown &= ~shape.inflated(width / 2).contains(own)  # or boxes would reach into the answer
         is_unknown &= is_something | ~shape.inflated(RESERVE).contains(own)
     return voxels.boxes(is_unknown)
 
