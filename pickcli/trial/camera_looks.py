@@ -134,6 +134,25 @@ class CameraLooks:
                     return answer.refusal or "the error of its pose has no bounds"
         return ""
 
+    def claimed(self, scene: Scene) -> Scene:
+        """Add items that are not recognised to the places that they must be in, at no particular pose.
+
+        Args:
+            scene: The scene as last perceived.
+
+        Returns:
+            The scene for the output file.
+        """
+        seen = {placed.id for placed in scene.items}
+        missing = []
+        for item_id, places in self._may_be_in.items():
+            if item_id not in seen:
+                home = self._homes[item_id]
+                name = home if home in places else min(places)
+                T = scene.T_world_place(scene.cell.places[name])
+                missing.append(PlacedItem(item_id, self._products[item_id], name, T))
+        return replace(scene, items=(*scene.items, *missing))
+
     def look(self, true: Scene, number: int, touched: Touched) -> Scene:
         """Look into the places that were touched, else into those in which something was refused.
 

@@ -309,6 +309,7 @@ class _Trial:
         drops = (*(d for e in executions for d in e.drops), *fallen)
         is_judged = self.settings.reality.damage_limits
         hit = damages(self.before, arena.collisions) if is_judged else ()
+        belief = runner.perception.claimed(belief)
         final = final_state(self.order, self.before, after, belief, arena.held, drops, hit)
         points = score(self.order, final, self.bonus)
         return TrialResult(

@@ -167,6 +167,16 @@ class Perception(Protocol):
             The reason for one of its copies; "" if none was refused.
         """
 
+    def claimed(self, scene: Scene) -> Scene:
+        """Add items that are not perceived to the places that they must be in.
+
+        Args:
+            scene: The scene as last perceived.
+
+        Returns:
+            The scene for the output file, which states contents and no poses.
+        """
+
     @property
     def looks(self) -> tuple[LookRecord, ...]:
         """All looks by cameras so far."""
@@ -232,6 +242,17 @@ class BoundedErrors:
             "".
         """
         return ""
+
+    def claimed(self, scene: Scene) -> Scene:
+        """Return the scene: what is not perceived is nowhere.
+
+        Args:
+            scene: The scene as last perceived.
+
+        Returns:
+            The same.
+        """
+        return scene
 
     @property
     def looks(self) -> tuple[LookRecord, ...]:

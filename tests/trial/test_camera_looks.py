@@ -74,6 +74,15 @@ def test_a_look_tells_of_all_that_is_listed(first: tuple[CameraLooks, Scene], tr
     assert perception.homes(believed) == {placed.id: placed.location for placed in true_scene.items}
 
 
+def test_what_is_not_recognised_is_claimed_where_the_order_says(
+    first: tuple[CameraLooks, Scene], true_scene: Scene
+) -> None:
+    perception, believed = first
+    claimed = perception.claimed(believed.without(ITEM))
+    places = {placed.id: placed.location for placed in true_scene.items}
+    assert {placed.id: placed.location for placed in claimed.items} == places
+
+
 def test_only_touched_places_are_looked_into_again_and_what_was_moved_is_looked_for_in_both(
     true_scene: Scene,
 ) -> None:
