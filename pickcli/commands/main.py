@@ -50,14 +50,14 @@ COMMANDS: dict[str, str] = {
     "explain-stow": "Show which bin is assigned to each item of a stow order, and why.",
     "run-trials": "Play orders with many seeds, and report the distribution of scores.",
     "compare-trials": "Compare two folders of trials, and test whether the difference is more than chance.",
-    "check": "Find mistakes in a cell, scene, order or items, or damage in a roadmap or database.",
+    "check": "Find mistakes in a cell, scene, order, items or perceived items, or damage in a stored file.",
     "refresh": "Update a roadmap or trajectory database for a cell that changed.",
     "cache": "Show what is in the cache of built files, or delete it.",
     "show": "Make a page that shows a cell, scene, plan, trial, roadmap or database in 3-D.",
     "show-strategy": "Show the behaviour tree by which trials are played, or list the strategies.",
     "show-grasps": "Make a page of an item with its regions and candidate grasps.",
     "import-tsr": "Convert KTH's task space regions to a file of items.",
-    "inspect": "Show what is in a roadmap, database, plan, scene or cell.",
+    "inspect": "Show what is in a roadmap, database, plan, scene, cell or file of perceived items.",
 }
 
 

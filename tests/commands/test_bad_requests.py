@@ -270,7 +270,7 @@ def test_wrong_usage(argv: tuple[str, ...]) -> None:
         (("plan-pik",), "unknown command 'plan-pik'; did you mean 'plan-pick'?"),
         (("plan_pick", "--help"), "did you mean 'plan-pick'?"),
         (("order",), "did you mean 'make-order'?"),
-        (("zzz",), "known: build-roadmap"),
+        (("zzz",), "known: believe, build-roadmap"),
         (("plan-pick", "-o", "x.json"), "Missing option '--scene'. FILE: Scene file (see apc make-scene)"),
         (("verify",), "Missing argument 'PLAN'. Example: apc verify plan.json --scene scene.json"),
         (("check",), "Missing argument 'FILE'. Example: apc check trajectories.h5"),

@@ -45,6 +45,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "make-order": {},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "perceive": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
+    "believe": {"paths": PERCEIVED, "cell_name": CELL, "items_path": ITEMS},
     "render": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "plan-pick": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
