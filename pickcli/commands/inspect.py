@@ -176,6 +176,7 @@ def _scene(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any
         "held": None if scene.held is None else held_values(scene.held),
         "n_items": len(scene.items),
         "items": {place: [i.id for i in scene.in_location(place)] for place in sorted(places)},
+        "unknown_boxes": {space.place: len(space.boxes) for space in scene.unknown},
         "supports": _supports(scene),
     }
 

@@ -35,7 +35,8 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
         The scene. Carriers are where the last look into one of their places says.
 
     Raises:
-        InputError: A look is of another cell or camera, or two places have an item of the same id.
+        InputError: A look is of another cell or camera, a place is said to be empty that was looked into, or
+            two places have an item of the same id.
         UnknownNameError: A place is not one of the cell's.
     """
     scene = empty_scene(cell)
@@ -52,6 +53,8 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
     for name in empty:
         if name not in cell.places:
             raise UnknownNameError("place", name, list(cell.places), f"cell {cell.name}")
+        if name in latest:
+            raise InputError(f"{name} is said to be empty, but was looked into; only one of both can count")
     items: dict[str, PlacedItem] = {}
     unknown = []
     for name, place in cell.places.items():

@@ -11,6 +11,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import OWN_ITEMS, item_suggestion
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.files.schema import Vector
 from pickcli.files.source import Key, Source
 from pickcli.geometry import Array, inverse, pose
 from pickcli.name_suggestion import shortened, suggestion
@@ -119,10 +120,21 @@ def check_unknown(source: Source, model: SceneModel, cell: Cell) -> None:
         elif space.place in seen:
             source.add(("unknown", i, "place"), f"{space.place} stands twice; write all its boxes in one")
         seen.add(space.place)
-        for k, (low, high) in enumerate(space.boxes):
-            if not all(a < b for a, b in zip(low, high, strict=True)):
-                fault = "the first corner must be below the second along x, y and z"
-                source.add(("unknown", i, "boxes", k), f"is no box; {fault}")
+        check_boxes(source, ("unknown", i, "boxes"), space.boxes)
+
+
+def check_boxes(source: Source, key: Key, boxes: Sequence[tuple[Vector, Vector]]) -> None:
+    """Check that boxes are some.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        key: Where the boxes stand in it.
+        boxes: Each by two corners, the lower one first.
+    """
+    for k, (low, high) in enumerate(boxes):
+        if not all(a < b for a, b in zip(low, high, strict=True)):
+            fault = "the first corner must be below the second along x, y and z"
+            source.add((*key, k), f"is no box; {fault}")
 
 
 def check_upright(source: Source, scene: Scene) -> None:

@@ -111,6 +111,8 @@ def test_what_cannot_be_believed_is_told(true_scene: Scene) -> None:
     seen, cell = exact(true_scene, "bin_C"), true_scene.cell
     with pytest.raises(UnknownNameError, match="bin_Z"):
         believed_scene(cell, [look(true_scene, seen)], ["bin_Z"])
+    with pytest.raises(InputError, match="bin_C is said to be empty, but was looked into"):
+        believed_scene(cell, [look(true_scene, seen)], ["bin_C"])
     with pytest.raises(InputError, match="cell other"):
         believed_scene(cell, [replace(look(true_scene, seen), cell="other")])
     with pytest.raises(InputError, match=f"{ITEM} is in bin_C and in bin_D"):

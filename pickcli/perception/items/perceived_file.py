@@ -32,6 +32,7 @@ from pickcli.perception.items.item_observation import (
 )
 from pickcli.perception.items.perceived_schema import PerceivedItemModel, PerceivedModel, PerceivedPoseModel
 from pickcli.scene.scene import PoseNoise
+from pickcli.scene.scene_checks import check_boxes
 
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length, before it is normalised
 
@@ -134,6 +135,7 @@ def read_perceived(
         left = tuple(
             UnexplainedPart(part.pixels, np.array(part.low), np.array(part.high)) for part in each.unexplained
         )
+        check_boxes(source, ("places", i, "unknown"), each.unknown)
         unknown = np.array(each.unknown).reshape(-1, 2, 3)
         error = Displacement(each.error.x, each.error.y, each.error.yaw)
         places.append(PlaceObservation(each.place, T, items, left, each.seen, unknown, error))

@@ -69,9 +69,9 @@ _Box = tuple[Vector, Vector]
 class PlaceErrorModel(FileModel):
     """Bounds of the error of a place's pose on the floor, each either way."""
 
-    x: float = Field(default=0.0, ge=0, le=0.1, description="m")
-    y: float = Field(default=0.0, ge=0, le=0.1, description="m")
-    yaw: float = Field(default=0.0, ge=0, le=0.05, description="rad")
+    x: float = Field(ge=0, le=0.1, description="m")
+    y: float = Field(ge=0, le=0.1, description="m")
+    yaw: float = Field(ge=0, le=0.05, description="rad")
 
 
 class PerceivedPlaceModel(FileModel):
@@ -83,9 +83,9 @@ class PerceivedPlaceModel(FileModel):
     items: Annotated[tuple[PerceivedItemModel, ...], Len(0, 300)] = Field(description="a list of answers")
     unexplained: Annotated[tuple[UnexplainedModel, ...], Len(0, 1000)] = Field(description="a list of parts")
     unknown: Annotated[tuple[_Box, ...], Len(0, 5000)] = Field(
-        default=(), description="boxes, each by its lower and its upper corner in the frame of the place"
+        description="boxes, each by its lower and its upper corner in the frame of the place"
     )
-    error: PlaceErrorModel = Field(default=PlaceErrorModel(), description="bounds of the error of the pose")
+    error: PlaceErrorModel = Field(description="bounds of the error of the pose")
 
 
 class PerceivedModel(FileModel):

@@ -50,6 +50,11 @@ def test_a_file_is_read_as_it_was_written(perceived: Perceived, cell: Cell, tmp_
         (("places", 0, "items", 0, "pose", "position"), [0.0, 0.0], "position"),
         (("places", 0, "items", 0, "name"), "no_such_item", "no_such_item"),
         (("places", 0, "items", 0, "colour"), "red", "colour"),
+        (
+            ("places", 0, "unknown"),
+            [[[0.1, 0.0, 0.0], [0.0, 0.1, 0.1]]],
+            r"places\[0\].unknown\[0\]: is no box",
+        ),
     ],
 )
 def test_mistakes_are_told(
@@ -63,4 +68,17 @@ def test_mistakes_are_told(
     path = tmp_path / "perceived.json"
     path.write_text(json.dumps(content))
     with pytest.raises((InputError, UnknownNameError), match=told):
+        read_perceived(path, cell)
+
+
+@pytest.mark.parametrize("key", ["unknown", "error", "seen"])
+def test_what_is_not_known_has_to_be_stated(
+    perceived: Perceived, cell: Cell, tmp_path: Path, key: str
+) -> None:
+    """Space of which nothing is said would count as free."""
+    content = json.loads(json.dumps(perceived_values(perceived)))
+    del content["places"][0][key]
+    path = tmp_path / "perceived.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=key):
         read_perceived(path, cell)
