@@ -18,6 +18,7 @@ N_LEAVING = 100  # samples with a free end, of which the start is checked
 N_DRAWN = 8
 
 CLIMB_SHARE = 1.5  # of the largest sampled displacement, for a climb
+FIRST_RISE = 0.33  # of the largest, about which a climb begins
 CLIMBS, ROUNDS = 6, 10
 N_TRIED, N_KEPT = 60, 8  # samples of a round, and the best of them, around which the next are drawn
 N_CHECKED = 3  # of these whose start is checked: the others are much alike
@@ -124,9 +125,9 @@ def climbed(
     """
     found: list[Array] = []
     n_failed, most = 0, CLIMB_SHARE * within.most
-    upwards = most * (*np.abs(within.up), 0.0, 0.0, 0.0)
+    rise = FIRST_RISE * float(most[:3] @ np.abs(within.up))
     for _ in range(CLIMBS):
-        mean, spread = within.risen(np.zeros((1, 6)), 0.33 * upwards.max(keepdims=True))[0], most / 1.5
+        mean, spread = np.append(rise * within.up, np.zeros(3)), most / 1.5
         for k in range(ROUNDS):
             D = _clipped(mean + spread * rng.standard_normal((N_TRIED, 6)), within, max_length)
             best, clearances = carrying.clearest(D, N_KEPT)
