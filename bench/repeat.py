@@ -32,10 +32,10 @@ from bench.warm import context, fresh_scene
 from pickcli.cell.cell_file import load_cell
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.progress import Progress
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.trial_record import record_text, trial_record
+from pickcli.trial.trial_settings import TrialSettings
 
 FRAGMENTS, KEPT = 50_000, 15_000  # blocks of the size of the engine's own, allocated first, then left
 BLOCKS = (48, 64, 80, 96, 112, 128, 144)  # bytes

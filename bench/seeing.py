@@ -18,11 +18,11 @@ from pickcli.planning.start_state import Start
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import Scene
 from pickcli.simulation.reality import DEFAULT
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.trial_perception import PerceptionKind, Touched
+from pickcli.trial.trial_settings import TrialSettings
 from pickcli.verification.verify import verify
 
 TRIAL_SEED = 1

@@ -269,9 +269,9 @@ def _trial_texts(of: Sound, order: Order) -> tuple[bytes, bytes]:
     """The record of a trial, and what moved in it."""
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.simulation.motion_recorder import MotionRecorder
-    from pickcli.trial.attempt_runner import TrialSettings
     from pickcli.trial.loop import run_trial
     from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
+    from pickcli.trial.trial_settings import TrialSettings
 
     recorder = MotionRecorder()
     arena = SimulatedArena(of.scene, motion_recorder=recorder)

@@ -4,12 +4,12 @@ Read in this order:
 
 - Orders: `order`, read by `order_file`; `make_order` draws random orders. `stow_assignment` chooses the bins
   for the items of a stow.
-- The trial: `loop` does what its strategy decides by the `action_values`, with time by the `trial_clock`; its
-  `target_list` knows what is open, and `attempt_memory` what failed. `item_moves` moves one item:
-  `attempt_runner` plans, with a `certifier` that has the verifier judge every candidate; `attempt_execution`
-  executes and determines the outcome. Blocking items are moved aside: `clearing` searches them and their
-  destinations, `aside_memory` keeps such moves from being undone; `room_making` moves what takes the room of
-  an item in a bin. What stands on edge is toppled: `toppling_memory` knows when.
+- The trial: by its `trial_settings`, `loop` does what its strategy decides by the `action_values`, with time
+  by the `trial_clock`; its `target_list` knows what is open, and `attempt_memory` what failed. `item_moves`
+  moves one item: `attempt_runner` plans, with a `certifier` that has the verifier judge every candidate;
+  `attempt_execution` executes and determines the outcome. Blocking items are moved aside: `clearing` searches
+  them and their destinations, `aside_memory` keeps such moves from being undone; `room_making` moves what
+  takes the room of an item in a bin. What stands on edge is toppled: `toppling_memory` knows when.
 - Failures: `recovery_levels` after a stop; `arm_turns` when another arm is in the way.
 - Environment: `trial_interfaces`, implemented by the `simulated_cell`; `pod_shift` displaces the pod,
   `pose_noise` adds errors to perceived poses. What the robot perceives is by a `trial_perception`, of which

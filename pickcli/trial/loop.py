@@ -20,7 +20,7 @@ from pickcli.strategy.trial_actions import OpenTarget
 from pickcli.trial.action_values import TargetState, target_states
 from pickcli.trial.aside_memory import AsideMemory
 from pickcli.trial.attempt_memory import AttemptMemory
-from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
+from pickcli.trial.attempt_runner import AttemptRunner
 from pickcli.trial.clearing import Clearing
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import DisturbanceKind
@@ -34,6 +34,7 @@ from pickcli.trial.target_list import TargetList
 from pickcli.trial.toppling_memory import TopplingMemory
 from pickcli.trial.trial_interfaces import TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 
 ResultObserver: TypeAlias = Callable[[Callable[[], TrialResult]], None]
 

@@ -17,7 +17,6 @@ from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
 from pickcli.strategy.strategy_tree import Strategy
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.motion_record import RecordedMotion, motion_values, parse_motion
 from pickcli.trial.order import Order
@@ -28,6 +27,7 @@ from pickcli.trial.stow_assignment import StowRule
 from pickcli.trial.trial_perception import PerceptionKind
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 
 if TYPE_CHECKING:
     import numpy as np

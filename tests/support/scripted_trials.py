@@ -14,9 +14,9 @@ from pickcli.errors import Reason
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import JobResult
 from pickcli.seeds import derived_rng
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.trial_record import record_text, trial_record
+from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import ITEMS, pick_order
 from support.scripted_trial import ScriptedTrial, scene_of
 

@@ -12,12 +12,13 @@ from pickcli.cell.tool import MOVING
 from pickcli.cell.workcell import Workcell
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.simulation.protective_stop import StopCause
-from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
+from pickcli.trial.attempt_runner import AttemptRunner
 from pickcli.trial.loop import run_trial
 from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import ArmSummary, Attempt, Outcome, TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 from pickcli.trial.trial_summary import summary
 from support.order_builders import pick_order
 from support.scripted_trial import DURATION, ScriptedTrial, scene_of

@@ -16,13 +16,13 @@ from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.damage import FRAGILE_LIMITS, ITEM_LIMITS, SHELF, SHELF_LIMITS, Damage, damages
 from pickcli.trial.disturbance import MAX_SETTLING, DisturbanceKind, disturbances
 from pickcli.trial.loop import run_trial
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 from pickcli.trial.trial_summary import summary
 from support.order_builders import pick_order
 from support.scripted_trial import ScriptedTrial, scene_of

@@ -19,7 +19,6 @@ from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.strategy.strategy_tree import Strategy, StrategyNode
 from pickcli.trial.action_values import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.final_state import Drop
 from pickcli.trial.loop import _Trial, run_trial
 from pickcli.trial.order import Order, OrderKind
@@ -27,6 +26,7 @@ from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import record_text, trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 from pickcli.trial.trial_summary import rows, summary, why_it_ended
 from pickcli.verification.verdict import Verdict
 from support.order_builders import pick_order

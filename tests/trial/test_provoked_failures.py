@@ -16,11 +16,11 @@ from pickcli.motion.plan import RecoveryLevel
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.reality import DEFAULT
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.recovery_levels import HOME_LEVELS, LET_GO
 from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.trial_result import Outcome, TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import pick_order
 
 ITEM, BIN = "crayola_24_ct", "bin_B"

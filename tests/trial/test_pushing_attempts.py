@@ -15,12 +15,12 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import BINS
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import Outcome
+from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import pick_order
 from support.scripted_trial import ScriptedTrial, scene_of
 

@@ -16,9 +16,9 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.simulation import reality
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import World
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
+from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import pick_order
 from support.scripted_trial import ScriptedTrial, scene_of
 

@@ -13,7 +13,6 @@ from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.plan_run import END_TIME
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order
 from pickcli.trial.recovery_levels import FIRST_WAIT, LET_GO, MOST_STOPPED, WAIT
@@ -21,6 +20,7 @@ from pickcli.trial.trial_clock import PLANNING_CHARGE
 from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 from pickcli.trial.trial_summary import summary
 from support.order_builders import pick_order
 from support.scripted_trial import DURATION, ScriptedTrial, scene_of

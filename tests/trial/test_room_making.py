@@ -10,13 +10,13 @@ from pickcli.motion.plan import Certify, Plan
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import BINS
 from pickcli.trial.room_making import MOST_TRIED
 from pickcli.trial.trial_interfaces import TrialInterfaces
 from pickcli.trial.trial_result import Outcome, TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 from support.scripted_trial import ScriptedTrial, scene_of
 
 BAR, DVD, CARDS = "dove_beauty_bar", "jane_eyre_dvd", "staples_index_cards"

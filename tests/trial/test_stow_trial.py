@@ -13,7 +13,6 @@ from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.strategy.strategy_file import load_strategy, packaged_strategies
 from pickcli.trial.action_values import MOST_REFUSALS_OF_STOW
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import BINS
@@ -21,6 +20,7 @@ from pickcli.trial.output_file import claim
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import Outcome, TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 from pickcli.trial.trial_summary import rows, summary
 from support.scripted_trial import ScriptedTrial, scene_of
 

@@ -19,7 +19,6 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.motion_recorder import MotionRecorder
 from pickcli.simulation.reality import DEFAULT
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.motion_record import RecordedMotion, motion_values, parse_motion, refuse_other_motion
 from pickcli.trial.played_trial import positions_at_start
@@ -27,6 +26,7 @@ from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import ArmSummary, TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import pick_order
 
 CONTENTS = {"bin_B": "dove_beauty_bar", "bin_E": "fitness_gear_3lb_dumbbell", "bin_G": "crayola_24_ct"}

@@ -7,7 +7,6 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import Reason
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import BINS
@@ -15,6 +14,7 @@ from pickcli.trial.toppling_memory import MOST_TOPPLED, TopplingMemory
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
+from pickcli.trial.trial_settings import TrialSettings
 from support.scripted_trial import ScriptedTrial, scene_of
 
 BAR, DVD, CARDS = "dove_beauty_bar", "jane_eyre_dvd", "staples_index_cards"

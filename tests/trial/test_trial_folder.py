@@ -12,12 +12,12 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
 from pickcli.simulation.reality import DEFAULT, Reality
-from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import OrderKind
 from pickcli.trial.order_file import read_order
 from pickcli.trial.trial_folder import NAMES, refuse_existing_folder, write_folder
 from pickcli.trial.trial_record import record_text, trial_record
+from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import pick_order
 from support.scripted_trial import ScriptedTrial, scene_of
 

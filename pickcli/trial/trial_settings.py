@@ -1,0 +1,57 @@
+"""Settings of a trial: its seed, how the world and perception deviate from the model, and the strategy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.strategy.strategy_file import DEFAULT_STRATEGY, load_strategy
+from pickcli.strategy.strategy_tree import Strategy
+from pickcli.trial.pose_noise import DEFAULT_NOISE
+from pickcli.trial.stow_assignment import StowRule
+from pickcli.trial.trial_perception import BoundedErrors, Perception, PerceptionKind, true_poses
+
+
+@dataclass(frozen=True)
+class TrialSettings:
+    """Settings of a trial.
+
+    Attributes:
+        seed: Seed of all random choices.
+        noise: Bounds of the errors of perceived item poses.
+        reality: Levels of the deviations of the simulated world from its model.
+        time_limit: s; None for that of the order's year.
+        stow_rule: Rule by which bins are chosen for stowed items.
+        strategy: Decides what is tried next.
+        perception: Source of the perceived scene.
+    """
+
+    seed: int = 0
+    noise: PoseNoise = DEFAULT_NOISE
+    reality: Reality = DEFAULT
+    time_limit: float | None = None
+    stow_rule: StowRule = StowRule.POINTS
+    strategy: Strategy = field(default_factory=lambda: load_strategy(DEFAULT_STRATEGY))
+    perception: PerceptionKind = PerceptionKind.NOISE
+
+    def perceiving(self, true: Scene) -> Perception:
+        """Return what makes the perceived scene.
+
+        Args:
+            true: The true scene at the start.
+
+        Returns:
+            The perception.
+
+        Raises:
+            InputError: A place is to be seen by a camera, and none sees it.
+        """
+        if self.perception is PerceptionKind.TRUTH:
+            return true_poses(self.seed)
+        bounded = BoundedErrors(self.noise, self.seed, self.reality)
+        if self.perception is PerceptionKind.NOISE:
+            return bounded
+        from pickcli.trial.camera_looks import CameraLooks  # renders, which other trials need not load
+
+        return CameraLooks(true, bounded, self.reality.hand_eye)
