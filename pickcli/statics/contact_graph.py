@@ -36,6 +36,8 @@ class ContactGraph:
     def of(cls, scene: Scene) -> ContactGraph:
         """Find all pairs that may be in contact within the pose errors.
 
+        Unknown space is in contact with nothing: it may be empty, and bear nothing.
+
         Args:
             scene: The scene.
 
@@ -46,6 +48,8 @@ class ContactGraph:
         places = np.array([placed.location for placed in scene.items] + [""] * len(scene.standing))
         a, b = solids.near(len(scene.items), TOUCH)
         is_possible = (places[a] == places[b]) | (places[b] == "")  # a board may touch items of two bins
+        unknown = [body.name for space in scene.unknown for body in space.bodies]
+        is_possible &= ~np.isin(np.array(solids.names)[b], unknown)
         found = gaps(solids, a[is_possible], b[is_possible])
         close = found.width <= TOUCH + solids.bound[found.a] + solids.bound[found.b]
         return cls(

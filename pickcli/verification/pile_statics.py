@@ -184,7 +184,8 @@ class _Pile:
         placed = {each.id: each for each in scene.in_location(location)}
         bodies = {name: _body(scene, each) for name, each in placed.items()}
         boxes = _Boxes.around((*bodies.values(), *_firm_bodies(scene)))
-        contacts = list(_contacts(len(bodies), boxes))
+        unknown = {body.name for space in scene.unknown for body in space.bodies}  # may be empty
+        contacts = [c for c in _contacts(len(bodies), boxes) if c.b.name not in unknown]
         carried = {c.a.name for c in contacts if c.normal[2] >= CARRYING_NORMAL_Z}
         carried |= {c.b.name for c in contacts if c.normal[2] <= -CARRYING_NORMAL_Z}
         contacts += _falls(len(bodies), boxes, carried)
