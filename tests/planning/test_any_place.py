@@ -138,6 +138,13 @@ def test_what_is_set_down_is_wholly_there_clear_of_the_rest_and_stays(
     assert np.linalg.norm((rested[1].T_world_item - spots[0].T_world_item)[:3, 3]) < 0.02
 
 
+def test_a_thin_mat_does_not_bring_what_lies_on_it_too_near_to_the_table_below() -> None:
+    cell = load_cell("panda_table")
+    place, item = cell.places["mat_right"], lying(cell, "mat_front", (0.0, 0.0))
+    spots = floor_placements(PlanningContext(cell), scene_of(cell, item), item, np.eye(3), place)
+    assert not isinstance(spots, Failures) and spots
+
+
 # Whole motions
 
 

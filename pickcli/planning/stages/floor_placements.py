@@ -28,6 +28,7 @@ FROM_WALLS = 0.006  # m to walls and to the back, besides the uncertainty of the
 FROM_MOUTH = 0.01  # m that stay free behind the mouth
 BEHIND_LIP = 0.03  # m that stay free behind a 20 mm deep lip in front of the floor
 HOVER = 0.001  # m over the floor, besides how much lower the item may be than its pose says
+OVER_OBSTACLES = 0.002  # m higher, where an obstacle under a thin floor is too near: a table under a mat
 LEAN_ANGLE = np.radians(4.0)  # angle of a leaning item beyond the one at which its centre is over its edge
 WALL_GAP = 0.008  # m to the walls on either side of a leaning item, besides the uncertainty of its pose
 N_HALVINGS = 5  # bisections of the step in which it meets its support
@@ -67,8 +68,8 @@ def floor_placements(
     uncertainty = scene.bound(placed)
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], uncertainty)
     flying = FreeItemChecker(context.model, scene, free, while_resting_on(place.support, placed.id))
-    for step in (STEP, FINE_STEP):
-        placements = _grid_placements(place, reach, uncertainty, step, hover)
+    for step, height in ((STEP, hover), (FINE_STEP, hover), (FINE_STEP, hover + OVER_OBSTACLES)):
+        placements = _grid_placements(place, reach, uncertainty, step, height)
         fitting = [_placed(placed, place.name, T_world_place, R, d) for d in placements if flying.is_valid(d)]
         if fitting:
             break
