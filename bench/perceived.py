@@ -40,11 +40,11 @@ from pickcli.perception.items.item_perception import ListedItem, perceive_items
 from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, ROUNDING, bound_features
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
-from pickcli.perception.items.symmetry import turn_between
+from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
 from pickcli.random_scenes.make_scene import make_scene
-from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
@@ -54,8 +54,7 @@ GOOD_MM, GOOD_DEG, WRONG_MM = 10.0, 10.0, 30.0
 VISIBLE = 0.7  # share of an item's pixels that nothing else hides
 TEXTURES = 7919  # added to the seed of a scene
 REGULARISATION = 0.05
-QUANTILE, KEPT = 0.95, 0.995  # of the regression of bounds, and of errors within them
-RESERVE = 1.75  # of bounds, as few scenes do not show all that goes wrong
+QUANTILE, KEPT = 0.95, 0.995  # of the regression of bounds, and of poses with all errors within them
 
 
 @dataclass(frozen=True)
@@ -72,18 +71,14 @@ class Row:
     confidence: float
     mm: float | None
     deg: float | None
+    surface_mm: float | None
     ms: float
     features: tuple[float, ...] | None
     bound_features: tuple[float, ...] | None
     bound_mm: float | None
     bound_deg: float | None
-
-    @property
-    def is_bound_kept(self) -> bool:
-        """Whether both errors are within their stated bounds."""
-        assert self.mm is not None and self.deg is not None
-        assert self.bound_mm is not None and self.bound_deg is not None
-        return self.mm <= self.bound_mm and self.deg <= self.bound_deg
+    bound_surface_mm: float | None
+    is_bound_kept: bool
 
     @property
     def is_near(self) -> bool:
@@ -194,25 +189,27 @@ def _row(
     visible: float,
 ) -> Row:  # fmt: skip
     assert sensor.depth is not None
-    mm = deg = features = of_bound = bound_mm = bound_deg = None
+    error = features = of_bound = None
     if answer.T_world_item is not None and answer.support is not None:
-        mm, deg = min(_errors(answer, answer.T_world_item, i) for i in items if i.item == answer.item)
+        shape, T = answer.item.shape, answer.T_world_item
+        copies = [each.T_world_item for each in items if each.item == answer.item]
+        error = min((error_of(shape, T, T_true) for T_true in copies), key=lambda each: each.position)
         lost = sensor.depth.no_return.get(answer.item.material, 0.0)
         features = tuple(support_features(answer.support, lost, len(items)).tolist())
-        of_bound = tuple(bound_features(answer.support, lost, answer.confidence).tolist())
-    if answer.bound is not None:
-        bound_mm, bound_deg = 1e3 * answer.bound.position, float(np.degrees(answer.bound.angle))
+        of_bound = tuple(bound_features(answer.support, answer.confidence).tolist())
+    is_kept = error is not None and answer.bound is not None and answer.bound.holds(error)
     seed, name, ms = of
     return Row(
-        sensor.name, seed, name, answer.id, len(items), visible, answer.is_answer, answer.confidence, mm, deg,
-        ms, features, of_bound, bound_mm, bound_deg,
+        sensor.name, seed, name, answer.id, len(items), visible, answer.is_answer, answer.confidence,
+        *_in_mm_and_degrees(error), ms, features, of_bound, *_in_mm_and_degrees(answer.bound), is_kept,
     )  # fmt: skip
 
 
-def _errors(answer: ItemObservation, T: Array, placed: PlacedItem) -> tuple[float, float]:
-    """Mm and degrees between a pose and that of an instance."""
-    turn = turn_between(answer.item.shape, T[:3, :3], placed.T_world_item[:3, :3])
-    return 1e3 * float(np.linalg.norm(T[:3, 3] - placed.T_world_item[:3, 3])), float(np.degrees(turn))
+def _in_mm_and_degrees(error: PoseNoise | None) -> tuple[float | None, float | None, float | None]:
+    """Of the position, the angle and the surface."""
+    if error is None or error.displacement is None:
+        return None, None, None
+    return 1e3 * error.position, float(np.degrees(error.angle)), 1e3 * error.displacement
 
 
 def summary(rows: Sequence[Row]) -> dict[str, float]:
@@ -233,6 +230,7 @@ def summary(rows: Sequence[Row]) -> dict[str, float]:
         "bound_kept": sum(r.is_bound_kept for r in bounded) / max(len(bounded), 1),
         "bound_mm_median": float(np.median([r.bound_mm for r in bounded])),
         "bound_deg_median": float(np.median([r.bound_deg for r in bounded])),
+        "bound_surface_mm_median": float(np.median([r.bound_surface_mm for r in bounded])),
         "mean_confidence": float(np.mean([r.confidence for r in answers])),
         "good_of_answers": len(good) / max(len(answers), 1),
         "mm_median": float(np.median(mm)),
@@ -269,16 +267,29 @@ def calibrated(rows: Sequence[Row]) -> Array:
     return np.asarray(minimize(cost, np.zeros(X.shape[1])).x)
 
 
-def calibrated_bound(features: Array, errors: Array) -> Array:
-    """Weights of a bound, by quantile regression as a linear program, and an offset that keeps nearly all."""
-    wanted = np.log(errors + ROUNDING)
+def quantile_weights(features: Array, wanted: Array) -> Array:
+    """Weights of a quantile regression, as a linear program."""
     n, n_features = features.shape
     costs = np.repeat([0.0, QUANTILE, 1.0 - QUANTILE], [2 * n_features, n, n])  # of weights, above, below
     rows = np.hstack([features, -features, np.eye(n), -np.eye(n)])
     found = linprog(costs, A_eq=rows, b_eq=wanted, bounds=(0.0, None), method="highs").x
-    weights = found[:n_features] - found[n_features : 2 * n_features]
-    weights[0] += np.quantile(wanted - features @ weights, KEPT, method="higher") + np.log(RESERVE)
-    return np.asarray(weights)
+    return np.asarray(found[:n_features] - found[n_features : 2 * n_features])
+
+
+def calibrated_bounds(features: Array, errors: Array, scenes: Sequence[int]) -> Array:
+    """Weights (3, F) of the bounds of errors (N, 3), with an offset that keeps nearly all in each scene.
+
+    The offset is what keeps them in scenes that the weights were not fitted to.
+    """
+    wanted, excess = np.log(errors + ROUNDING), np.full(len(errors), -np.inf)
+    for scene in np.unique(scenes):
+        is_here = np.array(scenes) == scene
+        for error in wanted.T:
+            weights = quantile_weights(features[~is_here], error[~is_here])
+            excess[is_here] = np.maximum(excess[is_here], error[is_here] - features[is_here] @ weights)
+    found = np.array([quantile_weights(features, error) for error in wanted.T])
+    found[:, 0] += np.quantile(excess, KEPT, method="higher")
+    return found
 
 
 def print_calibration(rows: Sequence[Row]) -> None:
@@ -286,9 +297,9 @@ def print_calibration(rows: Sequence[Row]) -> None:
     print("confidence", np.array2string(calibrated(rows), precision=2, separator=", "))
     answers = [r for r in rows if r.confidence >= LEAST_CONFIDENCE_OF_BOUND]
     features = np.array([r.bound_features for r in answers])
-    for name, errors in (("position", [r.mm for r in answers]), ("angle", [r.deg for r in answers])):
-        weights = calibrated_bound(features, np.array(errors, dtype=np.float64))
-        print(name, np.array2string(weights, precision=3, separator=", "))
+    errors = np.array([[r.mm, r.deg, r.surface_mm] for r in answers], dtype=np.float64)
+    bounds = calibrated_bounds(features, errors, [r.seed for r in answers])
+    print("bounds", np.array2string(bounds, precision=3, separator=", "))
 
 
 def numbers_in(text: str) -> list[int]:
@@ -319,7 +330,8 @@ def report(rows: Sequence[Row]) -> dict[str, Any]:
         print(f"  good ones off {s['mm_median']:.2f} mm {s['deg_median']:.2f} deg, ", end="")
         print(f"p95 {s['mm_p95']:.1f} mm {s['deg_p95']:.1f} deg")
         print(f"  bounds of {s['bounded_of_answers']:.1%} of answers, kept {s['bound_kept']:.1%}, ", end="")
-        print(f"median {s['bound_mm_median']:.1f} mm {s['bound_deg_median']:.1f} deg")
+        print(f"median {s['bound_mm_median']:.1f} mm {s['bound_deg_median']:.1f} deg, ", end="")
+        print(f"surface {s['bound_surface_mm_median']:.1f} mm")
         print(f"  ms an item {s['ms_median']:.0f}, p95 {s['ms_p95']:.0f}")
     print("confidence: poses, mean confidence, share that is near")
     for label, n, confidence, share in reliability(rows):

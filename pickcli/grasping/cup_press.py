@@ -117,4 +117,4 @@ def _error_and_lag(face: str, T_item_tip: Array, tool: Tool, noise: PoseNoise) -
     off_axis = point - along[:, None] * axis
     aside = np.sqrt(np.einsum("ni,ni->n", off_axis, off_axis))
     lag = tool.cup.radius * np.sin(tilt_on(face, T_item_tip))
-    return noise.position + noise.angle * aside, lag
+    return noise.at(aside), lag

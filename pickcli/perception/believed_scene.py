@@ -103,8 +103,11 @@ def believed_items(seen: PlaceObservation, T_world_camera: Array, error: MountEr
         if not answer.is_answer or T is None or bound is None:
             continue
         distance = float(np.linalg.norm(T[:3, 3] - T_world_camera[:3, 3]))
+        by_camera, radius = error.position + error.angle * distance, answer.item.shape.bounding_radius
         within = PoseNoise(
-            bound.position + error.position + error.angle * distance, bound.angle + error.angle
+            bound.position + by_camera,
+            bound.angle + error.angle,
+            None if bound.displacement is None else bound.displacement + by_camera + error.angle * radius,
         )
         yield PlacedItem(answer.id, answer.item, seen.place, T, within)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -28,10 +28,26 @@ class PoseNoise:
     Attributes:
         position: m, norm of the translation error.
         angle: rad, rotation error.
+        displacement: m, by which any point of the surface is off; None where nothing but the other bounds is
+            known of it. Errors of position and angle that come together off at different points, so it may
+            be far less than both of them make possible.
     """
 
     position: float = 0.0
     angle: float = 0.0
+    displacement: float | None = None
+
+    def at(self, distance: Array) -> Array:
+        """Bound the position error of points of the item.
+
+        Args:
+            distance: m, (N,) distances from the middle.
+
+        Returns:
+            (N,) m.
+        """
+        off = self.position + self.angle * distance
+        return off if self.displacement is None else np.minimum(off, self.displacement)
 
     def bound(self, item: Item) -> float:
         """Bound the position error of any point of an item.
@@ -42,7 +58,26 @@ class PoseNoise:
         Returns:
             m.
         """
-        return self.position + self.angle * item.shape.bounding_radius
+        return float(self.at(np.array(item.shape.bounding_radius)))
+
+    def holds(self, error: PoseNoise) -> bool:
+        """Tell whether an error is within the bounds.
+
+        Args:
+            error: The error of a pose, with its displacement if the bounds have one.
+
+        Returns:
+            Whether it is.
+        """
+        is_held = error.position <= self.position and error.angle <= self.angle
+        if self.displacement is None or error.displacement is None:
+            return is_held
+        return is_held and error.displacement <= self.displacement
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """All that is stated, by name."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True, eq=False)

@@ -109,7 +109,7 @@ def read_scene(
             )
             for i, m in enumerate(model.items)
         ),
-        noise=PoseNoise(model.noise.position, model.noise.angle),
+        noise=PoseNoise(**model.noise.model_dump()),
         seed=model.seed,
         pod_error=_error(model.pod_error),
         carriers={
@@ -215,7 +215,7 @@ def scene_hash(scene: Scene) -> str:
             "T_world_pod": _coarse(scene.T_world_pod),
             "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
             **rounded(scene.cell.robot.tool.grip.limit_figures()),
-            "noise": numbers([scene.noise.position, scene.noise.angle]),
+            "noise": numbers([*scene.noise.figures.values()]),
             "items": sorted(_item_content(scene, placed) for placed in scene.items),
         }
     )
@@ -239,7 +239,7 @@ def _held_content(scene: Scene, held: HeldItem) -> list[Any]:
 
 def _own_noise(scene: Scene, instance: PlacedItem | HeldItem) -> list[Any]:
     """Bounds of the error of an item's own pose; none where they are those of the scene."""
-    own, others = (numbers([n.position, n.angle]) for n in (scene.noise_of(instance), scene.noise))
+    own, others = (numbers([*n.figures.values()]) for n in (scene.noise_of(instance), scene.noise))
     return [] if own == others else [own]
 
 
@@ -277,7 +277,7 @@ def _held(source: Source, model: HeldModel | None, cell: Cell) -> HeldItem | Non
 
 
 def _noise(model: NoiseModel | None) -> PoseNoise | None:
-    return None if model is None else PoseNoise(model.position, model.angle)
+    return None if model is None else PoseNoise(**model.model_dump())
 
 
 def _cloud(source: Source, model: CloudModel | None) -> Cloud | None:
@@ -325,7 +325,7 @@ def _to_text(scene: Scene, folder: Path) -> str:
             **scene.cell.equipment,
         },
         **_carriers_values(scene),
-        "noise": {"position": scene.noise.position, "angle": scene.noise.angle},
+        "noise": scene.noise.figures,
         "seed": scene.seed,
     }
     if scene.held is not None:
@@ -384,7 +384,7 @@ def _item_values(placed: PlacedItem) -> dict[str, Any]:
 
 
 def _noise_values(instance: PlacedItem | HeldItem) -> dict[str, Any]:
-    return {} if instance.noise is None else {"noise": dataclasses.asdict(instance.noise)}
+    return {} if instance.noise is None else {"noise": instance.noise.figures}
 
 
 def _pose_values(T: Array) -> dict[str, list[float]]:

@@ -45,6 +45,9 @@ class NoiseModel(FileModel):
 
     position: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m")
     angle: Annotated[float, Field(ge=0, le=3.2, allow_inf_nan=False)] = Field(description="rad")
+    displacement: Annotated[float, Field(ge=0, le=0.5)] | None = Field(
+        default=None, description="m, of any point of the surface"
+    )
 
 
 class PodErrorModel(FileModel):

@@ -27,11 +27,11 @@ from pickcli.perception.items.item_observation import ItemObservation, PlaceObse
 from pickcli.perception.items.item_perception import ListedItem, perceive_items
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import LEAST_SEEN, coarse_view, room_sight
-from pickcli.perception.items.symmetry import turn_between
+from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.pod_pose import locate_pod
 from pickcli.perception.rendered_scene import RenderedScene
-from pickcli.scene.scene import PlacedItem, Scene, empty_scene
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene, empty_scene
 from pickcli.scene.unknown_space import UnknownSpace
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedItem, Touched
@@ -319,17 +319,14 @@ def _is_believed(answer: ItemObservation) -> bool:
     return answer.is_answer and answer.bound is not None
 
 
-def _off_by(answer: ItemObservation, true: Scene) -> tuple[float, float] | None:
-    """M and rad by which a pose is off that of the nearest copy."""
+def _off_by(answer: ItemObservation, true: Scene) -> PoseNoise | None:
+    """By how much a pose is off that of the nearest copy."""
     T = answer.T_world_item
     if T is None:
         return None
     off = [
-        (
-            float(np.linalg.norm(T[:3, 3] - placed.T_world_item[:3, 3])),
-            turn_between(answer.item.shape, T[:3, :3], placed.T_world_item[:3, :3]),
-        )
+        error_of(answer.item.shape, T, placed.T_world_item)
         for placed in true.items
         if placed.item == answer.item
     ]
-    return min(off, default=None)
+    return min(off, key=lambda error: error.position, default=None)

@@ -85,13 +85,13 @@ class PerceivedItem:
         place: Name of the place that it was looked for in.
         answer: The answer.
         bound: Bounds of its error with that of the camera's pose; None if it is not believed.
-        off: m and rad by which the pose is truly off, symmetries aside; None without a pose.
+        off: By how much the pose is truly off, symmetries aside; None without a pose.
     """
 
     place: str
     answer: ItemObservation
     bound: PoseNoise | None
-    off: tuple[float, float] | None
+    off: PoseNoise | None
 
     @property
     def is_believed(self) -> bool:
@@ -103,7 +103,7 @@ class PerceivedItem:
         """Whether the true pose is within the stated bounds; False without any, or if the item is gone."""
         if self.bound is None or self.off is None:
             return False
-        return self.off[0] <= self.bound.position and self.off[1] <= self.bound.angle
+        return self.bound.holds(self.off)
 
 
 @dataclass(frozen=True, eq=False)

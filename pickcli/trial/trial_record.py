@@ -25,7 +25,7 @@ from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import TRIAL
 from pickcli.files.json_reader import parse_json
 from pickcli.motion.plan import Plan
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.strategy.strategy_player import Tick
 from pickcli.trial.disturbance import Disturbance
@@ -114,9 +114,16 @@ def _seen(seen: PerceivedItem) -> dict[str, Any]:
         "refusal": answer.refusal,
         "bound_mm": None if bound is None else _rounded(1e3 * bound.position),
         "bound_deg": None if bound is None else _rounded(np.degrees(bound.angle)),
-        "truly_off_mm": None if seen.off is None else _rounded(1e3 * seen.off[0]),
-        "truly_off_deg": None if seen.off is None else _rounded(np.degrees(seen.off[1])),
+        "bound_surface_mm": _in_mm(bound),
+        "truly_off_mm": None if seen.off is None else _rounded(1e3 * seen.off.position),
+        "truly_off_deg": None if seen.off is None else _rounded(np.degrees(seen.off.angle)),
+        "truly_off_surface_mm": _in_mm(seen.off),
     }
+
+
+def _in_mm(error: PoseNoise | None) -> float | None:
+    """The displacement of the surface in mm."""
+    return None if error is None or error.displacement is None else _rounded(1e3 * error.displacement)
 
 
 def record_text(record: Mapping[str, Any]) -> str:

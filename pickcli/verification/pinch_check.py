@@ -96,7 +96,9 @@ def check_pinch(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ..
     if pads.share < LEAST_PATCH:
         touching = f"{100 * pads.share:.0f} % of them touch, at least {100 * LEAST_PATCH:.0f}"
         return (Reason("pads beside the item", grasp.item, touching),)
-    reasons = [*_antipodal(grasp, pads, gripper), *_widths(plan, scene, pads)]
+    reasons = [
+        *_face(grasp, item.shape), *_antipodal(grasp, pads, gripper), *_widths(plan, scene, pads),
+    ]  # fmt: skip
     for k, segment in enumerate(plan.segments):
         if segment.kind is SegmentKind.CONTACT:
             reasons += _meets(plan, scene, grasp, segment, f"segment {k} (contact)")
@@ -165,6 +167,18 @@ def _normals(shape: Shape, points: Array) -> Array:
     is_end: NDArray[np.bool_] = np.abs(points[:, 2]) - length / 2 > r - radius
     ends = np.sign(points) * (0.0, 0.0, 1.0)
     return np.where(is_end[:, None], ends, points * (1.0, 1.0, 0.0) / np.maximum(r, 1e-9)[:, None])
+
+
+def _face(grasp: Grasp, shape: Shape) -> Iterator[Reason]:
+    """Check that the stated faces are those that the pads close on."""
+    along = np.abs(grasp.T_item_tip[:3, 1])
+    face = "xyz"[int(np.argmax(along))]
+    if shape.kind is ShapeKind.SPHERE:
+        face = "sphere"
+    elif shape.kind is ShapeKind.CYLINDER and face != "z":
+        face = "mantle"
+    if grasp.face != face:
+        yield Reason("wrong face", "grasp", f"{grasp.face} stated, the pads close on {face}")
 
 
 def _antipodal(grasp: Grasp, pads: Pads, gripper: ParallelGripper) -> Iterator[Reason]:

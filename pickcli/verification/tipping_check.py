@@ -156,7 +156,7 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
     if lasts[first] >= MOST_FRICTION:
         return False
     noise, arm = scene.noise_of(placed), np.linalg.norm(np.cross(point - centre, press.tip[:3, 2]))
-    depth = press.depth + noise.position + noise.angle * float(arm)
+    depth = press.depth + float(noise.at(np.array(arm)))
     most = float(np.arctan2(-centres[first, 0], centres[first, 1])) - noise.angle
     angles = np.linspace(0.0, max(most, 0.0), N_ANGLES)
     lifted = _turned(centres[first], angles)[:, 1]

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.perceived import Row, calibrated, calibrated_bound, numbers_in, reliability, summary
+from bench.perceived import Row, calibrated, calibrated_bounds, numbers_in, reliability, summary
 
 
 def row(**changes: object) -> Row:
     usual: dict[str, object] = {
         "sensor": "carmine", "seed": 1, "bin": "bin_A", "id": "a", "n_items": 2, "visible": 1.0,
-        "is_answer": True, "confidence": 0.9, "mm": 1.0, "deg": 1.0, "ms": 50.0, "features": (1.0, 1.0),
-        "bound_features": (1.0,), "bound_mm": 4.0, "bound_deg": 5.0,
+        "is_answer": True, "confidence": 0.9, "mm": 1.0, "deg": 1.0, "surface_mm": 2.0, "ms": 50.0,
+        "features": (1.0, 1.0), "bound_features": (1.0,), "bound_mm": 4.0, "bound_deg": 5.0,
+        "bound_surface_mm": 5.0, "is_bound_kept": True,
     }  # fmt: skip
     return Row(**(usual | changes))  # type: ignore[arg-type]
 
@@ -20,8 +21,8 @@ def row(**changes: object) -> Row:
 ROWS = [
     row(),
     row(mm=3.0),
-    row(mm=9.0, deg=11.0),
-    row(mm=50.0, visible=0.5),
+    row(mm=9.0, deg=11.0, is_bound_kept=False),
+    row(mm=50.0, visible=0.5, is_bound_kept=False),
     row(mm=1.0, is_answer=False, confidence=0.2),
     row(mm=None, deg=None, is_answer=False, confidence=0.0, features=None, visible=0.1),
 ]
@@ -52,14 +53,23 @@ def test_a_calibrated_model_is_right_in_the_mean() -> None:
     np.testing.assert_allclose(calibrated(rows), [0.5, 2.0], atol=0.2)
 
 
-def test_a_calibrated_bound_keeps_nearly_all_and_follows_the_features() -> None:
+def test_calibrated_bounds_keep_all_errors_of_nearly_all_and_follow_the_features() -> None:
     rng = np.random.default_rng(2)
-    x = rng.normal(size=3000)
-    errors = np.abs(rng.normal(size=3000)) * np.exp(0.7 * x)
-    features = np.stack([np.ones(3000), x], axis=1)
-    weights = calibrated_bound(features, errors)
-    assert (errors <= np.exp(features @ weights)).mean() > 0.99
-    assert weights[1] == pytest.approx(0.7, abs=0.1)
+    x = rng.normal(size=2000)
+    slopes = np.array([0.7, 0.2, -0.4])
+    errors = np.abs(rng.normal(size=(2000, 3))) * np.exp(x[:, None] * slopes)
+    features = np.stack([np.ones(2000), x], axis=1)
+    weights = calibrated_bounds(features, errors, [k // 400 for k in range(2000)])
+    assert (errors <= np.exp(features @ weights.T)).all(axis=1).mean() > 0.99
+    np.testing.assert_allclose(weights[:, 1], slopes, atol=0.1)
+
+
+def test_a_scene_that_is_unlike_the_others_widens_their_bounds() -> None:
+    rng = np.random.default_rng(3)
+    errors, scenes = np.abs(rng.normal(size=(1000, 3))), [k // 250 for k in range(1000)]
+    alike = calibrated_bounds(np.ones((1000, 1)), errors, scenes)
+    errors[750:] *= 3.0
+    assert (calibrated_bounds(np.ones((1000, 1)), errors, scenes) > alike + np.log(2.0)).all()
 
 
 def test_seeds_are_a_range_or_a_list() -> None:

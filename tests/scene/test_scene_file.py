@@ -94,8 +94,21 @@ def test_the_noise_of_the_scene_stated_by_an_item_is_the_same_scene(cell: Cell, 
     first, *others = scene.items
     stated = replace(scene, items=(replace(first, noise=PoseNoise(noise.position, noise.angle)), *others))
     assert scene_hash(stated) == scene_hash(scene)
-    exact = PoseNoise(noise.position + 0.001, noise.angle)
-    assert scene_hash(replace(scene, items=(replace(first, noise=exact), *others))) != scene_hash(scene)
+    for own in (PoseNoise(noise.position + 0.001, noise.angle), replace(noise, displacement=0.003)):
+        assert scene_hash(replace(scene, items=(replace(first, noise=own), *others))) != scene_hash(scene)
+
+
+def test_the_displacement_of_an_item_comes_back_and_bounds_all_of_its_points(
+    cell: Cell, tmp_path: Path
+) -> None:
+    scene = make_scene(cell)
+    first, *others = scene.items
+    own = PoseNoise(0.003, 0.1, 0.004)
+    write_scene(replace(scene, items=(replace(first, noise=own), *others)), tmp_path / "scene.json")
+    back = read_scene(tmp_path / "scene.json")
+    assert back.instance(first.id).noise == own
+    assert back.bound(back.instance(first.id)) == 0.004
+    assert PoseNoise(0.003, 0.001, 0.1).bound(first.item) < 0.004
 
 
 def test_what_the_cup_holds_comes_back_and_counts(cell: Cell, tmp_path: Path) -> None:

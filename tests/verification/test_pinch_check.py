@@ -304,6 +304,12 @@ def test_faces_stand_in_the_cone_of_friction(friction: float, is_refused: bool, 
     assert ("outside of the friction cone" in hold.said(hold.plan(*TAKEN))) is is_refused
 
 
+def test_the_faces_are_as_stated(gripper_cell: Cell) -> None:
+    hold = Hold(gripper_cell)
+    for face in ("x", "y", "z", "mantle"):
+        assert hold.said(hold.plan(*TAKEN, face=face)) == ["wrong face"] * (face != "y")
+
+
 @pytest.mark.parametrize("name", ["pull", "shear", "moment", "twist"])
 def test_the_load_is_as_stated_to_a_hundredth(name: str, gripper_cell: Cell) -> None:
     """Of 10 N and 1 Nm; of less, to 0.01 N or Nm."""

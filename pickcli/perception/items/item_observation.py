@@ -27,6 +27,7 @@ class Support:
         colour: nats, mean cost of the colours of supported pixels; negative if they are its own.
         position_spread: m by which the position may be off while the picture is explained nearly as well.
         angle_spread: rad by which the orientation may be.
+        surface_spread: m by which a point of the surface may be.
     """
 
     expected: int
@@ -39,6 +40,7 @@ class Support:
     colour: float
     position_spread: float
     angle_spread: float
+    surface_spread: float
 
 
 @dataclass(frozen=True, eq=False)

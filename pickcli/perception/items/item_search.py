@@ -293,5 +293,5 @@ def _support(row: Array, margin: float, spread: PoseSpread) -> Support:
     expected, shown, supported, through, before = (int(n) for n in row[:5])
     return Support(
         expected, shown, supported, through, before, float(row[5]), margin, float(row[6]),
-        spread.position, spread.angle,
+        spread.position, spread.angle, spread.surface,
     )  # fmt: skip

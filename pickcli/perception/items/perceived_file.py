@@ -147,7 +147,7 @@ def read_perceived(
 def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> ItemObservation:
     T = None if model.pose is None else _pose(source, (*key, "pose"), model.pose)
     support = None if model.support is None else Support(**model.support.model_dump())
-    bound = None if model.bound is None else PoseNoise(model.bound.position, model.bound.angle)
+    bound = None if model.bound is None else PoseNoise(**model.bound.model_dump())
     item = cell.item(model.name, model.year)
     return ItemObservation(model.id, item, T, model.confidence, model.refusal, bound, support)
 
@@ -169,7 +169,7 @@ def _item_values(item: ItemObservation) -> dict[str, Any]:
         "pose": None if item.T_world_item is None else _pose_values(item.T_world_item),
         "confidence": item.confidence,
         "refusal": item.refusal,
-        "bound": None if item.bound is None else {"position": item.bound.position, "angle": item.bound.angle},
+        "bound": None if item.bound is None else item.bound.figures,
         "support": None if item.support is None else dataclasses.asdict(item.support),
     }
 

@@ -25,6 +25,7 @@ class BoundModel(FileModel):
 
     position: float = Field(ge=0, le=1, description="m")
     angle: float = Field(ge=0, le=3.2, description="rad")
+    displacement: float = Field(ge=0, le=1, description="m")
 
 
 class SupportModel(FileModel):
@@ -40,6 +41,7 @@ class SupportModel(FileModel):
     colour: float = Field(description="nats")
     position_spread: float = Field(ge=0, description="m")
     angle_spread: float = Field(ge=0, description="rad")
+    surface_spread: float = Field(ge=0, description="m")
 
 
 class PerceivedItemModel(FileModel):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -28,10 +29,12 @@ class PoseSpread:
     Attributes:
         position: m.
         angle: rad; 0 if no turn shows.
+        surface: m, of the point of the item that is off most.
     """
 
     position: float
     angle: float
+    surface: float
 
 
 def pose_spread(shape: Shape, T: Array, cost: Callable[[Array], float]) -> PoseSpread:
@@ -59,11 +62,24 @@ def pose_spread(shape: Shape, T: Array, cost: Callable[[Array], float]) -> PoseS
             second[a, b] = second[b, a] = mixed / (4.0 * STEP**2)
     values, vectors = np.linalg.eigh(second)
     covariance = (vectors / np.maximum(values, LARGEST**-2)) @ vectors.T
-    of_position, of_angle = (
-        float(np.sqrt(np.linalg.eigvalsh(part).max(initial=0.0)))
-        for part in (covariance[:3, :3], covariance[3:, 3:])
+    corners = np.array(list(product((-0.5, 0.5), repeat=3))) * shape.extents
+    of_points = [J @ covariance @ J.T for J in _jacobians(corners / radius, n)]
+    return PoseSpread(
+        _largest(covariance[:3, :3]),
+        _largest(covariance[3:, 3:]) / radius,
+        max(map(_largest, of_points)),
     )
-    return PoseSpread(of_position, of_angle / radius)
+
+
+def _jacobians(points: Array, n: int) -> Array:
+    """(N, 3, n) how points (N, 3), in radii, move by steps in n directions."""
+    turned = np.cross(np.eye(3)[: n - 3], points[:, None, :]).swapaxes(1, 2)
+    return np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), turned], axis=2)
+
+
+def _largest(covariance: Array) -> float:
+    """The standard deviation in the direction in which it is largest."""
+    return float(np.sqrt(np.linalg.eigvalsh(covariance).max(initial=0.0)))
 
 
 def _moved(T: Array, step: Array, radius: float) -> Array:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
+from itertools import product
 
 import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, rotation_angle, rotation_axis_angle
+from pickcli.scene.scene import PoseNoise
 
 SAME_SIDE = 0.002  # m by which two sides of a box may differ and still be taken for each other
 
@@ -49,6 +52,55 @@ def turn_between(shape: Shape, R: Array, R_true: Array) -> float:
     if shape.kind is ShapeKind.CYLINDER:
         return float(np.arccos(np.clip(abs(R[:, 2] @ R_true[:, 2]), 0.0, 1.0)))
     return min(rotation_angle(R.T @ R_true @ S) for S in symmetries(shape))
+
+
+def error_of(shape: Shape, T: Array, T_true: Array) -> PoseNoise:
+    """Compute by how much a pose is off, symmetries aside.
+
+    Args:
+        shape: The shape.
+        T: (4, 4) a pose of it.
+        T_true: (4, 4) its true pose.
+
+    Returns:
+        The errors, as they are compared with bounds.
+    """
+    shift = float(np.linalg.norm(T[:3, 3] - T_true[:3, 3]))
+    turn = turn_between(shape, T[:3, :3], T_true[:3, :3])
+    return PoseNoise(shift, turn, displacement_between(shape, T, T_true))
+
+
+def displacement_between(shape: Shape, T: Array, T_true: Array) -> float:
+    """Compute by how much the surface of a shape is off, symmetries aside.
+
+    Args:
+        shape: The shape.
+        T: (4, 4) a pose of it.
+        T_true: (4, 4) its true pose.
+
+    Returns:
+        m, so much that the shape at one pose, grown by it, contains the shape at the other.
+    """
+    corners = np.array(list(product((-0.5, 0.5), repeat=3))) * shape.extents
+    shift, seen = T[:3, 3] - T_true[:3, 3], corners @ T[:3, :3].T
+    if shape.kind is ShapeKind.SPHERE:
+        return float(np.linalg.norm(shift))
+    return min(
+        float(np.linalg.norm(seen - corners @ R.T + shift, axis=1).max()) + unlike
+        for R, unlike in _alike(shape, T[:3, :3], T_true[:3, :3])
+    )
+
+
+def _alike(shape: Shape, R: Array, R_true: Array) -> Iterator[tuple[Array, float]]:
+    """Orientations (3, 3) that look like the true one, and m by which the surface differs there."""
+    for S in symmetries(shape):
+        if shape.kind is ShapeKind.CYLINDER:
+            turn = np.cross((R_true @ S)[:, 2], R[:, 2])
+            sine, cosine = float(np.linalg.norm(turn)), float((R_true @ S)[:, 2] @ R[:, 2])
+            axis = turn / sine if sine > 0.0 else np.eye(3)[0]
+            yield rotation_axis_angle(axis, np.arctan2(sine, cosine)).T @ R, 0.0
+        else:
+            yield R_true @ S, float(np.linalg.norm(np.abs(S) @ shape.extents - shape.extents)) / 2
 
 
 @cache
