@@ -140,6 +140,32 @@ def tips_as_it_lands(scene: Scene, item_id: str) -> bool:
     return False
 
 
+def leans_too_low(scene: Scene, item_id: str) -> bool:
+    """Whether an item stays only by leaning on what is lower than its centre.
+
+    Forces that hold it there may exist, but as it falls against an edge below its centre, that goes on beyond
+    the edge, and its lower end slides the other way. What can roll does not fall over what it is chocked by.
+
+    Args:
+        scene: The scene, with the item where it is let go.
+        item_id: Id of the item.
+
+    Returns:
+        True if without what it leans on it would not stay, and none of that reaches up to its centre.
+    """
+    pile = _pile(scene, scene.find(item_id).location)
+    body, contacts = pile.bodies[item_id], pile.touching[item_id]
+    beside = [c.b for c in contacts if abs(c.normal[2]) < CARRYING_NORMAL_Z]
+    if item_id in pile.rollers or not beside:
+        return False
+    carrying = [c for c in contacts if c.normal[2] >= CARRYING_NORMAL_Z]
+    alone = replace(pile, touching={**pile.touching, item_id: carrying})
+    if alone.missing_alone(item_id).max() <= WEIGHT_TOLERANCE:
+        return False
+    centre = body.T[2, 3] + body.bound
+    return all(support(other.shape, other.T, _UP)[2] - other.bound < centre for other in beside)
+
+
 def _reach_of(below: Sequence[RigidBody], body: RigidBody, way: Array) -> float:
     """Return how far in m along a horizontal direction bodies carry another one, from below its centre."""
     own, *others = (float(way @ (support(b.shape, b.T, way) - body.T[:3, 3])) for b in (body, *below))

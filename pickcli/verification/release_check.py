@@ -14,7 +14,13 @@ from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.contact_exemptions import releases
-from pickcli.verification.pile_statics import fall_onto_others, is_borne, keeps_standing, tips_as_it_lands
+from pickcli.verification.pile_statics import (
+    fall_onto_others,
+    is_borne,
+    keeps_standing,
+    leans_too_low,
+    tips_as_it_lands,
+)
 from pickcli.verification.static_solids import place_at, release_pose
 
 DROP_LIMIT = 0.3  # m from the item's bottom to the floor between walls (rules of 2016)
@@ -96,6 +102,8 @@ def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
         yield Reason("would fall over", placed.id, f"what lies below it {where} does not keep its balance")
     elif tips_as_it_lands(there, placed.id):
         yield Reason("would fall over", placed.id, f"too near an edge of what lies below it {where}")
+    elif leans_too_low(there, placed.id):
+        yield Reason("would fall over", placed.id, f"it leans {where} on what is lower than its centre")
 
 
 def _dropped(scene: Scene, place: Place, placed: PlacedItem) -> Iterator[Reason]:

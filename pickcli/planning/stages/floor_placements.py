@@ -110,6 +110,8 @@ def _leaning(
     for column, row in zip(placements, are_free, strict=True):
         for k in np.flatnonzero(row[1:] & ~row[:-1]) + 1:  # the first of a column is behind the back wall
             behind = apart.clearance(column[k - 1]).b
+            if _top(scene, behind) < (T_world_place @ pose(column[k][:3]))[2, 3] + gap:
+                continue  # it would fall over what is lower than its centre
             near, far = column[k], column[k - 1]
             for _ in range(N_HALVINGS):
                 middle = (near + far) / 2
@@ -127,6 +129,20 @@ def _leaning(
 def _bound(scene: Scene, name: str) -> float:
     """Bound of the pose error of an item, m; 0 for a wall, as carriers are grown by their errors."""
     return next((scene.bound(placed) for placed in scene.items if placed.id == name), 0.0)
+
+
+def _top(scene: Scene, name: str) -> float:
+    """World z, m, up to which a body or an item surely reaches."""
+    for body, T in scene.standing:
+        if body.name == name:
+            T_world_shape = T @ body.T_parent_shape
+            return float(T_world_shape[2, 3] + body.shape.reach(T_world_shape[:3, :3])[2])
+    placed = scene.find(name)
+    return float(
+        placed.T_world_item[2, 3]
+        + placed.item.shape.reach(placed.T_world_item[:3, :3])[2]
+        - scene.bound(placed)
+    )
 
 
 def _leaning_placements(place: Place, half: Array, gap: float) -> Array:
