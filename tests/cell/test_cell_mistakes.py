@@ -62,7 +62,7 @@ MISTAKES = {
         "max_tool_speed: expected a number, got nothing; give it in m/s, or leave the key out",
     ),
     "a tool that changes its state at once": (
-        "kind: tool_actuator, lead: 0.3",
+        "kind: tool_actuator, lead: 0.4",
         "kind: tool_actuator, lead: 0",
         "expected over 0 s, which the tool takes",
     ),

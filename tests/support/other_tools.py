@@ -24,7 +24,7 @@ def _rigid(copy: CellCopy) -> CellCopy:
     copy.yaml.replace("  joint: cup_pivot\n", "")
     copy.yaml.replace(f"  states: {{straight: 0.0, down: {np.pi / 2}}}\n", "")
     copy.yaml.replace(", cup_pivot: 20}", "}")
-    copy.yaml.replace('  cup_pivot: {kind: tool_actuator, lead: 0.3, actions: ["straight", "down"]}\n', "")
+    copy.yaml.replace('  cup_pivot: {kind: tool_actuator, lead: 0.4, actions: ["straight", "down"]}\n', "")
     text = re.sub(r"  - \{name: \w+, kind: \w+, tool_state: down, [^\n]*\n", "", copy.yaml.path.read_text())
     copy.yaml.path.write_text(text.replace("tool_state: straight, ", ""))
     return copy
