@@ -1,13 +1,15 @@
 """``plan_topple``: turn an item that stands on edge in an open box over, with a push of the empty tool.
 
 The tool comes straight down beside the item and pushes its upper part, or presses on its upper side and turns
-with it, until the item falls by itself, and leaves straight up. What is pushed may be anywhere in the box
-afterwards: take another look before the next plan.
+with it, until the item falls by itself, and leaves straight up. An item that no push turns over onto a face
+that seals is pushed off the items that it lies on. What is pushed may be anywhere in the box afterwards: take
+another look before the next plan.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 
@@ -26,15 +28,19 @@ from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assembly.stitching import stitch_runs
 from pickcli.planning.coarse_motion import plan_coarse
 from pickcli.planning.planning_context import COARSE_RESERVE, PlanningContext
+from pickcli.planning.sliding_poses import poses_behind
 from pickcli.planning.start_state import Start
 from pickcli.planning.toppling_poses import PushPoses, poses_from_above, poses_from_beside
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
+from pickcli.statics.sliding import Slide, slides
 from pickcli.statics.supports import supports_of
 from pickcli.statics.toppling import Topple, loaded_on, topples
 
 SLIPS = "it slips off below the tool"
+TOO_LOW = "it is too low for the cup, or begins too far behind where it is met"
+SLIDE_SPEED = 0.04  # m/s of a push that moves an item off: the rigid part of the cup meets it squarely
 N_SEEDS = 12  # random seeds of inverse kinematics
 
 
@@ -60,7 +66,7 @@ def plan_topple(
     recorder: ExperienceRecorder | None = None,
     certify: Certify | None = None,
 ) -> Plan:
-    """Plan one push that topples an item so that a face that seals comes to lie on top.
+    """Plan one push that topples an item so that a face that seals comes on top, or moves it off others.
 
     Args:
         context: The cell, its models and its precomputed files.
@@ -77,7 +83,8 @@ def plan_topple(
 
     Raises:
         UnknownNameError: If the place or the item does not exist.
-        NoPlanError: If no push topples the item, or none can be carried out; with every reason.
+        NoPlanError: If no push topples the item or moves it off others, or none can be carried out; with
+            every reason.
     """
     began = time.perf_counter()
     if query.out_of not in scene.cell.places:
@@ -91,11 +98,11 @@ def plan_topple(
     standing = context.checker_for(scene, Mode(start.tool_state))
     if not standing.is_valid(start.q):
         raise NoPlanError(label, [standing.explain(start.q).at("start")])
-    pushes = topples(supports_of(scene), item)
-    if isinstance(pushes, Reason):
-        raise NoPlanError(label, [pushes])
     failures = Failures()
-    for push in pushes:
+    for push in _pushes(scene, item):
+        if isinstance(push, Reason):
+            failures += push
+            continue
         planner = _PushPlanner(context, scene, place, push, state, seed)
         plan = planner.plan(label, start, recorder or ExperienceRecorder())
         if isinstance(plan, Plan):
@@ -106,6 +113,12 @@ def plan_topple(
             plan = certified
         failures += plan
     raise NoPlanError(label, failures)
+
+
+def _pushes(scene: Scene, item: str) -> Iterator[Topple | Slide | Reason]:
+    """Yield the pushes that topple an item, then those that move it off others, or why there are none."""
+    for found in (topples(supports_of(scene), item), slides(supports_of(scene), item)):
+        yield from (found,) if isinstance(found, Reason) else found
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +137,7 @@ class _PushPlanner:
     context: PlanningContext
     scene: Scene
     place: Place
-    push: Topple
+    push: Topple | Slide
     state: ToolState
     seed: int
 
@@ -132,8 +145,7 @@ class _PushPlanner:
         """Return the fastest of the first few motions that the arm can follow, or why there is none."""
         found: list[tuple[MotionSegment, ...]] = []
         failures = Failures()
-        ways = (poses_from_beside, poses_from_above)
-        for poses in chain.from_iterable(way(self.scene, self.place, self.push) for way in ways):
+        for poses in self._poses():
             lines = self._lines(poses)
             if isinstance(lines, Failures):
                 failures += lines
@@ -142,12 +154,23 @@ class _PushPlanner:
             if len(found) == self.context.settings.wanted:
                 break
         if not found:
-            return failures or Failures.of(Reason("no push", self.where, self.push.sliding or SLIPS))
+            why = TOO_LOW if isinstance(self.push, Slide) else self.push.sliding or SLIPS
+            return failures if failures.parts else Failures.of(Reason("no push", self.where, why))
         return self._reached(found, label, start, recorder)
+
+    def _poses(self) -> Iterator[PushPoses]:
+        """Return the poses of the tool at the push, the preferred first."""
+        if isinstance(self.push, Slide):
+            return poses_behind(self.scene, self.place, self.push)
+        from_beside = poses_from_beside(self.scene, self.place, self.push)
+        return chain(from_beside, poses_from_above(self.scene, self.place, self.push))
 
     @property
     def where(self) -> str:
         """Name of the push in reasons."""
+        if isinstance(self.push, Slide):
+            x, y, _ = self.push.direction
+            return f"push towards {np.degrees(np.arctan2(y, x)):.0f} degrees"
         return f"push on face {self.push.face}"
 
     @property
@@ -192,7 +215,9 @@ class _PushPlanner:
     ) -> MotionSegment | Failures:
         """Follow a line between two poses (4, 4), from the configuration (n,) at the first."""
         settings = self.context.settings
-        speed = settings.preapproach_speed if kind is SegmentKind.PREAPPROACH else settings.push_speed
+        is_slow = isinstance(self.push, Slide) and kind is SegmentKind.PUSH
+        pushing = SLIDE_SPEED if is_slow else settings.push_speed
+        speed = settings.preapproach_speed if kind is SegmentKind.PREAPPROACH else pushing
         limits = SegmentLimits(max_tool_speed=speed)
         if np.allclose(*ends):
             return MotionSegment(kind, np.stack([q, q]), limits, mode=mode)
@@ -214,7 +239,7 @@ class _PushPlanner:
             mode = replace(mode, reserve=0.0)
         goals = np.stack([motion[0].start for motion in motions])
         extra = [sum(estimated_duration(context.space, s.waypoints) for s in motion) for motion in motions]
-        seed = derived_seed(self.seed, "transit", self.push.item, self.push.face)
+        seed = derived_seed(self.seed, "transit", self.push.item, self.where)
         checker = context.checker_for(scene, mode)
         coarse = plan_coarse(context, checker, start.q, goals, extra, seed, "transit")
         if isinstance(coarse, Failures):

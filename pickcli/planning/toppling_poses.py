@@ -33,7 +33,7 @@ FOLLOWED = 0.012  # m that the cup goes on level after the turn: the item turns 
 TURNED_LESS = np.radians((0.0, 14.0))  # rad that the cup turns less, and goes on level for, if it has no room
 INSIDE = (1.0, 0.5)  # of the way that the tip is inside of the upper side; beside a wall it may hang over
 MOST_PULL = 0.4  # of the press, that friction is taken to bear; a lip on cardboard has 0.5 and more
-_DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
+DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +79,8 @@ def poses_from_beside(scene: Scene, place: Place, push: Topple) -> Iterator[Push
     across = np.cross([0.0, 0.0, 1.0], push.direction)
     placed = scene.find(push.item)
     width = float(np.abs(across @ placed.T_world_item[:3, :3]) @ placed.item.shape.extents)
-    above = max(_rim(scene, place), height) + ABOVE_RIM - height + lower
-    for share, R in product(ASIDE, _turned(_DOWN)):
+    above = max(height_of_rim(scene, place), height) + ABOVE_RIM - height + lower
+    for share, R in product(ASIDE, tool_turns(DOWN)):
         aside = (push.centre @ across + share * width) * across
         first = pose(aside + begin * push.direction + np.array([0.0, 0.0, height - lower]), R=R)
         risen, end = (shifted(first, way) for way in (rising, rising + level))
@@ -140,13 +140,13 @@ def poses_from_above(scene: Scene, place: Place, push: Topple) -> Iterator[PushP
     width = float(np.abs(across @ R_item) @ extents)
     edge = push.edge[0] * push.direction + np.array([0.0, 0.0, push.edge[1]])
     before = scene.cell.clearance + push.bound + ABOVE
-    turns = tuple(_turned(np.column_stack([across, np.cross(-up, across), -up])))
+    turns = tuple(tool_turns(np.column_stack([across, np.cross(-up, across), -up])))
     for part, less, share, R in product(parts, TURNED_LESS, ASIDE, turns):
         pressed = pose(top - part * inside * ahead + share * width * across - press * up, R=R)
         tilts = np.linspace(0.0, push.tilt - less, int(np.ceil((push.tilt - less) / TURN_STEP)) + 1)[1:]
         turned = [_about(edge, axis, float(tilt)) @ pressed for tilt in tilts]
         turned.append(shifted(turned[-1], (FOLLOWED + less * _height(push)) * push.direction))
-        over = max(_rim(scene, place) + ABOVE_RIM - pressed[2, 3], before)
+        over = max(height_of_rim(scene, place) + ABOVE_RIM - pressed[2, 3], before)
         leaving = np.array([0.0, 0.0, over + pressed[2, 3] - turned[-1][2, 3]])
         first = shifted(pressed, (press + before) * up)
         yield PushPoses(shifted(pressed, over * up), first, (pressed, *turned), shifted(turned[-1], leaving))
@@ -173,12 +173,27 @@ def _about(point: Array, axis: Array, angle: float) -> Array:
     return pose(point - R @ point, R=R)
 
 
-def _turned(R: Array) -> Iterator[Array]:
-    """Yield a rotation (3, 3), turned about its z axis."""
+def tool_turns(R: Array) -> Iterator[Array]:
+    """Turn the tool about its axis.
+
+    Args:
+        R: (3, 3) its rotation.
+
+    Yields:
+        (3, 3) rotations, the given one first.
+    """
     for k in range(N_TURNS):
         yield R @ rotation_axis_angle((0.0, 0.0, 1.0), -2.0 * np.pi * k / N_TURNS)
 
 
-def _rim(scene: Scene, place: Place) -> float:
-    """Return the height of the rim of a box in the world, m."""
+def height_of_rim(scene: Scene, place: Place) -> float:
+    """Compute how high the rim of a box is.
+
+    Args:
+        scene: The scene.
+        place: The box.
+
+    Returns:
+        m in the world.
+    """
     return float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])

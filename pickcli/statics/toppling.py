@@ -157,7 +157,7 @@ def topples(supports: Supports, item_id: str) -> tuple[Topple, ...] | Reason:
         return Reason("cannot be toppled", item_id, f"{placed.location} is no box that is open above")
     if placed.item.shape.kind is not ShapeKind.BOX:
         return Reason("cannot be toppled", item_id, "its shape is no box")
-    if (why := _not_safe(supports, item_id, rim)) is not None:
+    if (why := why_not_safe(supports, item_id, rim)) is not None:
         return Reason("cannot be toppled", item_id, why, item_id)
     R = placed.T_world_item[:3, :3]
     found: list[Topple] = []
@@ -189,8 +189,17 @@ def loaded_on(supports: Supports, item_id: str) -> tuple[str, ...]:
     return tuple(sorted(supports.graph.chain(supports.graph.lying_on, item_id)))
 
 
-def _not_safe(supports: Supports, item_id: str, rim: float) -> str | None:
-    """Say why an item, or what lies on it, must not be toppled: it is heavy, or could leave the box."""
+def why_not_safe(supports: Supports, item_id: str, rim: float) -> str | None:
+    """Say why an item, or what lies on it, must not be pushed over: it is heavy, or could leave the box.
+
+    Args:
+        supports: The support relation of the scene.
+        item_id: Id of the item.
+        rim: m, height of the rim of its box in the world.
+
+    Returns:
+        The reason; None if it may be pushed.
+    """
     graph, lying = supports.graph, loaded_on(supports, item_id)
     placed, mass = graph.items[item_id], _mass_with_all_on_it(supports, item_id)
     if mass > HEAVIEST:

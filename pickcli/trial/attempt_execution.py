@@ -16,6 +16,8 @@ from pickcli.trial.recovery_levels import recover
 from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_result import Attempt, Outcome
 
+MIN_SHIFT = 0.02  # m from which on a pushed item counts as moved: more than two pose errors
+
 
 def carry_out(runner: AttemptRunner, attempt: Attempt) -> Attempt:
     """Execute a planned attempt.
@@ -52,7 +54,7 @@ def _executed(runner: AttemptRunner, attempt: Attempt) -> Attempt:
 
 
 def _judged_toppling(runner: AttemptRunner, attempt: Attempt, before: Scene) -> Attempt:
-    """Determine whether an item is perceived to lie on another side than before."""
+    """Determine whether an item is perceived to lie on another side than before, or elsewhere."""
     assert attempt.execution is not None
     stopped = attempt.execution.stopped
     attempt = replace(attempt, truly_in=_true_place(runner, attempt.item))
@@ -61,13 +63,17 @@ def _judged_toppling(runner: AttemptRunner, attempt: Attempt, before: Scene) -> 
         return replace(attempt, outcome=Outcome.NO_TIME, reason="the time was over before a look")
     if seen is None:
         return replace(attempt, outcome=Outcome.LOST, reason="the item is not seen again")
-    up = before.find(attempt.item).T_world_item[2, :3]  # the vertical in the item's axes
+    stood = before.find(attempt.item).T_world_item
+    up = stood[2, :3]  # the vertical in the item's axes
     turned = float(np.arccos(np.clip(up @ seen.T_world_item[2, :3], -1.0, 1.0)))
     attempt = replace(attempt, seen_in=seen.location)
     if turned >= MIN_TOPPLING_ANGLE:
         return replace(attempt, outcome=Outcome.TOPPLED)
+    shifted = float(np.linalg.norm(seen.T_world_item[:3, 3] - stood[:3, 3]))
+    if shifted >= MIN_SHIFT:
+        return replace(attempt, outcome=Outcome.MOVED)
     cause = f"{stopped}; " if stopped else ""
-    reason = f"{cause}it is tilted by {np.degrees(turned):.0f} degrees"
+    reason = f"{cause}it is tilted by {np.degrees(turned):.0f} degrees, and {1e3 * shifted:.0f} mm away"
     return replace(attempt, outcome=Outcome.NOT_TOPPLED, reason=reason)
 
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
+from pickcli.grasping.method_choice import may_hold
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.strategy.name_check import unknown_names
@@ -243,12 +244,13 @@ class _Trial:
         return self.moves.move(replace(attempt, item=placed.id, out_of=placed.location), scene)
 
     def _topple(self, state: TargetState, name: str) -> bool:
-        """Topple an item that no tool can take as it stands; return whether something was tried for it."""
+        """Push an item that no tool can take as it lies over or off others; return whether it was pushed."""
         scene = self.runner.scene()
         placed = next((placed for placed in scene.items if placed.id == name), None)
         if placed is None or not self.runner.has_time_to_plan:
             return False
-        if not self.toppling.is_due(placed, scene.cell.places[placed.location]):
+        place, can_be_held = scene.cell.places[placed.location], may_hold(self.tools, placed.item)
+        if not self.toppling.is_due(placed, place, can_be_held):
             return False
         attempt = Attempt(
             state.target, name, state.attempts, self.runner.clock.now, Outcome.NO_PLAN,

@@ -1,4 +1,4 @@
-"""Remembers which items no tool can take as they stand, and which were toppled without effect."""
+"""Remembers which items no tool can take as they lie, and which were pushed over or off others in vain."""
 
 from __future__ import annotations
 
@@ -49,18 +49,19 @@ class TopplingMemory:
             is_standing = stands > MOST_SHARE * len(attempt.reasons)
             (self.standing.add if is_standing else self.standing.discard)(attempt.item)
 
-    def is_due(self, placed: PlacedItem, place: Place) -> bool:
-        """Whether an item should be toppled: it has no grasp as it stands, and it was not tried too often.
+    def is_due(self, placed: PlacedItem, place: Place, can_be_held: bool = True) -> bool:
+        """Whether an item should be pushed: it has no grasp as it lies, and it was not tried too often.
 
         Args:
             placed: The item as perceived.
             place: The place that it is in; only in an open box does it turn over and stay.
+            can_be_held: Whether any tool may hold it in some pose.
 
         Returns:
             True if it should.
         """
         can_turn = self.can_push and place.is_open_box
-        known = placed.id in self.standing and placed.id not in self.in_vain
+        known = (placed.id in self.standing or not can_be_held) and placed.id not in self.in_vain
         return can_turn and known and self.n_pushed[placed.id] < MOST_TOPPLED
 
 

@@ -11,7 +11,7 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.tool import ToolState
 from pickcli.errors import NoPlanError, UnknownNameError
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import plan_to_dict, read_plan, write_plan
 from pickcli.motion.segment import SegmentKind
@@ -30,6 +30,7 @@ from support.standing import BOX, CRATE, CRATES, NOISE, SHELF, box, crate, lying
 CONTEXT = PlanningContext(CRATES)
 HOME = Start(CRATES.configurations["home"].q, CRATES.configurations["home"].tool_state)
 ERASER = "expo_dry_erase_board_eraser"  # 20 g, 35 mm wide and 54 mm high on its edge: nearly too wide to turn
+FACES = CRATES.item(BOX).shape.face_names
 PLUGS = "mommys_helper_outlet_plugs"  # 80 g, 55 mm wide and 60 mm high on its edge: too wide
 
 
@@ -186,3 +187,25 @@ def test_from_another_state_of_the_tool_the_cup_turns_on_the_way() -> None:
     query, start = TopplingQuery("tote", BOX), Start(cell.home.q, ToolState("down"))
     plan = certify(plan_topple(PlanningContext(cell), scene, query, start), scene)
     assert [event.action for event in plan.events] == ["straight"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_lies_on_another_item_is_pushed_off_it(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    under = lying("mead_index_cards", 0.0, 0.0)
+    item = replace(box(0.06, 0.05, 0.05, rng.uniform(0.02, 0.3)), seals=dict.fromkeys(FACES, 0.0))
+    x, y, yaw = rng.uniform((-0.02, -0.02, -3.0), (0.02, 0.02, 3.0)).tolist()
+    above = standing(BOX, x, y, yaw, item=item)
+    up = pose((0.0, 0.0, float(under.item.shape.extents[2])))
+    above = replace(above, T_world_item=up @ above.T_world_item)
+    scene = crate(above, under)
+    plan = topple(scene)
+    kind = SegmentKind
+    kinds = [segment.kind for segment in plan.segments]
+    assert kinds == [kind.TRANSIT, kind.PREAPPROACH, kind.PUSH, kind.DEPART]
+    world, now = played(scene, plan)
+    fallen = now.find(BOX)
+    off = (inverse(under.T_world_item) @ fallen.T_world_item)[:2, 3]
+    assert fallen.location == CRATE and (np.abs(off) > under.item.shape.extents[:2] / 2).any()
+    assert now.find(under.id).T_world_item == pytest.approx(under.T_world_item, abs=0.003)
+    world.close()

@@ -65,7 +65,7 @@ class ScriptedTrial:
     stuck: levels of recovery that have no plan, by round; the last entry holds for ever
     blocked: items that cannot be picked while another one is in their bin
     standing: items that cannot be picked until they are toppled; fixed: those that never can be toppled
-    firm: items that stay as they are when they are pushed
+    firm: items that stay as they are when they are pushed; sliding: m by which others, by id, slide then
     heaped: items that, while another one is in their place, can only be picked if it may be pushed aside
     executions: per item, what its executions are, one after the other; then it is delivered
     cells: the cell as each of several arms sees it; able: by item, the arms that can take it, best first
@@ -82,6 +82,7 @@ class ScriptedTrial:
     standing: frozenset[str] = frozenset()
     fixed: frozenset[str] = frozenset()
     firm: frozenset[str] = frozenset()
+    sliding: dict[str, float] = field(default_factory=dict)
     lying: set[str] = field(default_factory=set)  # those that were toppled
     lying_sensor: bool = False
     clogged: bool = False
@@ -215,6 +216,7 @@ class ScriptedTrial:
             assert self.held is None, "recoveries are planned for the empty tool"
             if plan.query.startswith("topple"):
                 self._fall(plan.query.split()[1])
+                self._slide(plan.query.split()[1])
             script = self.executions.get(plan.query, [])
             return script.pop(0) if script else ExecutionResult(plan.trajectory.duration)
         if plan.query.startswith("bring"):
@@ -241,6 +243,11 @@ class ScriptedTrial:
             placed = self.scene.find(item)
             T = placed.T_world_item @ pose((0.0, 0.0, 0.0), R=rotation_rpy(np.pi / 2, 0.0, 0.0))
             self.scene = self.scene.moved(replace(placed, T_world_item=T))
+
+    def _slide(self, item: str) -> None:
+        placed = self.scene.find(item)
+        T = pose((self.sliding.get(item, 0.0), 0.0, 0.0)) @ placed.T_world_item
+        self.scene = self.scene.moved(replace(placed, T_world_item=T))
 
     def put(self, item: str, location: str) -> None:
         """An item gets elsewhere."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from pickcli.cell.cell import Cell
@@ -18,6 +20,7 @@ from pickcli.trial.trial_settings import TrialSettings
 from support.scripted_trial import ScriptedTrial, scene_of
 
 BAR, DVD, CARDS = "dove_beauty_bar", "jane_eyre_dvd", "staples_index_cards"
+CUP = "rolodex_jumbo_pencil_cup"  # of wire mesh: no vacuum holds it
 STOW = Order(OrderKind.STOW, 2016, dict.fromkeys(BINS, (BAR,)), (DVD, CARDS), ())
 
 
@@ -75,6 +78,26 @@ def test_what_stands_and_is_in_the_way_is_toppled_for_the_one_behind(cell: Cell)
     assert [target.outcome for target in result.targets] == [Outcome.DELIVERED] * 2
 
 
+def test_what_no_tool_holds_is_pushed_where_it_is_in_the_way_only(cell: Cell) -> None:
+    order = replace(STOW, tote_contents=(DVD, CARDS, CUP))
+    fake = ScriptedTrial(scene_of(order, cell), no_plan=frozenset({CUP}), blocked={DVD: CUP})
+    run_trial(order, fake.interfaces(), TrialSettings(time_limit=2000.0))
+    assert fake.toppled[0] == CUP and set(fake.toppled) == {CUP} and len(fake.toppled) <= MOST_TOPPLED
+    first = next(plan for plan in fake.executed if plan.query.startswith("topple"))
+    assert fake.executed.index(first) <= 1  # after the cards at the latest
+
+
+def test_what_is_pushed_elsewhere_counts_as_moved(cell: Cell) -> None:
+    fake = ScriptedTrial(
+        scene_of(STOW, cell), standing=frozenset({DVD}), firm=frozenset({DVD}), sliding={DVD: 0.05}
+    )
+    assert Outcome.MOVED in outcomes(play(fake), DVD)
+    fake = ScriptedTrial(
+        scene_of(STOW, cell), standing=frozenset({DVD}), firm=frozenset({DVD}), sliding={DVD: 0.005}
+    )
+    assert {Outcome.NO_PLAN, Outcome.NOT_TOPPLED} == set(outcomes(play(fake), DVD))
+
+
 def test_a_stopped_push_is_recovered_from(cell: Cell) -> None:
     stopped = ExecutionResult(2.0, stopped="unexpected contact", path_time=1.0)
     fake = ScriptedTrial(
@@ -95,6 +118,7 @@ def test_most_reasons_must_be_its_pose(cell: Cell, n_standing: int, n_other: int
     memory.note(Attempt(STOW.targets[0], DVD, 1, 0.0, Outcome.NO_PLAN, out_of="tote", reasons=reasons))
     assert memory.is_due(placed, cell.places["tote"]) is is_due
     assert not memory.is_due(placed, cell.places["bin_A"])
+    assert memory.is_due(placed, cell.places["tote"], can_be_held=False)
 
 
 def test_without_a_tool_that_pushes_nothing_is_toppled() -> None:
