@@ -218,6 +218,8 @@ class _Trial:
             others = self.targets.fulfilled_by(blocker, scene)
             if any(self._make_room(other, blocker, scene) for other in others):
                 return True
+            if self._stow_blocker(blocker, scene):
+                return True
             if self.asides.would_repeat(name, blocker.location, scene):
                 continue
             still_open = [other.target for other in self.targets.open.values()]
@@ -229,6 +231,25 @@ class _Trial:
                 return True
             clearing.also(aside.in_the_way)
         return False
+
+    def _stow_blocker(self, blocker: PlacedItem, scene: Scene) -> bool:
+        """Stow an item of the tote that is in the way of another, if it may be; return whether it was moved.
+
+        The last refusal may have been that of another look. No query is asked twice in a scene as perceived
+        once.
+        """
+        state = next((o for o in self.targets.fulfilled_by(blocker, scene) if o.target.into == ANY_BIN), None)
+        if state is None or self.targets.chosen_copy(scene, state) is not blocker:
+            return False
+        if self.memory.blamed(state.index, blocker.id, scene) is not None:
+            return False
+        n_played = self._n_played
+        self.pick(state.index)
+        return self._n_played > n_played
+
+    @property
+    def _n_played(self) -> int:
+        return sum(attempt.execution is not None for _, attempt in self.attempts)
 
     def _attempt(self, state: TargetState) -> Attempt:
         """Play an attempt at a target to its end."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from bisect import bisect_right
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 
@@ -66,6 +67,14 @@ def test_what_failed_is_tried_again_at_once_only_if_what_was_in_the_way_has_gone
     first = next(placed.id for placed in scene.in_location(TOTE) if placed.item.name == CARDS)
     freed = play(ScriptedTrial(scene, blocked={DVD: first}))
     assert [a.target.item for a in freed.attempts] == [DVD, CARDS, DVD, CARDS]
+
+
+def test_what_is_in_the_way_is_stowed_rather_than_moved_aside(cell: Cell) -> None:
+    order = replace(ORDER, tote_contents=(CARDS, DVD))
+    fake = ScriptedTrial(scene_of(order, cell), blocked={CARDS: DVD})
+    result = run_trial(order, fake.interfaces(), TrialSettings())
+    played = [(a.item, a.outcome, a.is_aside) for a in result.attempts if a.execution is not None]
+    assert played == [(DVD, Outcome.DELIVERED, False), (CARDS, Outcome.DELIVERED, False)]
 
 
 def test_what_cannot_leave_the_tote_is_not_moved_aside_for_one_target_after_the_other(cell: Cell) -> None:
