@@ -142,7 +142,8 @@ def _slide(supports: Supports, item_id: str, below: list[str], turn: float) -> S
     ahead = solids.half_widths(carriers, np.tile(direction, (len(carriers), 1, 1)))[:, 0]
     ends = solids.T[carriers, :3, 3] @ direction + ahead + solids.bound[carriers]
     bound, centre = float(solids.bound[k]), placed.T_world_item[:3, 3]
-    way = float(ends.max() - centre @ direction) + bound + BEYOND
+    # One whose centre is past its carriers already leans on a wall or on others.
+    way = max(float(ends.max() - centre @ direction), 0.0) + bound + BEYOND
     shape, T = placed.item.shape, placed.T_world_item
     return Slide(item_id, direction, across, shape, T, 2.0 * half_width, way, bound)
 

@@ -12,7 +12,7 @@ from pickcli.errors import Reason
 from pickcli.geometry import inverse, pose, rotation_rpy, transform_points
 from pickcli.scene.scene import PlacedItem, PoseNoise
 from pickcli.statics.pushing import HEAVIEST
-from pickcli.statics.sliding import FINE_STEP, MOST_WAY, Slide, slides
+from pickcli.statics.sliding import BEYOND, FINE_STEP, MOST_WAY, Slide, slides
 from pickcli.statics.supports import supports_of
 from support.standing import BOX, CRATES, NOISE, crate, lying
 
@@ -111,3 +111,12 @@ def test_the_way_is_the_shorter_the_nearer_it_lies_to_the_edge() -> None:
     ahead = CRATES.T_world_place(CRATES.places[UNDER.location])[:3, 0]
     nearer = [ways[1][d] - ways[0][d] for d in both if np.array(d) @ ahead > 0.1]
     assert nearer and max(nearer) < 0.0
+
+
+@given(x=st.floats(-0.11, 0.11), y=st.floats(-0.08, 0.08), yaw=st.floats(-3.0, 3.0))
+@settings(max_examples=40, deadline=None)
+def test_wherever_it_lies_its_way_leads_forwards(x: float, y: float, yaw: float) -> None:
+    """Its centre may be past the edge of what carries it already, as it leans on something else, too."""
+    found = slides(supports_of(crate(on_it(x, y, yaw), UNDER)), BOX)
+    if not isinstance(found, Reason):
+        assert all(push.way > BEYOND for push in found)
