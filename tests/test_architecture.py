@@ -97,6 +97,7 @@ OF_ONE_KIND = {
     "verification/grasp_check.py",
     "verification/load_check.py",
     "verification/pinch_check.py",
+    "verification/strayed_pinch_check.py",
     "verification/vacuum_events.py",
 }
 KINDS = {"BareFlange", "CupLimits", "Fingers", "ParallelGripper", "PinchLimits", "Suction", "SuctionCup"}

@@ -4,6 +4,11 @@ A pinch is antipodal if the line between its contacts lies inside the friction c
 "Constructing force-closure grasps", IJRR 7(3), 1988). Here that line is the normal at both: opposite faces of
 a box or ends of a cylinder, or the ends of a diameter of a round side. On a round side a pad touches a strip
 as wide as the compliance of its rubber allows (``GIVES_WAY``).
+
+An item may stand off from where it is seen by the bounds of its pose error. Closing fingers centre it between
+them, but do not turn it flat: friction on both pads locks an item that is wider than a pad over the
+coefficient, and the floor holds one that stands. So its centre may be off along the pads, the pads rest on
+other parts of it, and where they stand askew only their middle touches on both sides.
 """
 
 from __future__ import annotations
@@ -18,9 +23,11 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import Array, cross, perpendiculars, pose, rotation_axis_angle
+from pickcli.scene.scene import PoseNoise
 
 MAX_TILT = np.radians(30.0)  # between the way in and the tool's axis
 SHARES = (1.0, 0.75, 0.5)  # of a pad's sides, tried if not all of it is on a face
+LEAST_SHARE = 0.25  # of a pad's sides that stays on the face with every error of the pose
 GIVES_WAY = 0.0003  # m that rubber is compressed: a low estimate
 YAWS = np.radians(np.arange(0.0, 360.0, 30.0))  # about the approach axis, for shapes symmetric about it
 EDGE_ROUNDING = 1e-9  # m beyond an edge that count as on it
@@ -90,7 +97,9 @@ def width_of(shape: Shape, face: str) -> float:
     return float(shape.extents["xyz".index(face)])
 
 
-def patch(shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float]) -> tuple[float, float] | None:
+def patch(
+    shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float], off: float = 0.0
+) -> tuple[float, float] | None:
     """Return the part of each pad that lies on the item.
 
     Args:
@@ -98,51 +107,97 @@ def patch(shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float]) 
         face: Pinched face.
         T_item_tip: (4, 4) tool frame in the item's.
         pad: (a, b) m, sides of the pads along x and z of the tool frame.
+        off: m by which the pads may be beside that place, in any direction along them.
 
     Returns:
         Sides in m along x and z of a rectangle about the middle of the pad, all of it on the item; None if
-        less than half of either side is.
+        less than half of either side is, with a place that is off ``LEAST_SHARE``.
     """
     R, middle = T_item_tip[:3, :3], T_item_tip[:3, 3]
     sides = np.array(pad)
     if face == "sphere":
-        strip = _strip(shape.size[0])
-        return min(pad[0], strip), min(pad[1], strip)
+        on_pad = np.minimum(sides - 2.0 * off, _strip(shape.size[0]))  # wherever on the pads its middle is
+        return (*on_pad.tolist(),) if on_pad.min() > 0.0 else None
     if face == "mantle":
-        k = int(np.argmax(np.abs(R[2, [0, 2]])))  # the side of the pad along the cylinder's axis
-        sides[1 - k] = min(sides[1 - k], _strip(shape.size[0]))
+        k = _along_axis(T_item_tip)
+        sides[1 - k] = min(sides[1 - k] - 2.0 * off, _strip(shape.size[0]))
+        if sides[1 - k] <= 0.0:
+            return None
     corners = np.array([*product((-0.5, 0.5), repeat=2)])
-    for share in SHARES:
-        at = middle + share * (corners * sides) @ R[:, [0, 2]].T
+    for share in (*SHARES, LEAST_SHARE) if off > 0.0 else SHARES:
+        at = middle + (corners * (share * sides + 2.0 * off)) @ R[:, [0, 2]].T
         if _all_on(shape, face, at):
             return float(share * sides[0]), float(share * sides[1])
     return None
 
 
-def limits_of(gripper: ParallelGripper, shape: Shape, face: str, T_item_tip: Array) -> PinchLimits:
-    """Return the limits of the pads on an item, proportional to the touching part.
+def limits_of(
+    gripper: ParallelGripper, shape: Shape, face: str, T_item_tip: Array, noise: PoseNoise
+) -> PinchLimits | None:
+    """Return the limits of the pads on an item within the error of its pose, by the part that touches.
 
     Args:
         gripper: The gripper.
         shape: Shape of the item.
         face: Pinched face.
         T_item_tip: (4, 4) tool frame in the item's.
+        noise: Bounds of the error of the item's pose.
 
     Returns:
-        The limits.
-
-    Raises:
-        ValueError: If the pads are beside the item.
+        The limits; None if within that error the pads may be beside the item, or so askew that no part of
+        them touches on both sides.
     """
-    touching = patch(shape, face, T_item_tip, gripper.pad)
+    turned = noise.angle * float(np.linalg.norm(T_item_tip[:3, 3]))  # m that it moves what is pinched
+    touching = patch(shape, face, T_item_tip, gripper.pad, noise.position + turned)
     if touching is None:
-        raise ValueError(f"the pads are beside {face}")
-    return PinchLimits(gripper.limits.force, gripper.limits.friction, touching)
+        return None
+    sides = np.minimum(touching, _askew_patch(shape, face, T_item_tip, gripper.pad, noise.angle))
+    if sides.min() <= 0.0:
+        return None
+    stray = _stray(face, T_item_tip, noise.position, turned)
+    return PinchLimits(gripper.limits.force, gripper.limits.friction, (sides[0], sides[1]), stray)
 
 
-def _strip(radius: float) -> float:
+def _stray(face: str, T_item_tip: Array, moved: float, turned: float) -> tuple[float, float, float]:
+    """Return m along x, y and z of the tool frame from an item's centre to where it is thought over the pads.
+
+    Args:
+        face: Pinched face.
+        T_item_tip: (4, 4) tool frame in the item's.
+        moved: m that the item's centre may be off.
+        turned: m that the part between the pads may be off from it, as the item is turned.
+    """
+    if face == "sphere":  # touched where its centre is
+        return 0.0, 0.0, 0.0
+    if face != "mantle":
+        return moved, turned, moved
+    # Touched along a line that goes with its axis.
+    return (moved, turned, turned) if _along_axis(T_item_tip) == 0 else (turned, turned, moved)
+
+
+def _askew_patch(shape: Shape, face: str, T_item_tip: Array, pad: tuple[float, float], angle: float) -> Array:
+    """Return the sides (2,) m of what touches of both pads if they stand askew on the item; <= 0 for nothing.
+
+    Turned by an angle (rad) about one side, a pad stands off by up to that times half of its other side. The
+    compliance that is left bounds how far from its middle it touches, and how wide on a round side.
+    """
+    if face == "sphere" or angle == 0.0:
+        return np.full(2, np.inf)
+    sides = 2.0 * GIVES_WAY / angle - np.array(pad)
+    if face == "mantle":
+        k = _along_axis(T_item_tip)
+        sides[1 - k] = _strip(shape.size[0], max(0.0, GIVES_WAY - angle * pad[k] / 2))
+    return np.asarray(sides)
+
+
+def _strip(radius: float, gives_way: float = GIVES_WAY) -> float:
     """Return the width in m of a pad's contact with a round side: a chord as deep as the rubber yields."""
-    return float(2.0 * np.sqrt(2.0 * radius * GIVES_WAY))
+    return float(2.0 * np.sqrt(2.0 * radius * gives_way))
+
+
+def _along_axis(T_item_tip: Array) -> int:
+    """Return which side of a pad, 0 for x and 1 for z, lies along the axis of a cylinder."""
+    return int(np.argmax(np.abs(T_item_tip[2, [0, 2]])))
 
 
 def _lines(shape: Shape, way_in: Array) -> Iterator[tuple[str, Array, Array, float, float]]:

@@ -20,7 +20,7 @@ from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
+from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import Hold, HoldLimits
 from pickcli.grasping.search import Search
 from pickcli.motion.plan import Grasp
@@ -143,13 +143,14 @@ class GraspMethod(ABC):
         """
 
     @abstractmethod
-    def bears(self, item: Item, face: str, T_item_tip: Array) -> HoldLimits:
+    def bears(self, item: Item, face: str, T_item_tip: Array, noise: PoseNoise = EXACT) -> HoldLimits:
         """Return what the tool bears for a grasp of an item.
 
         Args:
             item: The item.
             face: The name of the face under the cup, or of the pinched faces.
             T_item_tip: (4, 4) pose of the tool at the grasp.
+            noise: Bounds of the error of the pose in which the item is grasped.
 
         Returns:
             The limits.
@@ -245,15 +246,16 @@ class GraspMethod(ABC):
         state = self.holding_state(grasp, contacts.target.item)
         return Mode(state, contacts=contacts.while_carrying())
 
-    def hold(self, item: Item, face: str, T_tip_item: Array) -> Hold:
+    def hold(self, item: Item, face: str, T_tip_item: Array, noise: PoseNoise = EXACT) -> Hold:
         """Describe an item that the tool holds.
 
         Args:
             item: The held item.
             face: The name of the face under the cup, or of the pinched faces.
             T_tip_item: (4, 4) pose of the item in the tool frame.
+            noise: Bounds of the error of the pose in which the item is grasped.
 
         Returns:
             The item with its largest mass and inertia, and what the tool bears.
         """
-        return Hold.of(item, T_tip_item, self.bears(item, face, inverse(T_tip_item)))
+        return Hold.of(item, T_tip_item, self.bears(item, face, inverse(T_tip_item), noise))

@@ -15,6 +15,9 @@ from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp
+from pickcli.scene.scene import PoseNoise
+
+EXACT = PoseNoise()
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,12 +111,14 @@ class GraspTarget:
         item: Kind of the item, with its shape and mass.
         T_entry_item: (4, 4) its pose in the entry frame of its place, x pointing inwards.
         place: Place of the item.
+        noise: Bounds of the error of its pose.
     """
 
     id: str
     item: Item
     T_entry_item: Array
     place: Place
+    noise: PoseNoise = EXACT
 
     @property
     def R_level_item(self) -> Array:

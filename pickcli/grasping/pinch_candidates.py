@@ -15,6 +15,7 @@ from pickcli.grasping.antipodal import Pinch, limits_of, pinches
 from pickcli.grasping.grasp_target import CandidateSet, GraspBatch, GraspTarget
 from pickcli.grasping.holding import GripLoad, HoldLimits, loads_at_rest
 from pickcli.grasping.search import Search
+from pickcli.scene.scene import PoseNoise
 
 STATE_COST = 0.05  # for each later state: the first, usual one is tried first
 TURN_COST = 0.3  # for a half turn of the hand
@@ -57,7 +58,11 @@ def sample_pinches(
             wide = f"{1e3 * pinch.width:.0f} mm, the fingers open {1e3 * widest:.0f} mm"
             rejected[pinch.face] = Reason("too wide for the gripper", where, wide)
             continue
-        bears = HoldLimits(limits_of(gripper, item.shape, pinch.face, pinch.T_item_tip))
+        limits = limits_of(gripper, item.shape, pinch.face, pinch.T_item_tip, target.noise)
+        if limits is None:
+            rejected.setdefault(pinch.face, Reason("pads beside the item", where, _astray(target.noise)))
+            continue
+        bears = HoldLimits(limits)
         load = loads_at_rest(item, bears, pinch.T_item_tip[None], target.R_level_item)[0]
         if load.ratio > most:
             detail = f"{load} at rest, {load.ratio:.2f} of what the pads bear"
@@ -71,6 +76,11 @@ def sample_pinches(
         rejected[""] = Reason("nothing to pinch", target.id, detail)
     batches = (_batch(target, face, state, scored) for (face, state), scored in found.items())
     return CandidateSet(tuple(batches), tuple(rejected.values()))
+
+
+def _astray(noise: PoseNoise) -> str:
+    off = f"{1e3 * noise.position:.1f} mm and {np.degrees(noise.angle):.1f} degrees"
+    return f"where its pose may be off by {off}; see it more exactly"
 
 
 def _batch(target: GraspTarget, face: str, tool_state: ToolState, scored: Sequence[_Scored]) -> GraspBatch:

@@ -17,12 +17,15 @@ from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array
 from pickcli.grasping.antipodal import limits_of, width_of
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
-from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
+from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
 from pickcli.grasping.pinch_candidates import sample_pinches
 from pickcli.grasping.search import Search
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import PoseNoise
+
+NOTHING = 1e-9  # share of the limits left to pads that may be beside the item: over 0, as it divides the load
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,18 +67,20 @@ class PinchGrasping(GraspMethod):
         """
         return sample_pinches(target, self.tool, self.gripper, rng, search, most)
 
-    def bears(self, item: Item, face: str, T_item_tip: Array) -> HoldLimits:
-        """Return what the pads bear, proportional to the parts of them that touch the item.
+    def bears(self, item: Item, face: str, T_item_tip: Array, noise: PoseNoise = EXACT) -> HoldLimits:
+        """Return what the pads bear with every error of the item's pose, by the parts that touch the item.
 
         Args:
             item: The item.
             face: The name of the pinched faces.
             T_item_tip: (4, 4) pose of the tool at the grasp.
+            noise: Bounds of the error of the pose in which the item is grasped.
 
         Returns:
             The limits.
         """
-        return HoldLimits(limits_of(self.gripper, item.shape, face, T_item_tip))
+        limits = limits_of(self.gripper, item.shape, face, T_item_tip, noise)
+        return HoldLimits(self.gripper.limits, NOTHING) if limits is None else HoldLimits(limits)
 
     def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
         """Return the width at which the pads rest on the item.

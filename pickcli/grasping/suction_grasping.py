@@ -16,7 +16,7 @@ from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array
 from pickcli.grasping.cup_press import cup_press, outward_of, overtravels
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
-from pickcli.grasping.grasp_target import CandidateSet, GraspTarget
+from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
 from pickcli.grasping.press_check import contact_speed
 from pickcli.grasping.search import Search
@@ -70,13 +70,14 @@ class SuctionGrasping(GraspMethod):
         """
         return sample_suctions(target, self.tool, rng, search, most)
 
-    def bears(self, item: Item, face: str, T_item_tip: Array) -> HoldLimits:
+    def bears(self, item: Item, face: str, T_item_tip: Array, noise: PoseNoise = EXACT) -> HoldLimits:
         """Return what the cup bears at the vacuum that a face keeps, the same at any point of it.
 
         Args:
             item: The item.
             face: The name of the face under the cup.
             T_item_tip: (4, 4) pose of the tool at the grasp.
+            noise: Unused: a cup lies on the face that it meets.
 
         Returns:
             The limits.

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pickcli.errors import Reason
-from pickcli.grasping.grasp_target import GraspTarget
 from pickcli.grasping.search import USUAL
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -77,8 +76,7 @@ def _judged(scene: Scene, preference: int, query: PickQuery, seed: int) -> ArmSu
     context, name = PlanningContext(scene.cell), scene.cell.arm
     problem = PickProblem.of(context, scene, query, seed)
     rng = derived_rng(seed, "choice of the arm", name, problem.target.id)
-    grasp_target = GraspTarget(problem.target.id, problem.target.item, problem.T_entry_item, problem.place)
-    found = context.method.sample(grasp_target, rng, USUAL, context.settings.load_ratio)
+    found = context.method.sample(problem.grasp_target, rng, USUAL, context.settings.load_ratio)
     if not found.grasps:
         return ArmSuitability(name, preference, 0, 0, next(iter(found.rejected), None))
     grasps = found.grasps[:MOST_GRASPS]

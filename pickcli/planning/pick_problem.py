@@ -13,6 +13,8 @@ from pickcli.cell.place import Place
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.grasp_target import GraspTarget
+from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_settings import Neighbours, PickSettings
 from pickcli.planning.planning_context import PlanningContext
@@ -166,6 +168,25 @@ class PickProblem:
     def T_entry_item(self) -> Array:
         """(4, 4) pose of the target in the entry frame."""
         return np.asarray(inverse(self.T_world_entry) @ self.target.T_world_item)
+
+    @cached_property
+    def grasp_target(self) -> GraspTarget:
+        """The target as grasps are searched for it."""
+        noise = self.scene.noise_of(self.target)
+        return GraspTarget(self.target.id, self.target.item, self.T_entry_item, self.place, noise)
+
+    def hold(self, face: str, T_tip_item: Array) -> Hold:
+        """Describe the target in the tool, and what that bears with every error of the target's pose.
+
+        Args:
+            face: The name of the face under the cup, or of the pinched faces.
+            T_tip_item: (4, 4) pose of the target in the tool frame.
+
+        Returns:
+            The hold.
+        """
+        noise = self.scene.noise_of(self.target)
+        return self.context.method.hold(self.target.item, face, T_tip_item, noise)
 
     @property
     def uncertainty(self) -> float:

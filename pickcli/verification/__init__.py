@@ -14,7 +14,7 @@ Read in this order:
   `quintic`, `straightness_check`, `tool_speed`, and `event_check` with `finger_events` or
   `vacuum_events`; `tool_change_check` while an item is held.
 - The item: `contact_check` with `contact_exemptions`, `support_check` by `pile_statics` and `equilibrium`,
-  `push_check`, `topple_check`, `tipping_check`; `grasp_check` with `load_check`, or `pinch_check`, as
-  `hold_choice` selects; `release_check`.
+  `push_check`, `topple_check`, `tipping_check`; `grasp_check` with `load_check`, or `pinch_check`
+  with `strayed_pinch_check`, as `hold_choice` selects; `release_check`.
 - Recovery motions after a stop: `recovery_check`.
 """

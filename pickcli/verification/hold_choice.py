@@ -14,6 +14,7 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.finger_events import check_finger_events
 from pickcli.verification.grasp_check import check_kind, check_seal, cup_loads
 from pickcli.verification.pinch_check import check_pinch, pad_loads
+from pickcli.verification.strayed_pinch_check import check_strayed_pinch
 from pickcli.verification.vacuum_events import TimedEvent, check_vacuum_events
 
 
@@ -36,7 +37,7 @@ def _check_grasp_of_fingers(plan: Plan, scene: Scene, T_tip_item: Array) -> tupl
     assert plan.grasp is not None
     # An item held from the start, after a stop, is in no place that would define the grasp's kind.
     kind = () if plan.segments[0].held is not None else check_kind(scene, plan.grasp)
-    return (*check_pinch(plan, scene, T_tip_item), *kind)
+    return (*check_pinch(plan, scene, T_tip_item), *check_strayed_pinch(plan, scene, T_tip_item), *kind)
 
 
 SUCTION = HoldChecks(check_seal, check_vacuum_events, cup_loads)

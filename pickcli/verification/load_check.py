@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pickcli.cell.item import Item
+from pickcli.cell.robot import Robot
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, Plan
@@ -118,16 +119,31 @@ def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, A
         Times (N,) in s, every millisecond while it is held, and (N, 6) forces in N and torques in Nm about
         the cup's tip, in the tool frame.
     """
+    times, tips = held_tips(plan, scene.cell.robot)
+    if len(times) == 0:
+        return times, np.empty((0, 6))
+    assert plan.grasp is not None
+    return times, wrenches(tips, T_tip_item, scene.item(plan.grasp.item), SAMPLE_TIME)
+
+
+def held_tips(plan: Plan, robot: Robot) -> tuple[Array, Array]:
+    """Compute the poses of the tool while it holds an item.
+
+    Args:
+        plan: A plan.
+        robot: The robot.
+
+    Returns:
+        Times (N,) in s, every millisecond while the item is held, and the tool frame in the world (N + 2, 4,
+        4), also a millisecond before and after.
+    """
     held = [segment for segment in plan.segments if segment.held is not None]
     if not held:
-        return np.empty(0), np.empty((0, 6))
-    assert plan.grasp is not None
+        return np.empty(0), np.empty((0, 4, 4))
     # Before the start and after the end of the trajectory the arm is at rest.
     n = int(np.ceil((held[-1].t_end - held[0].t_start) / SAMPLE_TIME)) + 1
     times = np.asarray(held[0].t_start + SAMPLE_TIME * np.arange(-1, n + 1), dtype=np.float64)
-    robot = scene.cell.robot
-    tips = held_tip_poses(plan, robot, times)
-    return times[1:-1], wrenches(tips, T_tip_item, scene.item(plan.grasp.item), SAMPLE_TIME)
+    return times[1:-1], held_tip_poses(plan, robot, times)
 
 
 def wrenches(tips: Array, T_tip_item: Array, item: Item, step: float) -> Array:

@@ -25,7 +25,7 @@ def cast_rays(shape: Shape, starts: Array, along: Array) -> tuple[Array, Array]:
     Returns:
         (N,) m each: distances from the start of the ray to entry and exit; NaN if it misses the solid.
     """
-    along = along + np.where(along == 0.0, PARALLEL, 0.0)
+    along = np.where(np.abs(along) < PARALLEL, PARALLEL, along)
     enters, leaves = np.full(len(starts), -np.inf), np.full(len(starts), np.inf)
     for axis in FLAT_AXES[shape.kind]:
         ends = (np.array([[-0.5], [0.5]]) * shape.extents[axis] - starts[:, axis]) / along[axis]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -233,3 +234,19 @@ def test_a_load_grows_with_its_wrench_and_has_no_side(wrench: list[float], by: f
     w = np.array(wrench)
     assert_allclose(LIMITS.ratio(by * w), by * LIMITS.ratio(w), rtol=1e-9)
     assert_allclose(LIMITS.ratio(-w), LIMITS.ratio(w))
+
+
+@given(
+    st.lists(st.floats(-50.0, 50.0), min_size=6, max_size=6),
+    st.tuples(*[st.floats(0.0, 0.02)] * 3),
+    st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3),
+)
+def test_no_place_of_the_centre_within_its_strays_loads_more(
+    wrench: list[float], stray: tuple[float, float, float], at: list[float]
+) -> None:
+    """The same forces at a centre elsewhere, with the torques about the tip that they have there."""
+    w = np.array(wrench)
+    there = np.append(w[:3], w[3:] + np.cross(np.array(at) * stray, w[:3]))
+    bound = replace(LIMITS, stray=stray).ratio(w)
+    assert LIMITS.ratio(there) <= bound * (1.0 + 1e-9)
+    assert LIMITS.ratio(w) <= bound

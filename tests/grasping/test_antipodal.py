@@ -13,6 +13,7 @@ from pickcli.cell.tools.gripper import Finger, ParallelGripper
 from pickcli.cell.tools.pinch_limits import PinchLimits
 from pickcli.geometry import Array, is_pose, pose, rotation_rpy
 from pickcli.grasping.antipodal import MAX_TILT, Pinch, limits_of, patch, pinches
+from pickcli.scene.scene import PoseNoise
 from pickcli.verification.pinch_check import pads_on
 
 PAD = (0.02, 0.018)
@@ -32,6 +33,12 @@ ways = st.builds(lambda *rpy: rotation_rpy(*rpy)[:, 0], angles, angles, angles)
 
 def found(shape: Shape, way_in: Array, grid: int = 3) -> list[Pinch]:
     return [*pinches(shape, PAD, way_in, FAN, grid, np.random.default_rng(5), 2)]
+
+
+def limits(shape: Shape, pinch: Pinch) -> PinchLimits:
+    found = limits_of(GRIPPER, shape, pinch.face, pinch.T_item_tip, PoseNoise())
+    assert found is not None
+    return found
 
 
 @settings(deadline=None, max_examples=60)
@@ -80,7 +87,7 @@ def test_the_planner_trusts_the_pads_with_no_more_than_the_verifier(
             continue
         pads = pads_on(shape, pinch.T_item_tip, GRIPPER)
         assert pads is not None
-        planned = float(limits_of(GRIPPER, shape, pinch.face, pinch.T_item_tip).ratio(w))
+        planned = float(limits(shape, pinch).ratio(w))
         assert pads.ratio(w[None], GRIPPER)[0] <= planned / 0.8 + 1e-9
 
 
@@ -106,8 +113,8 @@ def test_pads_that_are_half_beside_a_face_bear_less(face: str) -> None:
     of_face = [p for p in found(shape, np.array([0.0, 0.0, -1.0])) if p.face == face]
     assert of_face
     for pinch in of_face:
-        limits = limits_of(GRIPPER, shape, face, pinch.T_item_tip)
-        assert limits.pad[1] <= 0.0095 and limits.max_twist < GRIPPER.limits.max_twist
+        found_limits = limits(shape, pinch)
+        assert found_limits.pad[1] <= 0.0095 and found_limits.max_twist < GRIPPER.limits.max_twist
 
 
 def test_beside_the_middle_of_a_ball_the_cones_are_left() -> None:

@@ -382,3 +382,27 @@ def test_the_kind_is_that_of_the_way_in_but_for_what_is_held_from_the_start(grip
         assert ("wrong kind" in whats(check_hold(plan, there, down))) is is_wrong
         held = hold.plan((K.TRANSFER, width(0.06), True), T_item_tip=down, kind=kind)
         assert "wrong kind" not in whats(check_hold(held, there, down))
+
+
+def test_pads_have_to_bear_what_stands_off_by_its_pose_error(gripper_cell: Cell) -> None:
+    """A can by the upper end, its weight along the pads: askew by a degree, a narrower strip is held."""
+    gripper = gripper_cell.robot.tool.gripper
+    assert gripper is not None
+    hold = Hold(gripper_cell, pose((0.0, 0.0, 0.028), rpy=(0.0, np.pi, 0.0)), shape=CAN)
+    R = hold.tip[:3, :3]
+    force = MASS * GRAVITY * R[2]
+    torque = np.cross(inverse(hold.T_item_tip)[:3, 3], force)
+    of_one = on(CAN, hold.T_item_tip, gripper).ratio(np.append(force, torque)[None], gripper)[0]
+    heavy = Hold(gripper_cell, hold.T_item_tip, shape=CAN, mass=0.9 * MASS / of_one)
+    plan, scene = heavy.plan(*TAKEN), heavy.scene()
+    T_tip_item = inverse(heavy.T_item_tip)
+    exact = check_hold(plan, scene, T_tip_item)
+    assert "does not hold" not in whats(exact)
+    off = check_hold(plan, replace(scene, noise=PoseNoise(0.002, np.radians(1.0))), T_tip_item)
+    assert "does not hold" in whats(off)
+    assert any("2.0 mm and 1.0 degrees off: 1." in str(reason) for reason in off)
+    own = replace(scene.items[0], noise=PoseNoise())
+    known = replace(scene, items=(own,), noise=PoseNoise(0.002, np.radians(1.0)))
+    assert whats(check_hold(plan, known, T_tip_item)) == whats(exact)
+    askew = check_hold(plan, replace(scene, noise=PoseNoise(0.002, np.radians(5.0))), T_tip_item)
+    assert any("touch it on no common part" in str(reason) for reason in askew)

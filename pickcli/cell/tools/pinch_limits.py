@@ -11,6 +11,9 @@ press with the same force F, evenly over a rectangle of a x b. A hold fails in t
 - *Opening.* A force along y shifts pressure from one pad to the other, and a torque across y shifts it
   towards an edge of each pad, by at most F b / 2 per pad, with b the pad's shorter side. A pad lifts if both
   together exceed its pressure.
+
+If the item's centre may be elsewhere than the torque assumes, the force there has further lever arms
+(``stray``), each counted where it adds most.
 """
 
 from __future__ import annotations
@@ -32,11 +35,14 @@ class PinchLimits:
         force: N with which each pad presses.
         friction: Coefficient of friction between pad and item.
         pad: (a, b) m, sides of the pads along x and z of the tool frame.
+        stray: m along x, y and z of the tool frame by which the item's centre may be off from the middle of
+            what touches, besides the offset that a wrench about the tip includes.
     """
 
     force: float
     friction: float
     pad: tuple[float, float]
+    stray: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def bearer(self) -> str:
@@ -89,7 +95,8 @@ class PinchLimits:
         Returns:
             (...) |fy| / max_pull + bending / max_moment over the share; a pad lifts above 1.
         """
-        bending = np.hypot(wrench[..., 3], wrench[..., 5])
+        torque = self._torque(wrench)
+        bending = np.hypot(torque[..., 0], torque[..., 2])
         return np.asarray((np.abs(wrench[..., 1]) / self.max_pull + bending / self.max_moment) / share)
 
     def slip(self, wrench: Array, share: Array | float = 1.0) -> Array:
@@ -103,7 +110,8 @@ class PinchLimits:
             (...) length of (shear / max_shear, twist / max_twist) over the share; the pads slip above 1.
         """
         shear = np.hypot(wrench[..., 0], wrench[..., 2])
-        return np.asarray(np.hypot(shear / self.max_shear, wrench[..., 4] / self.max_twist) / share)
+        twist = self._torque(wrench)[..., 1]
+        return np.asarray(np.hypot(shear / self.max_shear, twist / self.max_twist) / share)
 
     def figures(self, wrench: Array) -> Array:
         """Compute the components of a wrench that the limits apply to.
@@ -130,6 +138,13 @@ class PinchLimits:
             (...) the larger of ``peel`` and ``slip``, >= 0.
         """
         return np.maximum(self.peel(wrench, share), self.slip(wrench, share))
+
+    def _torque(self, wrench: Array) -> Array:
+        """Return the largest absolute torques (..., 3) about x, y and z, wherever the centre may be."""
+        x, y, z = np.moveaxis(np.abs(wrench[..., :3]), -1, 0)
+        by_x, by_y, by_z = self.stray
+        levers = np.stack([by_y * z + by_z * y, by_x * z + by_z * x, by_x * y + by_y * x], axis=-1)
+        return np.asarray(np.abs(wrench[..., 3:]) + levers)
 
 
 def mean_distance(a: float, b: float) -> float:

@@ -65,7 +65,7 @@ def carried_motion(problem: PickProblem, motion: PickMotion) -> CarriedMotion | 
         The timed motion; or every reason, if the cup cannot hold at any speed or a proof fails.
     """
     context, item, taking = problem.context, problem.target.item, motion.taking
-    hold = context.method.hold(item, taking.grasp.face, taking.attached.T_tip_item)
+    hold = problem.hold(taking.grasp.face, taking.attached.T_tip_item)
     segments = [
         segment.scaled(context.cell.speed_scale).scaled(item.speed_scale)
         for segment in (*taking.outward, *motion.transfer.segments, *motion.placement.inward)

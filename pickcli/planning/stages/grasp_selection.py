@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.contact_speeds import ContactSpeeds
-from pickcli.grasping.grasp_target import CandidateSet, GraspBatch, GraspTarget
+from pickcli.grasping.grasp_target import CandidateSet, GraspBatch
 from pickcli.grasping.search import USUAL, WIDE_SEARCH, Search
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_motion import GraspMotion
@@ -61,9 +61,8 @@ def feasible_grasps(
 def _candidates(
     problem: PickProblem, search: Search, exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator
 ) -> CandidateSet:
-    target, context = problem.target, problem.context
-    grasp_target = GraspTarget(target.id, target.item, problem.T_entry_item, problem.place)
-    found = context.method.sample(grasp_target, rng, search, problem.settings.load_ratio)
+    method, most = problem.context.method, problem.settings.load_ratio
+    found = method.sample(problem.grasp_target, rng, search, most)
     return found.select([~_is_like_any(batch, exclude) for batch in found.batches]) if exclude else found
 
 

@@ -112,7 +112,7 @@ def _places_to_change(
     blocked = explain_each(checker, Q[~are_free], no_room, "transfer")
     if not len(free):
         return blocked
-    hold = context.method.hold(problem.target.item, taking.grasp.face, taking.attached.T_tip_item)
+    hold = problem.hold(taking.grasp.face, taking.attached.T_tip_item)
     states = taking.holding_state, placements[0].holding_state
     duration = device_of(context.cell.devices, context.cell.robot.tool.mover).lead
     loads = [hold.in_motion(changing_tip(context.arm, q, *states, duration)).ratio for q in free]

@@ -182,7 +182,7 @@ def _ways_out(
 def _held(problem: PickProblem, grasp: Grasp, ways: Sequence[Array]) -> list[Array]:
     """Return the ways (K, 4, 4) of the tool on which it holds the target at rest, with what lies on it."""
     T_tip_item, item = inverse(grasp.T_item_tip), problem.target.item
-    hold, on_it = problem.context.method.hold(item, grasp.face, T_tip_item), problem.mass_on_target
+    hold, on_it = problem.hold(grasp.face, T_tip_item), problem.mass_on_target
     laden = Laden.of(item, T_tip_item, on_it) if on_it > 0.0 else None
     ratios = hold.ratios_at_rest(np.concatenate(ways)[:, :3, :3], laden)
     worst = np.maximum.reduceat(ratios, _starts(ways))
