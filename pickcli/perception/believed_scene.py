@@ -67,7 +67,7 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
                         f"{placed.id} is in {items[placed.id].location} and in {name}; look again"
                     )
                 items[placed.id] = placed
-            unknown.append(unknown_in(seen, look.T_world_camera, error))
+            unknown.append(unknown_in(seen, place, look.T_world_camera, error))
         elif name not in empty:
             unknown.append(never_seen(place, scene.T_world_place(place)))
     return Scene(
@@ -112,11 +112,17 @@ def believed_items(seen: PlaceObservation, T_world_camera: Array, error: MountEr
         yield PlacedItem(answer.id, answer.item, seen.place, T, within)
 
 
-def unknown_in(seen: PlaceObservation, T_world_camera: Array, error: MountError) -> UnknownSpace:
+def unknown_in(
+    seen: PlaceObservation, place: Place, T_world_camera: Array, error: MountError
+) -> UnknownSpace:
     """Grow the unknown space of a place by the error of the camera's pose.
+
+    Not through its floor, walls and ceiling, which were located in the same picture: what is unknown is
+    between them.
 
     Args:
         seen: What was perceived in it.
+        place: The place.
         T_world_camera: (4, 4) stated pose of the camera.
         error: Bounds of the error of that.
 
@@ -127,8 +133,25 @@ def unknown_in(seen: PlaceObservation, T_world_camera: Array, error: MountError)
     eye = (inverse(seen.T_world_place) @ T_world_camera)[:3, 3]
     farthest = np.linalg.norm(np.maximum(np.abs(boxes[:, 0] - eye), np.abs(boxes[:, 1] - eye)), axis=1)
     off = (error.position + error.angle * farthest)[:, None]
-    grown = np.stack([boxes[:, 0] - off, boxes[:, 1] + off], axis=1)
-    return UnknownSpace(seen.place, seen.T_world_place, grown)
+    return UnknownSpace(seen.place, seen.T_world_place, _grown(boxes, off, place))
+
+
+def _grown(boxes: Array, off: Array, place: Place) -> Array:
+    """Boxes (N, 2, 3) grown by (N, 1) m, within the sides of the room; its access is none.
+
+    Floor and ceiling slope: along a box they are between two heights. What it is inside of these it stays.
+    """
+    lower, upper, room = boxes[:, 0].copy(), boxes[:, 1].copy(), place.room
+    low, high = (np.broadcast_to(corner, lower.shape).copy() for corner in (room.low, room.high))
+    floor, ceiling = room.floor_at(boxes[:, :, 0]), room.ceiling_at(boxes[:, :, 0])
+    low[:, 2], lower[:, 2] = floor.max(axis=1), np.maximum(lower[:, 2], floor.min(axis=1))
+    if place.access.is_from_above:
+        high[:, 2] = np.inf
+    else:
+        high[:, 2], upper[:, 2] = ceiling.min(axis=1), np.minimum(upper[:, 2], ceiling.max(axis=1))
+        low[:, 0] = -np.inf
+    grown = np.maximum(lower - off, np.minimum(lower, low)), np.minimum(upper + off, np.maximum(upper, high))
+    return np.stack(grown, axis=1)
 
 
 def never_seen(place: Place, T_world_place: Array) -> UnknownSpace:

@@ -254,7 +254,8 @@ class CameraLooks:
         for name in self._viewpoints:
             seen = self._seen[name]
             items += [placed for placed in self._items_in(name) if name in self._may_be_in[placed.id]]
-            space = unknown_in(seen.observed, seen.viewpoint.T_world_camera, self._error(seen))
+            place = around.cell.places[name]
+            space = unknown_in(seen.observed, place, seen.viewpoint.T_world_camera, self._error(seen))
             unknown += [space] if len(space.boxes) else []
         return replace(around, items=tuple(items), unknown=tuple(unknown))
 

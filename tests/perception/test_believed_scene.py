@@ -107,6 +107,22 @@ def test_unknown_space_is_grown_by_the_error_of_the_camera(true_scene: Scene) ->
     np.testing.assert_allclose(space.boxes, boxes, atol=error.position + 2.0 * error.angle)
 
 
+def test_unknown_space_does_not_grow_through_floor_walls_and_ceiling(true_scene: Scene) -> None:
+    """A board between two bins is thinner than the error."""
+    cell = true_scene.cell
+    room = cell.places["bin_C"].room
+    boxes = np.array([[room.low - 0.004, room.high + 0.004], [room.low + 0.05, room.high - 0.05]])
+    boxes[0, 0, 0] = room.floor_flat_from  # behind the slope
+    boxes[0, 1, 0] = room.high[0]
+    seen = replace(exact(true_scene, "bin_C"), unknown=boxes)
+    believed = believed_scene(cell, [look(true_scene, seen)], everywhere_but(cell, "bin_C"))
+    (space,) = believed.unknown
+    (low, high), _ = space.boxes
+    assert low[2] == room.floor_back and high[2] == room.ceiling_back
+    assert high[0] == room.high[0] and low[0] < room.floor_flat_from - cell.cameras["hand"].error.position
+    assert (low[1], high[1]) == (boxes[0, 0, 1], boxes[0, 1, 1])
+
+
 def test_what_cannot_be_believed_is_told(true_scene: Scene) -> None:
     seen, cell = exact(true_scene, "bin_C"), true_scene.cell
     with pytest.raises(UnknownNameError, match="bin_Z"):
