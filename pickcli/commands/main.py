@@ -39,7 +39,7 @@ COMMANDS: dict[str, str] = {
     "believe": "Make the scene that a planner believes in from what was perceived.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",
     "plan-shift": "Plan one shift: move an item within its bin, lifted a little.",
-    "plan-topple": "Plan a push that topples an item which stands on edge in an open box.",
+    "plan-topple": "Plan a push that topples an item in an open box, or pushes it off others.",
     "plan-stow": "Plan one stow: take an item out of the tote, and set it down in a bin.",
     "plan-move": "Plan a move between two configurations.",
     "verify": "Check a plan with the independent verifier.",

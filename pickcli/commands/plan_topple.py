@@ -19,7 +19,7 @@ from pickcli.commands.scene_options import scene_options
               help="Item to topple: its name, or its id in the scene (name#2).")  # fmt: skip
 @plan_options("the preferred one of those that have the start")
 def command(bin_name: str, item: str, options: PlanOptions) -> None:
-    """Plan a push that topples an item which stands on edge in an open box.
+    """Plan a push that topples an item in an open box, or pushes it off others.
 
     For items that no cup can take as they stand ("no face within reach"): the empty tool pushes the upper
     part of the item until it falls, so that a face that seals comes to lie on top. Look again before the next

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.place import Place
+from pickcli.cell.place import Place, Room
 from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array, inverse
@@ -17,6 +18,8 @@ from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.unknown_voxels import whole_room
 from pickcli.scene.scene import CarrierPose, PlacedItem, PoseNoise, Scene, empty_scene
 from pickcli.scene.unknown_space import UnknownSpace
+
+_STEP = 0.002  # m that a floor or a ceiling may slope along a box
 
 
 def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str] = ()) -> Scene:
@@ -131,27 +134,39 @@ def unknown_in(
     """
     boxes = seen.unknown.reshape(-1, 2, 3)
     eye = (inverse(seen.T_world_place) @ T_world_camera)[:3, 3]
+    return UnknownSpace(seen.place, seen.T_world_place, _grown(boxes, eye, error, place))
+
+
+def _grown(boxes: Array, eye: Array, error: MountError, place: Place) -> Array:
+    """Boxes (N, 2, 3) grown by what points in them may be off, within the sides of the room but its access.
+
+    eye: (3,) m, the camera in the place's frame
+    """
+    boxes, room = _split_on_slope(boxes, place.room), place.room
     farthest = np.linalg.norm(np.maximum(np.abs(boxes[:, 0] - eye), np.abs(boxes[:, 1] - eye)), axis=1)
     off = (error.position + error.angle * farthest)[:, None]
-    return UnknownSpace(seen.place, seen.T_world_place, _grown(boxes, off, place))
-
-
-def _grown(boxes: Array, off: Array, place: Place) -> Array:
-    """Boxes (N, 2, 3) grown by (N, 1) m, within the sides of the room; its access is none.
-
-    Floor and ceiling slope: along a box they are between two heights. What it is inside of these it stays.
-    """
-    lower, upper, room = boxes[:, 0].copy(), boxes[:, 1].copy(), place.room
-    low, high = (np.broadcast_to(corner, lower.shape).copy() for corner in (room.low, room.high))
-    floor, ceiling = room.floor_at(boxes[:, :, 0]), room.ceiling_at(boxes[:, :, 0])
-    low[:, 2], lower[:, 2] = floor.max(axis=1), np.maximum(lower[:, 2], floor.min(axis=1))
+    low, high = (np.broadcast_to(corner, (len(boxes), 3)).copy() for corner in (room.low, room.high))
+    low[:, 2] = room.floor_at(boxes[:, :, 0]).min(axis=1)
     if place.access.is_from_above:
         high[:, 2] = np.inf
     else:
-        high[:, 2], upper[:, 2] = ceiling.min(axis=1), np.minimum(upper[:, 2], ceiling.max(axis=1))
+        high[:, 2] = room.ceiling_at(boxes[:, :, 0]).max(axis=1)
         low[:, 0] = -np.inf
-    grown = np.maximum(lower - off, np.minimum(lower, low)), np.minimum(upper + off, np.maximum(upper, high))
-    return np.stack(grown, axis=1)
+    grown = np.stack([np.maximum(boxes[:, 0] - off, low), np.minimum(boxes[:, 1] + off, high)], axis=1)
+    return grown[(grown[:, 0] < grown[:, 1]).all(axis=1)]
+
+
+def _split_on_slope(boxes: Array, room: Room) -> Array:
+    """Cut boxes (N, 2, 3) across x, so that along each floor and ceiling slope by ``_STEP`` at most."""
+    drop = max(abs(room.floor_front - room.floor_back), abs(room.ceiling_front - room.ceiling_back))
+    if drop == 0.0 or room.floor_flat_from <= room.slope_from:
+        return boxes
+    cuts = np.linspace(room.slope_from, room.floor_flat_from, 1 + int(np.ceil(drop / _STEP)))
+    parts = []
+    for low, high in boxes:
+        ends = [low[0], *cuts[(cuts > low[0]) & (cuts < high[0])], high[0]]
+        parts += [[[a, *low[1:]], [b, *high[1:]]] for a, b in pairwise(ends)]
+    return np.array(parts).reshape(-1, 2, 3)
 
 
 def never_seen(place: Place, T_world_place: Array) -> UnknownSpace:

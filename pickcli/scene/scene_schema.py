@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from annotated_types import Len
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from pickcli.cell.schemas.place_schema import MAX_PLACES
 from pickcli.files.file_warnings import refuse_unknown_kinds
@@ -48,6 +48,15 @@ class NoiseModel(FileModel):
     displacement: Annotated[float, Field(ge=0, le=0.5)] | None = Field(
         default=None, description="m, of any point of the surface"
     )
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> NoiseModel:
+        if self.displacement is not None and self.displacement < self.position:
+            raise ValueError(
+                "expected a displacement of at least position: no point of a surface may be off by less than "
+                "all that its middle may be; write the bound of the farthest point, or leave it out"
+            )
+        return self
 
 
 class PodErrorModel(FileModel):

@@ -48,8 +48,7 @@ class ContactGraph:
         places = np.array([placed.location for placed in scene.items] + [""] * len(scene.standing))
         a, b = solids.near(len(scene.items), TOUCH)
         is_possible = (places[a] == places[b]) | (places[b] == "")  # a board may touch items of two bins
-        unknown = [body.name for space in scene.unknown for body in space.bodies]
-        is_possible &= ~np.isin(np.array(solids.names)[b], unknown)
+        is_possible &= ~np.isin(np.array(solids.names)[b], _unknown(scene))
         found = gaps(solids, a[is_possible], b[is_possible])
         close = found.width <= TOUCH + solids.bound[found.a] + solids.bound[found.b]
         return cls(
@@ -178,6 +177,12 @@ class ContactGraph:
         under = apart.all(axis=1) & (solids.T[:, 2, 3] < solids.T[k, 2, 3]) & (np.arange(len(half)) != k)
         for other in self.scene.items:
             under[self.index[other.id]] &= other.location == self.items[name].location
+        under &= ~np.isin(np.array(solids.names), _unknown(self.scene))
         if under.any():
             nearest = int(np.argmin(np.where(under, fall, np.inf)))
             yield SolidContact(name, solids.names[nearest], float(fall[nearest]), -_UP)
+
+
+def _unknown(scene: Scene) -> list[str]:
+    """Names of the boxes of unknown space."""
+    return [body.name for space in scene.unknown for body in space.bodies]

@@ -2,7 +2,8 @@
 
 An item that no tool can take keeps all below it in a heap. A level push at its middle or above
 slides it along or turns it over (Lynch and Mason, Stable pushing, 1996) until its centre is past all that
-carries it and it falls, which does no harm between the walls of a box. It meets nothing on its way.
+carries it and it falls, which does no harm between the walls of a box. On its way it enters nothing by more
+than the bound of the error of its own pose.
 """
 
 from __future__ import annotations

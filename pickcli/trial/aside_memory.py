@@ -31,7 +31,7 @@ class AsideMemory:
             attempt: The attempt.
             scene: The scene as perceived after it.
         """
-        if attempt.outcome is not Outcome.MOVED:
+        if attempt.outcome is not Outcome.MOVED or attempt.topples:
             return
         if attempt.into == attempt.out_of:
             self._within[attempt.item] = _contents(scene, attempt.into)

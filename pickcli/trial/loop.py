@@ -271,8 +271,9 @@ class _Trial:
         if placed is None or not self.runner.has_time_to_plan:
             return False
         place, can_be_held = scene.cell.places[placed.location], may_hold(self.tools, placed.item)
-        if not self.toppling.is_due(placed, place, can_be_held):
-            return False
+        is_target = placed.item.name == state.target.item
+        if (is_target and not can_be_held) or not self.toppling.is_due(placed, place, can_be_held):
+            return False  # what no tool holds is pushed out of the way of others, and never for itself
         attempt = Attempt(
             state.target, name, state.attempts, self.runner.clock.now, Outcome.NO_PLAN,
             into=placed.location, out_of=placed.location, is_aside=True, topples=True,

@@ -22,6 +22,8 @@ from pickcli.verification.separation import support
 # vertical part of a normal from which on an item above is lifted along
 LYING_NORMAL_Z = np.sin(np.radians(30.0))
 CARRYING_NORMAL_Z = np.sin(np.radians(20.0))  # vertical part of a normal from which on a contact carries
+FOOTING_NORMAL_Z = np.sin(np.radians(45.0))  # vertical part from which on an item lies on it, and leans not
+ALIKE = 0.5  # cosine of the angle between normals from which on contacts push the same way
 LEVEL_NORMAL_XY = np.sin(np.radians(1.5))  # horizontal part of a normal up to which nothing begins to roll
 CHOCK_TILT = np.radians(8.0)  # angle that the world may tilt by without round items rolling off
 WEIGHT_TOLERANCE = 1e-3  # missing weights for balance that count as rounding
@@ -151,19 +153,24 @@ def leans_too_low(scene: Scene, item_id: str) -> bool:
         item_id: Id of the item.
 
     Returns:
-        True if without what it leans on it would not stay, and none of that reaches up to its centre.
+        True if it would not stay without those things that it leans on and that are lower than its centre.
     """
     pile = _pile(scene, scene.find(item_id).location)
     body, contacts = pile.bodies[item_id], pile.touching[item_id]
-    beside = [c.b for c in contacts if abs(c.normal[2]) < CARRYING_NORMAL_Z]
-    if item_id in pile.rollers or not beside:
-        return False
-    carrying = [c for c in contacts if c.normal[2] >= CARRYING_NORMAL_Z]
-    alone = replace(pile, touching={**pile.touching, item_id: carrying})
-    if alone.missing_alone(item_id).max() <= WEIGHT_TOLERANCE:
+    if item_id in pile.rollers:
         return False
     centre = body.T[2, 3] + body.bound
-    return all(support(other.shape, other.T, _UP)[2] - other.bound < centre for other in beside)
+    footing = [c for c in contacts if c.normal[2] >= FOOTING_NORMAL_Z]
+    beside = [c for c in contacts if c.normal[2] < FOOTING_NORMAL_Z]
+    is_low = [support(c.b.shape, c.b.T, _UP)[2] - c.b.bound < centre for c in beside]
+    low = [c for c, less in zip(beside, is_low, strict=True) if less]
+    high = [c for c, less in zip(beside, is_low, strict=True) if not less]
+    # What is high holds it up only on the side to which it leans.
+    holding = footing + [c for c in high if any(c.normal @ other.normal > ALIKE for other in low)]
+    if not low:
+        return False
+    without = replace(pile, touching={**pile.touching, item_id: holding})
+    return bool(without.missing_alone(item_id).max() > WEIGHT_TOLERANCE)
 
 
 def _reach_of(below: Sequence[RigidBody], body: RigidBody, way: Array) -> float:
@@ -210,8 +217,7 @@ class _Pile:
         placed = {each.id: each for each in scene.in_location(location)}
         bodies = {name: _body(scene, each) for name, each in placed.items()}
         boxes = _Boxes.around((*bodies.values(), *_firm_bodies(scene)))
-        unknown = {body.name for space in scene.unknown for body in space.bodies}  # may be empty
-        contacts = [c for c in _contacts(len(bodies), boxes) if c.b.name not in unknown]
+        contacts = list(_contacts(len(bodies), boxes))
         carried = {c.a.name for c in contacts if c.normal[2] >= CARRYING_NORMAL_Z}
         carried |= {c.b.name for c in contacts if c.normal[2] <= -CARRYING_NORMAL_Z}
         contacts += _falls(len(bodies), boxes, carried)
@@ -441,7 +447,13 @@ def _body(scene: Scene, placed: PlacedItem) -> RigidBody:
 
 
 def _firm_bodies(scene: Scene) -> Iterator[RigidBody]:
-    return (RigidBody(b.name, b.shape, T @ b.T_parent_shape, np.inf) for b, T in scene.standing)
+    """All that stands for sure: unknown space may be empty."""
+    unknown = {body.name for space in scene.unknown for body in space.bodies}
+    return (
+        RigidBody(b.name, b.shape, T @ b.T_parent_shape, np.inf)
+        for b, T in scene.standing
+        if b.name not in unknown
+    )
 
 
 def _tilted(angle: float, turn: float) -> Array:

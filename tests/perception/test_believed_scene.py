@@ -95,7 +95,7 @@ def test_the_last_look_into_a_place_counts(true_scene: Scene) -> None:
 
 
 def test_unknown_space_is_grown_by_the_error_of_the_camera(true_scene: Scene) -> None:
-    boxes = np.array([[[0.2, 0.0, 0.0], [0.3, 0.1, 0.1]]])
+    boxes = np.array([[[0.3, 0.0, 0.05], [0.35, 0.05, 0.1]]])
     seen = replace(exact(true_scene, "bin_C"), unknown=boxes)
     believed = believed_scene(
         true_scene.cell, [look(true_scene, seen)], everywhere_but(true_scene.cell, "bin_C")
@@ -117,10 +117,27 @@ def test_unknown_space_does_not_grow_through_floor_walls_and_ceiling(true_scene:
     seen = replace(exact(true_scene, "bin_C"), unknown=boxes)
     believed = believed_scene(cell, [look(true_scene, seen)], everywhere_but(cell, "bin_C"))
     (space,) = believed.unknown
-    (low, high), _ = space.boxes
+    (low, high) = space.boxes[-2] if len(space.boxes) == 2 else space.boxes[0]
     assert low[2] == room.floor_back and high[2] == room.ceiling_back
     assert high[0] == room.high[0] and low[0] < room.floor_flat_from - cell.cameras["hand"].error.position
-    assert (low[1], high[1]) == (boxes[0, 0, 1], boxes[0, 1, 1])
+    assert (low[1], high[1]) == (room.low[1], room.high[1])
+
+
+def test_on_a_slope_unknown_space_grows_by_the_error_all_the_same(true_scene: Scene) -> None:
+    """But for the 2 mm by which floor and ceiling slope along each part of it."""
+    cell, slope = true_scene.cell, 0.002
+    room, error = cell.places["bin_C"].room, cell.cameras["hand"].error
+    boxes = np.array([[room.low + 0.02, room.high - 0.02]])
+    boxes[0, 0, 2] = room.floor_front - 0.004
+    far = room.low - 10.0, room.low - 9.0  # such boxes of a file made by hand are left out
+    seen = replace(exact(true_scene, "bin_C"), unknown=np.concatenate([boxes, [far]]))
+    (space,) = believed_scene(cell, [look(true_scene, seen)], everywhere_but(cell, "bin_C")).unknown
+    assert len(space.boxes) > 5 and (space.boxes[:, 0] < space.boxes[:, 1]).all()
+    for low, high in space.boxes:
+        x = np.array([low[0], high[0]])
+        grown = boxes[0, 0, 2] - error.position
+        assert low[2] <= max(grown, float(room.floor_at(x).max())) + 1e-9
+        assert low[2] >= float(room.floor_at(x).min()) - slope - 1e-9
 
 
 def test_what_cannot_be_believed_is_told(true_scene: Scene) -> None:

@@ -51,6 +51,22 @@ def test_it_falls_over_what_is_lower_than_its_centre(cell: Cell, height: float, 
     assert turn > 45.0 if falls else turn < 10.0
 
 
+def test_what_stands_beside_it_does_not_hold_it(cell: Cell) -> None:
+    scene = pack_before(cell, LOW)
+    tall = at(cell, "tall", shaped(cell, (0.06, 0.04, HIGH), mass=3.0), 0.25, 0.067, HIGH / 2)
+    assert leans_too_low(replace(scene, items=(*scene.items, tall)), "pack")
+
+
+@pytest.mark.parametrize("tilt", [0.3, 0.36, 0.4])
+def test_it_falls_over_what_is_low_however_far_it_leans(cell: Cell, tilt: float) -> None:
+    thick = 0.06
+    z = (TALL * np.cos(tilt) + thick * np.sin(tilt)) / 2
+    pack = at(cell, "pack", shaped(cell, (thick, 0.09, TALL)), 0.25, 0.0, z + 0.001, rpy=(0.0, tilt, 0.0))
+    behind = 0.25 + thick / 2 / np.cos(tilt) + (0.03 - z) * np.tan(tilt) + 0.001
+    block = at(cell, "block", shaped(cell, (0.12, 0.12, 0.03), mass=3.0), behind + 0.06, 0.0, 0.015)
+    assert leans_too_low(Scene(cell, cell.T_world_pod, (block, pack), NOISE), "pack")
+
+
 def test_what_stands_by_itself_or_rolls_leans_on_nothing(cell: Cell) -> None:
     upright = pack_before(cell, LOW, leaning=False)
     thick = replace(upright.items[1], item=shaped(cell, (0.08, 0.09, TALL)))

@@ -46,6 +46,18 @@ def test_what_needs_none_stays(cell: Cell) -> None:
     assert keeps_standing(scene, "plank")
 
 
+@pytest.mark.parametrize("height", [0.0, 0.003, 0.08])
+def test_nothing_rests_on_unknown_space_only(cell: Cell, height: float) -> None:
+    """Also not as the nearest below what seems to hang in the air; the floor is."""
+    plank = at(cell, "plank", shaped(cell, (0.2, 0.08, 0.02)), 0.3, 0.0, 0.0501 + height)
+    half = np.array(BLOCK) / 2
+    under = at(cell, "under", shaped(cell, BLOCK), 0.3, 0.0, 0.02)
+    space = UnknownSpace(BIN, under.T_world_item, np.array([[-half, half]]))
+    scene = Scene(cell, cell.T_world_pod, (plank,), EXACT, unknown=(space,))
+    carriers = supports_of(scene).graph.carriers("plank")
+    assert carriers and not any(name.startswith("unknown") for name in carriers)
+
+
 def test_what_rests_on_an_item_beside_unknown_space_falls_without_it(cell: Cell) -> None:
     scene = bridge(cell, 0.26, False, EXACT)
     assert "plank" in supports_of(scene).blocking("one")

@@ -85,6 +85,9 @@ def test_what_no_tool_holds_is_pushed_where_it_is_in_the_way_only(cell: Cell) ->
     assert fake.toppled[0] == CUP and set(fake.toppled) == {CUP} and len(fake.toppled) <= MOST_TOPPLED
     first = next(plan for plan in fake.executed if plan.query.startswith("topple"))
     assert fake.executed.index(first) <= 1  # after the cards at the latest
+    alone = ScriptedTrial(scene_of(order, cell), no_plan=frozenset({CUP}))
+    run_trial(order, alone.interfaces(), TrialSettings(time_limit=2000.0))
+    assert not alone.toppled
 
 
 def test_what_is_pushed_elsewhere_counts_as_moved(cell: Cell) -> None:

@@ -133,7 +133,7 @@ def test_the_tool_changes_its_state_in_transit_by_command_only() -> None:
     assert verify(plan, scene).certificate is not None
     turning = replace(plan, segments=(replace(plan.segments[0], tool_state=MOVING),))
     assert verify(turning, scene).certificate is not None
-    event = Event("cup_pivot", "down", Anchor(AnchorKind.TIME, 0, 1.0), 0.3, 1.0, 0.7)
+    event = Event("cup_pivot", "down", Anchor(AnchorKind.TIME, 0, 1.0), 0.4, 1.0, 0.6)
     texts = [str(r) for r in verify(replace(plan, events=(event,)), scene).reasons]
     assert any("wrong tool state" in t for t in texts)
     half = [

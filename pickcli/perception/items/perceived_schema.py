@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from annotated_types import Len
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pickcli.files.schema import FileModel, Text, Vector
 
@@ -26,6 +26,15 @@ class BoundModel(FileModel):
     position: float = Field(ge=0, le=1, description="m")
     angle: float = Field(ge=0, le=3.2, description="rad")
     displacement: float = Field(ge=0, le=1, description="m")
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> BoundModel:
+        if self.displacement is not None and self.displacement < self.position:
+            raise ValueError(
+                "expected a displacement of at least position: no point of a surface may be off by less than "
+                "all that its middle may be; write the bound of the farthest point, or leave it out"
+            )
+        return self
 
 
 class SupportModel(FileModel):

@@ -165,7 +165,8 @@ def _loaded(plan: Plan, scene: Scene) -> Plan | Reason:
     """Add the load of this motion to the plan; it differs from that of the one that stopped."""
     assert plan.grasp is not None and scene.held is not None
     robot, grasp = scene.cell.robot, plan.grasp
-    hold = grasp_method(robot.tool).hold(scene.held.item, grasp.face, scene.held.T_tip_item)
+    noise = scene.noise_of(scene.held)
+    hold = grasp_method(robot.tool).hold(scene.held.item, grasp.face, scene.held.T_tip_item, noise)
     load = carried_load(Arm(robot), plan.segments[0].tool_state, plan.trajectory, hold)
     if load.ratio > 1.0:
         return Reason("does not hold", plan.query, f"{load}, {load.ratio:.2f} of the limit")

@@ -132,17 +132,16 @@ def _bound(scene: Scene, name: str) -> float:
 
 
 def _top(scene: Scene, name: str) -> float:
-    """World z, m, up to which a body or an item surely reaches."""
-    for body, T in scene.standing:
-        if body.name == name:
-            T_world_shape = T @ body.T_parent_shape
-            return float(T_world_shape[2, 3] + body.shape.reach(T_world_shape[:3, :3])[2])
-    placed = scene.find(name)
-    return float(
-        placed.T_world_item[2, 3]
-        + placed.item.shape.reach(placed.T_world_item[:3, :3])[2]
-        - scene.bound(placed)
-    )
+    """World z, m, up to which a body or an item surely reaches; points and unknown space bear nothing."""
+    unknown = {body.name for space in scene.unknown for body in space.bodies}
+    solids = [
+        (body.name, body.shape, T @ body.T_parent_shape, 0.0)
+        for body, T in scene.standing
+        if body.name not in unknown
+    ]
+    solids += [(each.id, each.item.shape, each.T_world_item, scene.bound(each)) for each in scene.items]
+    tops = (T[2, 3] + shape.reach(T[:3, :3])[2] - bound for own, shape, T, bound in solids if own == name)
+    return float(next(tops, -np.inf))
 
 
 def _leaning_placements(place: Place, half: Array, gap: float) -> Array:
