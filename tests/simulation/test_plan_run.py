@@ -137,10 +137,11 @@ def test_the_tool_of_a_recorder_takes_the_lead_of_its_device(cell: Cell) -> None
     driver = Recorder(cell, cell.configurations["home"].q, STRAIGHT)
     driver.act("cup_pivot", "down")
     states: list[ToolState] = []
-    for _ in range(301):
+    n_steps = round(cell.devices["cup_pivot"].lead / 1e-3)
+    for _ in range(n_steps + 1):
         states.append(driver.tool_state)
         driver.step()
-    assert set(states[:299]) == {MOVING} and driver.tool_state == DOWN
+    assert set(states[: n_steps - 1]) == {MOVING} and driver.tool_state == DOWN
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.5])
