@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pickcli.geometry import Array
     from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 
-_HEAD = ("item", "confidence", "within", "and", "position in m, or why not")
+_HEAD = ("item", "confidence", "within", "and", "surface", "position in m, or why not")
 
 
 def perceived_lines(observed: PlaceObservation) -> list[str]:
@@ -42,10 +42,12 @@ def perceived_lines(observed: PlaceObservation) -> list[str]:
     return lines
 
 
-def _bound(item: ItemObservation) -> tuple[str, str]:
+def _bound(item: ItemObservation) -> tuple[str, str, str]:
+    """By how much its middle, its orientation and any point of its surface may be off."""
     if item.bound is None or not item.is_answer:
-        return "", ""
-    return f"{1e3 * item.bound.position:.1f} mm", f"{degrees(item.bound.angle):.1f} deg"
+        return "", "", ""
+    surface = 1e3 * item.bound.bound(item.item)
+    return f"{1e3 * item.bound.position:.1f} mm", f"{degrees(item.bound.angle):.1f} deg", f"{surface:.1f} mm"
 
 
 def _position(T: Array | None) -> str:

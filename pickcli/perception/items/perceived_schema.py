@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from annotated_types import Len
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from pickcli.files.schema import FileModel, Text, Vector
+from pickcli.scene.scene_schema import NoiseModel
 
 _Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
 _Count = Annotated[int, Field(ge=0)]
@@ -18,23 +19,6 @@ class PerceivedPoseModel(FileModel):
 
     position: Vector = Field(description="a position [x, y, z] in m")
     quaternion: _Quaternion = Field(description="a unit quaternion [x, y, z, w]")
-
-
-class BoundModel(FileModel):
-    """Bounds of the error of a pose."""
-
-    position: float = Field(ge=0, le=1, description="m")
-    angle: float = Field(ge=0, le=3.2, description="rad")
-    displacement: float = Field(ge=0, le=1, description="m")
-
-    @model_validator(mode="after")
-    def _is_consistent(self) -> BoundModel:
-        if self.displacement is not None and self.displacement < self.position:
-            raise ValueError(
-                "expected a displacement of at least position: no point of a surface may be off by less than "
-                "all that its middle may be; write the bound of the farthest point, or leave it out"
-            )
-        return self
 
 
 class SupportModel(FileModel):
@@ -62,7 +46,7 @@ class PerceivedItemModel(FileModel):
     pose: PerceivedPoseModel | None = Field(description="a pose in the world, or null")
     confidence: float = Field(ge=0, le=1, description="a probability")
     refusal: Annotated[str, Field(max_length=200)] = Field(description='why the pose is not used, or ""')
-    bound: BoundModel | None = Field(description="bounds of the error of the pose, or null")
+    bound: NoiseModel | None = Field(description="bounds of the error of the pose, or null")
     support: SupportModel | None = Field(description="counts of pixels, or null")
 
 
