@@ -2,8 +2,8 @@
 
 An item that no tool can take keeps all below it in a heap. A level push at its middle or above
 slides it along or turns it over (Lynch and Mason, Stable pushing, 1996) until its centre is past all that
-carries it and it falls, which does no harm between the walls of a box. On its way it enters nothing by more
-than the bound of the error of its own pose.
+carries it and it falls, which does no harm between the walls of a box. On its way it comes near to nothing
+but what carries it, within the errors of both poses: pushed against something firm it would jam.
 """
 
 from __future__ import annotations
@@ -159,11 +159,14 @@ def _met(supports: Supports, slide: Slide) -> str | None:
         i for i, other in enumerate(solids.names)
         if other not in left_out and (other not in graph.items or graph.items[other].location == where)
     ])  # fmt: skip
-    for way in np.linspace(0.0, slide.way, 1 + int(np.ceil(slide.way / STEP)))[1:].tolist():
+    clear = np.zeros(len(others))
+    for way in np.linspace(0.0, slide.way, 1 + int(np.ceil(slide.way / STEP))).tolist():
         T = solids.T.copy()
         T[k, :3, 3] += way * slide.direction
         found = gaps(replace(solids, T=T), np.full(len(others), k), others)
-        deepest = int(np.argmin(found.width))
-        if found.width[deepest] < -GRAZE - slide.bound:
-            return str(solids.names[others[deepest]])
+        if way == 0.0:  # what is nearer than the errors already does not come nearer
+            clear = np.minimum(found.width, solids.bound[others] + slide.bound)
+        nearer = clear - found.width
+        if nearer.max() > GRAZE:
+            return str(solids.names[others[int(np.argmax(nearer))]])
     return None

@@ -41,7 +41,8 @@ class TopplingMemory:
         if attempt.execution is not None:
             self.in_vain.clear()  # something has moved
             self.standing.discard(attempt.item)
-            self.n_pushed.update([attempt.item] if attempt.topples else [])
+            if attempt.topples:  # what stopped a push jams, and would stop the next one
+                self.n_pushed[attempt.item] += MOST_TOPPLED if attempt.execution.stopped else 1
         elif attempt.topples:
             self.in_vain.add(attempt.item)
         elif attempt.outcome in (Outcome.NO_PLAN, Outcome.REJECTED):

@@ -110,6 +110,9 @@ def test_a_stopped_push_is_recovered_from(cell: Cell) -> None:
     result = play(fake)
     first = next(a for a in result.attempts if a.outcome is Outcome.NOT_TOPPLED)
     assert first.reason.startswith("unexpected contact; ") and first.recovery
+    assert len([a for a in result.attempts if a.topples and a.execution is not None]) == 1, (
+        "it would jam again"
+    )
 
 
 @pytest.mark.parametrize(("n_standing", "n_other", "is_due"), [(3, 1, True), (1, 3, False), (0, 2, False)])
