@@ -98,6 +98,7 @@ OF_ONE_KIND = {
     "verification/load_check.py",
     "verification/pinch_check.py",
     "verification/strayed_pinch_check.py",
+    "verification/tipping_check.py",
     "verification/vacuum_events.py",
 }
 KINDS = {"BareFlange", "CupLimits", "Fingers", "ParallelGripper", "PinchLimits", "Suction", "SuctionCup"}

@@ -5,15 +5,16 @@ its depth: the item turns about the edge of its footing on the far side. It retu
 long as its centre is not over that edge. An item that needs more force than its weight to tip slides instead;
 below that, sliding is neglected. Solids behind the item are not considered as supports.
 
-Let D be the travel of the cup beyond the face, k the stiffness of its bellows, W the weight, L the lever arm
-of the press and b that of the weight about the edge, z the height of the item's centre over it. The item
-begins to tip under the press f = W b / L, by which the bellows shorten by f / k, and comes to rest at an
-angle of (D - f / k) / (L - W z / (k L)), as long as that is small. Its centre is over the edge at
-atan(b / z).
+Let D be the travel of the cup beyond the face, k the stiffness of its bellows, W the weight, l the lever arm
+of a part of the lip about the edge and d how far the face is back from the edge there, both seen along the
+press, b and z the level and vertical distance of the item's centre from the edge. Leaning back by an angle a,
+the item gives way to that part by g = l sin a + d (1 - cos a), so the lip loses it from above. It comes to
+rest where the moments of all parts, k (D - g) g' in the mean, are no more than that of the weight,
+W (b cos a - z sin a). Its centre is over the edge at atan(b / z).
 
 Before that, the cup throws it: bellows are springs, and a solid that they meet leaves them at up to twice
-their speed. The energy of that turn, and the energy left in the bellows, raises the centre further; so the
-cup meets slender items more slowly.
+their speed, where the lip stays on longest: at its lowest part. The energy of that turn, and the energy left
+in the bellows, raises the centre further; so the cup meets slender items more slowly.
 """
 
 from __future__ import annotations
@@ -38,6 +39,9 @@ MOST_FRICTION = 1.1  # of an item on its support: cardboard, plastic and cloth o
 SLOWEST = 0.05  # of the tool's contact speed: a grasp that throws the item over even at that is rejected
 NO_ARM = 1e-6  # m
 LENGTH_ROUNDING = 1e-6  # m, shorter edges are points
+N_TILTS = 200  # angles up to the one at which an item falls over
+LIP_ANGLES = np.linspace(0.0, np.pi, 9)  # rad from the highest part of the lip to the lowest
+LIP_SHARES = np.array([0.5, *np.ones(len(LIP_ANGLES) - 2), 0.5]) / (len(LIP_ANGLES) - 1)  # of the press
 _AROUND = np.array(
     [(x, y, 0.0) for x in (-EDGE_TOLERANCE, EDGE_TOLERANCE) for y in (-EDGE_TOLERANCE, EDGE_TOLERANCE)]
 )
@@ -128,6 +132,8 @@ class _Press:
         inside: m that the item's centre is inside of the edge.
         below: m that the edge is below the centre.
         arm: m from the edge to the line of the press.
+        back: m from there to the face, against the press.
+        lip: m, radius of the lip around that line.
         balance: rad that the item may turn at least until its centre is over the edge.
         inertia: kg m2 of the item about the edge, per kg of the item.
         weight: N, smallest weight of the item.
@@ -138,6 +144,8 @@ class _Press:
     inside: float
     below: float
     arm: float
+    back: float
+    lip: float
     balance: float
     inertia: float
     weight: float
@@ -147,11 +155,12 @@ class _Press:
     @property
     def tilt(self) -> float:
         """Angle in rad at which the item rests on the bellows; infinite if there is none."""
-        turning = self.press_depth - self.weight * self.inside / (self.arm * self.stiffness)
-        if turning <= 0.0:
-            return 0.0
-        per_turn = self.arm - self.weight * self.below / (self.stiffness * self.arm)
-        return turning / per_turn if per_turn > 0.0 else np.inf
+        angles = np.linspace(0.0, self.balance, N_TILTS)
+        sin, cos = np.sin(angles)[:, None], np.cos(angles)[:, None]
+        levers = self._lip_arms * cos + self.back * sin
+        pushed = self.stiffness * (self._pressed_in(angles) * levers) @ LIP_SHARES
+        rests = np.nonzero(pushed <= self.weight * (self.inside * cos - self.below * sin)[:, 0])[0]
+        return float(angles[rests[0]]) if len(rests) else np.inf
 
     @property
     def throwing_speed(self) -> float:
@@ -160,9 +169,23 @@ class _Press:
             return 0.0
         upright = np.arctan2(self.inside, self.below)
         heights = np.hypot(self.inside, self.below) * np.cos(upright - np.array([self.tilt, self.balance]))
-        helped = self.stiffness * max(0.0, self.press_depth - self.arm * self.tilt) ** 2 / (2.0 * self.weight)
+        helped = (
+            self.stiffness
+            / (2.0 * self.weight)
+            * float(self._pressed_in(np.array([self.tilt]))[0] ** 2 @ LIP_SHARES)
+        )
         lift = max(0.0, float(heights[1] - heights[0]) - helped)
-        return self.arm / REBOUND * float(np.sqrt(2.0 * GRAVITY * lift / self.inertia))
+        return float(self._lip_arms.min()) / REBOUND * float(np.sqrt(2.0 * GRAVITY * lift / self.inertia))
+
+    @property
+    def _lip_arms(self) -> Array:
+        """Distances (9,) m of parts of the lip from the edge; what is below the edge has no lever."""
+        return np.maximum(0.0, self.arm + self.lip * np.cos(LIP_ANGLES))
+
+    def _pressed_in(self, angles: Array) -> Array:
+        """Return how far (N, 9), m, bellows are pressed in by an item that leans by angles (N,), rad."""
+        sin, cos = np.sin(angles)[:, None], np.cos(angles)[:, None]
+        return np.maximum(0.0, self.press_depth - self._lip_arms * sin - self.back * (1.0 - cos))
 
 
 def _tips_below(contacts: PickContacts, tool: Tool, grasp: Grasp) -> bool:
@@ -204,7 +227,9 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     inertia = float(axis @ target.item.shape.inertia_per_mass @ axis) + b**2 + z**2
     balance = max(0.0, float(np.arctan2(b, z)) - noise.angle)
     weight, press_depth = target.item.lightest * GRAVITY, max_press_depth(grasp, tool, noise)
-    return _Press(b, z, float(arms[first]), balance, inertia, weight, press_depth, tool.cup.stiffness)
+    back = -float(to_tip[first] @ (*(tip[:2, 2] @ ways[first] * ways[first]), tip[2, 2]))
+    arm, cup = float(arms[first]), tool.cup
+    return _Press(b, z, arm, back, cup.radius, balance, inertia, weight, press_depth, cup.stiffness)
 
 
 # The following are cached by the identity of the contacts: they are asked for every grasp of a pick.

@@ -4,7 +4,8 @@ Press from above: planar statics. Weight and press act along lines, and the supp
 item lies on it. So the item tips over the edge of its support if the resultant passes outside of it (the
 zero-moment point, Vukobratovic and Borovac, 2004). Press from the side: energy. The item turns over that edge
 until the lifted weight balances the relaxing bellows, as if friction kept it from sliding; it falls over if
-its centre passes the edge before, or if the impact of the cup throws it there.
+its centre passes the edge before, or if the impact of the cup throws it there. The bellows press evenly along
+the lip, and each part of it until the item has left it: the lowest part stays on the longest.
 
 The support is sampled on vertical lines: the item bears wherever its underside is as near to a solid below as
 anywhere, within pose errors. Between the last bearing line and the next, bisection finds the edge, from
@@ -39,7 +40,10 @@ N_LINES = 41  # along each side of the item's footprint
 EDGE_WIDTH = 1e-3  # m, width of the edge of a support
 N_HALVINGS = 6  # of the gap between two lines, to find the edge in it
 N_ANGLES = 400  # angles up to the one at which an item falls over
+N_LIP = 36  # parts of the lip that press each by itself
 REBOUND = 2.0  # times the cup's speed: speed of an item that undamped bellows throw
+NO_LEVER = 1e-6  # m
+MOST_THROWN = 0.8  # of the energy that lifts the centre over the edge
 MOST_FRICTION = 1.0  # of an item on its support: if tipping takes more, it slides
 DIRECTION_ANGLES = np.radians(np.arange(360.0))
 DIRECTIONS = np.column_stack([np.cos(DIRECTION_ANGLES), np.sin(DIRECTION_ANGLES)])
@@ -55,17 +59,26 @@ class Press:
         depth: m that the bellows are pressed in.
         stiffness: N/m of the bellows.
         speed: m/s at which the cup may meet the item.
+        radius: m of the lip.
     """
 
     tip: Array
     depth: float
     stiffness: float
     speed: float
+    radius: float = 0.0
 
     @property
     def force(self) -> Array:
         """(3,) N on the item, in world axes."""
         return np.asarray(self.stiffness * self.depth * self.tip[:3, 2])
+
+    @property
+    def lip(self) -> Array:
+        """(36, 3) m in the world, points along the lip as it meets the item."""
+        angles = np.linspace(0.0, 2.0 * np.pi, N_LIP, endpoint=False)
+        around = self.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(N_LIP)])
+        return np.asarray(around @ self.tip[:3, :3].T + self.tip[:3, 3] - self.depth * self.tip[:3, 2])
 
 
 def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
@@ -91,7 +104,7 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
         tip = tip_poses(robot, links, segment.tool_state)[0]
         pressed = float((inverse(placed.T_world_item @ plan.grasp.T_item_tip) @ tip)[2, 3])
         speed = fastest_tip(plan, robot, segment.tool_state, segment.t_start, segment.t_end)
-        press = Press(tip, max(0.0, pressed), robot.tool.grip.stiffness, speed)
+        press = Press(tip, max(0.0, pressed), robot.tool.grip.stiffness, speed, robot.tool.cup.radius)
         detail = _pressed_over(scene, placed, press, plan.grasp.kind == "top-down")
         if detail:
             yield Reason("tips the item", f"segment {k} ({segment.kind})", f"{placed.id}: {detail}")
@@ -160,12 +173,14 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
     most = float(np.arctan2(-centres[first, 0], centres[first, 1])) - noise.angle
     angles = np.linspace(0.0, max(most, 0.0), N_ANGLES)
     lifted = _turned(centres[first], angles)[:, 1]
-    given = (_turned(points[first], angles) - points[first]) @ way[first]
+    lip = _across(press.lip - edges[first], np.repeat(ways[first : first + 1], N_LIP, axis=0))
+    given = np.array([(_turned(part, angles) - part) @ way[first] for part in lip])
     work = placed.item.lightest * GRAVITY * lifted
-    relaxed = press.stiffness / 2.0 * np.maximum(0.0, depth - given) ** 2
-    turn = REBOUND * press.speed / arms[first]
+    relaxed = press.stiffness / 2.0 * (np.maximum(0.0, depth - given) ** 2).sum(axis=0) / N_LIP
+    lowest = max(float((lip[:, 1] * way[first, 0] - lip[:, 0] * way[first, 1]).min()), NO_LEVER)
+    turn = REBOUND * press.speed / lowest
     thrown, energy = _energy(placed, centre - edges[first], ways[first]) * turn**2, work + relaxed
-    return bool(np.all(np.diff(energy) < 0.0) or thrown > energy[-1] - energy.min())
+    return bool(np.all(np.diff(energy) < 0.0) or thrown > MOST_THROWN * (energy[-1] - energy.min()))
 
 
 def _energy(placed: PlacedItem, from_edge: Array, way: Array) -> float:

@@ -21,6 +21,9 @@ WATCHED = 1.5  # s: what falls has fallen
 STIFFNESS = 1000.0  # N/m of the bellows
 FLOOR = Shape(ShapeKind.BOX, (1.0, 1.0, 0.02))
 GREY = (0.5, 0.5, 0.5, 1.0)
+RADIUS = 0.015  # m of the lip
+AROUND = np.arange(8) * np.pi / 4
+LIP = RADIUS * np.vstack([(0.0, 0.0), np.column_stack([np.cos(AROUND), np.sin(AROUND)])])  # across, up
 FELL = 0.5  # cosine between up and what was up
 INTO_X = np.column_stack([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
 
@@ -62,7 +65,7 @@ class Pressed:
         below = PlacedItem("floor", floor, TOTE, pose((0.0, 0.0, -FLOOR.size[2] / 2)))
         scene = Scene(cell(), cell().T_world_pod, (self.box, below), PoseNoise())
         tip = pose((self.depth - self.size[0] / 2, 0.0, self.height), R=INTO_X)
-        return falls_over(scene, self.box, Press(tip, self.depth, STIFFNESS, self.speed))
+        return falls_over(scene, self.box, Press(tip, self.depth, STIFFNESS, self.speed, RADIUS))
 
 
 def falls(pressed: Pressed) -> bool:
@@ -72,17 +75,20 @@ def falls(pressed: Pressed) -> bool:
     engine.add_item(box.id, box.item, box.T_world_item, GREY)
     face = -pressed.size[0] / 2
     cup, last = face - 0.002, face + pressed.depth
-    local = np.array([face, 0.0, pressed.height - pressed.size[2] / 2, 1.0])
     for _ in range(round(WATCHED / STEP)):
         speed = pressed.speed if cup < last else 0.0
         cup = min(cup + speed * STEP, last)
-        met = (engine.pose(box.id) @ local)[:3]
-        closing = speed - float(engine.velocity(box.id, "", met)[0][0])
         damping = min(RELAXATION * STIFFNESS, 0.5 * pressed.mass / STEP)  # as the simulated bellows have it
-        force = STIFFNESS * (cup - met[0]) + damping * closing
-        if cup > met[0] and force > 0.0:
-            engine.wake(box.id)
-            engine.apply_force(box.id, np.array([force, 0.0, 0.0]), met)
+        for across, up in np.add(LIP, (0.0, pressed.height)):
+            T = engine.pose(box.id)
+            met = np.array([0.0, across, up])
+            met[0] = T[0, 3] + (face - (met[1:] - T[1:3, 3]) @ T[1:3, 0]) / T[0, 0]
+            closing = speed - float(engine.velocity(box.id, "", met)[0][0])
+            force = (STIFFNESS * (cup - met[0]) + damping * closing) / len(LIP)
+            is_on_it = abs((met - T[:3, 3]) @ T[:3, 2]) < pressed.size[2] / 2
+            if cup > met[0] and force > 0.0 and is_on_it:
+                engine.wake(box.id)
+                engine.apply_force(box.id, np.array([force, 0.0, 0.0]), met)
         engine.step()
     up = float(engine.pose(box.id)[2, 2])
     engine.close()
@@ -112,6 +118,6 @@ def test_what_may_be_pressed_on_stands() -> None:
 
 @pytest.mark.slow
 def test_what_may_be_pressed_on_stands_whatever_it_is() -> None:
-    passed = [(seed, pressed) for seed in range(30, 330) if not (pressed := Pressed.drawn(seed)).is_refused]
+    passed = [(seed, pressed) for seed in range(30, 430) if not (pressed := Pressed.drawn(seed)).is_refused]
     assert len(passed) >= 50
     assert [seed for seed, pressed in passed if falls(pressed)] == []

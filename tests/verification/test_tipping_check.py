@@ -13,7 +13,7 @@ from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
-from pickcli.verification.tipping_check import Press, beside_support, check_tipping, falls_over
+from pickcli.verification.tipping_check import MOST_THROWN, Press, beside_support, check_tipping, falls_over
 from support.handmade_plans import CRAYOLA, Builder, cell, make_scene, move_plan, pick, tip
 from support.tool_states import STRAIGHT
 
@@ -229,14 +229,35 @@ def test_soft_bellows_do_not_even_tip_a_heavy_item() -> None:
 
 
 def test_a_cup_that_comes_too_fast_throws_it_over() -> None:
-    """At twice the speed of the cup the energy of the turn is that which lifts the centre over the edge."""
+    """At twice the speed of the cup the turn has a share of the energy that lifts it over the edge."""
     scene, item = standing()
     b, z, height = DEEP / 2, TALL / 2, 0.06
     inertia = (b**2 + z**2) * 4.0 / 3.0
-    turn = np.sqrt(2.0 * GRAVITY * (np.hypot(b, z) - z) / inertia)
+    turn = np.sqrt(2.0 * MOST_THROWN * GRAVITY * (np.hypot(b, z) - z) / inertia)
     speed = float(turn * height / 2.0)
     assert not falls_over(scene, item, aside(item, height, 0.0, 0.99 * speed))
     assert falls_over(scene, item, aside(item, height, 0.0, 1.01 * speed))
+
+
+@pytest.mark.parametrize("height", [0.03, 0.05])
+def test_the_lowest_part_of_the_lip_stays_on_the_longest_and_pushes_on(height: float) -> None:
+    """At no more travel than a cup as small as a point, and no less than one at its lowest part."""
+    scene, item = standing()
+    most, radius = most_push(height), 0.015
+    least = most_push(height - radius)
+    for depth, falls in ((0.98 * least, False), (0.99 * most, True), (1.02 * most, True)):
+        assert falls_over(scene, item, replace(aside(item, height, depth), radius=radius)) is falls
+
+
+def test_a_cup_throws_by_the_lowest_part_of_its_lip() -> None:
+    scene, item = standing()
+    b, z, height, radius = DEEP / 2, TALL / 2, 0.06, 0.015
+    lifting = MOST_THROWN * GRAVITY * (np.hypot(b, z) - z)
+    turn = np.sqrt(2.0 * lifting / ((b**2 + z**2) * 4.0 / 3.0))
+    speed = float(turn * (height - radius) / 2.0)
+    for share, falls in ((0.99, False), (1.01, True)):
+        press = replace(aside(item, height, 0.0, share * speed), radius=radius)
+        assert falls_over(scene, item, press) is falls
 
 
 def test_what_is_as_deep_as_the_press_is_high_slides() -> None:
@@ -245,7 +266,9 @@ def test_what_is_as_deep_as_the_press_is_high_slides() -> None:
         assert falls_over(scene, item, aside(item, 0.06, 0.1, 2.0)) is falls
 
 
-@pytest.mark.parametrize(("depth", "is_refused"), [(0.025, False), (0.016, False), (0.006, True)])
+@pytest.mark.parametrize(
+    ("depth", "is_refused"), [(0.025, False), (0.023, False), (0.012, True), (0.006, True)]
+)
 def test_a_plan_that_throws_over_what_it_takes_from_the_front_is_refused(
     depth: float, is_refused: bool
 ) -> None:
