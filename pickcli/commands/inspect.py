@@ -28,7 +28,7 @@ from pickcli.commands.summary_text import in_words, on_a_screen
 from pickcli.commands.table import known_width
 
 if TYPE_CHECKING:
-    from pickcli.scene.scene import Scene
+    from pickcli.scene.scene import PoseNoise, Scene
 
 
 @click.command("inspect", cls=Command)
@@ -172,13 +172,20 @@ def _scene(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any
         "cell_fingerprint": scene.cell.fingerprint,
         "seed": scene.seed,
         "pod": f"{pod_stand(scene.T_nominal_pod)} (the cell allows for {allowed(scene.cell)})",
-        "noise": {"position_m": scene.noise.position, "angle_rad": scene.noise.angle},
+        "noise": _noise(scene.noise),
+        "noise_of_items": {i.id: _noise(i.noise) for i in scene.items if i.noise is not None},
         "held": None if scene.held is None else held_values(scene.held),
         "n_items": len(scene.items),
         "items": {place: [i.id for i in scene.in_location(place)] for place in sorted(places)},
         "unknown_boxes": {space.place: len(space.boxes) for space in scene.unknown},
         "supports": _supports(scene),
     }
+
+
+def _noise(noise: PoseNoise) -> dict[str, float]:
+    """Bounds of the error of a pose, with their units; of the surface only where they are stated."""
+    surface = {} if noise.displacement is None else {"displacement_m": noise.displacement}
+    return {"position_m": noise.position, "angle_rad": noise.angle, **surface}
 
 
 def _perceived(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any]:

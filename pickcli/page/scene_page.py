@@ -17,7 +17,7 @@ from pickcli.page.cell_parts import (
 )
 from pickcli.page.page_document import PageDocument, PageTable
 from pickcli.page.page_scene import Fact, Tone
-from pickcli.scene.scene import Scene, empty_scene
+from pickcli.scene.scene import PoseNoise, Scene, empty_scene
 
 
 def cell_page(cell: Cell) -> PageDocument:
@@ -58,17 +58,22 @@ def scene_page(scene: Scene) -> PageDocument:
     counts = Counter(placed.location for placed in scene.items)
     rows = tuple((place, str(counts[place])) for place in scene.cell.places if counts[place])
     held = () if scene.held is None else (Fact("held", scene.held.id),)
-    noise = scene.noise
     subtitle = f"{len(scene.items)} items, seed {scene.seed}"
     return replace(
         standing_page(scene, "scene", f"Scene of {scene.cell.name}", subtitle),
         facts=(
             Fact("pod", pod_stand(scene.T_nominal_pod)),
-            Fact("poses off by", f"up to {1e3 * noise.position:.1f} mm and {noise.angle:.3f} rad"),
+            Fact("poses off by", _off_by(scene.noise)),
+            *(Fact(f"{i.id} off by", _off_by(i.noise)) for i in scene.items if i.noise is not None),
             *held,
         ),
         tables=(PageTable("Items by place", ("place", "items"), rows),) if rows else (),
     )
+
+
+def _off_by(noise: PoseNoise) -> str:
+    surface = "" if noise.displacement is None else f", its surface by {1e3 * noise.displacement:.1f} mm"
+    return f"up to {1e3 * noise.position:.1f} mm and {noise.angle:.3f} rad{surface}"
 
 
 def standing_page(scene: Scene, kind: str, title: str, subtitle: str) -> PageDocument:

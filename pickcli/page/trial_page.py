@@ -148,7 +148,8 @@ def _chapter(attempt: _Played, scene: Scene) -> Chapter:
     retry = f" (try {record['number']})" if record["number"] > 1 else ""
     way = f"{record['out_of'] or record['bin']} to {record['into']}"
     if record.get("topples"):
-        aside, way = "topple: ", str(record["into"])
+        is_slide = record["plan"] is not None and record["plan"]["query"].startswith("push ")
+        aside, way = "push off others: " if is_slide else "topple: ", str(record["into"])
     return Chapter(
         f"{aside}{item.replace('_', ' ')}, {way}{retry}",
         record["outcome"],

@@ -40,7 +40,7 @@ from pickcli.statics.toppling import Topple, loaded_on, topples
 
 SLIPS = "it slips off below the tool"
 TOO_LOW = "it is too low for the cup, or begins too far behind where it is met"
-SLIDE_SPEED = 0.04  # m/s of a push that moves an item off: the rigid part of the cup meets it squarely
+SLIDE_SPEED = 0.02  # m/s of a push that moves an item off: the rigid side of the cup knocks at it no harder
 N_SEEDS = 12  # random seeds of inverse kinematics
 
 
@@ -104,7 +104,8 @@ def plan_topple(
             failures += push
             continue
         planner = _PushPlanner(context, scene, place, push, state, seed)
-        plan = planner.plan(label, start, recorder or ExperienceRecorder())
+        named = f"push {item} off others in {place.name}" if isinstance(push, Slide) else label
+        plan = planner.plan(named, start, recorder or ExperienceRecorder())
         if isinstance(plan, Plan):
             plan = plan.with_statistics(planning_ms=1e3 * (time.perf_counter() - began))
             certified = plan if certify is None else certify(plan)

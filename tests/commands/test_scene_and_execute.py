@@ -107,6 +107,19 @@ def test_inspect_shows_what_rests_on_what(cell: Cell, tmp_path: Path) -> None:
     assert "kleenex_tissue_box: without it fall i_am_a_bunny_book" in text
 
 
+def test_inspect_shows_the_bounds_of_each_pose(cell: Cell, tmp_path: Path) -> None:
+    own, path = PoseNoise(0.001, 0.02, 0.004), tmp_path / "scene.json"
+    item, place = cell.item("dove_beauty_bar"), cell.pod.bins["bin_C"]
+    up = place.room.floor_back + float(item.shape.extents[2]) / 2
+    T = cell.T_world_place(place) @ pose([0.25, 0.0, up])
+    placed = PlacedItem("dove_beauty_bar", item, "bin_C", T, own)
+    write_scene(Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, 0.01)), path)
+    told = json.loads(CliRunner().invoke(inspect_command, [str(path), "--json"]).stdout)
+    assert told["noise"] == {"position_m": 0.002, "angle_rad": 0.01}
+    bounds = {"position_m": 0.001, "angle_rad": 0.02, "displacement_m": 0.004}
+    assert told["noise_of_items"] == {"dove_beauty_bar": bounds}
+
+
 def test_make_scene_does_not_replace_files_unasked(order: Path, tmp_path: Path) -> None:
     out = tmp_path / "scene.json"
     out.write_text("mine")

@@ -23,6 +23,7 @@ from pickcli.planning.topple import TopplingQuery, plan_topple
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.world import World
+from pickcli.statics.supports import supports_of
 from pickcli.verification.straightness_check import tip_points
 from pickcli.verification.verify import TOPPLE_CHECKS, certify
 from support.standing import BOX, CRATE, CRATES, NOISE, SHELF, box, crate, lying, standing
@@ -31,6 +32,8 @@ CONTEXT = PlanningContext(CRATES)
 HOME = Start(CRATES.configurations["home"].q, CRATES.configurations["home"].tool_state)
 ERASER = "expo_dry_erase_board_eraser"  # 20 g, 35 mm wide and 54 mm high on its edge: nearly too wide to turn
 FACES = CRATES.item(BOX).shape.face_names
+CARDS = "mead_index_cards"
+HIGH = float(CRATES.item(CARDS).shape.extents[2]) + 0.0002  # m, lower side of what lies on it
 PLUGS = "mommys_helper_outlet_plugs"  # 80 g, 55 mm wide and 60 mm high on its edge: too wide
 
 
@@ -208,4 +211,18 @@ def test_what_lies_on_another_item_is_pushed_off_it(seed: int) -> None:
     off = (inverse(under.T_world_item) @ fallen.T_world_item)[:2, 3]
     assert fallen.location == CRATE and (np.abs(off) > under.item.shape.extents[:2] / 2).any()
     assert now.find(under.id).T_world_item == pytest.approx(under.T_world_item, abs=0.003)
+    world.close()
+
+
+def test_what_no_push_turns_over_is_pushed_off_what_it_lies_on() -> None:
+    on_it = lying(BOX, 0.0, 0.0, up=HIGH, item=box(0.09, 0.07, 0.045))
+    scene = crate(on_it, lying(CARDS, 0.0, 0.0))
+    assert supports_of(scene).graph.lying_on(CARDS) == (BOX,)
+    plan = topple(scene)
+    assert plan.query == f"push {BOX} off others in {CRATE}"
+    world, now = played(scene, plan)
+    cards = now.find(CARDS)
+    beside = np.abs((inverse(cards.T_world_item) @ now.find(BOX).T_world_item)[:2, 3])
+    assert (beside > cards.item.shape.extents[:2] / 2).any()
+    assert now.find(BOX).location == now.find(CARDS).location == CRATE
     world.close()

@@ -35,9 +35,11 @@ def standing(
     return PlacedItem(item_id, item, place, CRATES.T_world_place(CRATES.places[place]) @ T)
 
 
-def lying(item_id: str, x: float, y: float, up: float = 0.0, place: str = CRATE) -> PlacedItem:
+def lying(
+    item_id: str, x: float, y: float, up: float = 0.0, place: str = CRATE, item: Item | None = None
+) -> PlacedItem:
     """An item that lies on its largest face, so many m over the floor."""
-    item = CRATES.item(item_id.partition("#")[0])
+    item = item or CRATES.item(item_id.partition("#")[0])
     T = pose((x, y, float(item.shape.extents[2]) / 2 + APART + up))
     return PlacedItem(item_id, item, place, CRATES.T_world_place(CRATES.places[place]) @ T)
 
