@@ -13,8 +13,8 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_start
 from pickcli.commands.logs import stage
 from pickcli.commands.named_camera import named_camera
-from pickcli.commands.option_types import refuse_suffix
-from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.option_types import PATH, refuse_suffix
+from pickcli.commands.options import json_option, output_option, refuse_output, refuse_same, seed_option
 from pickcli.commands.perceived_lines import perceived_lines
 from pickcli.commands.scene_options import open_scene, scene_options
 
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
               help="Bin, or other place, whose items are looked for; may be repeated.  "
                    "[default: all with items whose room is seen at least to half]")  # fmt: skip
 @output_option("answers")
+@click.option("--picture", "picture_path", type=PATH, metavar="FILE.png",
+              help="Where to write the colour picture with the answers drawn over it.")  # fmt: skip
 @click.option("--textures", "texture_seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True,
               metavar="N", help="Which set of prints the items have; models know set 0.")  # fmt: skip
 @arm_option("the preferred one of those that have the configuration")
@@ -46,8 +48,8 @@ if TYPE_CHECKING:
 @json_option
 def command(
     scene_path: Path, cell_name: str | None, items_path: Path | None, name: str, at: str,
-    bin_names: tuple[str, ...], output: Path, texture_seed: int, arm: str | None, standing: tuple[str, ...],
-    seed: int, overwrite: bool, as_json: bool,
+    bin_names: tuple[str, ...], output: Path, picture_path: Path | None, texture_seed: int, arm: str | None,
+    standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Find the listed items of bins in one look of a camera.
 
@@ -58,13 +60,20 @@ def command(
     \b
     Example:
       apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json
+      apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json --picture perceived.png
       apc perceive --scene scene.json --camera hand --at cam_E --bin bin_E -o perceived.json --json
     """
+    from pickcli.drawing.perceived_picture import perceived_picture
+    from pickcli.files.png_file import write_png
     from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
     from pickcli.perception.rendered_scene import RenderedScene
 
     refuse_output(output, overwrite, scene_path, cell_name, items_path)
     refuse_suffix(output, (".json",), "a file of perceived items")
+    if picture_path is not None:
+        refuse_output(picture_path, overwrite, scene_path, cell_name, items_path)
+        refuse_suffix(picture_path, (".png",), "a picture")
+        refuse_same(output, picture_path)
     scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path, camera=name))
     camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
     where = f"camera {name} at {at}"
@@ -75,13 +84,18 @@ def command(
         found = tuple(_perceived(scene, rgbd, place, known) for place in places)
     perceived = Perceived(scene.cell.name, camera.name, camera.model.name, rgbd.T_world_camera, found)
     write_perceived(perceived, output, overwrite)
+    if picture_path is not None:
+        write_png(perceived_picture(rgbd, known, perceived), picture_path, overwrite)
     if as_json:
-        emit_json({**perceived_values(perceived), "path": str(output), "seed": seed})
+        drawn = {} if picture_path is None else {"picture": str(picture_path)}
+        emit_json({**perceived_values(perceived), "path": str(output), **drawn, "seed": seed})
         return
     for each in found:
         for line in perceived_lines(each):
             click.echo(line)
     click.echo(f"answers: {output}")
+    if picture_path is not None:
+        click.echo(f"picture: {picture_path}")
 
 
 def _rgbd(scene: Scene, where: str, at: tuple[MountedCamera, Start], seeds: tuple[int, int]) -> RgbdPicture:

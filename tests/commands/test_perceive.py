@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from pickcli.cell.cell import Cell
 from pickcli.commands.perceived_lines import perceived_lines
@@ -35,6 +36,18 @@ def test_answers_are_written_and_told(made: Made, cell: Cell, tmp_path: Path) ->
     assert told.pop("seed") == 0
     content = json.loads(path.read_text())
     assert {key: told[key] for key in content} == content
+
+
+def test_answers_are_drawn_over_the_picture(made: Made, tmp_path: Path) -> None:
+    picture, path = tmp_path / "drawn.png", tmp_path / "perceived.json"
+    argv = ("perceive", "--scene", made.scene, "--camera", "hand", "--at", "cam_C", "-o", path)
+    told = apc(*argv, "--picture", picture, "--json")
+    assert told.code == 0 and json.loads(told.out)["picture"] == str(picture)
+    with Image.open(picture) as drawn:
+        assert drawn.size[0] == 1280 and drawn.size[1] > 1024
+    refused(apc(*argv, "--overwrite", "--picture", tmp_path / "drawn.jpg"), 3, "drawn.jpg", ".png")
+    refused(apc(*argv[:-1], tmp_path / "b.json", "--picture", picture), 3, "drawn.png", "--overwrite")
+    assert not (tmp_path / "b.json").exists()
 
 
 def test_what_was_perceived_is_inspected_and_checked(made: Made, tmp_path: Path) -> None:
