@@ -85,7 +85,7 @@ def trial_page(
         ),
         clearance=trial_clearance(scene, cells, motion),
         chapters=tuple(_chapter(attempt, scene) for attempt in attempts),
-        tables=(_score(record),),
+        tables=(_score(record), *_looks(record.get("looks", ()))),
     )
 
 
@@ -140,6 +140,42 @@ def _score(record: Mapping[str, Any]) -> PageTable:
     rows = tuple((f"{line['points']:+d}", line["subject"], line["reason"]) for line in lines)
     tones = tuple(Tone.BAD if line["points"] < 0 else Tone.PLAIN for line in lines)
     return PageTable("Score by rule", ("points", "for", "why"), rows or (("0", "", "no line"),), tones)
+
+
+def _looks(looks: Sequence[Mapping[str, Any]]) -> Iterator[PageTable]:
+    """Yield the table of what cameras said of each place, and of what they left out, if there were any."""
+    columns = ("look into", "used", "not used, or beyond its bounds")
+    found = [_look(look, place) for look in looks for place in look["cameras"]]
+    if found:
+        yield PageTable("Looks", columns, tuple(row for row, _ in found), tuple(tone for _, tone in found))
+
+
+def _look(look: Mapping[str, Any], place: str) -> tuple[tuple[str, ...], Tone]:
+    """One look into a place as a row, and its tone."""
+    camera, at = look["cameras"][place]
+    seen = [each for each in look["items"] if each["place"] == place]
+    left = [each for each in seen if each["bound_mm"] is None]
+    wrong = [each for each in seen if each["bound_mm"] is not None and not _is_bound_kept(each)]
+    remarks = [f"{_name(each)}: {each['refusal'] or 'no bounds'}" for each in left]
+    for each in wrong:
+        off = each["truly_off_mm"]
+        remarks.append(f"{_name(each)}: is {'gone' if off is None else f'truly {off:.1f} mm off'}")
+    used = f"{len(seen) - len(left)} of {len(seen)}"
+    tone = Tone.BAD if wrong else Tone.FAIR if left else Tone.PLAIN
+    return (f"{look['number']}: {place}, {camera} at {at}", used, "; ".join(remarks)), tone
+
+
+def _name(seen: Mapping[str, Any]) -> str:
+    """Name of an item in words, between which lines may break."""
+    return str(seen["item"]).replace("_", " ")
+
+
+def _is_bound_kept(seen: Mapping[str, Any]) -> bool:
+    """Whether a pose is truly within its bounds; not if the item is gone."""
+    bounds = {what: seen.get(f"bound_{what}") for what in ("mm", "deg", "surface_mm")}
+    off = {what: seen.get(f"truly_off_{what}") for what in bounds}
+    pairs = [(off[what], bound) for what, bound in bounds.items() if bound is not None]
+    return off["mm"] is not None and all(error is None or error <= bound for error, bound in pairs)
 
 
 def _chapter(attempt: _Played, scene: Scene) -> Chapter:

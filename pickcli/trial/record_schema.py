@@ -108,6 +108,24 @@ class _Tick(_Part):
     status: Text
 
 
+class _Seen(_Part):
+    place: Text
+    item: Text
+    refusal: Text
+    bound_mm: Figure | None
+    bound_deg: Figure | None
+    bound_surface_mm: Figure | None = None
+    truly_off_mm: Figure | None
+    truly_off_deg: Figure | None
+    truly_off_surface_mm: Figure | None = None
+
+
+class _Look(_Part):
+    number: Count
+    cameras: dict[Text, Annotated[list[Text], Field(min_length=2, max_length=2)]]
+    items: list[_Seen]
+
+
 class _ScoreLine(_Part):
     points: Points
     subject: Text
@@ -143,6 +161,7 @@ class _Record(_Part):
     pod_shift: _PodShift
     attempts: list[_Attempt]
     ticks: list[_Tick] = []
+    looks: list[_Look] = []
     score_lines: list[_ScoreLine]
     made_from: _MadeFrom
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pickcli.errors import InputError
 from pickcli.files.packed_array import unpacked
 from pickcli.page.html_page import page_bytes
 from pickcli.page.page_document import PageDocument
@@ -16,6 +17,7 @@ from pickcli.page.trial_page import trial_page
 from pickcli.page.trials_page import trials_page
 from pickcli.trial.loop import run_trial
 from pickcli.trial.motion_record import RecordedMotion, motion_values, read_motion, write_motion
+from pickcli.trial.record_schema import refuse_bad_record
 from pickcli.trial.trial_record import trial_record
 from support.browser import browser
 from support.handmade_plans import CRAYOLA, cell, pick
@@ -74,6 +76,39 @@ def test_the_score_is_told_by_rule_and_line(shown: PageDocument) -> None:
     assert [int(row[0]) for row in table.rows] == [line["points"] for line in told["score_lines"]]
     assert sum(int(row[0]) for row in table.rows) == told["score"]
     assert f"{told['score']} of {told['max_score']}" in shown.title
+
+
+def seen(item: str, bound: float | None, off: float | None, refusal: str = "") -> dict[str, Any]:
+    angle = {"bound_deg": None if bound is None else 2.0, "truly_off_deg": None if off is None else 1.0}
+    at = {"place": "bin_B", "item": item, "confidence": 0.9, "refusal": refusal}
+    return {**at, "bound_mm": bound, "truly_off_mm": off, **angle}
+
+
+def test_looks_are_told_with_what_was_left_out_and_what_was_off_beyond_its_bounds(
+    motion: RecordedMotion,
+) -> None:
+    sure, unsure, wrong = seen("tape", 5.0, 1.0), seen("book", None, 2.0), seen("cards", 5.0, 9.0)
+    none, gone = seen("bulb", None, None, "no pose explains it"), seen("glue", 5.0, None)
+    looks = [
+        {"number": k + 1, "cameras": {"bin_B": ["hand", "cam_B"]}, "items": items}
+        for k, items in enumerate(([sure], [sure, unsure, none], [sure, wrong, gone]))
+    ]
+    told = {**record(), "looks": looks}
+    refuse_bad_record(told, "trial.json")
+    table = next(table for table in trial_page(told, pick()[1], motion).tables if table.title == "Looks")
+    assert [row[:2] for row in table.rows] == [
+        ("1: bin_B, hand at cam_B", "1 of 1"),
+        ("2: bin_B, hand at cam_B", "1 of 3"),
+        ("3: bin_B, hand at cam_B", "3 of 3"),
+    ]
+    assert [row[2] for row in table.rows][:2] == ["", "book: no bounds; bulb: no pose explains it"]
+    assert table.rows[2][2] == "cards: is truly 9.0 mm off; glue: is gone"
+    assert table.tones == (Tone.PLAIN, Tone.FAIR, Tone.BAD)
+    faults: tuple[dict[str, Any], ...] = ({"bound_mm": "5"}, {"refusal": None}, {"truly_off_deg": []})
+    for broken in faults:
+        items = [{**sure, **broken}]
+        with pytest.raises(InputError, match=next(iter(broken))):
+            refuse_bad_record({**told, "looks": [{**looks[0], "items": items}]}, "trial.json")
 
 
 def test_it_is_the_same_again_and_small(shown: PageDocument, motion: RecordedMotion) -> None:
