@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import cell_option, items_option, json_option, output_option, refuse_output
+from pickcli.commands.perceived_lines import pod_lines
 from pickcli.commands.table import table_lines
 
 if TYPE_CHECKING:
@@ -31,14 +33,15 @@ def command(
 ) -> None:  # fmt: skip
     """Make the scene that a planner believes in from what was perceived.
 
-    PERCEIVED are files of apc perceive, in order of time. Answers become items, each with the bounds of its
-    own error. Items that were refused are left out; what was seen of them, and all space that nobody has
-    seen, is unknown: an obstacle. A place that no file is about is unknown as a whole, unless it is said to
-    be empty.
+    PERCEIVED are files of apc perceive and apc locate-pod, in order of time. Answers become items, each with
+    the bounds of its own error. Items that were refused are left out; what was seen of them, and all space
+    that nobody has seen, is unknown: an obstacle. A place that no file is about is unknown as a whole, unless
+    it is said to be empty. The pod is where it was last located, else where the last look into a bin has it.
 
     \b
     Example:
       apc believe perceived.json --empty tote -o believed.json
+      apc believe pod.json perceived.json --empty tote -o believed.json
     """
     from pickcli.cell.cell_file import load_workcell
     from pickcli.perception.believed_scene import believed_scene
@@ -58,8 +61,12 @@ def command(
     if as_json:
         spaces = {space.place: len(space.boxes) for space in scene.unknown}
         items = [placed.id for placed in scene.items]
-        emit_json({"items": items, "left_out": left_out, "unknown_boxes": spaces, "path": str(output)})
+        found = {"items": items, "left_out": left_out, "unknown_boxes": spaces}
+        emit_json({**found, "pod_error": asdict(scene.pod_error), "path": str(output)})
         return
+    for pod in [look.pod for look in looks if look.pod is not None][-1:]:
+        for line in pod_lines(pod, cell):
+            click.echo(line)
     _tell(scene, left_out)
     click.echo(f"scene: {output}")
 

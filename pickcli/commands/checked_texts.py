@@ -254,11 +254,13 @@ def _checked_perceived(path: Path, options: CheckOptions) -> dict[str, Any]:
     from pickcli.perception.items.perceived_file import read_perceived
 
     cell = None if options.cell_name is None else open_cell(options.cell_name, options.arms)
-    places = read_perceived(path, cell, partial(open_cell, request=options.arms)).places
+    perceived = read_perceived(path, cell, partial(open_cell, request=options.arms))
+    places, is_located = perceived.places, perceived.pod is not None
     answers = [item for place in places for item in place.items]
     n = sum(item.is_answer for item in answers)
-    text = f"{n} of {len(answers)} listed items found in {', '.join(place.place for place in places)}"
-    return {"text": text, "n_items": len(answers), "n_found": n}
+    where = f" in {', '.join(place.place for place in places)}" if places else ""
+    text = f"{n} of {len(answers)} listed items found{where}{', and the pod' * is_located}"
+    return {"text": text, "n_items": len(answers), "n_found": n, "is_pod_located": is_located}
 
 
 def _checked_items(path: Path, options: CheckOptions) -> dict[str, Any]:

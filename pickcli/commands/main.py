@@ -35,6 +35,7 @@ COMMANDS: dict[str, str] = {
     "make-order": "Draw a random order by the official rules.",
     "make-scene": "Place items in bins and other places, at rest.",
     "render": "Render what a camera of the cell sees of a scene.",
+    "locate-pod": "Estimate where the pod stands from one depth picture, with bounds of the error.",
     "perceive": "Find the listed items of bins in one look of a camera.",
     "believe": "Make the scene that a planner believes in from what was perceived.",
     "plan-pick": "Plan one pick: take an item, and bring it to the tote or to another place.",

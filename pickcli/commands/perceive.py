@@ -37,6 +37,9 @@ if TYPE_CHECKING:
 @click.option("--bin", "bin_names", metavar="PLACE", multiple=True,
               help="Bin, or other place, whose items are looked for; may be repeated.  "
                    "[default: all with items whose room is seen at least to half]")  # fmt: skip
+@click.option("--pod", "pod_path", type=PATH, metavar="FILE",
+              help="Where the pod was located (see apc locate-pod).  "
+                   "[default: where the scene has it]")  # fmt: skip
 @output_option("answers")
 @click.option("--picture", "picture_path", type=PATH, metavar="FILE.png",
               help="Where to write the colour picture with the answers drawn over it.")  # fmt: skip
@@ -48,8 +51,8 @@ if TYPE_CHECKING:
 @json_option
 def command(
     scene_path: Path, cell_name: str | None, items_path: Path | None, name: str, at: str,
-    bin_names: tuple[str, ...], output: Path, picture_path: Path | None, texture_seed: int, arm: str | None,
-    standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
+    bin_names: tuple[str, ...], pod_path: Path | None, output: Path, picture_path: Path | None,
+    texture_seed: int, arm: str | None, standing: tuple[str, ...], seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Find the listed items of bins in one look of a camera.
 
@@ -62,22 +65,25 @@ def command(
       apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json
       apc perceive --scene scene.json --camera hand --at cam_E -o perceived.json --picture perceived.png
       apc perceive --scene scene.json --camera hand --at cam_E --bin bin_E -o perceived.json --json
+      apc perceive --scene scene.json --camera hand --at cam_E --pod pod.json -o perceived.json
     """
     from pickcli.drawing.perceived_picture import perceived_picture
     from pickcli.files.png_file import write_png
     from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
     from pickcli.perception.rendered_scene import RenderedScene
 
-    refuse_output(output, overwrite, scene_path, cell_name, items_path)
+    refuse_output(output, overwrite, scene_path, cell_name, items_path, pod_path)
     refuse_suffix(output, (".json",), "a file of perceived items")
     if picture_path is not None:
-        refuse_output(picture_path, overwrite, scene_path, cell_name, items_path)
+        refuse_output(picture_path, overwrite, scene_path, cell_name, items_path, pod_path)
         refuse_suffix(picture_path, (".png",), "a picture")
         refuse_same(output, picture_path)
     scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path, camera=name))
     camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
     where = f"camera {name} at {at}"
     rgbd = _rgbd(scene, where, (camera, begin), (texture_seed, seed))
+    if pod_path is not None:
+        scene = _with_pod(scene, pod_path)
     known = RenderedScene.of(replace(scene, items=()), begin.q, begin.tool_state)
     places = _places(scene, bin_names, rgbd, known, where)
     with stage("perception"):
@@ -96,6 +102,21 @@ def command(
     click.echo(f"answers: {output}")
     if picture_path is not None:
         click.echo(f"picture: {picture_path}")
+
+
+def _with_pod(scene: Scene, path: Path) -> Scene:
+    """The scene with the pod where a picture says."""
+    from pickcli.errors import InputError
+    from pickcli.perception.items.perceived_file import read_perceived
+
+    perceived = read_perceived(path, scene.cell)
+    if perceived.cell != scene.cell.name:
+        raise InputError(
+            f"{path}: is of cell {perceived.cell}, not of {scene.cell.name}; locate the pod again"
+        )
+    if perceived.pod is None:
+        raise InputError(f"{path}: the pod was not located in it; apc locate-pod writes such a file")
+    return replace(scene, T_world_pod=perceived.pod.T_world_pod, pod_error=perceived.pod.error)
 
 
 def _rgbd(scene: Scene, where: str, at: tuple[MountedCamera, Start], seeds: tuple[int, int]) -> RgbdPicture:

@@ -1,4 +1,4 @@
-"""What was perceived in a place, as lines of text."""
+"""What was perceived in a place, and of the pod, as lines of text."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 from pickcli.commands.table import table_lines
 
 if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
     from pickcli.geometry import Array
     from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+    from pickcli.perception.pod_pose import PodEstimate
 
 _HEAD = ("item", "confidence", "within", "and", "surface", "position in m, or why not")
 
@@ -40,6 +42,28 @@ def perceived_lines(observed: PlaceObservation) -> list[str]:
         whose = "not listed" if observed.has_unlisted else "refused above or not listed"
         lines.append(f"  something of {size} mm is there that is {whose}")
     return lines
+
+
+def pod_lines(pod: PodEstimate, cell: Cell) -> list[str]:
+    """Tell where the pod stands.
+
+    Args:
+        pod: The estimate.
+        cell: The cell.
+
+    Returns:
+        A line for its pose, one for the bounds of the error, and one for how much of the picture says so.
+    """
+    from pickcli.cell.pod_tolerance import pod_stand
+    from pickcli.geometry import inverse
+
+    error = pod.error
+    within = f"{1e3 * error.x:.1f} mm in x, {1e3 * error.y:.1f} mm in y, {degrees(error.yaw):.2f} degrees"
+    return [
+        f"the pod stands {pod_stand(inverse(cell.T_world_pod) @ pod.T_world_pod)}",
+        f"  within {within}; no point of its front is off by more than {1e3 * pod.front_error:.1f} mm",
+        f"  {pod.explained:.0%} of {pod.n_pixels} pixels show it, the others items or what is before it",
+    ]
 
 
 def _bound(item: ItemObservation) -> tuple[str, str, str]:

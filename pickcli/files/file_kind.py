@@ -50,7 +50,7 @@ STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
-PICTURE = FileKind("a picture", "--picture and --video make some")  # read by no command
+PICTURE = FileKind("a picture", "apc render --depth writes one of depth")
 KINDS = (
     STORE,
     PLAN,

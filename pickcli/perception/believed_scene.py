@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.place import Place, Room
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array, inverse
@@ -35,11 +36,13 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
         empty: Names of places that are known to hold nothing.
 
     Returns:
-        The scene. Carriers are where the last look into one of their places says.
+        The scene. Carriers are where the last look into one of their places says, but the pod where the last
+        picture in which it was located has it.
 
     Raises:
-        InputError: A look is of another cell or camera, a place is said to be empty that was looked into, or
-            two places have an item of the same id.
+        InputError: A look is of another cell or camera, a place is said to be empty that was looked into, two
+            places have an item of the same id, or bins were looked into with the pod elsewhere than where it
+            was located.
         UnknownNameError: A place is not one of the cell's.
     """
     scene = empty_scene(cell)
@@ -53,6 +56,9 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
             latest.pop(seen.place, None)
             latest[seen.place] = seen, look
             scene = _carried(scene, seen)
+    if located := [look.pod for look in looks if look.pod is not None]:
+        scene = replace(scene, T_world_pod=located[-1].T_world_pod, pod_error=located[-1].error)
+        _refuse_elsewhere(scene, [seen for seen, _ in latest.values()])
     for name in empty:
         if name not in cell.places:
             raise UnknownNameError("place", name, list(cell.places), f"cell {cell.name}")
@@ -88,6 +94,21 @@ def _carried(scene: Scene, seen: PlaceObservation) -> Scene:
     if np.allclose(T, scene.cell.carriers[place.carrier].T_world_carrier, atol=1e-6):
         return scene
     return replace(scene, carriers={**scene.carriers, place.carrier: CarrierPose(T, seen.error)})
+
+
+def _refuse_elsewhere(scene: Scene, places: Iterable[PlaceObservation]) -> None:
+    """Refuse looks into bins of a pod that does not stand where it was located."""
+    error = scene.pod_error
+    for seen in places:
+        if seen.place not in scene.cell.pod.bins:
+            continue
+        T_pod = seen.T_world_place @ inverse(scene.cell.places[seen.place].T_carrier_place)
+        off, own = inverse(scene.T_world_pod) @ T_pod, seen.error
+        if not Displacement(error.x + own.x, error.y + own.y, error.yaw + own.yaw).allows(off):
+            raise InputError(
+                f"{seen.place} was looked into with the pod {1e3 * np.hypot(*off[:2, 3]):.1f} mm from where "
+                "it was located, which is more than both errors; perceive its items with --pod"
+            )
 
 
 def believed_items(seen: PlaceObservation, T_world_camera: Array, error: MountError) -> Iterator[PlacedItem]:

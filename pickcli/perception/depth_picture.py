@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.sensors.sensor_model import DepthModel, SensorModel
 from pickcli.errors import InputError
+from pickcli.files.png_file import read_grey
 from pickcli.geometry import Array
 from pickcli.kernel import DepthNoise
 from pickcli.perception.rendered_scene import RenderedScene
@@ -73,6 +75,23 @@ def measure_depth(
         derived_seed(seed, "depth", sensor.name),
     )  # fmt: skip
     return DepthPicture(camera, T_world_camera, depth)
+
+
+def read_depth(path: Path, step: float = DEPTH_STEP) -> FloatPicture:
+    """Read depth that was recorded.
+
+    Args:
+        path: A grey PNG of 16 bits, 0 where nothing was measured.
+        step: m of one step.
+
+    Returns:
+        (height, width) m, NaN where nothing was measured.
+
+    Raises:
+        InputError: The file cannot be read, or is no such picture.
+    """
+    steps = read_grey(path)
+    return np.where(steps > 0, steps * np.float32(step), np.float32(np.nan)).astype(np.float32)
 
 
 def kernel_noise(model: DepthModel) -> DepthNoise:

@@ -1,4 +1,4 @@
-"""Where the pod stands, from one depth picture: its solids fitted to all measured points.
+"""Where the pod stands, from one depth picture: it is rendered, and fitted to what was measured.
 
 Team KTH (paper 000, section III-A) finds the two front legs in a slice of the cloud of a camera at the chest.
 Our pod has no legs, and all of it says more than two of its edges: items in it are outliers of a robust fit.
@@ -11,22 +11,31 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import displaced
+from pickcli.cell.pod_tolerance import Displacement, displaced, pod_stand
+from pickcli.cell.sensors.mounted_camera import MountError
+from pickcli.cell.sensors.sensor_model import DepthModel
 from pickcli.errors import InputError
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array, inverse, is_pose
 from pickcli.perception.depth_picture import DepthPicture
+from pickcli.perception.pod_bound import front_bound, pod_bound
+from pickcli.perception.pod_fit import PodFit, PodFitter, ThinnedPicture
+from pickcli.perception.pod_start import PodBoxes
 
-COARSE, FINE = 600, 2500  # points of the first fits, and of the last one
+SCANNED, COARSE, FINE = 2_500, 10_000, 40_000  # pixels of the scan, of the first fits, and of the last one
+SCAN_STEP = 0.01  # m in y: dividers are thin and alike, and the nearest one may be another
+NEAR_STEP, NEAR = 0.002, 0.012  # m of a second scan, and how far aside: few pixels show where a divider is
+N_CANDIDATES = 3  # of the first scan, that are fitted
+WIDE, NARROW = 0.02, 0.003  # m, scales of the cost of the first fits, and of the last ones
 LEAST_POINTS = 400
-PIXEL_STEP = 4  # of the picture, in both directions: neighbours err alike
-MARGIN = 0.08  # m around the pod, at all poses of its tolerance, in which points count
-LEAST_EXPLAINED = 0.35  # share of the points that must lie on the pod within ``ON_IT``
-ON_IT = 0.01  # m
-# m by which the coarse fit may be off: thin walls, dividers and lips have two sides
-SIDESTEPS = np.array(
-    [[0, 0, 0], [0.012, 0, 0], [-0.012, 0, 0], [0, 0.006, 0], [0, -0.006, 0], [0, 0.012, 0], [0, -0.012, 0]]
-)
-SETTLED = 2e-5  # m and rad, step after which a fit ends
+LEAST_TELLING = 100.0  # pixels that tell where it is along x, and along y: fewer may be edges of something
+LEAST_EXPLAINED = 0.35  # share of the pixels that must show the pod where it is said to be
+MOST_THROUGH = 0.05  # share of them that may see through it
+RIVAL = 1.1  # times the cost of the best place, below which another one may be it as well
+APART = 0.01  # m and rad, from which on places are different
+LARGEST = Displacement(0.005, 0.005, float(np.radians(0.5)))  # with wider bounds too little of it is seen
+OUT_OF_RANGE = 2.0  # times the sensor's range, from which on depths are in another unit
+MEDIAN_STEP = 64  # pixels of which one counts for the median
+EXACT = MountError(0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,154 +44,171 @@ class PodEstimate:
 
     Attributes:
         T_world_pod: (4, 4) its pose. It stands upright on the floor, so only x, y and yaw are estimated.
-        explained: Share of the points around the pod that lie on it within 10 mm; the others are items.
-        n_points: Number of points in the last fit.
+        error: Bounds of the true pod's pose in the frame of this one, the camera's error included, in which
+            99 of 100 should be.
+        front_error: m, bound of how far any point of its front is off.
+        explained: Share of the pixels that should show it that is within 10 mm of it; others show items.
+        n_pixels: Number of these pixels, of a thinned out picture.
     """
 
     T_world_pod: Array
+    error: Displacement
+    front_error: float
     explained: float
-    n_points: int
+    n_pixels: int
 
 
-def locate_pod(picture: DepthPicture, cell: Cell, T_world_guess: Array | None = None) -> PodEstimate:
+def locate_pod(
+    picture: DepthPicture, cell: Cell, noise: DepthModel, mount: MountError = EXACT,
+    T_world_guess: Array | None = None,
+) -> PodEstimate:  # fmt: skip
     """Estimate the pose of the pod from a depth picture.
 
-    The cost of Geman and McClure over the distances of the points from the nearest of the pod's boxes is
-    minimised by Gauss-Newton steps, first with a wide scale, that draws the pod from anywhere in its
-    tolerance, then with narrower ones. The error of the camera's own pose adds to that of the result.
-
     Args:
-        picture: The picture, with the pose of its camera.
+        picture: The picture, with the stated pose of its camera.
         cell: A cell with a pod.
-        T_world_guess: (4, 4) where the pod may stand, within its tolerance; None for its nominal pose.
+        noise: How the sensor measures depth.
+        mount: Bounds of the error of the camera's stated pose.
+        T_world_guess: (4, 4) where the pod may stand, within its tolerance; None for its place in the cell.
 
     Returns:
         The estimate. The same picture gives the same bytes.
 
     Raises:
-        InputError: The cell has no pod, too few points are around it, or they do not look like it.
+        InputError: The cell has no pod, the picture is not usable, it shows too little of the pod, what it
+            shows does not look like it, or the pod stands beyond its tolerance.
     """
     if not cell.pod.bins:
         raise InputError(f"cell {cell.name}: has no pod to be located")
+    check_picture(picture, noise)
     T_guess = cell.T_world_pod if T_world_guess is None else T_world_guess
-    solids = _PodSolids.of(cell)
-    points = solids.around(picture, T_guess)
+    fit = fit_pod(picture, cell, noise, T_guess)
+    refuse_doubtful(fit)
+    T_world_pod = displaced(T_guess, *fit.offset)
+    error = pod_bound(fit, mount)
+    beyond = np.abs(fit.offset) - _numbers(cell.pod.displacement) - _numbers(error)
+    if (beyond > 0.0).any():
+        where = pod_stand(inverse(T_guess) @ T_world_pod)
+        raise InputError(f"pod not located: it fits best {where}, which is beyond its tolerance")
+    low = min(float(body.T_parent_shape[0, 3] - body.shape.extents[0] / 2) for body in cell.pod.bodies)
+    half = max(float(abs(body.T_parent_shape[1, 3]) + body.shape.extents[1] / 2) for body in cell.pod.bodies)
+    front = np.array([[low, -half], [low, half]])
+    return PodEstimate(T_world_pod, error, front_bound(fit, mount, front), fit.explained, fit.n_pixels)
+
+
+def check_picture(picture: DepthPicture, noise: DepthModel) -> None:
+    """Refuse a picture that cannot be what the sensor measured.
+
+    Args:
+        picture: The picture.
+        noise: How the sensor measures depth.
+
+    Raises:
+        InputError: It has another size than the camera, nothing was measured, depths are in another unit or
+            not above 0, or the camera has no pose.
+    """
+    depth, size = picture.depth, (picture.camera.height, picture.camera.width)
+    if depth.shape != size:
+        has = " x ".join(str(n) for n in depth.shape[::-1])
+        raise InputError(f"depth: {has} px, but the camera has {size[1]} x {size[0]}; take its own picture")
+    measured = depth[np.isfinite(depth)]
+    if not len(measured):
+        raise InputError("depth: nothing was measured in any pixel; check range and unit (m)")
+    if measured.min() <= 0.0 or np.isinf(depth).any():
+        raise InputError("depth: must be above 0 and finite, in m, and NaN where nothing was measured")
+    middle = float(np.median(measured[::MEDIAN_STEP]))
+    if not noise.least / OUT_OF_RANGE <= middle <= noise.greatest * OUT_OF_RANGE:
+        range_ = f"the sensor measures from {noise.least:g} to {noise.greatest:g} m"
+        raise InputError(f"depth: {middle:.4g} m at the median, but {range_}; is it in another unit, as mm?")
+    if not is_pose(picture.T_world_camera):
+        raise InputError("T_world_camera: is no rigid pose (4, 4); its rotation must be orthonormal")
+
+
+def fit_pod(picture: DepthPicture, cell: Cell, noise: DepthModel, T_world_guess: Array) -> PodFit:
+    """Fit the pod: drawn to points, scanned in y, and of the best places the best one fitted to more pixels.
+
+    Args:
+        picture: The picture.
+        cell: The cell.
+        noise: How the sensor measures depth.
+        T_world_guess: (4, 4) where the pod may stand.
+
+    Returns:
+        The fit.
+
+    Raises:
+        InputError: Too little is measured around the pod, or two places explain the picture as well.
+    """
+    boxes, fitter = PodBoxes.of(cell), PodFitter.of(cell, T_world_guess)
+    coarse = ThinnedPicture.of(picture, noise, COARSE)
+    points = boxes.around(coarse.points, T_world_guess)
     if len(points) < LEAST_POINTS:
         few = f"only {len(points)} points are measured around it, at least {LEAST_POINTS} are needed"
-        raise InputError(f"pod not located: {few}; look at it from 0.7 to 3 m")
-    eye, first, last = picture.T_world_camera[:3, 3], _thinned(points, COARSE), _thinned(points, FINE)
-    coarse, _ = solids.fitted(first, None, T_guess, np.zeros(3), 0.04, 12)
-    near = (solids.fitted(first, None, T_guess, coarse + step, 0.012, 5)[0] for step in SIDESTEPS)
-    beside = (solids.fitted(first, eye, T_guess, start, 0.005, 4) for start in near)
-    offset, _ = min(beside, key=lambda found: found[1])
-    offset, _ = solids.fitted(last, eye, T_guess, offset, 0.005, 6)
-    T_world_pod = displaced(T_guess, *offset)
-    distances, _ = solids.distances(_in_frame(last, T_world_pod))
-    explained = float((np.abs(distances) <= ON_IT).mean())
-    if explained < LEAST_EXPLAINED:
-        found = f"only {100 * explained:.0f} % of the points around it lie on it where it fits best"
-        raise InputError(f"pod not located: {found}; does it stand within its tolerance, and is this it?")
-    return PodEstimate(T_world_pod, explained, len(last))
+        raise InputError(f"pod not located: {few}; look at it from where the sensor measures")
+    scanned = ThinnedPicture.of(picture, noise, SCANNED)
+    drawn = boxes.drawn(points, T_world_guess)
+    aside = cell.pod.displacement.y
+    drawn[1] = 0.0
+    starts = _scanned(fitter, scanned, _beside(drawn, aside, SCAN_STEP), WIDE)[:N_CANDIDATES]
+    rough = sorted((fitter.fitted(coarse, start, WIDE, 3) for start in starts), key=lambda fit: fit.cost)
+    rivals = [fit for fit in rough[1:] if _are_apart(fit, rough[0]) and fit.cost < RIVAL * rough[0].cost]
+    fits = [_nearer(fitter, scanned, coarse, fit.offset) for fit in (rough[0], *rivals)]
+    best = min(fits, key=lambda fit: fit.cost)
+    for other in fits:
+        if _are_apart(other, best) and other.cost < RIVAL * best.cost:
+            alike = f"two places, {1e3 * np.hypot(*(other.offset - best.offset)[:2]):.0f} mm apart"
+            raise InputError(f"pod not located: {alike}, explain the picture as well; show more of the pod")
+    return fitter.fitted(ThinnedPicture.of(picture, noise, FINE), best.offset, NARROW, 6)
 
 
-@dataclass(frozen=True, eq=False)
-class _PodSolids:
-    """Boxes of the pod in its frame.
+def _nearer(fitter: PodFitter, scanned: ThinnedPicture, coarse: ThinnedPicture, offset: Array) -> PodFit:
+    """The fit of a narrow cost that begins at the best place beside an offset."""
+    start = _scanned(fitter, scanned, _beside(offset, NEAR, NEAR_STEP), NARROW)[0]
+    return fitter.fitted(coarse, start, NARROW, 6)
 
-    half: (B, 3) m. T: (B, 4, 4). low, high: (3,) m of the box around them. reach: m, tolerance and margin
+
+def _are_apart(one: PodFit, other: PodFit) -> bool:
+    return bool(np.abs(one.offset - other.offset).max() > APART)
+
+
+def _beside(offset: Array, aside: float, step: float) -> list[Array]:
+    """Offsets (3,) that are up to so many m beside one in y."""
+    return [offset + np.array([0.0, y, 0.0]) for y in np.linspace(-aside, aside, 1 + 2 * round(aside / step))]
+
+
+def _scanned(fitter: PodFitter, picture: ThinnedPicture, offsets: list[Array], scale: float) -> list[Array]:
+    """Offsets by the cost there, the least first."""
+    return sorted(offsets, key=lambda offset: fitter.cost(picture, offset, scale))
+
+
+def refuse_doubtful(fit: PodFit) -> None:
+    """Refuse a fit that does not show the pod, or too little of it.
+
+    Args:
+        fit: The fit.
+
+    Raises:
+        InputError: It does not.
     """
-
-    half: Array
-    T: Array
-    low: Array
-    high: Array
-    reach: float
-
-    @classmethod
-    def of(cls, cell: Cell) -> _PodSolids:
-        bodies, free = cell.pod.bodies, cell.pod.displacement
-        half = np.array([body.shape.extents / 2 for body in bodies])
-        T = np.array([body.T_parent_shape for body in bodies])
-        reach = np.array([body.shape.reach(body.T_parent_shape[:3, :3]) for body in bodies])
-        low, high = (T[:, :3, 3] - reach).min(axis=0), (T[:, :3, 3] + reach).max(axis=0)
-        turned = free.yaw * float(np.hypot(high[0], high[1]))
-        return cls(half, T, low, high, MARGIN + float(np.hypot(free.x, free.y)) + turned)
-
-    def around(self, picture: DepthPicture, T_world_pod: Array) -> Array:
-        """Return (N, 3) measured points around the pod, m in the world."""
-        depth = picture.depth[::PIXEL_STEP, ::PIXEL_STEP]
-        is_there = np.isfinite(depth)
-        rays = picture.camera.rays[::PIXEL_STEP, ::PIXEL_STEP][is_there]
-        T = picture.T_world_camera
-        points = rays * depth[is_there].astype(np.float64)[:, None] @ T[:3, :3].T + T[:3, 3]
-        at = _in_frame(points, T_world_pod)
-        is_near = ((at >= self.low - self.reach) & (at <= self.high + self.reach)).all(axis=1)
-        return np.asarray(points[is_near])
-
-    def distances(self, points: Array) -> tuple[Array, Array]:
-        """Return (N,) distances in m from the nearest box, negative inside, and (N, 3) their gradients."""
-        local = self._local(points)
-        beyond = [np.abs(each) - half for each, half in zip(local, self.half.T, strict=True)]
-        squares = sum(np.maximum(each, 0.0) ** 2 for each in beyond)
-        inside = np.maximum(np.maximum(beyond[0], beyond[1]), beyond[2])
-        distances = np.where(squares > 0.0, np.sqrt(squares), inside)
-        rows, k = np.arange(len(points)), np.argmin(np.abs(distances), axis=1)
-        nearest = np.stack([each[rows, k] for each in beyond], axis=1)
-        sides = np.sign(np.stack([each[rows, k] for each in local], axis=1))
-        d = distances[rows, k]
-        outside = np.maximum(nearest, 0.0) / np.maximum(d, 1e-12)[:, None]
-        face = np.eye(3)[np.argmax(nearest, axis=1)]
-        gradients = sides * np.where((d > 0.0)[:, None], outside, face)
-        return d, np.einsum("nij,nj->ni", self.T[k, :3, :3], gradients)
-
-    def _local(self, points: Array) -> tuple[Array, Array, Array]:
-        """Return x, y and z, (N, B) each, of points (N, 3) in the frames of the boxes."""
-        axes = self.T[:, :3, :3].transpose(1, 0, 2).reshape(3, -1)  # of all boxes side by side
-        offsets = np.einsum("bi,bij->bj", self.T[:, :3, 3], self.T[:, :3, :3])
-        local = points @ axes - offsets.ravel()
-        return local[:, 0::3], local[:, 1::3], local[:, 2::3]
-
-    def fitted(
-        self,
-        points: Array,
-        eye: Array | None,
-        T_world_guess: Array,
-        start: Array,
-        scale: float,
-        most_steps: int,
-    ) -> tuple[Array, float]:
-        """Minimise the cost over x, y and yaw (3,) in the frame of the guess; return them, and the cost.
-
-        A camera at eye (3,), unless that is None, sees only sides that face it: points on others are not
-        explained.
-        """
-        offset, cost = start, 1.0
-        for _ in range(most_steps):
-            at = _in_frame(points, displaced(T_world_guess, *offset))
-            d, gradients = self.distances(at)
-            c, s = np.cos(offset[2]), np.sin(offset[2])
-            gx, gy = gradients[:, 0], gradients[:, 1]
-            # A pod that moves one way sees the points move the other way.
-            J = np.stack([s * gy - c * gx, -s * gx - c * gy, gx * at[:, 1] - gy * at[:, 0]], axis=1)
-            is_seen = np.ones(len(at), dtype=bool)
-            if eye is not None:
-                to_eye = _in_frame(eye[None], displaced(T_world_guess, *offset)) - at
-                is_seen = np.einsum("ni,ni->n", gradients, to_eye) > 0.0
-            weights = np.where(is_seen, (scale**2 / (scale**2 + d**2)) ** 2, 0.0)
-            cost = float(np.where(is_seen, d**2 / (scale**2 + d**2), 1.0).mean())
-            normal = (J * weights[:, None]).T @ J + 1e-9 * np.eye(3)
-            step = -np.linalg.solve(normal, (J * weights[:, None]).T @ d)
-            offset = offset + step
-            if np.abs(step).max() < SETTLED:
-                break
-        return offset, cost
+    if fit.explained < LEAST_EXPLAINED:
+        found = f"only {100 * fit.explained:.0f} % of the points in its place lie on it where it fits best"
+        raise InputError(f"pod not located: {found}; does it stand within its tolerance, and is this it?")
+    if fit.through > MOST_THROUGH:
+        found = f"{100 * fit.through:.0f} % of the points in its place are behind it where it fits best"
+        raise InputError(f"pod not located: {found}; does it stand within its tolerance, and is this it?")
+    if (fit.n_telling < LEAST_TELLING).any():
+        few = " and ".join(
+            f"{n:.0f} pixels along {axis}" for n, axis in zip(fit.n_telling, "xy", strict=True)
+        )
+        least = f"at least {LEAST_TELLING:.0f} are needed"
+        raise InputError(f"pod not located: only {few} tell where it is, {least}; show more of its sides")
+    error = pod_bound(fit, EXACT)
+    if (np.abs(fit.step) > _numbers(error)).any():
+        raise InputError("pod not located: the fit does not settle; show more of the pod")
+    if (_numbers(error) > _numbers(LARGEST)).any():
+        off = f"{1e3 * error.x:.1f} mm in x, {1e3 * error.y:.1f} mm in y and {np.degrees(error.yaw):.2f}"
+        raise InputError(f"pod not located: what is seen leaves {off} degrees open; show more of its sides")
 
 
-def _in_frame(points: Array, T_world_frame: Array) -> Array:
-    T = inverse(T_world_frame)
-    return np.asarray(points @ T[:3, :3].T + T[:3, 3])
-
-
-def _thinned(points: Array, n_most: int) -> Array:
-    """Return at most so many points, evenly over the picture."""
-    return np.asarray(points[np.linspace(0, len(points) - 1, min(n_most, len(points))).astype(int)])
+def _numbers(bounds: Displacement) -> Array:
+    return np.array([bounds.x, bounds.y, bounds.yaw])

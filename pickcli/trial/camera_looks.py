@@ -216,7 +216,9 @@ class CameraLooks:
         """Pose of the pod in the frame of a picture; where it is believed to be, if it is not found."""
         picture = DepthPicture(rgbd.sensor.camera, rgbd.T_world_camera, rgbd.depth)
         try:
-            return locate_pod(picture, around.cell, around.T_world_pod).T_world_pod
+            return locate_pod(
+                picture, around.cell, rgbd.depth_model, T_world_guess=around.T_world_pod
+            ).T_world_pod
         except InputError:
             return around.T_world_pod
 

@@ -17,6 +17,7 @@ from pickcli.files.file_kind import (
     KINDS,
     ORDER,
     PERCEIVED,
+    PICTURE,
     PLAN,
     REALITY,
     SCENE,
@@ -44,7 +45,8 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "compare-planners": {"cell_name": CELL},
     "make-order": {},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
-    "perceive": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
+    "perceive": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "pod_path": PERCEIVED},
+    "locate-pod": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "recorded": PICTURE},
     "believe": {"paths": PERCEIVED, "cell_name": CELL, "items_path": ITEMS},
     "render": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "plan-pick": {
@@ -95,6 +97,7 @@ WRITTEN = (
     "depth_path",
     "folder",
     "picture",
+    "picture_path",
     "perceived",
     "video",
 )  # and are told apart by refuse_output
@@ -153,8 +156,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["output"] = out.with_suffix(".html")
     if command == "render":
         right |= {"name": "hand", "output": out.with_suffix(".png")}
-    if command == "perceive":
-        right |= {"name": "hand", "output": out.with_suffix(".json")}
+    if command in ("perceive", "locate-pod"):
+        right |= {"name": "hand", "at": "cam_C", "output": out.with_suffix(".json")}
     if command == "show-strategy":
         right["output"] = out.with_suffix(".svg")
     if command == "show":

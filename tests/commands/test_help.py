@@ -27,6 +27,7 @@ RANDOM = {
     "compare-planners",
     "make-order",
     "make-scene",
+    "locate-pod",
     "perceive",
     "plan-pick",
     "plan-shift",

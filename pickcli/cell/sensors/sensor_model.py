@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from pickcli.cell.sensors.material import Material
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
+from pickcli.geometry import Array
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,21 @@ class DepthModel:
     lateral_oblique: float
     mixes_edges: bool
     no_return: Mapping[Material, float]
+
+    def spread(self, depth: Array, fx: float) -> Array:
+        """Compute the standard deviation of depths of surfaces that face the sensor.
+
+        Args:
+            depth: m, of any shape.
+            fx: px, focal length along a row.
+
+        Returns:
+            m, rounding to steps of disparity included.
+        """
+        per_pixel = depth**2 / (fx * self.baseline) if self.baseline else np.zeros_like(depth)
+        noise = self.constant + self.quadratic * (depth - self.from_depth) ** 2
+        noise = noise + self.disparity_error * per_pixel
+        return np.asarray(np.hypot(noise, self.disparity_step * per_pixel / np.sqrt(12.0)))
 
 
 @dataclass(frozen=True)

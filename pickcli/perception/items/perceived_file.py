@@ -1,4 +1,4 @@
-"""Reads and writes what a camera perceived: the answers for all listed items of places, as JSON.
+"""Reads and writes what a camera perceived: answers for the listed items of places, and the pod, as JSON.
 
 See docs/formats/perceived.md.
 """
@@ -23,23 +23,30 @@ from pickcli.files.file_kind import PERCEIVED
 from pickcli.files.schema import validate
 from pickcli.files.source import Key, Source
 from pickcli.files.yaml_reader import read_yaml
-from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
+from pickcli.geometry import Array, from_quaternion, inverse, pose, to_quaternion
 from pickcli.perception.items.item_observation import (
     ItemObservation,
     PlaceObservation,
     Support,
     UnexplainedPart,
 )
-from pickcli.perception.items.perceived_schema import PerceivedItemModel, PerceivedModel, PerceivedPoseModel
+from pickcli.perception.items.perceived_schema import (
+    LocatedPodModel,
+    PerceivedItemModel,
+    PerceivedModel,
+    PerceivedPoseModel,
+)
+from pickcli.perception.pod_pose import PodEstimate
 from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_checks import check_boxes
 
+_UPRIGHT = 1e-3  # m and rad, by which a pod may be over the floor or tilted
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length, before it is normalised
 
 
 @dataclass(frozen=True, eq=False)
 class Perceived:
-    """What one picture of a camera says of the items in one or several places.
+    """What one picture of a camera says of the items in one or several places, and of the pod.
 
     Attributes:
         cell: Name of the cell.
@@ -47,6 +54,7 @@ class Perceived:
         sensor: Name of its model.
         T_world_camera: (4, 4) its stated pose.
         places: The answers by place.
+        pod: Where the pod stands; None if it was not located.
     """
 
     cell: str
@@ -54,6 +62,7 @@ class Perceived:
     sensor: str
     T_world_camera: Array
     places: tuple[PlaceObservation, ...]
+    pod: PodEstimate | None = None
 
 
 def perceived_values(perceived: Perceived) -> dict[str, Any]:
@@ -87,6 +96,7 @@ def perceived_values(perceived: Perceived) -> dict[str, Any]:
             }
             for each in perceived.places
         ],
+        **({} if perceived.pod is None else {"pod": _pod_values(perceived.pod)}),
     }
 
 
@@ -140,8 +150,19 @@ def read_perceived(
         error = Displacement(each.error.x, each.error.y, each.error.yaw)
         places.append(PlaceObservation(each.place, T, items, left, each.seen, unknown, error))
     T_world_camera = _pose(source, ("camera_pose",), model.camera_pose)
+    pod = None if model.pod is None else _pod(source, model.pod, cell)
     source.check()
-    return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places))
+    return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places), pod)
+
+
+def _pod(source: Source, model: LocatedPodModel, cell: Cell) -> PodEstimate:
+    T = _pose(source, ("pod", "pose"), model.pose)
+    if not cell.pod.bins:
+        source.add(("pod",), f"cell {cell.name} has no pod; leave it out")
+    elif np.abs((inverse(cell.T_world_pod) @ T)[2] - [0.0, 0.0, 1.0, 0.0]).max() > _UPRIGHT:
+        source.add(("pod", "pose"), "leans, or is not on the floor; a pod is displaced by x, y and yaw only")
+    error = Displacement(model.error.x, model.error.y, model.error.yaw)
+    return PodEstimate(T, error, model.front_error, model.explained, model.pixels)
 
 
 def _item(source: Source, key: Key, model: PerceivedItemModel, cell: Cell) -> ItemObservation:
@@ -171,6 +192,16 @@ def _item_values(item: ItemObservation) -> dict[str, Any]:
         "refusal": item.refusal,
         "bound": None if item.bound is None else item.bound.figures,
         "support": None if item.support is None else dataclasses.asdict(item.support),
+    }
+
+
+def _pod_values(pod: PodEstimate) -> dict[str, Any]:
+    return {
+        "pose": _pose_values(pod.T_world_pod),
+        "error": dataclasses.asdict(pod.error),
+        "front_error": pod.front_error,
+        "explained": pod.explained,
+        "pixels": pod.n_pixels,
     }
 
 

@@ -83,6 +83,16 @@ class PerceivedPlaceModel(FileModel):
     error: PlaceErrorModel = Field(description="bounds of the error of the pose")
 
 
+class LocatedPodModel(FileModel):
+    """Where the pod stands, as a picture says."""
+
+    pose: PerceivedPoseModel = Field(description="a pose in the world")
+    error: PlaceErrorModel = Field(description="bounds of the error of the pose")
+    front_error: float = Field(ge=0, le=0.2, description="m")
+    explained: float = Field(ge=0, le=1, description="a share")
+    pixels: _Count = Field(description="a number of pixels")
+
+
 class PerceivedModel(FileModel):
     """A file of perceived items."""
 
@@ -93,3 +103,4 @@ class PerceivedModel(FileModel):
     sensor: Text = Field(description="the name of its model")
     camera_pose: PerceivedPoseModel = Field(description="a pose in the world")
     places: Annotated[tuple[PerceivedPlaceModel, ...], Len(0, 100)] = Field(description="a list of places")
+    pod: LocatedPodModel | None = Field(None, description="where the pod stands, if it was located")

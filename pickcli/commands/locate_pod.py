@@ -1,0 +1,110 @@
+"""``apc locate-pod``: where the pod stands, from one depth picture of a camera of the cell."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
+from pickcli.commands.command import Command, emit_json
+from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_start
+from pickcli.commands.logs import stage
+from pickcli.commands.named_camera import named_camera
+from pickcli.commands.option_types import PATH, refuse_suffix
+from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.perceived_lines import pod_lines
+from pickcli.commands.scene_options import open_scene, scene_options
+from pickcli.errors import InputError
+
+if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
+    from pickcli.cell.sensors.mounted_camera import MountedCamera
+    from pickcli.perception.depth_picture import DepthPicture
+    from pickcli.perception.pod_pose import PodEstimate
+    from pickcli.planning.start_state import Start
+    from pickcli.scene.scene import Scene
+
+
+@click.command("locate-pod", cls=Command)
+@scene_options
+@click.option("--camera", "name", metavar="NAME", required=True,
+              help="A camera under sensors of the cell (apc inspect lists them).")  # fmt: skip
+@click.option("--at", "at", metavar=CONFIGURATION, default="home", show_default=True,
+              help=f"Where the arm is: {CONFIGURATION_HELP}")  # fmt: skip
+@click.option("--recorded", "recorded", type=PATH, metavar="FILE.png",
+              help="Depth that the camera recorded there: 16 bits, 0 for nothing.  "
+                   "[default: rendered of the scene, with the noise of the sensor]")  # fmt: skip
+@click.option("--depth-step", "step_mm", type=click.FloatRange(0.001, 10.0), default=0.1, show_default=True,
+              metavar="MM", help="What one step of a recorded depth is.")  # fmt: skip
+@output_option("pose")
+@arm_option("the preferred one of those that have the configuration")
+@standing_option
+@seed_option
+@json_option
+def command(
+    scene_path: Path, cell_name: str | None, items_path: Path | None, name: str, at: str,
+    recorded: Path | None, step_mm: float, output: Path, arm: str | None, standing: tuple[str, ...],
+    seed: int, overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Estimate where the pod stands from one depth picture, with bounds of the error.
+
+    The camera sees the scene in depth with the noise of its sensor, or its depth was recorded. Where the pod
+    stands, anywhere in its tolerance, follows from the picture alone. The bounds hold the error of the
+    camera's pose that the cell states. The file is for apc believe and apc perceive.
+
+    \b
+    Example:
+      apc locate-pod --scene scene.json --camera hand --at cam_E -o pod.json
+      apc locate-pod --scene scene.json --camera hand --at cam_E -o pod.json --overwrite --json
+    """
+    from pickcli.perception.depth_picture import read_depth
+    from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
+    from pickcli.perception.pod_pose import locate_pod
+
+    refuse_output(output, overwrite, scene_path, cell_name, items_path, recorded)
+    refuse_suffix(output, (".json",), "the pose of a pod")
+    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing, (at,), items=items_path, camera=name))
+    camera, begin = named_camera(scene.cell, name), parse_start(scene.cell, at)
+    noise = camera.model.depth
+    if noise is None:
+        what = f"{camera.model.name} measures no depth, by which the pod is located"
+        raise InputError(f"camera {name}: {what}; choose another")
+    picture = _picture(scene, camera, begin, seed)
+    if recorded is not None:
+        picture = replace(picture, depth=read_depth(recorded, 1e-3 * step_mm))
+    with stage("locating of the pod"):
+        pod = locate_pod(picture, scene.cell, noise, camera.error)
+    perceived = Perceived(scene.cell.name, camera.name, camera.model.name, picture.T_world_camera, (), pod)
+    write_perceived(perceived, output, overwrite)
+    x, y, yaw = _displacement(pod, scene.cell)
+    if as_json:
+        off = {"x": x, "y": y, "yaw": yaw}
+        emit_json({**perceived_values(perceived), "displacement": off, "path": str(output), "seed": seed})
+        return
+    for line in pod_lines(pod, scene.cell):
+        click.echo(line)
+    click.echo(f"pose: {output}")
+
+
+def _picture(scene: Scene, camera: MountedCamera, begin: Start, seed: int) -> DepthPicture:
+    """What the camera sees of the scene."""
+    from pickcli.perception.camera_pose import camera_pose
+    from pickcli.perception.depth_picture import measure_depth
+    from pickcli.perception.rendered_scene import RenderedScene
+
+    with stage("rendering"):
+        rendered = RenderedScene.of(scene, begin.q, begin.tool_state)
+        T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
+        return measure_depth(rendered, camera.model, T_world_camera, seed)
+
+
+def _displacement(pod: PodEstimate, cell: Cell) -> tuple[float, float, float]:
+    """By how much it is off its place in the cell: m, m and rad."""
+    from pickcli.cell.pod_tolerance import yaw_of
+    from pickcli.geometry import inverse
+
+    T_nominal_pod = inverse(cell.T_world_pod) @ pod.T_world_pod
+    return float(T_nominal_pod[0, 3]), float(T_nominal_pod[1, 3]), yaw_of(T_nominal_pod)
