@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, standing_option
+from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.artifact_options import artifact_options, load_context
 from pickcli.commands.command import Command, emit_json, in_order_given
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, start_state_of
@@ -50,6 +50,7 @@ NamedScene: TypeAlias = "tuple[Scene, Path | None]"  # a scene and its file; Non
 @click.option("--from", "start", cls=RenamedOption, old=("--start",), metavar=CONFIGURATION,
               help=f"Start of the robot: {CONFIGURATION_HELP}  [default: start of the plan or of the first "
                    "move, else home]")  # fmt: skip
+@arm_option("the preferred one, of those that have the named configurations; for queries")
 @standing_option
 @click.option("--bridge", is_flag=True, help="First move to the plan's first point; planned and verified.")
 @click.option("--no-verify", cls=RenamedOption, old=("--unverified",), is_flag=True,
@@ -65,8 +66,8 @@ NamedScene: TypeAlias = "tuple[Scene, Path | None]"  # a scene and its file; Non
 def command(
     plan_path: Path | None, picks: tuple[str, ...], stows: tuple[str, ...], moves: tuple[str, ...],
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, planned_in: Path | None,
-    start: str | None, standing: tuple[str, ...], bridge: bool, no_verify: bool, driver_name: str,
-    reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
+    start: str | None, arm: str | None, standing: tuple[str, ...], bridge: bool, no_verify: bool,
+    driver_name: str, reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
     trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Execute a plan in pybullet or with another driver, or plan and execute queries.
@@ -109,12 +110,15 @@ def command(
             "--planned-in": planned_in is not None, "--bridge": bridge, "--no-verify": no_verify,
             "--driver": driver_name != SIMULATED,
         })  # fmt: skip
-        arms = ArmRequest(None, standing, configurations_in(given), items=items_path)
+        named = (*configurations_in(given), *(() if start is None else (start,))) or ("home",)
+        arms = ArmRequest(arm, standing, named, items=items_path)
         scene = scene_or_empty(scene_path, cell_name, arms)
         refuse_held(scene, scene_path)
         request = QueryRequest(given, start, reality, video, overwrite, seed, as_json)
         answer_queries(request, scene, lambda: load_context(scene.cell, roadmap, trajectories))
         return
+    if arm is not None:
+        raise click.UsageError(f"--arm {arm}: a plan names its arm; the option is for queries")
     plan = read_plan(plan_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
     scene = scene_or_empty(scene_path, cell_name, arms)

@@ -10,7 +10,7 @@ import click
 
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.named_item import find_item, year_option
-from pickcli.commands.option_types import PATH
+from pickcli.commands.option_types import PATH, FiniteRange
 from pickcli.commands.options import items_option, json_option, of_file, output_option, refuse_output
 
 if TYPE_CHECKING:
@@ -62,9 +62,9 @@ def parse_axes(ctx: click.Context | None, param: click.Parameter | None, value: 
     help="Which axes of the regions are the item's x, y, z, e.g. x,-z,y.  [default: the longest is the "
     "longest, and so on]",
 )  # fmt: skip
-@click.option("--rim", type=click.FloatRange(1.0, 100.0), default=17.5, show_default=True, metavar="MM",
+@click.option("--rim", type=FiniteRange(1.0, 100.0), default=17.5, show_default=True, metavar="MM",
               help="Radius of the cup that the regions are for.")  # fmt: skip
-@click.option("--seal", type=click.FloatRange(0.05, 1.0), metavar="SHARE",
+@click.option("--seal", type=FiniteRange(0.05, 1.0), metavar="SHARE",
               help="Seal of faces that do not seal according to ITEM.  [default: its best]")  # fmt: skip
 @items_option
 @output_option("file of items, .yaml")

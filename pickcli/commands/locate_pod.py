@@ -13,7 +13,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_start
 from pickcli.commands.logs import stage
 from pickcli.commands.named_camera import named_camera
-from pickcli.commands.option_types import PATH, refuse_suffix
+from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.perceived_lines import pod_lines
 from pickcli.commands.scene_options import open_scene, scene_options
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 @click.option("--recorded", "recorded", type=PATH, metavar="FILE.png",
               help="Depth that the camera recorded there: 16 bits, 0 for nothing.  "
                    "[default: rendered of the scene, with the noise of the sensor]")  # fmt: skip
-@click.option("--depth-step", "step_mm", type=click.FloatRange(0.001, 10.0), default=0.1, show_default=True,
+@click.option("--depth-step", "step_mm", type=FiniteRange(0.001, 10.0), default=0.1, show_default=True,
               metavar="MM", help="What one step of a recorded depth is.")  # fmt: skip
 @output_option("pose")
 @arm_option("the preferred one of those that have the configuration")

@@ -10,7 +10,9 @@ import re
 import signal
 import sys
 import time
+from collections.abc import Callable
 from contextlib import suppress
+from typing import TextIO
 
 import click
 from click.exceptions import Exit
@@ -198,35 +200,35 @@ def _outcome() -> int:
     except Exit as done:  # --help, --version
         return done.exit_code
     except click.UsageError as error:
-        _with_help(error).show()
+        _tell(_with_help(error).show)
         return 2
     except KeyboardInterrupt as stop:
         return _stopped(stop)
     except click.ClickException as error:
-        error.show()
+        _tell(error.show)
         return 3
     except ApcError as error:
         _log.debug("raised here", exc_info=error)
         for note in getattr(error, "__notes__", ()):  # e.g. of a build on a full disk
-            click.echo(note, err=True)
-        click.echo(f"apc: error: {printable(str(error))}", err=True)
+            _say(note)
+        _say(f"apc: error: {printable(str(error))}")
         return error.exit_code
     except BrokenPipeError:  # the reader has closed the pipe
-        _give_up_stdout()
+        _give_up(sys.stdout)
         return 0
     except OSError as error:  # a full disk, a name that is too long: not a bug
         where = error.filename if error.filename is not None else "output"
         if error.filename is None:
-            _give_up_stdout()
-        click.echo(f"apc: error: {printable(str(where))}: {error.strerror}", err=True)
+            _give_up(sys.stdout)
+        _say(f"apc: error: {printable(str(where))}: {error.strerror}")
         return 3
     return code if isinstance(code, int) else 0
 
 
 def _stopped(stop: KeyboardInterrupt) -> int:
     """Print how to continue an interrupted command."""
-    click.echo(how_to_go_on(stop), err=True)
-    click.echo("terminated" if isinstance(stop, Terminated) else "interrupted", err=True)
+    _say(how_to_go_on(stop))
+    _say("terminated" if isinstance(stop, Terminated) else "interrupted")
     return exit_code(stop)
 
 
@@ -247,19 +249,32 @@ def _flushed(code: int) -> int:
     try:
         sys.stdout.flush()
     except BrokenPipeError:
-        _give_up_stdout()
+        _give_up(sys.stdout)
     except OSError as error:
-        _give_up_stdout()
-        click.echo(f"apc: error: output: {error.strerror}", err=True)
+        _give_up(sys.stdout)
+        _say(f"apc: error: output: {error.strerror}")
         return code or 3
     return code
 
 
-def _give_up_stdout() -> None:
-    """Redirect stdout to nowhere, so that the interpreter does not try to write the rest at exit."""
+def _say(text: str) -> None:
+    """Print a line on stderr."""
+    _tell(lambda: click.echo(text, err=True))
+
+
+def _tell(write: Callable[[], None]) -> None:
+    """Write a message to stderr. On a full disk it is lost, as if stderr were closed: the exit code tells."""
+    try:
+        write()
+    except OSError:
+        _give_up(sys.stderr)
+
+
+def _give_up(stream: TextIO) -> None:
+    """Redirect a stream to nowhere, so that the interpreter does not try to write the rest at exit."""
     with suppress(OSError, ValueError):
         null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, sys.stdout.fileno())
+        os.dup2(null, stream.fileno())
         os.close(null)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,6 +44,29 @@ class PathType(click.Path):
 
 
 PATH = PathType()
+
+
+class FiniteRange(click.FloatRange):
+    """Number within a range; unlike in `click.FloatRange`, nan is in none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Check a number.
+
+        Args:
+            value: Text from the command line, or a number.
+            param: The option of click.
+            ctx: Context of click.
+
+        Returns:
+            The number.
+
+        Raises:
+            BadParameter: It is no number, nan, or beyond the range.
+        """
+        number = float(super().convert(value, param, ctx))
+        if math.isnan(number):
+            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
+        return number
 
 
 def refuse_suffix(path: Path, suffixes: Collection[str], what: str) -> None:

@@ -135,7 +135,7 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
     from pickcli.cell.cell_file import load_workcell
     from pickcli.page.trial_page import trial_page
     from pickcli.scene.scene_file import scene_hash
-    from pickcli.trial.motion_record import read_motion, refuse_other_motion
+    from pickcli.trial.motion_record import read_motion, refuse_other_motion, refuse_other_record
     from pickcli.trial.trial_folder import MOTION
     from pickcli.trial.trial_record import read_record
 
@@ -159,6 +159,7 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
     workcell = load_workcell(scene.cell.path, arms.items) if motion.arms else None
     cells = (scene.cell,) if workcell is None else tuple(workcell.arms.values())
     refuse_other_motion(motion, scene, cells, str(folder / MOTION))
+    refuse_other_record(motion, record, str(folder / MOTION))
     return trial_page(record, scene, motion, workcell)
 
 

@@ -30,6 +30,7 @@ from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import GRAVITY, Array
 from pickcli.grasping.cup_press import max_press_depth, overtravel
 from pickcli.motion.plan import Grasp
+from pickcli.scene.scene import PlacedItem
 
 EDGE_TOLERANCE = 1e-3  # m that a press from above stays within the edge of the support
 MAX_TILT_SHARE = 0.95  # of the angle at which an item falls over, to which a press may tip it
@@ -37,6 +38,7 @@ MOST_SPEED = 0.8  # of the speed at which a cup throws the item over
 REBOUND = 2.0  # times the cup's speed: speed at which an item leaves undamped bellows
 MOST_FRICTION = 1.1  # of an item on its support: cardboard, plastic and cloth on board have 0.25 to 0.5
 SLOWEST = 0.05  # of the tool's contact speed: a grasp that throws the item over even at that is rejected
+LEVEL = np.cos(np.radians(10.0))  # of the angle to the vertical, up to which an item stands on a side
 NO_ARM = 1e-6  # m
 LENGTH_ROUNDING = 1e-6  # m, shorter edges are points
 N_TILTS = 200  # angles up to the one at which an item falls over
@@ -212,6 +214,8 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip
     footing = _least_footing(contacts)
     edges, ways = footing.nearest(T[:3, 3]), footing.outwards
+    # It turns about its own edge, also if that is seen above what it stands on.
+    edges[:, 2] = np.maximum(edges[:, 2], _underside(target, edges))
     to_centre, to_tip = T[:3, 3] - edges, tip[:3, 3] - edges
     inside = -np.einsum("ni,ni->n", to_centre[:, :2], ways)
     arms = to_tip[:, 2] * (ways @ tip[:2, 2]) - np.einsum("ni,ni->n", to_tip[:, :2], ways) * tip[2, 2]
@@ -230,6 +234,17 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     back = -float(to_tip[first] @ (*(tip[:2, 2] @ ways[first] * ways[first]), tip[2, 2]))
     arm, cup = float(arms[first]), tool.cup
     return _Press(b, z, arm, back, cup.radius, balance, inertia, weight, press_depth, cup.stiffness)
+
+
+def _underside(target: PlacedItem, points: Array) -> Array:
+    """Return the height (N,), m, of the side of an item that faces down most at level positions (N, 3)."""
+    T, extents = target.T_world_item, target.item.shape.extents
+    axis = int(np.argmax(np.abs(T[2, :3])))
+    down = -np.sign(T[2, axis]) * T[:3, axis]
+    on_it = T[:3, 3] + extents[axis] / 2 * down
+    if -down[2] < LEVEL:  # none of its sides is what it stands on
+        return np.full(len(points), -np.inf)
+    return np.asarray(on_it[2] - (points[:, :2] - on_it[:2]) @ down[:2] / down[2])
 
 
 # The following are cached by the identity of the contacts: they are asked for every grasp of a pick.

@@ -209,6 +209,36 @@ def refuse_other_motion(
         raise StaleError(f"{where}: is the motion of another scene or cell; play the trial again")
 
 
+def refuse_other_record(motion: RecordedMotion, record: Mapping[str, Any], where: str) -> None:
+    """Refuse a motion whose executions are not those of a trial's record, as it is from another trial.
+
+    Args:
+        motion: The motion.
+        record: Content of the trial's ``trial.json``.
+        where: Name of the motion's file, for messages.
+
+    Raises:
+        StaleError: The motion has other executions, in number or by their queries.
+    """
+    stated: list[str | None] = []  # by execution its query; None where the record states none
+    for attempt in record["attempts"]:
+        stated += [None] * (attempt.get("parking") is not None)
+        if attempt["execution"] is not None:
+            stated.append((attempt.get("plan") or {}).get("query"))
+        stated += [None for step in attempt["recovery"] if step["execution"] is not None]
+    found = [execution.query for execution in motion.executions]
+    if len(stated) == len(found) and all(s in (None, f) for s, f in zip(stated, found, strict=True)):
+        return
+    raise StaleError(
+        f"{where}: is the motion of another trial: {len(found)} executions{_first(found)}, and the record "
+        f"has {len(stated)}{_first([s for s in stated if s])}; play the trial again"
+    )
+
+
+def _first(queries: Sequence[str]) -> str:
+    return f", first {queries[0]!r}" if queries else ""
+
+
 def _is_known(execution: RecordedExecution, robots: Mapping[str, Robot], items: Set[str]) -> bool:
     """Whether arm, tool states and held items of an execution are those of a cell and scene."""
     robot = robots.get(execution.arm)

@@ -84,6 +84,10 @@ class _Step(_Part):
     execution: _Execution | None
 
 
+class _Plan(_Part):
+    query: Text
+
+
 class _Attempt(_Part):
     bin: Text
     item: Text
@@ -96,6 +100,7 @@ class _Attempt(_Part):
     reason: Text
     reasons: list[_Reason] = []
     rejected: list[list[_Reason]] = []
+    plan: _Plan | None = None
     execution: _Execution | None
     recovery: list[_Step]
     parking: _Execution | None = None

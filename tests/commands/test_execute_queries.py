@@ -222,3 +222,19 @@ def test_a_move_may_end_with_the_tool_in_another_state(made: Made) -> None:
         ["down"], [], ["straight"],
     ]  # fmt: skip
     assert all(each["is_clean"] for each in told["queries"])
+
+
+def test_of_two_arms_the_preferred_one_or_the_named_one_answers(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.json"
+    item, cell = "fitness_gear_3lb_dumbbell", ("--cell", "apc2016_delft_pinch")
+    assert apc("make-scene", *cell, "--in", f"bin_B={item}", "--seed", 9800041, "-o", scene).code == 0
+    asked = ("execute", "--scene", scene, "--pick", f"bin_B:{item}")
+    refused(apc(*asked), 5, "cannot be held by suction")  # the preferred arm's tool
+    refused(apc(*asked, "--arm", "thumb"), 3, "unknown arm 'thumb'")
+    pinched = apc(*asked, "--arm", "fingers")
+    assert pinched.code == 0 and f"{item} is in the tote" in pinched.out, pinched.err
+    plan = tmp_path / "plan.json"
+    assert (
+        apc("plan-move", *cell, "--arm", "fingers", "--from", "home", "--to", "bin_B", "-o", plan).code == 0
+    )
+    misused(apc("execute", plan, "--arm", "fingers"), "a plan names its arm")

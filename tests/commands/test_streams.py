@@ -27,6 +27,17 @@ def test_a_full_disk_under_stdout_is_one_message(argv: tuple[str, ...]) -> None:
     assert done.stderr == "apc: error: output: No space left on device\n"
 
 
+@pytest.mark.parametrize(
+    ("argv", "code"), [(("inspect", "nothing.json"), 3), (("bogus",), 2), (("check",), 2)]
+)
+def test_a_full_disk_under_stderr_loses_the_message_and_keeps_the_exit_code(
+    argv: tuple[str, ...], code: int
+) -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*APC, *argv], stdout=subprocess.PIPE, stderr=full, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (code, "")
+
+
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_what_a_disk_takes_only_in_part_is_a_failure(unbuffered: str, tmp_path: Path) -> None:
     """Python as containers set it drops the rest of a short write without a word."""

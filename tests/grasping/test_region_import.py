@@ -259,6 +259,14 @@ def test_axes_of_a_mirror_or_of_none_are_wrong_usage(axes: str, dove: Path, tmp_
     assert not out.exists()
 
 
+@pytest.mark.parametrize("option", ["--rim", "--seal"])
+@pytest.mark.parametrize("value", ["nan", "inf", "-1", "x"])
+def test_figures_out_of_range_are_wrong_usage(option: str, value: str, dove: Path, tmp_path: Path) -> None:
+    out = tmp_path / "d.yaml"
+    misused(apc("import-tsr", dove, "--item", "dove_beauty_bar", f"{option}={value}", "-o", out), option)
+    assert not out.exists()
+
+
 def test_names_that_cannot_be_are_refused(dove: Path, tmp_path: Path) -> None:
     out = tmp_path / "d.yaml"
     line = ("import-tsr", dove, "-o", out, "--item")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -135,7 +136,9 @@ def test_several_trials_are_compared() -> None:
 
 
 @pytest.mark.slow
-def test_pages_of_trials_open_in_a_browser(chromium: str, shown: PageDocument, tmp_path: Path) -> None:
+def test_pages_of_trials_open_in_a_browser(
+    chromium: str, shown: PageDocument, motion: RecordedMotion, tmp_path: Path
+) -> None:
     page, several = tmp_path / "trial.html", tmp_path / "trials.html"
     page.write_bytes(page_bytes(shown))
     several.write_bytes(page_bytes(trials_page({"a": record()})))
@@ -152,6 +155,13 @@ def test_pages_of_trials_open_in_a_browser(chromium: str, shown: PageDocument, t
         before = found.run(f"(apcPage.replay.seek(0), {at})")
         found.press("End")
         assert abs(found.run(at) - before) > 0.1
+        still = tmp_path / "still.html"
+        still.write_bytes(
+            page_bytes(trial_page(record(), pick()[1], replace(motion, executions=(), items={})))
+        )
+        found.open(still)
+        for key in (" ", "ArrowRight", "ArrowUp", "l"):
+            found.press(key)
         found.open(several)
         assert "1 trials" in found.run("document.body.textContent")
         assert found.errors == []

@@ -228,6 +228,26 @@ class Once(Recorder):
         raise RuntimeError("closed already")
 
 
+class SetBack(Recorder):
+    """Has a clock that is set back once, by less than a tenth of the time it has run."""
+
+    at_step, n_steps = 50, 0
+
+    def step(self) -> None:
+        super().step()
+        self.n_steps += 1
+
+    @property
+    def t(self) -> float:
+        return super().t - 0.004 * (self.n_steps >= self.at_step)
+
+
+class SetBackUnderWay(SetBack):
+    """The same, once it moves."""
+
+    at_step = 600
+
+
 FAULTY: list[tuple[type[Recorder], str, str]] = [
     (Rare, "its period is that of a stream", "time_step is 1.0"),
     (Short, "it measures a configuration of the cell", "q is no array of 8 floats"),
@@ -243,12 +263,14 @@ FAULTY: list[tuple[type[Recorder], str, str]] = [
     (Mute, "its sensors answer yes or no", "vacuum_sensor answers None"),
     (Creeping, "it stands when commanded to", "while commanded to stand"),
     (Changing, "it stands when commanded to", "changed afterwards"),
-    (Frozen, "its clock runs with its steps", "t does not increase"),
+    (Frozen, "its clock runs with its steps", "t was 0 and is 0 after a step"),
+    (SetBack, "its clock runs with its steps", "after a step"),
     (Slow, "its clock runs with its steps", "a step takes 0.00200 s on average"),
     (Keeping, "it executes the plan and arrives", "keeps the array of its set point"),
     (Deaf, "it executes the plan and arrives", "following error"),
     (Breaking, "it executes the plan and arrives", "ConnectionError: no answer"),
     (Sagging, "it executes the plan and arrives", "rail ends 0.0200 from the plan's last point"),
+    (SetBackUnderWay, "its clock runs with its steps while it moves", "after a step"),
     (Hurried, "its clock runs with its steps while it moves", "a step takes"),
     (Empty, "it executes the plan and arrives", "nothing is held"),
     (Talkative, "its devices answer as the protocol says", "valve answers True"),
@@ -267,7 +289,7 @@ def test_every_fault_is_named(cell: Cell, plan: Plan, kind: type[Recorder], what
     assert not any(untried)
 
 
-@pytest.mark.parametrize("kind", [kind for kind, _, _ in FAULTY[:12]])
+@pytest.mark.parametrize("kind", [kind for kind, _, _ in FAULTY[:13]])
 def test_nothing_moves_after_a_fault(cell: Cell, plan: Plan, kind: type[Recorder]) -> None:
     driver = recorder(cell, plan, kind)
     check_driver(driver, plan)

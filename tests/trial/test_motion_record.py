@@ -29,6 +29,7 @@ from pickcli.trial.motion_record import (
     motion_values,
     read_motion,
     refuse_other_motion,
+    refuse_other_record,
     thinned,
     write_motion,
 )
@@ -167,6 +168,24 @@ def test_damaged_and_endless_files_are_refused(
     assert "is no motion of a trial" in refused(lambda: read_motion(path))
     path.write_bytes(gzip.compress(b" " * (MAX_TEXT + 1)))  # some kB
     assert f"its text has more than {MAX_TEXT} bytes" in refused(lambda: read_motion(path))
+
+
+def test_a_motion_belongs_to_its_record(played: Played, tmp_path: Path) -> None:
+    path = tmp_path / "motion.json.gz"
+    write_motion(path, played.values)
+    motion = read_motion(path)
+    (execution,) = motion.executions
+    attempt = {"plan": {"query": execution.query}, "execution": {}, "recovery": [{"execution": None}]}
+    refuse_other_record(
+        motion, {"attempts": [{"plan": None, "execution": None, "recovery": []}, attempt]}, "m"
+    )
+    others: tuple[list[dict[str, Any]], ...] = (
+        [], [attempt, attempt], [{**attempt, "plan": {"query": "pick something else"}}],
+        [{**attempt, "recovery": [{"execution": {}}]}], [{**attempt, "parking": {}}],
+    )  # fmt: skip
+    for attempts in others:
+        with pytest.raises(StaleError, match="m: is the motion of another trial"):
+            refuse_other_record(motion, {"attempts": attempts}, "m")
 
 
 def test_a_motion_belongs_to_its_scene(played: Played, tmp_path: Path) -> None:

@@ -218,7 +218,7 @@ function chapterRow(chapters) {
   return laneRow({ name: "attempts", spans });
 }
 
-function laneRow({ name, spans }) {
+function laneRow({ name, spans = [] }) {
   const at = (t) => spans.find((span) => t >= span.t_start && t < Math.max(span.t_end, span.t_start + 1e-3));
   return {
     name, height: SPAN,
