@@ -72,9 +72,11 @@ def trial(tmp_path: Path) -> Path:
     order = pick_order({place: (CRAYOLA,)}, (place, CRAYOLA))
     folder.mkdir()
     result = run_trial(order, ScriptedTrial(scene).interfaces())
-    write_record(folder / "trial.json", trial_record(result, "order.json", 0.0))
+    record, motion = trial_record(result, "order.json", 0.0), motion_values(play()[0], [scene.cell])
+    record["attempts"][0]["plan"]["query"] = motion["executions"][0]["query"]  # one trial's, of two doubles
+    write_record(folder / "trial.json", record)
     write_scene(result.before, folder / "scene.json")
-    write_motion(folder / "motion.json.gz", motion_values(play()[0], [scene.cell]))
+    write_motion(folder / "motion.json.gz", motion)
     return folder
 
 
@@ -86,6 +88,15 @@ def test_a_trial_is_shown_in_its_own_scene_alone(made: Made, trial: Path, tmp_pa
     (trial / "scene.json").write_bytes(made.scene.read_bytes())
     refused(apc("show", trial, "-o", page), 4, f"{trial / 'scene.json'}: is not the scene of")
     assert not page.exists()
+
+
+def test_a_motion_of_another_trial_is_refused(trial: Path, tmp_path: Path) -> None:
+    path = trial / "motion.json.gz"
+    values = json.loads(gzip.decompress(path.read_bytes()))
+    values["executions"][0]["query"] = "pick something else"
+    write_motion(path, values)
+    refused(apc("show", trial, "-o", tmp_path / "page.html"), 4, f"{path}: is the motion of another trial")
+    assert not (tmp_path / "page.html").exists()
 
 
 def test_a_motion_of_arms_that_the_cell_lacks_is_refused(trial: Path, tmp_path: Path) -> None:
