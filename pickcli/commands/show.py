@@ -76,11 +76,18 @@ def command(
 
 def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: ArmRequest) -> PageDocument:
     """Build the page for any supported file. Raises InputError for other files."""
+    from pickcli.cell.cell_file import CELL_FILE
     from pickcli.files.bounded_reading import read_kind
     from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE, TRIAL
 
     refuse_missing(path, (".h5", ".json"))
-    kind = read_kind(path) if path.is_file() else TRIAL if _has_trials(path) else CELL
+    if path.is_dir() and not _has_trials(path) and not (path / CELL_FILE).exists():
+        raise InputError(
+            f"{path}: is a folder without a finished trial ({RECORD}) and without a cell ({CELL_FILE}); name "
+            "one of these, or a file"
+        )
+    is_file = path.exists() and not path.is_dir()  # what is no regular file is refused where it is read
+    kind = read_kind(path) if is_file else TRIAL if _has_trials(path) else CELL
     if kind is not PLAN and scene_path is not None:
         raise click.UsageError("--scene applies only to a plan; leave it out")
     if kind is PLAN:

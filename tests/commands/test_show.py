@@ -90,6 +90,15 @@ def test_a_trial_is_shown_in_its_own_scene_alone(made: Made, trial: Path, tmp_pa
     assert not page.exists()
 
 
+def test_what_is_no_trial_and_no_cell_is_told_as_that(tmp_path: Path) -> None:
+    page, folder = tmp_path / "page.html", tmp_path / "nothing"
+    folder.mkdir()
+    told = f"{folder}: is a folder without a finished trial (trial.json) and without a cell (cell.yaml)"
+    refused(apc("show", folder, "-o", page), 3, told)
+    refused(apc("show", "/dev/zero", "-o", page), 3, "/dev/zero: is a device, not a regular file")
+    assert not page.exists()
+
+
 def test_a_motion_of_another_trial_is_refused(trial: Path, tmp_path: Path) -> None:
     path = trial / "motion.json.gz"
     values = json.loads(gzip.decompress(path.read_bytes()))
