@@ -10,9 +10,9 @@ import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_start
+from pickcli.commands.configuration_option import parse_start
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import named_camera
+from pickcli.commands.named_camera import camera_options, named_camera
 from pickcli.commands.option_types import PATH, FiniteRange, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.perceived_lines import pod_lines
@@ -30,10 +30,7 @@ if TYPE_CHECKING:
 
 @click.command("locate-pod", cls=Command)
 @scene_options
-@click.option("--camera", "name", metavar="NAME", required=True,
-              help="A camera under sensors of the cell (apc inspect lists them).")  # fmt: skip
-@click.option("--at", "at", metavar=CONFIGURATION, default="home", show_default=True,
-              help=f"Where the arm is: {CONFIGURATION_HELP}")  # fmt: skip
+@camera_options
 @click.option("--recorded", "recorded", type=PATH, metavar="FILE.png",
               help="Depth that the camera recorded there: 16 bits, 0 for nothing.  "
                    "[default: rendered of the scene, with the noise of the sensor]")  # fmt: skip

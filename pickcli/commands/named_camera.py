@@ -1,12 +1,40 @@
-"""A camera of a cell by its name on the command line."""
+"""A camera of a cell by its name on the command line, and where the arm is as it looks."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.sensors.mounted_camera import MountedCamera
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def camera_options(function: F) -> F:
+    """Give a command the options --camera NAME and --at CONFIGURATION.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options.
+    """
+    at = click.option(
+        "--at", metavar=CONFIGURATION, default="home", show_default=True,
+        help=f"Where the arm is: {CONFIGURATION_HELP}",
+    )  # fmt: skip
+    camera = click.option(
+        "--camera", "name", metavar="NAME", required=True,
+        help="A camera under sensors of the cell (apc inspect lists them).",
+    )  # fmt: skip
+    return camera(at(function))
 
 
 def named_camera(cell: Cell, name: str) -> MountedCamera:

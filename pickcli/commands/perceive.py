@@ -10,9 +10,9 @@ import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_start
+from pickcli.commands.configuration_option import parse_start
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import named_camera
+from pickcli.commands.named_camera import camera_options, named_camera
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import json_option, output_option, refuse_output, refuse_same, seed_option
 from pickcli.commands.perceived_lines import perceived_lines
@@ -30,10 +30,7 @@ if TYPE_CHECKING:
 
 @click.command("perceive", cls=Command)
 @scene_options
-@click.option("--camera", "name", metavar="NAME", required=True,
-              help="A camera under sensors of the cell (apc inspect lists them).")  # fmt: skip
-@click.option("--at", "at", metavar=CONFIGURATION, default="home", show_default=True,
-              help=f"Where the arm is: {CONFIGURATION_HELP}")  # fmt: skip
+@camera_options
 @click.option("--bin", "bin_names", metavar="PLACE", multiple=True,
               help="Bin, or other place, whose items are looked for; may be repeated.  "
                    "[default: all with items whose room is seen at least to half]")  # fmt: skip

@@ -9,9 +9,9 @@ import click
 
 from pickcli.commands.arm_options import ArmRequest, arm_option, standing_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, parse_start
+from pickcli.commands.configuration_option import parse_start
 from pickcli.commands.logs import stage
-from pickcli.commands.named_camera import named_camera
+from pickcli.commands.named_camera import camera_options, named_camera
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     json_option,
@@ -34,10 +34,7 @@ _PNG = (".png",)
 
 @click.command("render", cls=Command)
 @scene_options
-@click.option("--camera", "name", metavar="NAME", required=True,
-              help="A camera under sensors of the cell (apc inspect lists them).")  # fmt: skip
-@click.option("--at", "at", metavar=CONFIGURATION, default="home", show_default=True,
-              help=f"Where the arm is: {CONFIGURATION_HELP}")  # fmt: skip
+@camera_options
 @click.option("-o", "--output", type=PATH, metavar="FILE.png", help="Where to write the colour picture.")
 @click.option("--depth", "depth_path", type=PATH, metavar="FILE.png",
               help="Where to write the depth: 16 bits, in steps of 0.1 mm, 0 for nothing.")  # fmt: skip
