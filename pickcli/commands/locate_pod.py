@@ -48,9 +48,10 @@ def command(
 ) -> None:  # fmt: skip
     """Estimate where the pod stands from one depth picture, with bounds of the error.
 
-    The camera sees the scene in depth with the noise of its sensor, or its depth was recorded. Where the pod
-    stands, anywhere in its tolerance, follows from the picture alone. The bounds hold the error of the
-    camera's pose that the cell states. The file is for apc believe and apc perceive.
+    The camera sees the scene in depth with the noise of its sensor, or its depth was recorded. Where the
+    pod stands, anywhere in its tolerance, follows from the picture alone. The bounds hold the error of
+    the camera's pose that the cell states; a recorded depth that is off as a whole is not in them. The
+    file is for apc believe and apc perceive.
 
     \b
     Example:
@@ -72,8 +73,13 @@ def command(
     picture = _picture(scene, camera, begin, seed)
     if recorded is not None:
         picture = replace(picture, depth=read_depth(recorded, 1e-3 * step_mm))
-    with stage("locating of the pod"):
-        pod = locate_pod(picture, scene.cell, noise, camera.error)
+    try:
+        with stage("locating of the pod"):
+            pod = locate_pod(picture, scene.cell, noise, camera.error)
+    except InputError as error:
+        if recorded is None:
+            raise
+        raise InputError(f"{recorded}: {error}") from None
     perceived = Perceived(scene.cell.name, camera.name, camera.model.name, picture.T_world_camera, (), pod)
     write_perceived(perceived, output, overwrite)
     x, y, yaw = _displacement(pod, scene.cell)

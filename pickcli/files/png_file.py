@@ -54,7 +54,7 @@ def read_grey(path: Path) -> NDArray[np.uint16]:
             picture.load()
             mode, values = picture.mode, np.array(picture)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise InputError(f"{path}: is no whole PNG ({error}); record it again") from None
+        raise InputError(f"{path}: is no whole PNG; record it again") from error
     if values.ndim != 2 or not mode.startswith("I"):
         raise InputError(f"{path}: expected a grey PNG of 16 bits, got one of mode {mode}; record it again")
     return values.astype(np.uint16)

@@ -158,11 +158,21 @@ def _look(look: Mapping[str, Any], place: str) -> tuple[tuple[str, ...], Tone]:
     wrong = [each for each in seen if each["bound_mm"] is not None and not _is_bound_kept(each)]
     remarks = [f"{_name(each)}: {each['refusal'] or 'no bounds'}" for each in left]
     for each in wrong:
-        off = each["truly_off_mm"]
-        remarks.append(f"{_name(each)}: is {'gone' if off is None else f'truly {off:.1f} mm off'}")
+        remarks.append(f"{_name(each)}: is {_truly_off(each)}")
     used = f"{len(seen) - len(left)} of {len(seen)}"
     tone = Tone.BAD if wrong else Tone.FAIR if left else Tone.PLAIN
     return (f"{look['number']}: {place}, {camera} at {at}", used, "; ".join(remarks)), tone
+
+
+def _truly_off(seen: Mapping[str, Any]) -> str:
+    """By how much a pose is off, in all that has a bound."""
+    if seen["truly_off_mm"] is None:
+        return "gone"
+    units = {"mm": "mm", "deg": "degrees", "surface_mm": "mm of its surface"}
+    off = {what: seen.get(f"truly_off_{what}") for what in units}
+    return "truly off by " + ", ".join(
+        f"{off[w]:.1f} {unit}" for w, unit in units.items() if off[w] is not None
+    )
 
 
 def _name(seen: Mapping[str, Any]) -> str:
@@ -184,7 +194,7 @@ def _chapter(attempt: _Played, scene: Scene) -> Chapter:
     retry = f" (try {record['number']})" if record["number"] > 1 else ""
     way = f"{record['out_of'] or record['bin']} to {record['into']}"
     if record.get("topples"):
-        is_slide = record["plan"] is not None and record["plan"]["query"].startswith("push ")
+        is_slide = (record.get("plan") or {}).get("query", "").startswith("push ")
         aside, way = "push off others: " if is_slide else "topple: ", str(record["into"])
     return Chapter(
         f"{aside}{item.replace('_', ' ')}, {way}{retry}",

@@ -26,6 +26,7 @@ ON_IT = 0.01  # m from the surface, within which a pixel is said to show it
 SIGMAS = 3.0  # of a depth, that the scale of its cost is at least
 THROUGH = 3.0  # scales behind the surface, from which it was seen through
 THROUGH_COST = 10.0  # of a pixel that sees through the pod, which cannot be; items before it cost 1 at most
+FIXED = 1e-6  # m and rad, tolerance of what cannot be displaced
 SETTLED = 2e-5  # m and rad, step after which a fit ends
 
 
@@ -195,7 +196,7 @@ class PodFitter:
         J = -np.column_stack([n[:, 0], n[:, 1], n[:, 1] * at[:, 0] - n[:, 0] * at[:, 1]])
         weights = 1.0 / (1.0 + seen.off) ** 2
         weighted = J * (weights / variance)[:, None]
-        information = weighted.T @ J + np.diag(self.tolerance**-2.0)
+        information = weighted.T @ J + np.diag(np.maximum(self.tolerance, FIXED) ** -2.0)
         step = np.asarray(-np.linalg.solve(information, weighted.T @ d))
         by_camera = np.asarray(-np.linalg.solve(information, weighted.T @ np.hstack([n, np.cross(beam, n)])))
         c, s = np.cos(offset[2]), np.sin(offset[2])

@@ -33,6 +33,8 @@ MOST_THROUGH = 0.05  # share of them that may see through it
 RIVAL = 1.1  # times the cost of the best place, below which another one may be it as well
 APART = 0.01  # m and rad, from which on places are different
 LARGEST = Displacement(0.005, 0.005, float(np.radians(0.5)))  # with wider bounds too little of it is seen
+WIDEST = Displacement(0.1, 0.1, 0.05)  # bounds that a scene may state (m, m and rad)
+MOST_ASIDE = 0.1  # m of tolerance in y: with more the pod may be a bin beside, and look alike
 OUT_OF_RANGE = 2.0  # times the sensor's range, from which on depths are in another unit
 MEDIAN_STEP = 64  # pixels of which one counts for the median
 EXACT = MountError(0.0, 0.0)
@@ -76,16 +78,26 @@ def locate_pod(
 
     Raises:
         InputError: The cell has no pod, the picture is not usable, it shows too little of the pod, what it
-            shows does not look like it, or the pod stands beyond its tolerance.
+            shows does not look like it, the pod stands beyond its tolerance or has too much of it, or the
+            camera's error leaves too wide bounds.
     """
     if not cell.pod.bins:
         raise InputError(f"cell {cell.name}: has no pod to be located")
+    if cell.pod.displacement.y > MOST_ASIDE:
+        aside = f"may stand {cell.pod.displacement.y:g} m aside in cell {cell.name}, {MOST_ASIDE:g} m at most"
+        raise InputError(f"pod not located: it {aside}: bins beside look alike; narrow pod.displacement.y")
     check_picture(picture, noise)
     T_guess = cell.T_world_pod if T_world_guess is None else T_world_guess
     fit = fit_pod(picture, cell, noise, T_guess)
     refuse_doubtful(fit)
     T_world_pod = displaced(T_guess, *fit.offset)
     error = pod_bound(fit, mount)
+    if (_numbers(error) > _numbers(WIDEST)).any():
+        off = f"{1e3 * mount.position:.1f} mm and {np.degrees(mount.angle):.2f} degrees"
+        raise InputError(
+            f"pod not located: the camera's own pose may be off by {off}, which leaves bounds wider than a "
+            "scene may state; calibrate its mount"
+        )
     beyond = np.abs(fit.offset) - _numbers(cell.pod.displacement) - _numbers(error)
     if (beyond > 0.0).any():
         where = pod_stand(inverse(T_guess) @ T_world_pod)

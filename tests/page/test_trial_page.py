@@ -103,7 +103,7 @@ def test_looks_are_told_with_what_was_left_out_and_what_was_off_beyond_its_bound
         ("3: bin_B, hand at cam_B", "3 of 3"),
     ]
     assert [row[2] for row in table.rows][:2] == ["", "book: no bounds; bulb: no pose explains it"]
-    assert table.rows[2][2] == "cards: is truly 9.0 mm off; glue: is gone"
+    assert table.rows[2][2] == "cards: is truly off by 9.0 mm, 1.0 degrees; glue: is gone"
     assert table.tones == (Tone.PLAIN, Tone.FAIR, Tone.BAD)
     faults: tuple[dict[str, Any], ...] = ({"bound_mm": "5"}, {"refusal": None}, {"truly_off_deg": []})
     for broken in faults:

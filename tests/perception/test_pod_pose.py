@@ -10,7 +10,7 @@ import pytest
 from bench.pod_pose import AT_WAIST, SENSORS, Draw, draw, measure
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.pod_tolerance import displaced, yaw_of
+from pickcli.cell.pod_tolerance import Displacement, displaced, yaw_of
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.errors import InputError
@@ -144,7 +144,7 @@ def test_what_is_no_pod_is_refused(cell: Cell) -> None:
     camera = KINECT.camera
     rng = np.random.default_rng(0)
     clutter = rng.uniform(1.0, 2.2, (camera.height, camera.width)).astype(np.float32)
-    with pytest.raises(InputError, match="pod not located"):
+    with pytest.raises(InputError, match=r"two places, .* explain the picture as well"):
         locate_pod(DepthPicture(camera, T_WAIST, clutter), cell, NOISE)
     with pytest.raises(InputError, match="has no pod"):
         locate_pod(DepthPicture(camera, T_WAIST, clutter), load_cell("ur5e_crates"), NOISE)
@@ -153,14 +153,34 @@ def test_what_is_no_pod_is_refused(cell: Cell) -> None:
 def test_a_plane_before_the_pod_is_refused(cell: Cell) -> None:
     """It shows nothing of y."""
     wall = np.full((KINECT.camera.height, KINECT.camera.width), 1.45, np.float32)
-    with pytest.raises(InputError, match="pod not located"):
+    with pytest.raises(InputError, match="pixels along y tell where it is"):
         locate_pod(DepthPicture(KINECT.camera, T_WAIST, wall), cell, NOISE)
 
 
 @pytest.mark.parametrize("beyond", [(0.09, 0.0, 0.0), (0.0, 0.08, 0.0), (0.0, 0.0, 0.09)])
 def test_a_pod_beyond_its_tolerance_is_refused(cell: Cell, beyond: tuple[float, float, float]) -> None:
-    with pytest.raises(InputError, match="pod not located"):
+    with pytest.raises(InputError, match="beyond its tolerance"):
         locate_pod(exact_picture(cell, shifted(cell, *beyond)), cell, NOISE)
+
+
+def test_a_pod_that_may_stand_a_bin_aside_is_refused(cell: Cell) -> None:
+    """Bins look alike: the nearest divider may be another one's."""
+    far = replace(cell, pod=replace(cell.pod, displacement=Displacement(0.05, 0.3, 0.05)))
+    with pytest.raises(InputError, match=r"narrow pod\.displacement.y"):
+        locate_pod(exact_picture(cell, shifted(cell, 0.0, 0.0, 0.0)), far, NOISE)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_pod_that_can_only_turn_and_slide_aside_stays_where_it_is_along_x(cell: Cell) -> None:
+    fixed = replace(cell, pod=replace(cell.pod, displacement=Displacement(0.0, 0.05, 0.05)))
+    found = locate_pod(exact_picture(cell, shifted(cell, 0.0, 0.02, 0.01)), fixed, NOISE)
+    assert abs((inverse(cell.T_world_pod) @ found.T_world_pod)[0, 3]) < 1e-3
+
+
+@pytest.mark.parametrize("mount", [MountError(0.15, 0.0), MountError(0.0, 0.1)])
+def test_bounds_that_no_scene_may_state_are_refused(cell: Cell, mount: MountError) -> None:
+    with pytest.raises(InputError, match="calibrate its mount"):
+        locate_pod(exact_picture(cell, shifted(cell, 0.0, 0.0, 0.0)), cell, NOISE, mount)
 
 
 def test_a_part_of_the_picture_is_known_less_well_or_refused(cell: Cell) -> None:

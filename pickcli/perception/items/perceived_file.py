@@ -157,11 +157,14 @@ def read_perceived(
 
 def _pod(source: Source, model: LocatedPodModel, cell: Cell) -> PodEstimate:
     T = _pose(source, ("pod", "pose"), model.pose)
+    error, free = Displacement(model.error.x, model.error.y, model.error.yaw), cell.pod.displacement
+    most = Displacement(free.x + error.x, free.y + error.y, free.yaw + error.yaw)
     if not cell.pod.bins:
         source.add(("pod",), f"cell {cell.name} has no pod; leave it out")
     elif np.abs((inverse(cell.T_world_pod) @ T)[2] - [0.0, 0.0, 1.0, 0.0]).max() > _UPRIGHT:
         source.add(("pod", "pose"), "leans, or is not on the floor; a pod is displaced by x, y and yaw only")
-    error = Displacement(model.error.x, model.error.y, model.error.yaw)
+    elif not most.allows(inverse(cell.T_world_pod) @ T):
+        source.add(("pod", "pose"), "is beyond the pod's tolerance in the cell; locate it again")
     return PodEstimate(T, error, model.front_error, model.explained, model.pixels)
 
 
