@@ -176,12 +176,13 @@ def _rounded(value: Any) -> Any:
 
 
 def _carrier(carrier: Carrier) -> list[Any]:
-    """Content of a carrier: its pose and solids, and the frame and room of each of its places."""
+    """Content of a carrier: its pose and solids, its belt, and the frame and room of each of its places."""
     places = {
         name: [numbers(place.T_carrier_place), numbers(np.hstack(astuple(place.room))), list(place.support)]
         for name, place in carrier.places.items()
     }
-    return [numbers(carrier.T_world_carrier), _bodies(carrier.bodies), places]
+    content = [numbers(carrier.T_world_carrier), _bodies(carrier.bodies), places]
+    return content if carrier.conveyor is None else [*content, numbers(np.hstack(astuple(carrier.conveyor)))]
 
 
 def _joint(joint: Joint) -> list[Any]:

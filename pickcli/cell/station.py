@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
+from pickcli.cell.conveyor import Conveyor
 from pickcli.cell.place import Place
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.cell.shapes import Body
@@ -49,7 +50,7 @@ class Tote:
 
 @dataclass(frozen=True, eq=False)
 class Carrier:
-    """A carrier of places, which move with it: a shelf, a box, a table, or user-defined bodies.
+    """A carrier of places, which move with it: a shelf, a box, a table, a conveyor, or user-defined bodies.
 
     Carriers stand upright.
 
@@ -59,6 +60,7 @@ class Carrier:
         bodies: Its solids, in its frame.
         places: Its places by name.
         displacement: Displacement bounds.
+        conveyor: The belt that is its running surface; None where items on it stand still.
     """
 
     name: str
@@ -66,6 +68,7 @@ class Carrier:
     bodies: tuple[Body, ...]
     places: dict[str, Place]
     displacement: Displacement = UNMOVED
+    conveyor: Conveyor | None = None
 
 
 _Standing = TypeVar("_Standing", Pod, Carrier)

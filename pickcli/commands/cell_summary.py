@@ -65,6 +65,7 @@ def _of_one_arm(cell: Cell) -> dict[str, Any]:
         "spheres": _spheres(cell),
         "bins": list(cell.pod.bins),
         "places": {name: _place(place) for name, place in cell.places.items() if name not in cell.pod.bins},
+        **_conveyors(cell),
         "pod_may_be_off_by": allowed(cell),
         "bodies": {
             "pod": len(cell.pod.bodies),
@@ -100,6 +101,28 @@ def _place(place: Place) -> str:
     size = " x ".join(f"{1e3 * side:.0f}" for side in place.room.size)
     way = "above" if place.access.is_from_above else "the front"
     return f"{size} mm, from {way}, part of {place.carrier}"
+
+
+def _conveyors(cell: Cell) -> dict[str, dict[str, Any]]:
+    """Return the figures of each conveyor, with the travel within which the arm reaches its items."""
+    from pickcli.reachability.belt_reachability import HEIGHTS, reached_travel
+
+    found = {}
+    for carrier in cell.own_carriers:
+        if (belt := carrier.conveyor) is not None:
+            reached = {height: reached_travel(cell, carrier, height) for height in HEIGHTS}
+            found[carrier.name] = {
+                "belt": f"{belt.length:g} x {belt.width:g} m, {belt.nominal_speed:g} m/s, "
+                f"at most {belt.max_speed:g} m/s and {belt.max_acceleration:g} m/s2",
+                "window": _travel(belt.window),
+                **{f"reached_at_{1e3 * z:.0f}_mm": _travel(at) for z, at in reached.items()},
+            }
+    return {"conveyors": found} if found else {}
+
+
+def _travel(stretch: tuple[float, float] | None) -> str:
+    """Describe a stretch of a belt."""
+    return "nowhere" if stretch is None else f"{stretch[0]:.2f} to {stretch[1]:.2f} m from the infeed"
 
 
 def _spheres(cell: Cell) -> dict[str, dict[str, Any]]:

@@ -24,6 +24,8 @@ def lay_heap(
 ) -> tuple[PlacedItem, ...] | None:
     """Place items on one of their sides with random yaw, slightly above their resting poses.
 
+    On a conveyor they lie where they may be picked, within its window.
+
     Args:
         scene: The scene that the place is in.
         place: A place that is open above.
@@ -34,11 +36,11 @@ def lay_heap(
         The items; between walls each at the lowest pose found, else all on the floor. None if an item
         does not fit.
     """
-    T_world_place = scene.T_world_place(place)
+    T_world_place, floor = scene.T_world_place(place), _floor(scene, place)
     low, high = np.zeros((0, 3)), np.zeros((0, 3))
     laid: list[PlacedItem] = []
     for entry in contents:
-        drawn = [_drawn(place, entry.item, low, high, rng) for _ in range(N_DRAWS)]
+        drawn = [_drawn(place, floor, entry.item, (low, high), rng) for _ in range(N_DRAWS)]
         found = [T for T in drawn if T is not None]
         if not found:
             return None
@@ -59,12 +61,27 @@ def _side_down(place: Place, item: Item, rng: np.random.Generator) -> Array:
     return standing[rng.choice(len(standing), p=weights / weights.sum())][0].R_up_item
 
 
-def _drawn(place: Place, item: Item, low: Array, high: Array, rng: np.random.Generator) -> Array | None:
-    """Random pose (4, 4) in a place, on top of boxes with these corners (K, 3); None if it does not fit."""
+def _floor(scene: Scene, place: Place) -> tuple[Array, Array]:
+    """Lower and upper corner (2,) of the floor on which items may lie, m in the place's frame."""
+    low, high = place.room.low[:2].copy(), place.room.high[:2].copy()
+    conveyor = scene.cell.carriers[place.carrier].conveyor
+    if conveyor is not None:
+        low[0], high[0] = np.array(conveyor.window) - place.T_carrier_place[0, 3]
+    return low, high
+
+
+def _drawn(
+    place: Place,
+    floor: tuple[Array, Array],
+    item: Item,
+    boxes: tuple[Array, Array],
+    rng: np.random.Generator,
+) -> Array | None:
+    """Random pose (4, 4) on a floor, on top of boxes with these corners (K, 3); None if it does not fit."""
     turned = rotation_axis_angle((0.0, 0.0, 1.0), float(rng.uniform(-np.pi, np.pi)))
     R = turned @ _side_down(place, item, rng)
-    reach, room = item.shape.reach(R), place.room
-    least, most = room.low[:2] + FROM_WALL + reach[:2], room.high[:2] - FROM_WALL - reach[:2]
+    reach, (low, high) = item.shape.reach(R), boxes
+    least, most = floor[0] + FROM_WALL + reach[:2], floor[1] - FROM_WALL - reach[:2]
     if not (least <= most).all():
         return None
     middle = rng.uniform(least, most)
@@ -74,5 +91,5 @@ def _drawn(place: Place, item: Item, low: Array, high: Array, rng: np.random.Gen
     )
     if is_under.any() and not place.is_open_box:
         return None
-    base = float(high[is_under, 2].max(initial=room.floor_back))
+    base = float(high[is_under, 2].max(initial=place.room.floor_back))
     return pose((*middle, base + ABOVE + reach[2]), R=R)

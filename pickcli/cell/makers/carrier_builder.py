@@ -7,12 +7,14 @@ from typing import assert_never
 
 import numpy as np
 
+from pickcli.cell.conveyor import Conveyor
 from pickcli.cell.makers.grid import build_grid
 from pickcli.cell.place import Access, Place, Room
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.schemas.place_schema import (
     BodiesModel,
     BoxModel,
+    ConveyorModel,
     GridModel,
     PartModel,
     PlaceModel,
@@ -44,6 +46,7 @@ def build_carrier(name: str, figures: PlaceModel, folder: Path) -> Carrier:
     T = pose(figures.T_world_place.xyz, rpy=figures.T_world_place.rpy)
     own = figures.displacement
     displacement = Displacement(own.x, own.y, own.yaw)
+    conveyor = None
     match figures:
         case GridModel():
             return build_grid(name, figures, T, displacement)
@@ -51,11 +54,21 @@ def build_carrier(name: str, figures: PlaceModel, folder: Path) -> Carrier:
             bodies, place = _box(name, figures)
         case TableModel():
             bodies, place = _table(name, figures)
+        case ConveyorModel():
+            bodies, place = _belt(name, figures)
+            conveyor = Conveyor(
+                figures.length,
+                figures.width,
+                figures.speed.nominal,
+                figures.speed.max,
+                figures.speed.max_acceleration,
+                (figures.window[0], figures.window[1]),
+            )
         case BodiesModel():
             bodies, place = _of_bodies(name, figures, folder)
         case _:
             assert_never(figures)
-    return Carrier(name, T, tuple(bodies), {name: place}, displacement)
+    return Carrier(name, T, tuple(bodies), {name: place}, displacement, conveyor)
 
 
 def _box(name: str, figures: BoxModel) -> tuple[list[Body], Place]:
@@ -76,6 +89,15 @@ def _table(name: str, figures: TableModel) -> tuple[list[Body], Place]:
     top = box(f"{name}_top", (-x / 2, -y / 2, -thickness), (x / 2, y / 2, 0.0))
     access = Access.from_above(x + 2 * TABLE_OVERHANG, y + 2 * TABLE_OVERHANG, 0.0)
     return [top], Place(name, name, np.eye(4), access, Room.box(x, y, figures.height), (top.name,))
+
+
+def _belt(name: str, figures: ConveyorModel) -> tuple[list[Body], Place]:
+    """Build a belt with its origin in the middle of the infeed edge, on the running surface."""
+    x, y = figures.length, figures.width
+    belt = box(f"{name}_frame", (0.0, -y / 2, -figures.thickness), (x, y / 2, 0.0))
+    access = Access.from_above(x + 2 * TABLE_OVERHANG, y + 2 * TABLE_OVERHANG, 0.0)
+    T = pose((x / 2, 0.0, 0.0))
+    return [belt], Place(name, name, T, access, Room.box(x, y, figures.height), (belt.name,))
 
 
 def _of_bodies(name: str, figures: BodiesModel, folder: Path) -> tuple[list[Body], Place]:

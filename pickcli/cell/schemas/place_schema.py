@@ -1,4 +1,4 @@
-"""Schema of the carriers that a cell lists under ``places``: grids, boxes, tables and user-defined bodies."""
+"""Schema of the carriers that a cell lists under ``places``: grids, boxes, tables, conveyors, bodies."""
 
 from __future__ import annotations
 
@@ -115,6 +115,50 @@ class TableModel(CarrierModel):
     height: Size = Field(0.5, description="m over the top, in which items count as on it")
 
 
+class BeltSpeedModel(FileModel):
+    """Speeds of a conveyor along its +x."""
+
+    nominal: Annotated[float, Field(ge=0, le=5)] = Field(description="m/s, 0 to 5")
+    max: Annotated[float, Field(gt=0, le=5)] = Field(description="m/s, up to 5")
+    max_acceleration: Annotated[float, Field(gt=0, le=50)] = Field(description="m/s2, either way")
+
+    @model_validator(mode="after")
+    def _nominal_within_max(self) -> BeltSpeedModel:
+        if self.nominal > self.max:
+            raise ValueError(f"expected nominal up to max, {self.max:g} m/s; got {self.nominal:g}")
+        return self
+
+
+class ConveyorModel(CarrierModel):
+    """A flat belt that carries items along its +x."""
+
+    kind: Literal["conveyor"] = Field(description="conveyor")
+    length: Annotated[float, Field(gt=0, le=30)] = Field(description="m, infeed to outfeed, along x")
+    width: Size = Field(description="m, along y")
+    thickness: Thickness = Field(description="m, of the frame below the running surface")
+    height: Size = Field(0.5, description="m over the running surface, in which items count as on it")
+    speed: BeltSpeedModel = Field(description="nominal speed and bounds")
+    window: Annotated[tuple[Coordinate, ...], Len(2, 2)] = Field(
+        description="m from the infeed, [first, last] between which items may be picked"
+    )
+
+    @field_validator("displacement")
+    @classmethod
+    def _bolted(cls, displacement: CarrierDisplacementModel) -> CarrierDisplacementModel:
+        if (displacement.x, displacement.y, displacement.yaw) != (0.0, 0.0, 0.0):
+            raise ValueError("expected none, got some; a conveyor is calibrated, state its pose")
+        return displacement
+
+    @model_validator(mode="after")
+    def _window_on_it(self) -> ConveyorModel:
+        first, last = self.window
+        if not 0.0 <= first < last <= self.length:
+            raise ValueError(
+                f"expected a window within 0 to {self.length:g} m of travel, got {first:g} to {last:g}"
+            )
+        return self
+
+
 class PartModel(FileModel):
     """One user-defined body: a box, a cylinder or a mesh."""
 
@@ -161,5 +205,5 @@ class BodiesModel(CarrierModel):
 
 
 PlaceModel: TypeAlias = Annotated[
-    GridModel | BoxModel | TableModel | BodiesModel, Field(discriminator="kind")
+    GridModel | BoxModel | TableModel | ConveyorModel | BodiesModel, Field(discriminator="kind")
 ]

@@ -1,0 +1,29 @@
+"""A conveyor: a carrier whose running surface travels along +x, and the items on it with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Conveyor:
+    """The figures of a conveyor's belt.
+
+    Frame of the belt: that of its carrier, with the origin in the middle of the infeed edge on the running
+    surface, +x in the running direction, +z up.
+
+    Attributes:
+        length: m from infeed to outfeed.
+        width: m.
+        nominal_speed: m/s at which it usually runs.
+        max_speed: m/s that it never exceeds.
+        max_acceleration: m/s2 at which its speed changes at most, either way.
+        window: m from the infeed, between which items may be picked.
+    """
+
+    length: float
+    width: float
+    nominal_speed: float
+    max_speed: float
+    max_acceleration: float
+    window: tuple[float, float]
