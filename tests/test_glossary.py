@@ -19,6 +19,7 @@ MIRRORED = {
     "execute": "the command and the function that it calls",
     "export": "the command and the package of the formats",
     "make_order": "the command and the function that it calls",
+    "make_stream": "the command and the function that it calls",
     "make_scene": "the command and the function that it calls",
     "pod_shift": "the command's options and what they ask for",
     "verify": "the command and the function that it calls",

@@ -50,7 +50,7 @@ def command(
     path: Path, cell_name: str | None, items_path: Path | None, is_all: bool, ends: tuple[str, str] | None,
     picture: Path | None, arm: str | None, standing: tuple[str, ...], overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Show what is in a roadmap, database, plan, scene, cell or file of perceived items.
+    """Show what is in a roadmap, database, plan, scene, stream, cell or file of perceived items.
 
     FILE may also be a cell's folder or name. A roadmap or database is shortened to fit on a screen; --all and
     --json show everything.
@@ -121,7 +121,7 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
     """Determine the kind of the file, and describe it. Raises InputError, DamagedError, StaleError."""
     from pickcli.errors import InputError
     from pickcli.files.bounded_reading import read_kind
-    from pickcli.files.file_kind import CELL, PERCEIVED, PLAN, SCENE, STORE
+    from pickcli.files.file_kind import CELL, PERCEIVED, PLAN, SCENE, STORE, STREAM
 
     refuse_missing(path, (".h5", ".json"))
     if path.is_dir() or not path.exists():
@@ -129,6 +129,8 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
     kind = read_kind(path)
     if kind == SCENE:
         return _scene(path, cell_name, arms)
+    if kind == STREAM:
+        return _stream(path, cell_name, arms)
     if kind == PERCEIVED:
         return _perceived(path, cell_name, arms)
     if kind == CELL:
@@ -141,8 +143,8 @@ def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, A
         return summary
     found = "is not a file that apc knows" if kind is None else f"is {kind.name}"
     raise InputError(
-        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, cell or file of perceived "
-        "items is expected here"
+        f"{path}: {found}, but a roadmap, trajectory database, plan, scene, stream, cell or file of "
+        "perceived items is expected here"
     )
 
 
@@ -179,6 +181,39 @@ def _scene(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any
         "items": {place: [i.id for i in scene.in_location(place)] for place in sorted(places)},
         "unknown_boxes": {space.place: len(space.boxes) for space in scene.unknown},
         "supports": _supports(scene),
+    }
+
+
+def _stream(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any]:
+    """Describe a stream: its belt, and when each item enters the belt and its window."""
+    from functools import partial
+
+    from pickcli.scene.stream_file import read_stream
+
+    cell = None if cell_name is None else open_cell(cell_name, arms)
+    stream = read_stream(path, cell, partial(open_cell, request=arms))
+    first, last = stream.belt.window
+    within = {}
+    for riding in stream.items:
+        at = float(riding.T_belt_item[0, 3])
+        in_window = (
+            "stands"
+            if stream.speed == 0.0
+            else " to ".join(f"{riding.stamp + (edge - at) / stream.speed:.2f}" for edge in (first, last))
+        )
+        within[riding.id] = in_window if stream.speed == 0.0 else f"{in_window} s"
+    return {
+        "format": "apc stream",
+        "version": 1,
+        "cell": stream.cell.name,
+        "cell_fingerprint": stream.cell.fingerprint,
+        "seed": stream.seed,
+        "conveyor": stream.conveyor,
+        "speed_m_s": stream.speed,
+        "speed_error_m_s": stream.speed_error,
+        "noise": _noise(stream.noise),
+        "n_items": len(stream.items),
+        "within_window": within,
     }
 
 

@@ -36,6 +36,7 @@ COMMANDS: dict[str, str] = {
     "compare-planners": "Compare planners on the same pairs: planning time, length, duration, share solved.",
     "make-order": "Draw a random order by the official rules.",
     "make-scene": "Place items in bins and other places, at rest.",
+    "make-stream": "Draw a random stream: items that come along a conveyor.",
     "render": "Render what a camera of the cell sees of a scene.",
     "locate-pod": "Estimate where the pod stands from one depth picture, with bounds of the error.",
     "perceive": "Find the listed items of bins in one look of a camera.",
@@ -60,7 +61,7 @@ COMMANDS: dict[str, str] = {
     "show-strategy": "Show the behaviour tree by which trials are played, or list the strategies.",
     "show-grasps": "Make a page of an item with its regions and candidate grasps.",
     "import-tsr": "Convert KTH's task space regions to a file of items.",
-    "inspect": "Show what is in a roadmap, database, plan, scene, cell or file of perceived items.",
+    "inspect": "Show what is in a roadmap, database, plan, scene, stream, cell or file of perceived items.",
 }
 
 

@@ -37,6 +37,7 @@ class FileKind:
 STORE = FileKind("a roadmap or trajectory database", "apc build-roadmap or apc build-trajectories makes one")
 PLAN = FileKind("a plan", "apc plan-pick or apc plan-move makes one")
 SCENE = FileKind("a scene", "apc make-scene makes one from an order")
+STREAM = FileKind("a stream of items", "apc make-stream makes one")
 ORDER = FileKind("an order", "apc make-order makes one, others are under data/tasks")
 TRIAL = FileKind("the record of a trial", "apc run-trial writes one")
 TRIALS = FileKind("a folder of trials", "apc run-trials makes one")
@@ -55,6 +56,7 @@ KINDS = (
     STORE,
     PLAN,
     SCENE,
+    STREAM,
     ORDER,
     TRIAL,
     CELL,
@@ -71,6 +73,7 @@ KINDS = (
 _BY_FORMAT = {
     b"plan": PLAN,
     b"scene": SCENE,
+    b"stream": STREAM,
     b"cell": CELL,
     b"items": ITEMS,
     b"sensor": SENSOR,

@@ -3,5 +3,5 @@
 Start with `make_scene`, then the layout of one place: `bin_layout` for bins, `heap` for places open above.
 Bins are filled by `packing_search` over many `bin_packings` at once: `box_arrays` represent items as boxes,
 `stable_poses` and `placement_sampling` draw poses, and `crowding_cost` and `extraction_access` rate a
-packing.
+packing. `make_stream` draws items that come along a conveyor.
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -16,11 +16,24 @@ from pickcli.files.source import Key, Source
 from pickcli.geometry import Array, inverse, pose
 from pickcli.name_suggestion import shortened, suggestion
 from pickcli.scene.scene import Scene
-from pickcli.scene.scene_schema import HeldModel, PlacedItemModel, SceneModel
+from pickcli.scene.scene_schema import PlacedItemModel, SceneModel
 from pickcli.scene.solid_overlap import TOUCH, PosedSolid, overlap_depth
 from pickcli.scene.touching import PosedSolids, gaps
 
 Mistake: TypeAlias = tuple[Key, str]  # key in the file, and text
+
+
+class NamedItem(Protocol):
+    """An item as files name it: by name and year."""
+
+    @property
+    def name(self) -> str:
+        """Name of the item."""
+
+    @property
+    def year(self) -> int:
+        """Year of its figures."""
+
 
 SUNK = 0.005  # m, tolerated depth of an item in a stationary solid, beyond pose uncertainty
 FLOATING = 0.01  # m, tolerated gap between an item and its support, beyond pose uncertainty
@@ -50,12 +63,12 @@ def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
         if item.id in seen:
             source.add(("items", i, "id"), f"{item.id!r} stands twice; give each instance an id of its own")
         seen[item.id] = item
-        _check_item(source, ("items", i, "name"), item, cell)
+        check_item(source, ("items", i, "name"), item, cell)
         if item.location not in locations:
             hint = "" if source.is_full else f"; {suggestion(item.location, locations)}"
             source.add(("items", i, "location"), f"unknown place {shortened(item.location)!r}{hint}")
     if model.held is not None:
-        _check_item(source, ("held", "name"), model.held, cell)
+        check_item(source, ("held", "name"), model.held, cell)
         same = seen.get(model.held.id)
         if same is not None and (same.name, same.year) != (model.held.name, model.held.year):
             source.add(
@@ -64,17 +77,22 @@ def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
     source.check()
 
 
-def _check_item(
-    source: Source, key: tuple[str | int, ...], item: PlacedItemModel | HeldModel, cell: Cell
-) -> None:
-    """Check that the cell knows the item."""
+def check_item(source: Source, key: tuple[str | int, ...], item: NamedItem, cell: Cell) -> None:
+    """Check that the cell knows an item.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        key: Where the item's name stands in it.
+        item: The item as it stands in the file.
+        cell: The cell.
+    """
     if (item.name, item.year) not in cell.items:
         source.add(
             key, f"unknown item {shortened(item.name)!r} of {item.year}{_what_is_known(source, item, cell)}"
         )
 
 
-def _what_is_known(source: Source, item: PlacedItemModel | HeldModel, cell: Cell) -> str:
+def _what_is_known(source: Source, item: NamedItem, cell: Cell) -> str:
     """Suggest known items for an unknown one; "" if the list of mistakes is full."""
     if source.is_full:
         return ""

@@ -45,6 +45,7 @@ from pickcli.scene.scene_checks import (
     check_upright,
 )
 from pickcli.scene.scene_schema import (
+    CellReference,
     CloudModel,
     HeldModel,
     NoiseModel,
@@ -86,13 +87,7 @@ def read_scene(
     """
     source = read_yaml(Path(path), SCENE, is_json=True)  # keeps line and column of every value
     model = validate(source, SceneModel)
-    cell = cell or _cell_named(source, model.cell.name, load)
-    if model.cell.fingerprint != cell.scene_fingerprint:
-        raise StaleError(
-            f"{path}: made for cell {model.cell.name} {model.cell.fingerprint}, but this is "
-            f"{cell.name} {cell.scene_fingerprint}; {_remade(cell, model.cell.name)}"
-        )
-    _check_equipment(path, model, cell)
+    cell = cell_of_file(source, model.cell, cell, load)
     check_carriers(source, model, cell)
     check_unknown(source, model, cell)
     check_names(source, model, cell)
@@ -101,11 +96,15 @@ def read_scene(
         T_world_pod=(
             cell.T_world_pod
             if model.T_world_pod is None
-            else _pose(source, ("T_world_pod",), model.T_world_pod)
+            else pose_of_model(source, ("T_world_pod",), model.T_world_pod)
         ),
         items=tuple(
             PlacedItem(
-                m.id, cell.items[m.name, m.year], m.location, _pose(source, ("items", i), m), _noise(m.noise)
+                m.id,
+                cell.items[m.name, m.year],
+                m.location,
+                pose_of_model(source, ("items", i), m),
+                _noise(m.noise),
             )
             for i, m in enumerate(model.items)
         ),
@@ -113,13 +112,13 @@ def read_scene(
         seed=model.seed,
         pod_error=_error(model.pod_error),
         carriers={
-            name: CarrierPose(_pose(source, ("places", name), at), _error(at.error))
+            name: CarrierPose(pose_of_model(source, ("places", name), at), _error(at.error))
             for name, at in model.places.items()
         },
         held=_held(source, model.held, cell),
         cloud=_cloud(source, model.cloud),
         unknown=tuple(
-            UnknownSpace(each.place, _pose(source, ("unknown", i), each), np.array(each.boxes))
+            UnknownSpace(each.place, pose_of_model(source, ("unknown", i), each), np.array(each.boxes))
             for i, each in enumerate(model.unknown)
         ),
     )
@@ -141,9 +140,42 @@ def read_scene(
     return scene
 
 
-def _check_equipment(path: Path, model: SceneModel, cell: Cell) -> None:
-    """Refuse a scene of a cell with other devices or another tool, in which other grasps hold."""
-    stated = {"devices": model.cell.devices, "tool": model.cell.tool}
+def cell_of_file(
+    source: Source,
+    stated: CellReference,
+    cell: Cell | None,
+    load: Callable[[str], Cell],
+    kind: str = "scene",
+) -> Cell:
+    """Return the cell of a file of poses, and refuse a file of another one.
+
+    Args:
+        source: The file.
+        stated: The cell that it states.
+        cell: The cell that the user names; None to load it by its name.
+        load: Function that loads a cell by its name.
+        kind: Kind of the file, for messages.
+
+    Returns:
+        The cell.
+
+    Raises:
+        InputError: There is no such cell.
+        StaleError: The file was made for another cell.
+    """
+    cell = cell or _cell_named(source, stated.name, load)
+    if stated.fingerprint != cell.scene_fingerprint:
+        raise StaleError(
+            f"{source.path}: made for cell {stated.name} {stated.fingerprint}, but this is "
+            f"{cell.name} {cell.scene_fingerprint}; {_remade(cell, stated.name, kind)}"
+        )
+    _check_equipment(source.path, stated, cell, kind)
+    return cell
+
+
+def _check_equipment(path: Path, stated_cell: CellReference, cell: Cell, kind: str) -> None:
+    """Refuse a file of a cell with other devices or another tool, in which other grasps hold."""
+    stated = {"devices": stated_cell.devices, "tool": stated_cell.tool}
     kinds = {"devices": "devices (e.g. a pump of another flow)", "tool": "load limits of the tool"}
     other = [
         kinds[kind]
@@ -152,19 +184,19 @@ def _check_equipment(path: Path, model: SceneModel, cell: Cell) -> None:
     ]
     if other:
         raise StaleError(
-            f"{path}: made for a cell {model.cell.name} with other {' and '.join(other)} than {cell.path}; "
-            "name its cell with --cell, or make the scene again"
+            f"{path}: made for a cell {stated_cell.name} with other {' and '.join(other)} than {cell.path}; "
+            f"name its cell with --cell, or make the {kind} again"
         )
 
 
-def _remade(cell: Cell, name: str) -> str:
-    """Advice for a scene of another cell; scenes of cells without places are written by hand or a camera."""
+def _remade(cell: Cell, name: str, kind: str) -> str:
+    """Advice for a file of another cell; scenes of cells without places are written by hand or a camera."""
     if name != cell.name and name in cell_names():
-        return f"leave out --cell {cell.name}, or make a scene for it"
+        return f"leave out --cell {cell.name}, or make a {kind} for it"
     if name != cell.name:
         return "name its cell with --cell"
     if cell.places:
-        return "make the scene again"
+        return f"make the {kind} again"
     return "if its poses are still right, write that fingerprint into it"
 
 
@@ -272,7 +304,7 @@ def _coarse(T: Array) -> list[float]:
 def _held(source: Source, model: HeldModel | None, cell: Cell) -> HeldItem | None:
     if model is None:
         return None
-    T_tip_item = _pose(source, ("held",), model)
+    T_tip_item = pose_of_model(source, ("held",), model)
     return HeldItem(model.id, cell.items[model.name, model.year], T_tip_item, _noise(model.noise))
 
 
@@ -284,7 +316,7 @@ def _cloud(source: Source, model: CloudModel | None) -> Cloud | None:
     if model is None:
         return None
     path = source.path.parent / model.file
-    T = _pose(source, ("cloud",), model)
+    T = pose_of_model(source, ("cloud",), model)
     try:
         return Cloud(path, T, read_points(path), model.radius, model.error)
     except InputError as error:
@@ -296,7 +328,17 @@ def _error(model: PodErrorModel) -> Displacement:
     return Displacement(model.x, model.y, model.yaw)
 
 
-def _pose(source: Source, key: tuple[str | int, ...], model: ScenePoseModel) -> Array:
+def pose_of_model(source: Source, key: tuple[str | int, ...], model: ScenePoseModel) -> Array:
+    """Return the pose that a file states, and report a quaternion that is none.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        key: Where the pose stands in it.
+        model: The pose as it stands in the file.
+
+    Returns:
+        (4, 4).
+    """
     length = float(np.linalg.norm(model.quaternion))
     if abs(length - 1.0) > _UNIT_TOLERANCE:
         source.add(
@@ -310,7 +352,7 @@ def _pose(source: Source, key: tuple[str | int, ...], model: ScenePoseModel) -> 
 def _cloud_values(cloud: Cloud, folder: Path) -> dict[str, Any]:
     file = os.path.relpath(cloud.file.resolve(), folder.resolve())
     return {
-        "file": file, "radius": cloud.radius, "error": cloud.error, **_pose_values(cloud.T_world_sensor)
+        "file": file, "radius": cloud.radius, "error": cloud.error, **pose_values(cloud.T_world_sensor)
     }  # fmt: skip
 
 
@@ -340,7 +382,7 @@ def _to_text(scene: Scene, folder: Path) -> str:
 
 
 def _unknown_values(space: UnknownSpace) -> dict[str, Any]:
-    return {"place": space.place, **_pose_values(space.T_world_place), "boxes": space.boxes.tolist()}
+    return {"place": space.place, **pose_values(space.T_world_place), "boxes": space.boxes.tolist()}
 
 
 def _carriers_values(scene: Scene) -> dict[str, Any]:
@@ -348,12 +390,12 @@ def _carriers_values(scene: Scene) -> dict[str, Any]:
     values: dict[str, Any] = {}
     if scene.cell.pod.bins:
         values = {
-            "T_world_pod": _pose_values(scene.T_world_pod),
+            "T_world_pod": pose_values(scene.T_world_pod),
             "pod_error": dataclasses.asdict(scene.pod_error),
         }
     if scene.carriers:
         values["places"] = {
-            name: {**_pose_values(at.T_world_carrier), "error": dataclasses.asdict(at.error)}
+            name: {**pose_values(at.T_world_carrier), "error": dataclasses.asdict(at.error)}
             for name, at in scene.carriers.items()
         }
     return values
@@ -369,7 +411,7 @@ def held_values(held: HeldItem) -> dict[str, Any]:
         Id, name, year, position, quaternion, and bounds of the error of its own pose.
     """
     named = {"id": held.id, "name": held.item.name, "year": held.item.year}
-    return {**named, **_pose_values(held.T_tip_item), **_noise_values(held)}
+    return {**named, **pose_values(held.T_tip_item), **_noise_values(held)}
 
 
 def _item_values(placed: PlacedItem) -> dict[str, Any]:
@@ -378,7 +420,7 @@ def _item_values(placed: PlacedItem) -> dict[str, Any]:
         "name": placed.item.name,
         "year": placed.item.year,
         "location": placed.location,
-        **_pose_values(placed.T_world_item),
+        **pose_values(placed.T_world_item),
         **_noise_values(placed),
     }
 
@@ -387,7 +429,15 @@ def _noise_values(instance: PlacedItem | HeldItem) -> dict[str, Any]:
     return {} if instance.noise is None else {"noise": instance.noise.figures}
 
 
-def _pose_values(T: Array) -> dict[str, list[float]]:
+def pose_values(T: Array) -> dict[str, list[float]]:
+    """Return a pose as JSON values.
+
+    Args:
+        T: (4, 4).
+
+    Returns:
+        Position, and quaternion x, y, z, w.
+    """
     return {
         "position": [float(v) for v in T[:3, 3]],
         "quaternion": [float(v) for v in to_quaternion(T[:3, :3])],

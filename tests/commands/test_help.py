@@ -27,6 +27,7 @@ RANDOM = {
     "compare-planners",
     "make-order",
     "make-scene",
+    "make-stream",
     "locate-pod",
     "perceive",
     "plan-pick",

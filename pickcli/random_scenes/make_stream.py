@@ -1,0 +1,152 @@
+"""Draws a random stream: items that come along a conveyor one after the other.
+
+Items are drawn from those that the tool can hold by their top: by a share of full vacuum that bears
+``RESERVE`` times their weight. They stand on one of their sides, turned at random.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.item import LEAST_SHARE, Item
+from pickcli.cell.station import Carrier
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
+from pickcli.random_scenes.stable_poses import StablePose, stable_poses
+from pickcli.scene.item_stream import ItemStream, RidingItem
+from pickcli.scene.scene import PoseNoise
+from pickcli.seeds import derived_rng
+
+YEAR = 2016  # of the items
+RESERVE = 3.0  # times the weight that the cup pulls at least: half of it is for acceleration and bending
+LANES = 0.13  # m that the middle of an item is off the middle of the belt at most
+FROM_EDGE = 0.01  # m between an item and the edge of the belt, at least
+
+
+@dataclass(frozen=True)
+class StreamRequest:
+    """What a stream is to be.
+
+    Attributes:
+        n_items: Number of items.
+        speed: m/s of the belt.
+        gap: m, least and greatest distance along the belt between the end of one item and the next.
+    """
+
+    n_items: int
+    speed: float
+    gap: tuple[float, float]
+
+
+def conveyors(cell: Cell) -> dict[str, Carrier]:
+    """Return the conveyors of a cell.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        Carriers by name.
+
+    Raises:
+        InputError: The cell has none.
+    """
+    found = {each.name: each for each in cell.own_carriers if each.conveyor is not None}
+    if not found:
+        raise InputError(
+            f"{cell.path / 'cell.yaml'}: has no conveyor; add a place of kind conveyor "
+            "(docs/formats/cell.md), or name a cell that has one, e.g. --cell conveyor_sia20"
+        )
+    return found
+
+
+def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | None = None) -> ItemStream:
+    """Draw a stream.
+
+    The first item enters the belt at 0 s, wholly past its infeed. On a belt that stands, the items lie within
+    its window, the first one farthest from the infeed.
+
+    Args:
+        cell: The cell with the conveyor.
+        request: What it is to be.
+        seed: Seed of all random choices.
+        conveyor: Name of the conveyor; None for the only one, or the first.
+
+    Returns:
+        The stream, its poses and speed exact.
+
+    Raises:
+        InputError: The cell has no conveyor, it is slower, or the items do not fit.
+        UnknownNameError: No conveyor has that name.
+    """
+    belts = conveyors(cell)
+    name = next(iter(belts)) if conveyor is None else conveyor
+    if name not in belts:
+        raise UnknownNameError("conveyor", name, list(belts))
+    belt = belts[name].conveyor
+    assert belt is not None
+    if request.speed > belt.max_speed:
+        raise InputError(
+            f"--speed {request.speed:g}: conveyor {name} runs at {belt.max_speed:g} m/s at most; take less"
+        )
+    rng = derived_rng("stream", name, seed)
+    kinds = _held_by_their_top(cell, belt.width)
+    riding: list[RidingItem] = []
+    counts: dict[str, int] = {}
+    front, rear, first_rear = 0.0, 0.0, 0.0  # m along the belt, of the item, from the front of the first one
+    for k in range(request.n_items):
+        item, sides = kinds[int(rng.integers(len(kinds)))]
+        T = _standing(item, sides[int(rng.integers(len(sides)))], belt.width, rng)
+        reach, gap = float(item.shape.reach(T[:3, :3])[0]), float(rng.uniform(*request.gap))
+        front = rear - gap if k else 0.0
+        rear = front - 2.0 * reach
+        first_rear = first_rear if k else rear
+        if request.speed > 0.0:
+            T[0, 3], stamp = reach, (first_rear - rear) / request.speed
+        else:
+            T[0, 3], stamp = belt.window[1] + front - reach, 0.0
+            if T[0, 3] < belt.window[0]:
+                raise InputError(
+                    f"{k} of {request.n_items} items fit within the window of conveyor {name} while it "
+                    "stands; take fewer, or smaller gaps"
+                )
+        counts[item.name] = counts.get(item.name, 0) + 1
+        n = counts[item.name]
+        riding.append(RidingItem(item.name if n == 1 else f"{item.name}#{n}", item, stamp, T))
+    return ItemStream(cell, name, request.speed, 0.0, PoseNoise(), tuple(riding), seed)
+
+
+def _held_by_their_top(cell: Cell, width: float) -> list[tuple[Item, tuple[StablePose, ...]]]:
+    """Return the items that the cup can hold by their top, each with the sides on which they stand then."""
+    grip = cell.robot.tool.grip
+    pull = float(grip.limit_figures().get("max_pull", np.inf))  # fingers hold by no face
+    found = []
+    for (_, year), item in sorted(cell.items.items(), key=lambda known: known[0]):
+        sides = tuple(
+            side
+            for side, _ in stable_poses(item)
+            if not (side.is_on_edge or side.can_roll)
+            and (share := _seal_of_top(item, side)) >= LEAST_SHARE
+            and share * pull >= RESERVE * GRAVITY * item.heaviest
+            and float(np.hypot(*item.shape.extents[:2])) <= width - 2.0 * FROM_EDGE
+        )
+        if year == YEAR and sides:
+            found.append((item, sides))
+    return found
+
+
+def _seal_of_top(item: Item, side: StablePose) -> float:
+    """Share of full vacuum that the upper face keeps while the item stands on a side."""
+    up = side.R_up_item[2]
+    axis = int(np.argmax(np.abs(up)))
+    return item.seals.get(f"{'+' if up[axis] > 0.0 else '-'}{'xyz'[axis]}", 0.0)
+
+
+def _standing(item: Item, side: StablePose, width: float, rng: np.random.Generator) -> Array:
+    """Random pose (4, 4) of an item on one of its sides in the frame of the belt, at the infeed."""
+    R = rotation_axis_angle((0.0, 0.0, 1.0), float(rng.uniform(-np.pi, np.pi))) @ side.R_up_item
+    reach = item.shape.reach(R)
+    aside = max(0.0, min(LANES, width / 2 - FROM_EDGE - float(reach[1])))
+    return pose((0.0, float(rng.uniform(-aside, aside)), float(reach[2])), R=R)
