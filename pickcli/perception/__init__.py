@@ -5,5 +5,6 @@ of them, without noise, from its `camera_pose`; a `depth_picture` is what its se
 Colour pictures follow from the `looks` of the solids, which for items include a `procedural_texture`.
 `items` finds the listed items of a place in one picture with depth and colour.
 `pod_pose` finds the pod: from a `pod_start` by a `pod_fit`, with a `pod_bound` of the error.
+A `mount_calibration` finds it in several pictures, and the errors of cameras' mounts with it.
 A `believed_scene` is what all this leaves a robot with.
 """

@@ -111,12 +111,12 @@ def _refuse_elsewhere(scene: Scene, places: Iterable[PlaceObservation]) -> None:
             )
 
 
-def believed_items(seen: PlaceObservation, T_world_camera: Array, error: MountError) -> Iterator[PlacedItem]:
+def believed_items(seen: PlaceObservation, T_world_about: Array, error: MountError) -> Iterator[PlacedItem]:
     """Take the answers with useful bounds as items.
 
     Args:
         seen: What was perceived in a place.
-        T_world_camera: (4, 4) stated pose of the camera.
+        T_world_about: (4, 4) the pose that all in it may be off with: the stated one of the camera.
         error: Bounds of the error of that.
 
     Yields:
@@ -126,7 +126,7 @@ def believed_items(seen: PlaceObservation, T_world_camera: Array, error: MountEr
         T, bound = answer.T_world_item, answer.bound
         if not answer.is_answer or T is None or bound is None:
             continue
-        distance = float(np.linalg.norm(T[:3, 3] - T_world_camera[:3, 3]))
+        distance = float(np.linalg.norm(T[:3, 3] - T_world_about[:3, 3]))
         by_camera, radius = error.position + error.angle * distance, answer.item.shape.bounding_radius
         within = PoseNoise(
             bound.position + by_camera,
@@ -136,10 +136,8 @@ def believed_items(seen: PlaceObservation, T_world_camera: Array, error: MountEr
         yield PlacedItem(answer.id, answer.item, seen.place, T, within)
 
 
-def unknown_in(
-    seen: PlaceObservation, place: Place, T_world_camera: Array, error: MountError
-) -> UnknownSpace:
-    """Grow the unknown space of a place by the error of the camera's pose.
+def unknown_in(seen: PlaceObservation, place: Place, T_world_about: Array, error: MountError) -> UnknownSpace:
+    """Grow the unknown space of a place by the error of the pose that all in it may be off with.
 
     Not through its floor, walls and ceiling, which were located in the same picture: what is unknown is
     between them.
@@ -147,24 +145,24 @@ def unknown_in(
     Args:
         seen: What was perceived in it.
         place: The place.
-        T_world_camera: (4, 4) stated pose of the camera.
+        T_world_about: (4, 4) that pose: the stated one of the camera.
         error: Bounds of the error of that.
 
     Returns:
         The space.
     """
     boxes = seen.unknown.reshape(-1, 2, 3)
-    eye = (inverse(seen.T_world_place) @ T_world_camera)[:3, 3]
-    return UnknownSpace(seen.place, seen.T_world_place, _grown(boxes, eye, error, place))
+    about = (inverse(seen.T_world_place) @ T_world_about)[:3, 3]
+    return UnknownSpace(seen.place, seen.T_world_place, _grown(boxes, about, error, place))
 
 
-def _grown(boxes: Array, eye: Array, error: MountError, place: Place) -> Array:
+def _grown(boxes: Array, about: Array, error: MountError, place: Place) -> Array:
     """Boxes (N, 2, 3) grown by what points in them may be off, within the sides of the room but its access.
 
-    eye: (3,) m, the camera in the place's frame
+    about: (3,) m, the point about which all may be turned, in the place's frame
     """
     boxes, room = _split_on_slope(boxes, place.room), place.room
-    farthest = np.linalg.norm(np.maximum(np.abs(boxes[:, 0] - eye), np.abs(boxes[:, 1] - eye)), axis=1)
+    farthest = np.linalg.norm(np.maximum(np.abs(boxes[:, 0] - about), np.abs(boxes[:, 1] - about)), axis=1)
     off = (error.position + error.angle * farthest)[:, None]
     low, high = (np.broadcast_to(corner, (len(boxes), 3)).copy() for corner in (room.low, room.high))
     low[:, 2] = room.floor_at(boxes[:, :, 0]).min(axis=1)

@@ -17,7 +17,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import displaced
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.sensors.sensor_model import DepthModel
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.perception.depth_picture import DepthPicture
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene, RenderedSolid
 from pickcli.perception.surface_view import FloatPicture
@@ -27,6 +27,7 @@ SIGMAS = 3.0  # of a depth, that the scale of its cost is at least
 THROUGH = 3.0  # scales behind the surface, from which it was seen through
 THROUGH_COST = 10.0  # of a pixel that sees through the pod, which cannot be; items before it cost 1 at most
 FIXED = 1e-6  # m and rad, tolerance of what cannot be displaced
+CAMERA_DAMPING = 1e4  # m^-2 and rad^-2: a direction in which nothing is seen stays as stated within 10 mm
 SETTLED = 2e-5  # m and rad, step after which a fit ends
 
 
@@ -170,13 +171,42 @@ class PodFitter:
         Returns:
             Mean of the pixels that should show the pod.
         """
-        seen = self._compared(picture, offset, scale)
+        seen = self._compared(picture, self._T_pod_camera(picture, offset), scale)
         return float(seen.costs.sum() / max(len(seen.distances), 1))
 
-    def _compared(self, picture: ThinnedPicture, offset: Array, scale: float) -> _Comparison:
-        """The picture beside what it would show of the pod at an offset."""
+    def camera_fitted(self, picture: ThinnedPicture, offset: Array, scale: float, most_steps: int) -> Array:
+        """Move the camera in all six directions until the picture shows the pod at an offset best.
+
+        Args:
+            picture: The picture, with the stated pose of its camera.
+            offset: (3,) of the pod, in the frame of the guess.
+            scale: m, distance that costs a quarter; of noisy depths it is more.
+            most_steps: Largest number of Gauss-Newton steps.
+
+        Returns:
+            (4, 4) pose of the camera in the frame of the pod.
+        """
+        T = self._T_pod_camera(picture, offset)
+        for _ in range(most_steps):
+            seen = self._compared(picture, T, scale)
+            n, beam = seen.normals @ T[:3, :3].T, seen.points @ T[:3, :3].T
+            J = np.hstack([n, np.cross(beam, n)])
+            weighted = J * (seen.weights / seen.variances)[:, None]
+            information = weighted.T @ J + CAMERA_DAMPING * np.eye(6)
+            step = np.asarray(-np.linalg.solve(information, weighted.T @ seen.distances))
+            angle = float(np.linalg.norm(step[3:]))
+            R = rotation_axis_angle(step[3:] / angle, angle) if angle > 0.0 else np.eye(3)
+            T = pose(T[:3, 3] + step[:3], R=R @ T[:3, :3])
+            if np.abs(step).max() < SETTLED:
+                break
+        return T
+
+    def _T_pod_camera(self, picture: ThinnedPicture, offset: Array) -> Array:
+        return inverse(displaced(self.T_world_guess, *offset)) @ picture.T_world_camera
+
+    def _compared(self, picture: ThinnedPicture, T: Array, scale: float) -> _Comparison:
+        """The picture beside what it would show of the pod from a pose of the camera in its frame."""
         camera = picture.camera
-        T = inverse(displaced(self.T_world_guess, *offset)) @ picture.T_world_camera
         depth, _, normals = self.pod.kernel.cast_rays(camera.intrinsics, camera.size, T)
         is_shown = np.isfinite(depth) & np.isfinite(picture.depth)
         rays, n = picture.rays[is_shown], normals[is_shown].astype(np.float64)
@@ -188,13 +218,13 @@ class PodFitter:
 
     def _stepped(self, picture: ThinnedPicture, offset: Array, scale: float) -> PodFit:
         """The fit at an offset, moved by a step."""
-        seen = self._compared(picture, offset, scale)
+        seen = self._compared(picture, self._T_pod_camera(picture, offset), scale)
         T, d, variance = seen.T_pod_camera, seen.distances, seen.variances
         n, beam = seen.normals @ T[:3, :3].T, seen.points @ T[:3, :3].T
         at = beam + T[:3, 3]
         # A pod that moves one way sees the points move the other way.
         J = -np.column_stack([n[:, 0], n[:, 1], n[:, 1] * at[:, 0] - n[:, 0] * at[:, 1]])
-        weights = 1.0 / (1.0 + seen.off) ** 2
+        weights = seen.weights
         weighted = J * (weights / variance)[:, None]
         information = weighted.T @ J + np.diag(np.maximum(self.tolerance, FIXED) ** -2.0)
         step = np.asarray(-np.linalg.solve(information, weighted.T @ d))
@@ -232,6 +262,11 @@ class _Comparison:
     def is_through(self) -> NDArray[np.bool_]:
         """(N,) whether something behind the pod was measured."""
         return (self.distances < 0.0) & (self.off > THROUGH**2)
+
+    @property
+    def weights(self) -> Array:
+        """(N,) of each pixel in a Gauss-Newton step."""
+        return 1.0 / (1.0 + self.off) ** 2
 
     @property
     def costs(self) -> Array:

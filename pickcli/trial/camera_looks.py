@@ -10,6 +10,7 @@ in it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.cell.sensors.mounted_camera import MountedCamera, MountError
 from pickcli.errors import InputError
-from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.geometry import Array, pose, rotation_axis_angle, transform_points
 from pickcli.perception.believed_scene import believed_items, unknown_in
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import DepthPicture, measure_depth
@@ -29,8 +30,10 @@ from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import LEAST_SEEN, coarse_view, room_sight
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
-from pickcli.perception.pod_pose import locate_pod
+from pickcli.perception.mount_calibration import MountCalibration, PodLook, calibrated_mounts, camera_in_pod
+from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import RenderedScene
+from pickcli.perception.surface_view import FloatPicture
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene, empty_scene
 from pickcli.scene.unknown_space import UnknownSpace
 from pickcli.seeds import derived_rng, derived_seed
@@ -56,11 +59,32 @@ class Viewpoint:
 
 
 @dataclass(frozen=True, eq=False)
+class _Picture:
+    """A picture of a place.
+
+    T_pod_camera: (4, 4) the camera relative to the pod in it; None if that is not located.
+    """
+
+    viewpoint: Viewpoint
+    depth: FloatPicture
+    colour: ColourPicture
+    T_pod_camera: Array | None
+
+    def rgbd(self, T_world_camera: Array) -> RgbdPicture:
+        """The picture, with the camera at a pose."""
+        return RgbdPicture(self.viewpoint.camera.model, T_world_camera, self.depth, self.colour)
+
+
+@dataclass(frozen=True, eq=False)
 class _Seen:
-    """The last look into a place."""
+    """The last look into a place.
+
+    All that is seen in it may be off alike: by ``error``, about the pose ``T_world_about`` (4, 4).
+    """
 
     observed: PlaceObservation
-    viewpoint: Viewpoint
+    T_world_about: Array
+    error: MountError
 
 
 class CameraLooks:
@@ -68,7 +92,7 @@ class CameraLooks:
 
     Args:
         true: The true scene at the start, for what the order says of the contents of places.
-        around: Perception of all that no camera looks into: the pod's pose, and places open above.
+        around: Perception of all that no camera looks into: places open above, and the pod until it is seen.
         hand_eye: Whether cameras are off their stated poses, within the bounds of the cell.
 
     Raises:
@@ -88,6 +112,7 @@ class CameraLooks:
         self._homes = {placed.id: placed.location for placed in true.items}
         self._may_be_in = {placed.id: frozenset({placed.location}) for placed in true.items}
         self._seen: dict[str, _Seen] = {}
+        self._pod: MountCalibration | None = None
         self._looks: list[LookRecord] = []
 
     @property
@@ -172,10 +197,15 @@ class CameraLooks:
         for placed in outside:
             self._may_be_in[placed.id] = frozenset({placed.location})
         due = self._due(touched)
+        pictures = {name: self._picture_of(name, true, around, number) for name in due}
+        if self._pod is None:
+            self._pod = self._located(pictures.values(), around)
+        if self._pod is not None:
+            around = replace(around, T_world_pod=self._pod.T_world_pod, pod_error=self._pod.error)
         for name in due:
-            self._seen[name] = self._look_into(name, true, around, number)
+            self._seen[name] = self._perceived(name, pictures[name], around)
         for name in self._settle(due):  # again, without what was found elsewhere
-            self._seen[name] = self._look_into(name, true, around, number)
+            self._seen[name] = self._perceived(name, pictures[name], around)
         self._note(due, true, number)
         return self._believed(around, outside)
 
@@ -190,8 +220,8 @@ class CameraLooks:
             if not all(_is_believed(answer) for answer in seen.observed.items)
         )
 
-    def _look_into(self, name: str, true: Scene, around: Scene, number: int) -> _Seen:
-        """Take a picture of a place, and find what is listed to be in it."""
+    def _picture_of(self, name: str, true: Scene, around: Scene, number: int) -> _Picture:
+        """Take a picture of a place."""
         viewpoint = self._viewpoints[name]
         camera, at = viewpoint.camera, viewpoint.at
         model = camera.model
@@ -200,27 +230,49 @@ class CameraLooks:
         depth = measure_depth(rendered, model, T_true, derived_seed("look", self._seed, number, name)).depth
         prints = 1 + derived_seed("prints", self._seed) % (2**31 - 1)  # models know set 0
         colour = colour_picture(rendered, model.camera, T_true, prints)
-        rgbd = RgbdPicture(model, viewpoint.T_world_camera, depth, colour)
-        seen = replace(around, items=(), T_world_pod=self._pod_in(rgbd, around))
-        place = true.cell.places[name]
-        known = RenderedScene.of(seen, at.q, at.tool_state)
+        T_pod_camera = None
+        if name in true.cell.pod.bins and model.depth is not None:
+            picture = DepthPicture(model.camera, viewpoint.T_world_camera, depth)
+            with suppress(InputError):  # then the camera is taken to be where it is stated
+                T_pod_camera = camera_in_pod(picture, true.cell, model.depth, around.T_world_pod)
+        return _Picture(viewpoint, depth, colour, T_pod_camera)
+
+    def _located(self, pictures: Iterable[_Picture], around: Scene) -> MountCalibration | None:
+        """The pod as pictures show it; None if none does."""
+        looks = [
+            PodLook(
+                replace(each.viewpoint.camera, error=self._mount_error(each.viewpoint.camera)),
+                each.viewpoint.T_world_camera,
+                each.T_pod_camera,
+            )
+            for each in pictures
+            if each.T_pod_camera is not None
+        ]
+        return calibrated_mounts(looks, around.T_world_pod) if looks else None
+
+    def _perceived(self, name: str, picture: _Picture, around: Scene) -> _Seen:
+        """Find what is listed to be in a place in a picture of it."""
+        viewpoint, place = picture.viewpoint, around.cell.places[name]
+        T_about, error = viewpoint.T_world_camera, self._mount_error(viewpoint.camera)
+        T_world_camera = viewpoint.T_world_camera
+        if self._pod is not None and name in around.cell.pod.bins:
+            middle = transform_points(place.T_carrier_place, (place.room.low + place.room.high)[None] / 2)[0]
+            T_about = self._pod.T_world_pod @ pose(middle)
+            error = MountError(self._pod.error_at(middle), self._pod.error.yaw)
+            if picture.T_pod_camera is not None:
+                T_world_camera = self._pod.T_world_pod @ picture.T_pod_camera
+            else:
+                mounted = self._pod.T_camera_mounted.get(viewpoint.camera.name, np.eye(4))
+                T_world_camera = viewpoint.T_world_camera @ mounted
+        known = RenderedScene.of(replace(around, items=()), viewpoint.at.q, viewpoint.at.tool_state)
         listed = [
             ListedItem(item_id, self._products[item_id])
             for item_id, places in self._may_be_in.items()
             if name in places
         ]
-        observed = perceive_items(rgbd, place, seen.T_world_place(place), listed, known)
-        return _Seen(observed, viewpoint)
-
-    def _pod_in(self, rgbd: RgbdPicture, around: Scene) -> Array:
-        """Pose of the pod in the frame of a picture; where it is believed to be, if it is not found."""
-        picture = DepthPicture(rgbd.sensor.camera, rgbd.T_world_camera, rgbd.depth)
-        try:
-            return locate_pod(
-                picture, around.cell, rgbd.depth_model, T_world_guess=around.T_world_pod
-            ).T_world_pod
-        except InputError:
-            return around.T_world_pod
+        T_world_place = around.T_world_place(place)
+        observed = perceive_items(picture.rgbd(T_world_camera), place, T_world_place, listed, known)
+        return _Seen(observed, T_about, error)
 
     def _off(self, camera: MountedCamera) -> Array:
         """Pose (4, 4) of the true camera in the frame of the stated one: the same in the whole trial."""
@@ -257,18 +309,17 @@ class CameraLooks:
             seen = self._seen[name]
             items += [placed for placed in self._items_in(name) if name in self._may_be_in[placed.id]]
             place = around.cell.places[name]
-            space = unknown_in(seen.observed, place, seen.viewpoint.T_world_camera, self._error(seen))
+            space = unknown_in(seen.observed, place, seen.T_world_about, seen.error)
             unknown += [space] if len(space.boxes) else []
         return replace(around, items=tuple(items), unknown=tuple(unknown))
 
     def _items_in(self, name: str) -> list[PlacedItem]:
-        """The answers of the last look into a place, with bounds that hold the error of the camera's pose."""
+        """The answers of the last look into a place, with bounds that hold the error of the pod's pose."""
         seen = self._seen[name]
-        T_world_camera = seen.viewpoint.T_world_camera
-        return list(believed_items(seen.observed, T_world_camera, self._error(seen)))
+        return list(believed_items(seen.observed, seen.T_world_about, seen.error))
 
-    def _error(self, seen: _Seen) -> MountError:
-        return seen.viewpoint.camera.error if self._hand_eye else _EXACT
+    def _mount_error(self, camera: MountedCamera) -> MountError:
+        return camera.error if self._hand_eye else _EXACT
 
     def _note(self, due: tuple[str, ...], true: Scene, number: int) -> None:
         """Record a look, with the truth beside each pose."""
