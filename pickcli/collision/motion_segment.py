@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -92,3 +93,16 @@ def at_rest(kind: SegmentKind, q: Array, mode: Mode) -> MotionSegment:
         The segment, without length; the tool determines its duration.
     """
     return MotionSegment(kind, np.stack([q, q]), mode=mode)
+
+
+def scaled_segments(speed_scale: float, segments: Iterable[MotionSegment]) -> list[MotionSegment]:
+    """Return the segments that have a length, at a share of their speed.
+
+    Args:
+        speed_scale: Factor on velocity, acceleration and jerk limits.
+        segments: Segments of a run.
+
+    Returns:
+        Those in which the robot moves.
+    """
+    return [segment.scaled(speed_scale) for segment in segments if segment.has_length]

@@ -10,15 +10,17 @@ from pickcli.commands.command import Command
 from pickcli.commands.option_types import RenamedOption
 from pickcli.commands.pick_request import plan_requested
 from pickcli.commands.plan_options import PlanOptions, plan_options
-from pickcli.commands.scene_options import scene_options
+from pickcli.commands.scene_options import scene_or_cell_options
 from pickcli.commands.stated_pick import destination, refuse_impossible
+from pickcli.commands.stream_options import StreamOptions, plan_from_stream, stream_options
 
 if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
 
 
 @click.command("plan-pick", cls=Command)
-@scene_options
+@scene_or_cell_options
+@stream_options
 @click.option("--bin", "bin_name", metavar="PLACE", help="Bin or other place that contains the item.")
 @click.option("--item", metavar="ITEM", help="Item to pick: its name, or its id in the scene (name#2).")
 @click.option("--pick", metavar="PLACE:ITEM", hidden=True)  # former spelling of --bin PLACE --item ITEM
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 @plan_options("the preferred one of those that hold and reach the item")
 def command(
     bin_name: str | None, item: str | None, pick: str | None, into: str | None, neighbours: str,
-    options: PlanOptions,
+    request: StreamOptions, options: PlanOptions,
 ) -> None:  # fmt: skip
     """Plan one pick: take an item, and bring it to the tote or to another place.
 
@@ -39,14 +41,26 @@ def command(
     set down. The plan is verified, and contains its certificate; if it is rejected, the next candidate is
     tried. Exit code 5 when there is no plan, with every reason; nothing is written then.
 
+    From a running conveyor, name a stream and its time instead of a scene: the item is met at the earliest
+    time at which the arm can be there, or the reasons say why never.
+
     \b
     Example:
       apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box -o plan.json
       apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box --into bin_F -o plan.json
+      apc plan-pick --stream stream.json --item crayola_24_ct --now 1.5 -o plan.json
     """
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours
 
+    request.refuse_scene(options.scene_path)
+    if request.stream_path is not None:
+        if bin_name is not None or pick is not None or neighbours != Neighbours.AVOID:
+            raise click.UsageError("--bin and --neighbours are for scenes; leave them out with --stream")
+        plan_from_stream(request, item, into, options)
+        return
+    if options.scene_path is None:
+        raise click.UsageError("name a scene with --scene, or items on a conveyor with --stream")
     scene = options.scene()
     scene.cell.require_places()
     out_of, item = _taken(pick, bin_name, item, scene)

@@ -14,6 +14,7 @@ from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
 from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
+from pickcli.commands.stream_options import StreamOptions, stream_options
 
 if TYPE_CHECKING:
     from pickcli.verification.verdict import Verdict
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 @click.command("verify", cls=Command)
 @click.argument("plan_path", metavar="PLAN", type=PATH)
 @scene_or_cell_options
+@stream_options
 @click.option("--stopped", "stopped_path", type=PATH, metavar="PLAN",
               help="For a way back after a stop, the plan that was stopped.")  # fmt: skip
 @standing_option
@@ -29,12 +31,13 @@ if TYPE_CHECKING:
 @json_option
 def command(
     plan_path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
-    stopped_path: Path | None, standing: tuple[str, ...], write: bool, as_json: bool,
+    stopped_path: Path | None, standing: tuple[str, ...], write: bool, as_json: bool, request: StreamOptions,
 ) -> None:  # fmt: skip
     """Check a plan with the independent verifier.
 
     The verifier uses exact shapes, its own kinematics and proven bounds, in the scene that the plan was made
-    for; name only --cell if it was made without one.
+    for; name only --cell if it was made without one. Of a plan for a running conveyor, name the stream and
+    the time at which it starts.
 
     Exit code 0 when it may be executed, 4 when it is rejected, damaged or made for another scene.
 
@@ -42,6 +45,7 @@ def command(
     Example:
       apc verify plan.json --scene scene.json --write
       apc verify move.json --cell my_robot
+      apc verify plan.json --stream stream.json --now 1.5
     """
     from pickcli.errors import InputError, RejectedError, StaleError
     from pickcli.motion.plan_file import read_plan, write_plan
@@ -51,12 +55,17 @@ def command(
     stopped = None if stopped_path is None else read_plan(stopped_path).trajectory
     if stopped is not None and plan.recovery is None:
         raise InputError(f"{plan_path}: is no way back after a stop, as --stopped says; leave that out")
-    scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing, items_path))
+    request.refuse_scene(scene_path)
+    arms = ArmRequest.of_plan(plan, standing, items_path)
+    is_stream = request.stream_path is not None
+    scene = request.scene(cell_name, arms) if is_stream else scene_or_empty(scene_path, cell_name, arms)
     try:
         with stage("verification"):
             verdict = verify(plan, scene, stopped)
     except StaleError as error:
-        raise StaleError(f"{plan_path} in {scene_path or cell_name}: {error}") from None
+        raise StaleError(
+            f"{plan_path} in {request.stream_path or scene_path or cell_name}: {error}"
+        ) from None
     if verdict.certificate is not None and write:
         write_plan(replace(plan, certificate=verdict.certificate), plan_path)
     if as_json:

@@ -138,6 +138,24 @@ class Certificate:
     checks: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class LineTracking:
+    """The running conveyor that a plan takes its item from (FANUC, ABB: line tracking).
+
+    The item rides along +x of the conveyor at ``speed`` from the start of the plan on; from the pre-approach
+    to the retreat the arm moves relative to it as if the belt stood.
+
+    Attributes:
+        conveyor: Name of the conveyor.
+        speed: m/s of the belt.
+        speed_error: m/s, bound of the error of the speed.
+    """
+
+    conveyor: str
+    speed: float
+    speed_error: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """Segments, one trajectory over all of them, events and grasp; valid for one cell and scene.
@@ -159,6 +177,7 @@ class Plan:
         recovery: Level of a recovery motion; None for every other plan.
         arm: Name of the moving arm; empty in a cell with one arm.
         others: States of all other arms during the motion.
+        tracking: The running conveyor that the item rides on when the plan starts; None where items stand.
     """
 
     query: str
@@ -175,6 +194,7 @@ class Plan:
     recovery: RecoveryLevel | None = None
     arm: str = ""
     others: tuple[ArmState, ...] = ()
+    tracking: LineTracking | None = None
 
     def with_statistics(self, **values: float) -> Plan:
         """Return the plan with further measurements.

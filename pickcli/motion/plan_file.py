@@ -24,7 +24,7 @@ MAX_BYTES = 24 * 2**20  # a plan of ten seconds has half a megabyte
 
 
 def motion_hash(plan: Plan) -> str:
-    """Compute the SHA-256 of the motion: trajectory, segments, events, grasp, and the level of recovery.
+    """Compute the SHA-256 of the motion: trajectory, segments, events, grasp, level of recovery and conveyor.
 
     Args:
         plan: The plan.
@@ -38,6 +38,7 @@ def motion_hash(plan: Plan) -> str:
         "events": [plain(event) for event in plan.events],
         "grasp": plain(plan.grasp),
         "recovery": plain(plan.recovery),
+        **_tracking(plan),
     })  # fmt: skip
 
 
@@ -60,6 +61,7 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
         "speed_scale": plan.speed_scale,
         "recovery": plain(plan.recovery),
         **_arms(plan),
+        **_tracking(plan),
         "grasp": plain(plan.grasp),
         "segments": [plain(segment) for segment in plan.segments],
         "events": [plain(event) for event in plan.events],
@@ -129,6 +131,11 @@ def certificate_seal(plan: Plan) -> str:
 def _arms(plan: Plan) -> dict[str, Any]:
     """Return the moving arm and the states of the others; {} in a cell with one arm."""
     return {"arm": plan.arm, "others": [plain(state) for state in plan.others]} if plan.arm else {}
+
+
+def _tracking(plan: Plan) -> dict[str, Any]:
+    """Return the running conveyor; {} for a plan whose items stand."""
+    return {} if plan.tracking is None else {"tracking": plain(plan.tracking)}
 
 
 def _check_certificate(plan: Plan, seal: str, where: str) -> None:

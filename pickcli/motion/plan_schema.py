@@ -27,7 +27,15 @@ from pickcli.files.schema import causes, explain
 from pickcli.files.source import name_of
 from pickcli.geometry import Array, is_pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
-from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Certificate, Grasp, Plan, RecoveryLevel
+from pickcli.motion.plan import (
+    MAX_DURATION,
+    MAX_NUMBER,
+    Certificate,
+    Grasp,
+    LineTracking,
+    Plan,
+    RecoveryLevel,
+)
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.name_suggestion import shortened
@@ -156,6 +164,8 @@ _Certificate = _derived(
 
 
 _ArmState = _derived(ArmState, q=Numbers)
+_Speed = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=5.0)]
+_LineTracking = _derived(LineTracking, speed=_Speed, speed_error=Annotated[_Speed, Field(default=0.0)])
 _Plan = _derived(
     Plan,
     also={"format": Literal["apc plan"], "version": Literal[3]},
@@ -185,6 +195,7 @@ _Plan = _derived(
     recovery=Annotated[RecoveryLevel | None, Field(strict=False, default=None)],
     arm=Annotated[str, Field(max_length=200, default="")],
     others=Annotated[conlist(_ArmState, max_length=MAX_JOINTS), Field(default=[])],
+    tracking=Annotated[_LineTracking | None, Field(default=None)],
 )
 
 

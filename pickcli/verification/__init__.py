@@ -16,5 +16,6 @@ Read in this order:
 - The item: `contact_check` with `contact_exemptions`, `support_check` by `pile_statics` and `equilibrium`,
   `push_check`, `topple_check`, `tipping_check`; `grasp_check` with `load_check`, or `pinch_check`
   with `strayed_pinch_check`, as `hold_choice` selects; `release_check`.
+- Plans for a running conveyor, in the frames of hall and belt: `belt_view`.
 - Recovery motions after a stop: `recovery_check`.
 """

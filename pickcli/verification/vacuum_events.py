@@ -12,6 +12,7 @@ from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.straightness_check import every_millisecond, fastest_tip, tip_points
 
@@ -62,7 +63,10 @@ def check_vacuum_events(plan: Plan, scene: Scene, commands: Sequence[TimedEvent]
     if contact is not None:
         lift_end = next((s.t_start for s in held if s.kind is not SegmentKind.LIFT), held[-1].t_end)
         sealing = contact.t_end - scene.cell.robot.tool.cup.seal_time
-        yield from _rests(plan, sealing, contact.t_end)
+        if plan.tracking is None:
+            yield from _rests(plan, sealing, contact.t_end)
+        else:
+            yield from _rides(plan, scene, contact, sealing)
         yield from _needed("pump on", find(DeviceKind.PUMP, "on"), latest=sealing)
         yield from _needed("valve on", find(DeviceKind.VALVE, "on"), latest=sealing)
         yield from _needed("sensor read", find(DeviceKind.SENSOR, "read"), lift_end, held[-1].t_end)
@@ -88,6 +92,16 @@ def _rests(plan: Plan, t_start: float, t_end: float) -> Iterator[Reason]:
     if t_start < 0.0 or moved > JOINT_REST_TOLERANCE:
         needed = f"the tool is to rest on the item from {t_start:.3f} to {t_end:.3f} s"
         yield Reason("no time to seal", "contact", f"{needed}; a joint moves by {moved:.6f} rad or m")
+
+
+def _rides(plan: Plan, scene: Scene, contact: Segment, t_start: float) -> Iterator[Reason]:
+    """Check that the tool does not move on a running belt, as seen from there, until the contact ends."""
+    robot, times = scene.cell.robot, every_millisecond(max(0.0, t_start), contact.t_end)
+    tips = tip_poses(robot, link_poses(robot, positions_at(plan.trajectory, times)), contact.tool_state)
+    moved = float(np.ptp(tips, axis=0).max())
+    if t_start < 0.0 or moved > JOINT_REST_TOLERANCE:
+        needed = f"the tool is to rest on the item from {t_start:.3f} to {contact.t_end:.3f} s"
+        yield Reason("no time to seal", "contact", f"{needed}; on the belt it moves by {moved:.6f} rad or m")
 
 
 def _release(

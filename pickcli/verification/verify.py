@@ -7,21 +7,23 @@ shapes, distances and limits are computed here by other means. docs/verification
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pickcli.errors import Failures, Reason, RejectedError, StaleError
+from pickcli.geometry import Array
 from pickcli.motion.plan import Certificate, Plan, other_arm_elsewhere
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import SCENE_FIGURES, scene_hash
-from pickcli.verification.clearance_check import check_clearance
+from pickcli.verification.belt_view import BeltView, check_tracking
+from pickcli.verification.clearance_check import Clearance, check_clearance
 from pickcli.verification.cloud_points import near_points
 from pickcli.verification.contact_check import check_touch
 from pickcli.verification.event_check import check_io
-from pickcli.verification.exemptions import exemptions
+from pickcli.verification.exemptions import Exemptions, exemptions
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.hold_choice import check_hold
 from pickcli.verification.joint_limit_check import Ratios, check_limits
@@ -30,7 +32,7 @@ from pickcli.verification.push_check import check_push, pushed_by
 from pickcli.verification.recovery_check import check_opening, check_recovery, needed_clearance
 from pickcli.verification.release_check import check_release
 from pickcli.verification.state_sampling import MAX_STEP, States, sample_states
-from pickcli.verification.static_solids import plan_fixtures
+from pickcli.verification.static_solids import PlanFixtures, plan_fixtures
 from pickcli.verification.straightness_check import check_lines
 from pickcli.verification.structure_check import check_structure
 from pickcli.verification.support_check import check_support
@@ -63,6 +65,10 @@ RECOVERY_CHECKS = (
     "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",
 )
 
+TRACKING_CHECKS = (
+    "line tracking: within the window; free of all that rides on the belt, at its speed, and of the hall",
+)
+
 MANY_STATES = 30_000  # twenty seconds at full speed: a plan that breaks a limit is not sampled more finely
 FAR_BEYOND = 10.0  # times a velocity limit: so much motion would take too long to check
 
@@ -86,6 +92,8 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
     reasons = check_structure(plan, scene)
     if reasons:
         return Verdict(None, reasons)
+    if plan.tracking is not None:
+        return _verify_tracked(plan, scene, digest)
     ratios = check_limits(plan, scene)
     if not ratios.velocity <= FAR_BEYOND:
         return Verdict(None, ratios.reasons)
@@ -128,6 +136,70 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
     )
 
 
+def _verify_tracked(plan: Plan, scene: Scene, digest: str) -> Verdict:
+    """Check a plan that takes its item from a running conveyor, without a fault in its structure."""
+    reasons = tuple(check_tracking(plan, scene))
+    ratios = check_limits(plan, scene)
+    if reasons or not ratios.velocity <= FAR_BEYOND:
+        return Verdict(None, (*reasons, *ratios.reasons))
+    assert plan.grasp is not None
+    view, item = BeltView.of(plan, scene), plan.grasp.item
+    T_tip_item = pose_in_tool(plan, view.scene)
+    hall = _Judged.of(plan, view.scene, T_tip_item)
+    belt = _Judged.of(view.seen, view.seen_scene, T_tip_item)
+    work = _Judged.of(view.at_work, view.seen_scene, T_tip_item)
+    every = (hall, belt, work)
+    if any(not each.states.max_step <= MAX_STEP * 1.001 for each in every):
+        return Verdict(None, (Reason("too much motion", "trajectory", "more states than is looked at"),))
+    needed = needed_clearance(plan, scene)
+    standing = hall.clearance(view.in_hall(hall.world, item), needed)
+    riding = belt.clearance(view.on_belt(belt.world, item), needed)
+    reasons = (
+        *ratios.reasons,
+        *standing.reasons,
+        *riding.reasons,
+        *check_touch(work.plan, work.scene, work.states, work.moving, work.world, work.exempt(work.world)),
+        *check_support(plan, view.scene),
+        *check_push(plan, view.scene, T_tip_item),
+        *check_tipping(work.plan, work.scene),
+        *check_lines(work.plan, work.scene.cell.robot, work.states),
+        *check_tool_speed(plan, scene.cell),
+        *check_hold(plan, view.scene, T_tip_item),
+        *check_io(work.plan, work.scene),
+        *check_release(plan, view.scene, T_tip_item),
+    )
+    if reasons:
+        return Verdict(None, reasons)
+    least = min(standing.minimum, riding.minimum)
+    return Verdict(_certificate(plan, scene, digest, hall.states, ratios, least), ())
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """A plan in one frame: its states, the parts that move in each segment, and what stands there."""
+
+    plan: Plan
+    scene: Scene
+    states: States
+    moving: Sequence[tuple[Part, ...]]
+    world: PlanFixtures
+
+    @classmethod
+    def of(cls, plan: Plan, scene: Scene, T_tip_item: Array | None) -> _Judged:
+        """Sample a plan; T_tip_item (4, 4) is the pose of the item in the tool frame."""
+        moving = parts_of_segments(plan, scene, T_tip_item)
+        states = sampled(plan, scene, moving)
+        return cls(plan, scene, states, moving, plan_fixtures(plan, scene, T_tip_item))
+
+    def exempt(self, world: PlanFixtures) -> tuple[Exemptions, ...]:
+        """Return the exemptions of every segment."""
+        return exemptions(self.plan, self.scene, self.states, self.moving, world)
+
+    def clearance(self, world: PlanFixtures, needed: float) -> Clearance:
+        """Prove the clearance to some of the fixtures, m."""
+        return check_clearance(self.plan, self.states, self.moving, world, self.exempt(world), needed=needed)
+
+
 def _certificate(
     plan: Plan, scene: Scene, digest: str, states: States, ratios: Ratios, min_clearance: float
 ) -> Certificate:
@@ -148,6 +220,7 @@ def _certificate(
             *(PUSH_CHECKS if pushed_by(plan) and not is_toppling(plan) else ()),
             *(TOPPLE_CHECKS if is_toppling(plan) else ()),
             *(RECOVERY_CHECKS if plan.recovery is not None else ()),
+            *(TRACKING_CHECKS if plan.tracking is not None else ()),
         ),
     )
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from pickcli.errors import DamagedError, InputError, StaleError
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
-from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
+from pickcli.motion.plan import Certificate, Grasp, LineTracking, Plan, RecoveryLevel
 from pickcli.motion.plan_file import motion_hash, plan_to_dict, read_plan, write_plan
 from pickcli.motion.plan_schema import VERSION, parse_plan
 from pickcli.motion.segment import Segment, SegmentKind
@@ -95,7 +95,9 @@ def test_a_round_trip_is_exact(tmp_path_factory: pytest.TempPathFactory, seed: i
 
 def test_every_field_of_a_plan_is_in_its_file(plan: Plan) -> None:
     pushing = replace(plan.segments[0], pushing=("book",))
-    plan = replace(plan, arm="left", segments=(pushing, *plan.segments[1:]))
+    plan = replace(
+        plan, arm="left", segments=(pushing, *plan.segments[1:]), tracking=LineTracking("belt", 0.33)
+    )
     data = plan_to_dict(plan)
     assert plan.grasp is not None and plan.certificate is not None
     event, written = plan.events[0], data["events"][0]

@@ -2,5 +2,5 @@
 
 Read `stitching`, then `carried_motion` for the part with the item, and `proven_timing`, which times the
 segments between two stops within the limits of `grip_load`; `timed_motion_validation` proves the timed
-motion, and `tool_path_check` measures the tool's path.
+motion, `tracked_stitching` adds the motion of a conveyor, and `tool_path_check` measures the tool's path.
 """

@@ -6,39 +6,17 @@ own, and the arm rests where the tool changes its state with the item.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pickcli.cell.device import device_of
 from pickcli.cell.tool import MOVING
-from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures
 from pickcli.grasping.holding import GripLoad
 from pickcli.kinematics.tool_change import changing_tip
 from pickcli.planning.assembly.proven_timing import carried_run, divided_lift
 from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.timing.concatenation import Run
-
-
-@dataclass(frozen=True, eq=False)
-class PlanPart:
-    """A run with its segments, and the rest of the arm after it.
-
-    Attributes:
-        segments: Segments of the run.
-        run: The run.
-        rest: s at rest after it.
-        at_rest: The segment of that rest, in which only the tool moves; None if the rest belongs to the last
-            segment of the run.
-        continues: Whether the last segment continues with the first one of the next part.
-    """
-
-    segments: Sequence[MotionSegment]
-    run: Run
-    rest: float = 0.0
-    at_rest: MotionSegment | None = None
-    continues: bool = False
+from pickcli.timing.plan_parts import PlanPart
 
 
 @dataclass(frozen=True, eq=False)

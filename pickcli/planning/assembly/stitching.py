@@ -7,20 +7,17 @@ item.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 from pickcli.cell.device import device_of
-from pickcli.collision.motion_segment import MotionSegment, at_rest
+from pickcli.collision.motion_segment import MotionSegment, at_rest, scaled_segments
 from pickcli.errors import Failures, Reason
 from pickcli.io_events.bind import bind_tool_states
 from pickcli.io_events.event_binding import bound_events
 from pickcli.io_events.resolve import resolve
 from pickcli.motion.plan import Plan
-from pickcli.motion.segment import Segment
-from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.assembly.carried_motion import PlanPart, carried_motion
+from pickcli.planning.assembly.carried_motion import carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
 from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import PickMotion
@@ -28,7 +25,8 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
-from pickcli.timing.concatenation import RestingRun, concatenate
+from pickcli.timing.concatenation import RestingRun
+from pickcli.timing.plan_parts import PlanPart, joined
 
 SETTLING = 0.05  # s at rest in the new state of the tool, at the end of a motion that ends with the change
 
@@ -59,8 +57,8 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
         The plan, uncertified; or every reason, if the cup cannot hold at any speed or a proof fails.
     """
     context, scene = problem.context, problem.scene
-    to_item = _moving(context, [motion.transit, *motion.taking.inward])
-    away = _moving(context, motion.placement.away)
+    to_item = scaled_segments(context.cell.speed_scale, [motion.transit, *motion.taking.inward])
+    away = scaled_segments(context.cell.speed_scale, motion.placement.away)
     first = proven_run(context, scene, to_item)
     if isinstance(first, Failures):
         return first
@@ -74,7 +72,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     closing, opening = motion.taking.inward[-1], motion.placement.away[0]
     closes = context.method.closes_at_rest
     *parts, release = carried.parts
-    trajectory, segments = _joined([
+    trajectory, segments = joined([
         PlanPart(to_item, first, rests.taking, closing if closes else None),
         *parts,
         replace(release, rest=rests.releasing, at_rest=opening if closes else None),
@@ -137,7 +135,7 @@ def stitch_runs(
         The plan, uncertified; or every reason, if start and goal coincide or a proof fails.
     """
     parts: list[PlanPart] = []
-    for segments in filter(None, (_moving(context, run) for run in runs)):
+    for segments in filter(None, (scaled_segments(context.cell.speed_scale, run) for run in runs)):
         run = proven_run(context, scene, segments)
         if isinstance(run, Failures):
             return run
@@ -169,7 +167,7 @@ def stitch_tool_change(
     lead = device_of(context.cell.devices, context.cell.robot.tool.mover).lead
     parts: list[PlanPart] = []
     for segment, least in ((change.before, 0.0), (change.changing, lead), (change.after, SETTLING)):
-        moving, duration = _moving(context, [segment]), 0.0
+        moving, duration = scaled_segments(context.cell.speed_scale, [segment]), 0.0
         if moving:
             run = proven_run(context, scene, moving)
             if isinstance(run, Failures):
@@ -187,7 +185,7 @@ def _empty_plan(
     context: PlanningContext, scene: Scene, parts: Sequence[PlanPart], label: str, seed: int
 ) -> Plan:
     """Return the plan of runs of the empty tool, with the events that change the tool's state."""
-    trajectory, segments = _joined(parts)
+    trajectory, segments = joined(parts)
     cell = context.cell
     events = bind_tool_states(segments, cell.devices, cell.robot.tool)
     resolved = resolve(events, segments, trajectory).events
@@ -195,31 +193,3 @@ def _empty_plan(
         label, cell.fingerprint, scene_hash(scene), seed, segments, trajectory, resolved,
         arm=cell.arm, others=cell.others,
     )  # fmt: skip
-
-
-def _moving(context: PlanningContext, segments: Iterable[MotionSegment]) -> list[MotionSegment]:
-    """Return the segments that have a length, at the cell's speed."""
-    return [segment.scaled(context.cell.speed_scale) for segment in segments if segment.has_length]
-
-
-def _joined(parts: Sequence[PlanPart]) -> tuple[Trajectory, tuple[Segment, ...]]:
-    """Join parts, each starting where the one before it ends, to one trajectory with its segments."""
-    whole = concatenate([part.run for part in parts], [part.rest for part in parts[:-1]])
-    ends = [*whole.starts[1:], whole.trajectory.duration]
-    segments: list[Segment] = []
-    continues = False
-    for part, t_start, t_end in zip(parts, whole.starts, ends, strict=True):
-        timed = _timed(part, float(t_start), float(t_end))
-        if continues:
-            segments[-1] = replace(segments[-1], t_end=timed.pop(0).t_end)
-        segments += timed
-        continues = part.continues
-    return whole.trajectory, tuple(segments)
-
-
-def _timed(part: PlanPart, t_start: float, t_end: float) -> list[Segment]:
-    """Return the segments of a part of a plan that lasts, with its rest, between two times."""
-    t_rest = t_end if part.at_rest is None else t_end - part.rest
-    ends = [t_start, *(t_start + part.run.part_times[1:-1]).tolist(), t_rest]
-    timed = [s.timed(*span) for s, span in zip(part.segments, pairwise(ends), strict=True)]
-    return timed if part.at_rest is None else [*timed, part.at_rest.timed(t_rest, t_end)]

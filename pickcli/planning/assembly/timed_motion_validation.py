@@ -9,12 +9,12 @@ import numpy as np
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Reason
-from pickcli.timing.timed_run import TimedRun
+from pickcli.timing.concatenation import Run
 from pickcli.timing.trajectory_chords import trajectory_chords
 
 
 def why_not_proven(
-    run: TimedRun, segments: Sequence[MotionSegment], checkers: Sequence[SceneChecker]
+    run: Run, segments: Sequence[MotionSegment], checkers: Sequence[SceneChecker]
 ) -> Reason | None:
     """Explain why a timed motion is not proven free; each quintic is proven by the checker of its segment.
 

@@ -1,0 +1,141 @@
+"""Options --stream and --now of the commands that work on a running conveyor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from pickcli.commands.arm_options import ArmRequest, open_cell
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH, FiniteRange
+from pickcli.commands.options import passed_as, refuse_output
+from pickcli.commands.plan_verification import timed_certifier
+
+if TYPE_CHECKING:
+    from pickcli.commands.plan_options import PlanOptions
+    from pickcli.scene.item_stream import ItemStream
+    from pickcli.scene.scene import Scene
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class StreamOptions:
+    """A stream at a time, as stated on the command line.
+
+    Attributes:
+        stream_path: File of the stream; None if a scene is meant.
+        now: s, time of the stream; None if not stated.
+    """
+
+    stream_path: Path | None
+    now: float | None
+
+    def refuse_scene(self, scene_path: Path | None) -> None:
+        """Refuse a time without a stream, and a scene beside one.
+
+        Args:
+            scene_path: File of the scene, if one is named.
+
+        Raises:
+            UsageError: The options contradict each other.
+        """
+        if self.stream_path is None and self.now is not None:
+            raise click.UsageError("--now is the time of a stream; name one with --stream, or leave it out")
+        if self.stream_path is not None and scene_path is not None:
+            raise click.UsageError("name a scene with --scene or a stream with --stream, not both")
+
+    def stream(self, cell_name: str | None, arms: ArmRequest) -> ItemStream:
+        """Read the stream.
+
+        Args:
+            cell_name: Name or folder of the cell; None for the one that the stream names.
+            arms: The arms stated on the command line.
+
+        Returns:
+            The stream.
+
+        Raises:
+            InputError: The file or the cell cannot be read.
+            StaleError: It was made for another cell.
+        """
+        from pickcli.scene.stream_file import read_stream
+
+        assert self.stream_path is not None
+        with stage("reading of the stream"):
+            cell = None if cell_name is None else open_cell(cell_name, arms)
+            return read_stream(self.stream_path, cell, partial(open_cell, request=arms))
+
+    def scene(self, cell_name: str | None, arms: ArmRequest) -> Scene:
+        """Read the stream, and return what is on the belt at the stated time.
+
+        Args:
+            cell_name: Name or folder of the cell; None for the one that the stream names.
+            arms: The arms stated on the command line.
+
+        Returns:
+            The scene.
+
+        Raises:
+            InputError: The file or the cell cannot be read.
+            StaleError: It was made for another cell.
+        """
+        return self.stream(cell_name, arms).scene_at(self.now or 0.0)
+
+
+def stream_options(function: F) -> F:
+    """Give a command the options --stream FILE and --now T, passed as ``request``.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options.
+    """
+    function = passed_as("request", StreamOptions)(function)
+    function = click.option(
+        "--now", type=FiniteRange(0.0, 1e6), metavar="T",
+        help="Time of the stream in s at which the plan starts.  [default: 0]",
+    )(function)  # fmt: skip
+    return click.option(
+        "--stream", "stream_path", type=PATH, metavar="FILE",
+        help="Instead of a scene: items that ride on a conveyor (see apc make-stream).",
+    )(function)  # fmt: skip
+
+
+def plan_from_stream(
+    request: StreamOptions, item: str | None, into: str | None, options: PlanOptions
+) -> None:
+    """Plan the pick of an item that rides on a conveyor, and write the plan.
+
+    Args:
+        request: The stream and its time.
+        item: Id of the item; None if not stated.
+        into: Destination; None for the tote, or the only other place.
+        options: The options of the command.
+
+    Raises:
+        UsageError: No item is named.
+        NoPlanError: The item cannot be met, with every reason.
+    """
+    from pickcli.commands.stated_pick import destination
+    from pickcli.planning.intercept import InterceptQuery, plan_intercept
+
+    if item is None:
+        raise click.UsageError("name the item by its id in the stream, with --item")
+    read = request.stream_path, options.cell_name, options.items_path, options.roadmap, options.trajectories
+    refuse_output(options.output, options.overwrite, *read)
+    stream, now = request.stream(options.cell_name, options.arms()), request.now or 0.0
+    stream.find(item)
+    scene = stream.scene_at(now)
+    query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))
+    start = options.begin(scene)
+    with options.session(stream.cell) as session:
+        certify = None if options.no_verify else timed_certifier(scene)
+        plan = plan_intercept(session.context, stream, query, start, options.seed, certify)
+        options.deliver(plan, scene, is_judged=True)

@@ -1,0 +1,248 @@
+"""Stitching of a pick from a running conveyor, and its proof in space and time.
+
+Every run is timed as if the belt stood, and joined so. Then the axis along the belt gets its motion with the
+belt on top (``timing.line_tracking``). The result is proven free of what stands in the hall as it is, and of
+what rides on the belt as seen from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.collision.collision_world import build_world
+from pickcli.collision.motion_segment import MotionSegment, at_rest, scaled_segments
+from pickcli.errors import Failures, Reason
+from pickcli.grasping.holding import GripLoad
+from pickcli.io_events.event_binding import bound_events
+from pickcli.io_events.resolve import delay_segments
+from pickcli.motion.plan import LineTracking, Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
+from pickcli.planning.assembly.grip_load import carried_load
+from pickcli.planning.assembly.proven_timing import proven_run
+from pickcli.planning.assembly.timed_motion_validation import why_not_proven
+from pickcli.planning.assembly.tool_path_check import thrown
+from pickcli.planning.pick_motion import GraspMotion, GraspTransit, PickMotion
+from pickcli.planning.pick_problem import PickProblem
+from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import scene_hash
+from pickcli.timing.concatenation import RestingRun, delayed
+from pickcli.timing.limit_check import LIMIT_TOLERANCE, measure_limits
+from pickcli.timing.line_tracking import TrackedMotion, relative_to_belt, shifted
+from pickcli.timing.plan_parts import PlanPart, joined
+from pickcli.timing.timed_run import TimedRun
+
+SAME_TIME = 1e-9  # s
+
+
+@dataclass(frozen=True, eq=False)
+class TimedTaking:
+    """The lines of a grasp relative to the belt, timed.
+
+    Attributes:
+        problem: The pick with the belt where the lines were planned.
+        t_planned: s at which the belt is there.
+        motion: The lines.
+        inward: The run to the item.
+        outward: The runs with it.
+        rest: s for which the arm rests relative to the belt when the item is taken.
+    """
+
+    problem: PickProblem
+    t_planned: float
+    motion: GraspMotion
+    inward: TimedRun
+    outward: CarriedMotion
+    rest: float
+
+    @property
+    def lasts(self) -> float:
+        """S from the contact until the item is off the belt."""
+        return self.rest + sum(part.run.trajectory.duration + part.rest for part in self.outward.parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """Arm and item at one place at one time.
+
+    Attributes:
+        scene: Scene at the start of the plan.
+        tracking: The conveyor.
+        axis: Index of the joint along the belt.
+        speed: m/s of that joint that keeps up with the belt, negative against its direction.
+        ramp: s that it takes to come up to that speed, and to rest again.
+        t_contact: s from the start of the plan at which the contact is made.
+        after: The pick with the belt where it would be if it had come to rest with the arm.
+        t_after: s at which the belt is there.
+    """
+
+    scene: Scene
+    tracking: LineTracking
+    axis: int
+    speed: float
+    ramp: float
+    t_contact: float
+    after: PickProblem
+    t_after: float
+
+
+def stitch_tracked(
+    meeting: Meeting, reached: GraspTransit, transit: TimedRun, taking: TimedTaking, carried: PickMotion
+) -> Plan | Failures | float:
+    """Time and prove a pick from a running conveyor, and bind its events.
+
+    Args:
+        meeting: Where and when the item is met.
+        reached: The transit to where the arm waits for the belt.
+        transit: That transit, timed.
+        taking: The lines relative to the belt.
+        carried: The transfer from where the arm is at rest again, with the placement.
+
+    Returns:
+        The plan, uncertified; every reason against it; or the s by which the meeting has to be later, for a
+        device that needs the time.
+    """
+    context, after = taking.problem.context, meeting.after
+    transfer = carried_motion(after, replace(carried, taking=replace(carried.taking, outward=())))
+    if isinstance(transfer, Failures):
+        return transfer
+    away = scaled_segments(context.cell.speed_scale, carried.placement.away)
+    last = proven_run(context, carried.placement.scene, away)
+    if isinstance(last, Failures):
+        return last
+    rests = context.method.rests(context.cell.devices, context.settings.release_time)
+    closing, opening = taking.motion.inward[-1], carried.placement.away[0]
+    closes = context.method.closes_at_rest
+    leaves = at_rest(SegmentKind.TRANSFER, carried.taking.end, carried.transfer.segments[0].mode)
+    slowing = RestingRun.of(context.arm.names, carried.taking.end, meeting.ramp)
+    *parts, release = transfer.parts
+    to_item = PlanPart(
+        scaled_segments(context.cell.speed_scale, taking.motion.inward),
+        taking.inward,
+        rests.taking,
+        closing if closes else None,
+    )
+    t_up = meeting.t_contact - taking.inward.trajectory.duration
+    wait = t_up - meeting.ramp - transit.trajectory.duration
+    tracked = TrackedMotion(
+        meeting.axis, meeting.speed, t_up - meeting.ramp, t_up, meeting.t_contact + taking.lasts,
+        meeting.t_contact + taking.lasts + meeting.ramp,
+    )  # fmt: skip
+    met = meeting.speed * (meeting.t_contact - taking.t_planned) - float(
+        tracked.offset(np.array([meeting.t_contact]))[0][0]
+    )
+    end = -float(tracked.offset(np.array([tracked.t_end]))[0][0])
+    groups = [
+        [PlanPart(scaled_segments(context.cell.speed_scale, [reached.transit]), transit, meeting.ramp)],
+        [_along(part, meeting.axis, met) for part in (to_item, *taking.outward.parts)],
+        [
+            _along(part, meeting.axis, end)
+            for part in (
+                PlanPart([leaves], slowing, continues=True),
+                *parts,
+                replace(release, rest=rests.releasing, at_rest=opening if closes else None),
+                PlanPart(away, last),
+            )
+        ],
+    ]
+    relative, segments = joined([part for group in groups for part in group])
+    relative, segments = delayed(relative, wait), delay_segments(segments, wait)
+    scheduled = bound_events(context.cell, segments, relative, rests.taking, rests.releasing)
+    if isinstance(scheduled, Failures):
+        return scheduled
+    if (missing := scheduled[1].duration - relative.duration) > SAME_TIME:
+        return missing
+    segments, relative, events = scheduled
+    trajectory = tracked.added_to(relative)
+    most = measure_limits(trajectory, context.arm.limits, context.cell.speed_scale)
+    if most.time_scale > 1.0 + LIMIT_TOLERANCE:
+        return Failures.of(Reason("joint too slow", str(taking.motion.grasp), str(most.velocity)))
+    proofs = [
+        *(_Proof(taking.problem.scene, taking.t_planned, s) for g in groups[:2] for s in _segments_of(g)),
+        *(_Proof(after.scene, meeting.t_after, s) for s in _segments_of(groups[2])),
+    ]
+    n_away = len(away)
+    proofs[-n_away:] = [replace(each, scene=carried.placement.scene) for each in proofs[-n_away:]]
+    unproven = _why_not_free(meeting, proofs, trajectory, segments)
+    if unproven is not None:
+        return Failures.of(unproven)
+    arm, state = context.arm, taking.motion.holding_state
+    hold = taking.problem.hold(taking.motion.grasp.face, taking.motion.attached.T_tip_item)
+    load = carried_load(arm, state, _between(trajectory, tracked.t_leaving, tracked.t_end), hold)
+    if load.ratio > context.settings.load_ratio:
+        held = f"{load} as the axis comes to rest, {load.ratio:.2f} of the limit"
+        return Failures.of(Reason("does not hold", str(taking.motion.grasp), held))
+    plan = Plan(
+        query=taking.problem.label,
+        cell_fingerprint=context.cell.fingerprint,
+        scene_hash=scene_hash(meeting.scene),
+        seed=taking.problem.seed,
+        segments=segments,
+        trajectory=trajectory,
+        events=events,
+        grasp=GripLoad.worst([taking.outward.load, load, transfer.load]).of(taking.motion.grasp),
+        speed_scale=taking.problem.target.item.speed_scale,
+        arm=context.cell.arm,
+        others=context.cell.others,
+        tracking=meeting.tracking,
+    )
+    too_fast = thrown(arm, plan, context.cell.devices)
+    return plan if too_fast is None else Failures.of(too_fast)
+
+
+def _along(part: PlanPart, axis: int, by: float) -> PlanPart:
+    """Return a part whose run is shifted along an axis by some m."""
+    return replace(part, run=replace(part.run, trajectory=shifted(part.run.trajectory, axis, by)))
+
+
+def _segments_of(parts: Sequence[PlanPart]) -> list[MotionSegment]:
+    """Return the segments of parts, one for each segment of the plan."""
+    found: list[MotionSegment] = []
+    continues = False
+    for part in parts:
+        found += list(part.segments)[1 if continues else 0 :]
+        found += [] if part.at_rest is None else [part.at_rest]
+        continues = part.continues
+    return found
+
+
+def _between(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory:
+    """Return the points of a trajectory between two of its times."""
+    t = trajectory.times
+    kept = (t >= t_start - SAME_TIME) & (t <= t_end + SAME_TIME)
+    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    return Trajectory(trajectory.joint_names, t[kept] - t[kept][0], *(row[kept] for row in rows))
+
+
+@dataclass(frozen=True, eq=False)
+class _Proof:
+    """A segment, the scene in which it was planned, and the s at which the belt is as in that scene."""
+
+    scene: Scene
+    t_scene: float
+    segment: MotionSegment
+
+
+def _why_not_free(
+    meeting: Meeting, proofs: Sequence[_Proof], trajectory: Trajectory, segments: Sequence[Segment]
+) -> Reason | None:
+    """Explain why a motion is not proven free of the hall, or of what rides on the belt at every instant."""
+    context = meeting.after.context
+    for proof, segment in zip(proofs, segments, strict=True):
+        riding = {item.id for item in proof.scene.in_location(meeting.after.place.name)}
+        others = set(build_world(context.model, proof.scene).names) - riding
+        as_seen = relative_to_belt(trajectory, meeting.axis, meeting.speed, proof.t_scene)
+        span = np.array([segment.t_start, segment.t_end])
+        for motion, absent in ((trajectory, riding), (as_seen, others)):
+            mode = proof.segment.mode
+            contacts = replace(mode.contacts, absent=mode.contacts.absent | absent)
+            checker = context.checker_for(proof.scene, replace(mode, contacts=contacts))
+            run = RestingRun(motion, span, np.ones(1))
+            unproven = why_not_proven(run, [proof.segment], [checker])
+            if unproven is not None:
+                return unproven
+    return None

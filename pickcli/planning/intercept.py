@@ -1,0 +1,335 @@
+"""``plan_intercept``: a pick from a running conveyor, met at the earliest time at which the arm can be there.
+
+Relative to the belt its items stand still, so grasp and lines are those of a pick from a table. Where a
+linear axis runs along the belt, that axis alone follows it: every other joint moves as if the belt stood
+(``timing.line_tracking``). The same lines make another meeting by another position of that axis. The arm
+waits at rest until it is time, comes up to the speed of the belt over the item, and is at rest again after
+the lift.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.robot import JointType, Robot
+from pickcli.collision.motion_segment import Mode, scaled_segments
+from pickcli.errors import Failures, NoPlanError, Reason
+from pickcli.geometry import Array
+from pickcli.kinematics.arm import LIMIT_MARGIN
+from pickcli.kinematics.chain import is_planned
+from pickcli.motion.plan import Certify, LineTracking, Plan
+from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.assembly.carried_motion import carried_motion
+from pickcli.planning.assembly.proven_timing import proven_run
+from pickcli.planning.assembly.tracked_stitching import Meeting, TimedTaking, stitch_tracked
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
+from pickcli.planning.pick_problem import PickProblem, PickQuery
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.grasp_selection import feasible_grasps
+from pickcli.planning.stages.grasp_transit import transits_to_grasps
+from pickcli.planning.stages.transfer import plan_transfer
+from pickcli.planning.start_state import Start
+from pickcli.scene.item_stream import ItemStream, after_travel
+from pickcli.scene.scene import TOTE, Scene
+from pickcli.timing.line_tracking import ramp_time
+
+ALONG = 1e-6  # sine of the angle between belt and axis up to which the axis runs along the belt
+USUAL_ARRIVAL = 2.0  # s from the start until the contact, about which grasps are searched
+LATER = 0.01  # s that a meeting is put off beyond the time that the arm needs
+ELSEWHERE = 0.25  # s that a meeting is put off if it cannot be reached for another reason
+# Where on the way from the soonest to the last time in the window grasps are searched, until one is met.
+WHERE_PLANNED = (0.5, 0.15, 0.85)
+MOST_MEETINGS = 8  # that are tried for one grasp
+
+
+@dataclass(frozen=True)
+class InterceptQuery:
+    """A requested pick from a stream.
+
+    Attributes:
+        item: Id of the item in the stream.
+        now: s, time of the stream at which the plan starts.
+        into: Place that the item is brought to.
+    """
+
+    item: str
+    now: float
+    into: str = TOTE
+
+
+@dataclass(frozen=True, eq=False)
+class _Belt:
+    """The belt as one query sees it; times are from the start of the plan.
+
+    start: scene at the start of the plan
+    error: m, bound of the error of the travel until the item leaves the window
+    first, last: s at which the item enters and leaves the window
+    axis: index of the joint along the belt
+    speed: m/s of that joint that keeps up with the belt, negative against its direction
+    ramp: s that it takes to come up to that speed
+    """
+
+    stream: ItemStream
+    start: Scene
+    error: float
+    first: float
+    last: float
+    axis: int
+    speed: float
+    ramp: float
+
+    def at(self, t: float) -> Scene:
+        """Return the scene at a time."""
+        return after_travel(self.start, self.stream.conveyor, self.stream.speed * t, self.error)
+
+
+@dataclass(frozen=True, eq=False)
+class _Window:
+    """The lines of one grasp, and the s between which contact may be made."""
+
+    taking: TimedTaking
+    earliest: float
+    latest: float
+
+
+def plan_intercept(
+    context: PlanningContext,
+    stream: ItemStream,
+    query: InterceptQuery,
+    start: Start,
+    seed: int = 0,
+    certify: Certify | None = None,
+) -> Plan:
+    """Plan the pick of an item that rides on a conveyor; from a belt that stands, as from any place.
+
+    Args:
+        context: The cell, its models and its precomputed files.
+        stream: The items on the conveyor.
+        query: The requested pick.
+        start: Configuration and tool state in which the robot is at rest.
+        seed: Seed of all random choices.
+        certify: Returns the plan with its certificate, or the reasons for its rejection; None leaves plans
+            uncertified.
+
+    Returns:
+        The plan, valid for ``stream.scene_at(query.now)``.
+
+    Raises:
+        UnknownNameError: There is no such item or destination.
+        NoPlanError: The item cannot be met, with every reason.
+    """
+    began = time.perf_counter()
+    stream.find(query.item)
+    scene, place = stream.scene_at(query.now), next(iter(stream.carrier.places))
+    picked = PickQuery(place, query.item, query.into)
+    if stream.speed == 0.0:
+        return plan_pick(context, scene, picked, start, seed, certify=certify)
+    belt = _belt(context, stream, scene, query)
+    standing = context.checker_for(scene, Mode(start.tool_state))
+    if not standing.is_valid(start.q):
+        raise NoPlanError(_label(query, place), [standing.explain(start.q).at("start")])
+    failures = Failures()
+    soonest = min(belt.last, max(belt.first, USUAL_ARRIVAL))
+    for share in WHERE_PLANNED:
+        t_planned = soonest + share * (belt.last - soonest)
+        problem = PickProblem.of(context, belt.at(t_planned), picked, seed)
+        windows, against = _windows(problem, belt, t_planned, start)
+        failures += against
+        grasped = time.perf_counter()
+        for window in sorted(windows, key=lambda each: _arrival(context, belt, each, start)):
+            plan = _met(belt, window, start)
+            if not isinstance(plan, Failures):
+                plan = plan.with_statistics(
+                    grasps_ms=1e3 * (grasped - began), planning_ms=1e3 * (time.perf_counter() - began)
+                )
+                certified = plan if certify is None else certify(plan)
+                if not isinstance(certified, Failures):
+                    return certified
+                plan = certified
+            failures += plan
+    raise NoPlanError(_label(query, place), failures)
+
+
+def _label(query: InterceptQuery, place: str) -> str:
+    return f"pick {query.item} from {place}" + (f" into {query.into}" if query.into != TOTE else "")
+
+
+def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: InterceptQuery) -> _Belt:
+    """Describe the belt for a query; raise NoPlanError if the item cannot be reached at any time."""
+    riding = stream.find(query.item)
+    travel = stream.travel_at(riding, query.now)
+    first, last = ((edge - travel) / stream.speed for edge in stream.belt.window)
+    where = f"{riding.id} at {query.now:g} s"
+
+    def never(what: str, detail: str) -> NoPlanError:
+        return NoPlanError(_label(query, stream.conveyor), [Reason(what, where, detail)])
+
+    if not stream.is_on_belt(riding, query.now) and last > 0.0:
+        behind = float(riding.item.shape.reach(riding.T_belt_item[:3, :3])[0])
+        enters = riding.stamp + (behind - float(riding.T_belt_item[0, 3])) / stream.speed
+        raise never("not on the belt yet", f"it is wholly past the infeed at {enters:.2f} s")
+    if last <= 0.0:
+        raise never("out of the window", f"it left the window {-last:.2f} s before")
+    found = linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0])
+    if found is None:
+        raise never("no axis along the belt", "only a linear axis of the robot parallel to it can follow it")
+    axis, direction = found
+    limits = context.arm.limits
+    scale = context.cell.speed_scale
+    if stream.speed >= scale * limits.velocity[axis]:
+        slow = f"{context.arm.names[axis]} reaches {scale * limits.velocity[axis]:g} m/s"
+        raise never("joint too slow", f"{slow}, the belt runs at {stream.speed:g} m/s")
+    ramp = ramp_time(stream.speed, scale * float(limits.acceleration[axis]), float(limits.jerk[axis]))
+    return _Belt(stream, scene, stream.speed_error * last, first, last, axis, direction * stream.speed, ramp)
+
+
+def linear_axis(robot: Robot, direction: Array) -> tuple[int, float] | None:
+    """Find the axis that moves the whole arm along a direction.
+
+    Args:
+        robot: The robot.
+        direction: (3,) unit vector in the world.
+
+    Returns:
+        Index of the first planned joint, and 1.0 or -1.0, the sign of its motion along the direction; None if
+        that joint turns, is not parallel to it, or carries less than all bodies of the robot.
+    """
+    T = robot.T_world_base
+    for joint in robot.joints:
+        T = T @ joint.T_parent_joint
+        if is_planned(robot, joint):
+            along = float(T[:3, :3] @ joint.axis @ direction)
+            fixed = robot.links[: robot.links.index(robot.link(joint.child))]
+            if joint.type is not JointType.PRISMATIC or abs(along) < 1.0 - ALONG:
+                return None
+            is_whole = not any(link.bodies for link in fixed)
+            return (robot.joint_names.index(joint.name), float(np.sign(along))) if is_whole else None
+    return None
+
+
+def _windows(
+    problem: PickProblem, belt: _Belt, t_planned: float, start: Start
+) -> tuple[list[_Window], Failures]:
+    """Find grasps with the belt where it is at a time, and when the arm can follow their lines."""
+    grasps, failures = feasible_grasps(problem, ())
+    found = list[_Window]()
+    for motion in grasps:
+        unwound = motion.unwound_towards(problem.context.arm.limits, start.q)
+        window = _window(problem, belt, unwound, t_planned)
+        if isinstance(window, Failures):
+            failures += window
+        else:
+            found.append(window)
+    return found, failures
+
+
+def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: float) -> _Window | Failures:
+    """Time the lines of a grasp relative to the belt, and find when the arm can follow them."""
+    context = problem.context
+    inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
+    if isinstance(inward, Failures):
+        return inward
+    nowhere = Transfer((), PlaceMotion(problem.scene, (), (), 0.0))
+    outward = carried_motion(problem, PickMotion(motion.inward[0], motion, nowhere))
+    if isinstance(outward, Failures):
+        return outward
+    rests = context.method.rests(context.cell.devices, context.settings.release_time)
+    taking = TimedTaking(problem, t_planned, motion, inward, outward, rests.taking)
+    v, axis, limits = belt.speed, belt.axis, context.arm.limits
+    # The axis begins and ends its way along the belt half a ramp's travel before and after the lines.
+    begins = motion.start[axis] - v * (inward.trajectory.duration + belt.ramp / 2)
+    ends = motion.end[axis] + v * (taking.lasts + belt.ramp / 2)
+    lower, upper = limits.lower[axis] + LIMIT_MARGIN, limits.upper[axis] - LIMIT_MARGIN
+    first, last = (lower, upper) if v > 0.0 else (upper, lower)
+    earliest = max(belt.first, t_planned + float((first - begins) / v))
+    latest = min(belt.last - taking.lasts, t_planned + float((last - ends) / v))
+    if earliest > latest:
+        short = f"{context.arm.names[axis]} and the window are {abs(v) * (earliest - latest):.2f} m too short"
+        return Failures.of(Reason("out of the window", str(motion.grasp), short))
+    return _Window(taking, earliest, latest)
+
+
+def _ready(belt: _Belt, taking: TimedTaking, t_contact: float) -> GraspMotion:
+    """Return the lines of a grasp from where the arm waits for the belt, over where the item will be."""
+    late = t_contact - taking.inward.trajectory.duration - belt.ramp / 2 - taking.t_planned
+    return along(taking.motion, belt.axis, belt.speed * late)
+
+
+def along(motion: GraspMotion, axis: int, by: float) -> GraspMotion:
+    """Shift the lines of a grasp along an axis.
+
+    Args:
+        motion: The lines.
+        axis: Index of the joint.
+        by: m.
+
+    Returns:
+        The shifted lines.
+    """
+    way = np.zeros(len(motion.start))
+    way[axis] = by
+    inward, outward = (tuple(s.unwound(way) for s in part) for part in (motion.inward, motion.outward))
+    return replace(motion, inward=inward, outward=outward)
+
+
+def _arrival(context: PlanningContext, belt: _Belt, window: _Window, start: Start) -> float:
+    """Estimate the earliest s of contact."""
+    ready = _ready(belt, window.taking, window.earliest)
+    transit = estimated_duration(context.space, np.stack([start.q, ready.start]))
+    pumps = (each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP)
+    moved = transit + belt.ramp + window.taking.inward.trajectory.duration
+    return max(window.earliest, moved, *pumps)
+
+
+def _met(belt: _Belt, window: _Window, start: Start) -> Plan | Failures:
+    """Plan the earliest meeting that the arm is in time for."""
+    t_contact, failures = _arrival(window.taking.problem.context, belt, window, start), Failures()
+    for _ in range(MOST_MEETINGS):
+        if t_contact > window.latest:
+            late = f"by {1e3 * (t_contact - window.latest):.0f} ms"
+            return failures + Reason("too late", str(window.taking.motion.grasp), late)
+        found = _planned(belt, window.taking, start, t_contact)
+        if isinstance(found, Plan):
+            return found
+        if isinstance(found, Failures):
+            failures += found
+            found = ELSEWHERE
+        t_contact += found
+    return failures
+
+
+def _planned(belt: _Belt, taking: TimedTaking, start: Start, t_contact: float) -> Plan | Failures | float:
+    """Plan the meeting at a time; return the reasons against it, or the s by which it has to be later."""
+    problem = taking.problem
+    t_lines = t_contact - taking.inward.trajectory.duration
+    before = _with_scene(problem, belt.at(t_lines - belt.ramp))
+    reached = next(transits_to_grasps(before, [_ready(belt, taking, t_contact)], start))
+    if isinstance(reached, Failures):
+        return reached
+    transit = proven_run(
+        problem.context, before.scene, scaled_segments(problem.context.cell.speed_scale, [reached.transit])
+    )
+    if isinstance(transit, Failures):
+        return transit
+    if (missing := transit.trajectory.duration + belt.ramp - t_lines) > 0.0:
+        return missing + LATER
+    # The arm comes to rest as if the belt had gone on for half of the ramp.
+    t_after = t_contact + taking.lasts + belt.ramp / 2
+    after = _with_scene(problem, belt.at(t_after))
+    left = along(taking.motion, belt.axis, belt.speed * (t_after - taking.t_planned))
+    carried = plan_transfer(after, replace(reached, taking=left))
+    if isinstance(carried, Failures):
+        return carried
+    tracking = LineTracking(belt.stream.conveyor, belt.stream.speed, belt.stream.speed_error)
+    meeting = Meeting(belt.start, tracking, belt.axis, belt.speed, belt.ramp, t_contact, after, t_after)
+    return stitch_tracked(meeting, reached, transit, taking, carried)
+
+
+def _with_scene(problem: PickProblem, scene: Scene) -> PickProblem:
+    """Return a problem in the scene of another time."""
+    return replace(problem, scene=scene, target=scene.find(problem.target.id))

@@ -1,0 +1,200 @@
+"""A plan that takes its item from a running conveyor, as seen from the hall and from the belt.
+
+Seen from the belt, what rides on it stands still and the arm travels backwards: one more linear joint below
+its base. Everything that rides on the belt is judged there, everything else in the hall. Lines, rests and
+events are judged relative to what the tool works on: to the belt until the transfer begins, to the hall from
+then on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cell.robot import Joint, JointType, Limits, Link, Robot
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.item_stream import after_travel
+from pickcli.scene.scene import Scene
+from pickcli.verification.static_solids import PlanFixtures
+
+TIME_TOLERANCE = 1e-6  # s
+SPEED_TOLERANCE = 1e-9  # m/s
+
+
+@dataclass(frozen=True, eq=False)
+class BeltView:
+    """A plan in three frames. Those of hall and belt coincide when the contact is made.
+
+    Attributes:
+        scene: The scene with the items where the belt has carried them at the contact.
+        seen_scene: That scene with a robot that travels along the belt.
+        seen: The plan as seen from the belt, for that robot.
+        at_work: The plan as seen from the belt until the transfer begins, and from the hall after that.
+        riding: Ids of the items on the belt.
+    """
+
+    scene: Scene
+    seen_scene: Scene
+    seen: Plan
+    at_work: Plan
+    riding: frozenset[str]
+
+    @classmethod
+    def of(cls, plan: Plan, scene: Scene) -> BeltView:
+        """Describe a plan without a fault in its structure and its conveyor.
+
+        Args:
+            plan: The plan, with a conveyor.
+            scene: The scene at its start.
+
+        Returns:
+            The plan in its frames.
+        """
+        assert plan.tracking is not None and plan.grasp is not None
+        tracking, contact = plan.tracking, _contact(plan)
+        carrier = scene.cell.carriers[tracking.conveyor]
+        error = tracking.speed_error * _times_in_window(plan, scene)[1]
+        at_contact = after_travel(scene, tracking.conveyor, tracking.speed * contact.t_end, error)
+        along = scene.pose_of(carrier).T_world_carrier[:3, 0]
+        robot = _travelling(scene.cell.robot, along, tracking.conveyor)
+        seen_scene = replace(at_contact, cell=replace(scene.cell, robot=robot))
+        t = plan.trajectory.times
+        travel, speeds = -tracking.speed * (t - contact.t_end), np.full(len(t), -tracking.speed)
+        is_on_belt = t <= _leaving(plan) + TIME_TOLERANCE
+        return cls(
+            at_contact,
+            seen_scene,
+            _with_travel(plan, robot, travel, speeds),
+            _with_travel(plan, robot, np.where(is_on_belt, travel, 0.0), np.where(is_on_belt, speeds, 0.0)),
+            frozenset(placed.id for placed in scene.items if placed.location in carrier.places),
+        )
+
+    def in_hall(self, world: PlanFixtures, item: str) -> PlanFixtures:
+        """Return the fixtures without what rides on the belt.
+
+        Args:
+            world: All fixtures.
+            item: Id of the item that is taken, which may stand somewhere else after its release.
+
+        Returns:
+            The fixtures of the hall.
+        """
+        before = tuple(each for each in world.before if each.name not in self.riding)
+        after = world.set_down and tuple(
+            each for each in world.set_down if each.name not in self.riding or each.name == item
+        )
+        return replace(world, before=before, set_down=after)
+
+    def on_belt(self, world: PlanFixtures, item: str) -> PlanFixtures:
+        """Return the fixtures that ride on the belt.
+
+        Args:
+            world: All fixtures.
+            item: Id of the item that is taken, which is gone after its release.
+
+        Returns:
+            The items on the belt.
+        """
+        before = tuple(each for each in world.before if each.name in self.riding)
+        after = world.set_down and tuple(
+            each for each in world.set_down if each.name in self.riding and each.name != item
+        )
+        return replace(world, before=before, set_down=after, cloud=())
+
+
+def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """Check the conveyor of a plan, and that the item is taken from it within its window.
+
+    Args:
+        plan: A plan with a conveyor, without a fault in its structure.
+        scene: The scene at its start.
+
+    Yields:
+        The faults.
+    """
+    assert plan.tracking is not None
+    tracking, where = plan.tracking, "tracking"
+    carrier = scene.cell.carriers.get(tracking.conveyor)
+    if carrier is None or carrier.conveyor is None:
+        yield Reason("unknown conveyor", where, f"the cell has no conveyor {tracking.conveyor!r}")
+        return
+    most = carrier.conveyor.max_speed
+    if not 0.0 < tracking.speed <= most + SPEED_TOLERANCE or not 0.0 <= tracking.speed_error <= most:
+        stated = f"{tracking.speed:g} m/s, within {tracking.speed_error:g}"
+        yield Reason("belt speed", where, f"{stated}; the conveyor runs at up to {most:g} m/s")
+        return
+    kinds = [segment.kind for segment in plan.segments]
+    if plan.recovery is not None or plan.grasp is None or kinds.count(SegmentKind.CONTACT) != 1:
+        yield Reason("nothing taken from the belt", where, "a plan with a conveyor takes one item from it")
+        return
+    if SegmentKind.TRANSFER not in kinds[kinds.index(SegmentKind.CONTACT) :]:
+        yield Reason("does not leave the belt", where, "no transfer follows the contact")
+        return
+    if scene.find(plan.grasp.item).location not in carrier.places:
+        yield Reason("not on the belt", where, f"{plan.grasp.item} is not on {tracking.conveyor}")
+        return
+    first, last = _times_in_window(plan, scene)
+    if not first - TIME_TOLERANCE <= _contact(plan).t_end or not _leaving(plan) <= last + TIME_TOLERANCE:
+        within = f"taken from {_contact(plan).t_end:.3f} to {_leaving(plan):.3f} s"
+        yield Reason(
+            "out of the window", where, f"{within}, the item is in it from {first:.3f} to {last:.3f} s"
+        )
+
+
+def _contact(plan: Plan) -> Segment:
+    return next(segment for segment in plan.segments if segment.kind is SegmentKind.CONTACT)
+
+
+def _leaving(plan: Plan) -> float:
+    """S at which the item is off the belt: the start of the first transfer after the contact."""
+    t = _contact(plan).t_end
+    return next(s.t_start for s in plan.segments if s.kind is SegmentKind.TRANSFER and s.t_start >= t)
+
+
+def _times_in_window(plan: Plan, scene: Scene) -> tuple[float, float]:
+    """S at which the item that is taken enters and leaves the window of its conveyor."""
+    assert plan.tracking is not None and plan.grasp is not None
+    carrier = scene.cell.carriers[plan.tracking.conveyor]
+    assert carrier.conveyor is not None
+    T = scene.pose_of(carrier).T_world_carrier
+    travel = float((scene.find(plan.grasp.item).T_world_item[:3, 3] - T[:3, 3]) @ T[:3, 0])
+    first, last = carrier.conveyor.window
+    return (first - travel) / plan.tracking.speed, (last - travel) / plan.tracking.speed
+
+
+def _travelling(robot: Robot, along: Array, name: str) -> Robot:
+    """Return the robot on a linear joint along a direction (3,) of the world."""
+    ground, root = f"{name} at the contact", robot.links[0].name
+    axis = robot.T_world_base[:3, :3].T @ along
+    joint = Joint(
+        f"travel of {name}", JointType.PRISMATIC, ground, root, np.eye(4), axis, lower=-100.0, upper=100.0
+    )
+    limits = robot.limits
+    rows = (limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk)
+    return replace(
+        robot,
+        links=(Link(ground, (), 0.0, np.eye(4)), *robot.links),
+        joints=(joint, *robot.joints),
+        joint_names=(joint.name, *robot.joint_names),
+        limits=Limits(
+            *(np.insert(row, 0, end) for row, end in zip(rows, (-100.0, 100.0, *3 * [np.inf]), strict=True))
+        ),
+    )
+
+
+def _with_travel(plan: Plan, robot: Robot, positions: Array, velocities: Array) -> Plan:
+    """Return the plan for a robot that also travels, by (N,) m at (N,) m/s at the points."""
+    at = plan.trajectory
+    columns = (
+        (positions, at.positions),
+        (velocities, at.velocities),
+        (np.zeros(len(at.times)), at.accelerations),
+    )
+    rows = (np.column_stack(pair) for pair in columns)
+    return replace(plan, trajectory=Trajectory(robot.joint_names, at.times, *rows))

@@ -1,0 +1,76 @@
+"""``apc plan-pick --stream`` and ``apc verify --stream``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from support.command_line import apc, misused, refused
+
+
+@pytest.fixture(scope="module")
+def stream(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("stream") / "stream.json"
+    assert apc("make-stream", "--items", "4", "--seed", "4", "-o", path).code == 0
+    return path
+
+
+def item(stream: Path, k: int) -> tuple[str, float]:
+    """Id and stamp of the k-th item."""
+    found = json.loads(stream.read_text())["items"][k]
+    return found["id"], found["stamp"]
+
+
+def test_a_pick_is_planned_and_verified_for_its_time_only(stream: Path, tmp_path: Path) -> None:
+    name, stamp = item(stream, 1)
+    plan, now = tmp_path / "plan.json", f"{stamp + 0.5:.2f}"
+    planned = apc("plan-pick", "--stream", stream, "--item", name, "--now", now, "-o", plan)
+    assert planned.code == 0 and "certified" in planned.out
+    assert json.loads(plan.read_text())["tracking"] == {"conveyor": "belt", "speed": 0.33, "speed_error": 0.0}
+    verified = apc("verify", plan, "--stream", stream, "--now", now)
+    assert verified.code == 0 and "line tracking" in verified.out
+    refused(apc("verify", plan, "--stream", stream, "--now", "0.1"), 4, "the plan was made for the scene")
+
+
+def test_an_item_that_is_never_met_has_no_plan(stream: Path, tmp_path: Path) -> None:
+    name, _ = item(stream, 0)
+    words = ("plan-pick", "--stream", stream, "--item", name, "--now", "20", "-o", tmp_path / "p.json")
+    refused(apc(*words), 5, "out of the window: it left the window")
+    assert not (tmp_path / "p.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--item", "x", "--bin", "belt"), "--bin and --neighbours are for scenes"),
+        ((), "name the item by its id in the stream"),
+        (
+            ("--item", "x", "--scene", "scene.json"),
+            "a scene with --scene or a stream with --stream, not both",
+        ),
+        (("--item", "x", "--now", "-1"), "--now"),
+        (("--item", "x", "--now", "nan"), "--now"),
+    ],
+)
+def test_options_that_contradict_each_other_are_wrong_usage(
+    stream: Path, words: tuple[str, ...], told: str, tmp_path: Path
+) -> None:
+    misused(apc("plan-pick", "--stream", stream, *words, "-o", tmp_path / "p.json"), told)
+
+
+def test_names_that_are_unknown_are_told(stream: Path, tmp_path: Path) -> None:
+    words = ("plan-pick", "--stream", stream, "-o", tmp_path / "p.json", "--item")
+    refused(apc(*words, "nothing"), 3, "unknown item 'nothing'")
+    refused(apc(*words, item(stream, 0)[0], "--into", "bin_A"), 3, "bin_A")
+    missing = ("plan-pick", "--stream", tmp_path / "none.json", "-o", tmp_path / "p.json", "--item", "x")
+    refused(apc(*missing), 3, "no such file")
+
+
+def test_a_time_needs_a_stream(tmp_path: Path) -> None:
+    misused(
+        apc("plan-pick", "--now", "1", "--item", "x", "-o", tmp_path / "p.json"),
+        "--now is the time of a stream",
+    )
+    misused(apc("plan-pick", "--bin", "belt", "--item", "x", "-o", tmp_path / "p.json"), "--scene")

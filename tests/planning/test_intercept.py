@@ -1,0 +1,178 @@
+"""Picks from a running conveyor: met with its speed, free at every instant, or never and why."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.data_path import data_path
+from pickcli.collision.motion_segment import Mode
+from pickcli.errors import NoPlanError, UnknownNameError
+from pickcli.motion.plan_file import plan_to_dict
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.intercept import InterceptQuery, linear_axis, plan_intercept
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
+from pickcli.random_scenes.make_stream import StreamRequest, make_stream
+from pickcli.verification.verify import verify
+from support.belt_picks import BeltPick, belt_pick, cell, context, home, stream
+from support.cell_copies import CellCopy
+
+SPEEDS = (0.1, 0.33, 0.5)
+
+
+@pytest.fixture(scope="module", params=SPEEDS)
+def pick(request: pytest.FixtureRequest) -> BeltPick:
+    return belt_pick(request.param)
+
+
+def contact_end(pick: BeltPick) -> float:
+    return next(s.t_end for s in pick.plan.segments if s.kind is SegmentKind.CONTACT)
+
+
+def test_the_verifier_accepts_it(pick: BeltPick) -> None:
+    verdict = verify(pick.plan, pick.scene)
+    assert verdict.reasons == () and verdict.certificate is not None
+
+
+def test_the_tool_rests_on_the_item_while_that_rides(pick: BeltPick) -> None:
+    seal = cell().robot.tool.cup.seal_time
+    t = np.linspace(contact_end(pick) - seal, contact_end(pick), 60)
+    tips = context().arm.tips(pick.plan.trajectory.sample(t), pick.plan.segments[0].tool_state)
+    assert np.allclose(np.diff(tips[:, 0, 3]) / np.diff(t), pick.stream.speed, atol=1e-6)
+    assert np.allclose(tips[:, 1:3, 3], tips[0, 1:3, 3], atol=1e-7)
+    assert np.allclose(tips[:, :3, :3], tips[0, :3, :3], atol=1e-7)
+
+
+def test_it_is_where_the_item_is(pick: BeltPick) -> None:
+    assert pick.plan.grasp is not None
+    t = contact_end(pick)
+    placed = pick.stream.scene_at(pick.now + t).find(pick.plan.grasp.item)
+    tip = context().arm.tip(pick.plan.trajectory.sample(t)[0], pick.plan.grasp.tool_state)
+    at = placed.T_world_item @ pick.plan.grasp.T_item_tip
+    off = np.linalg.inv(at) @ tip
+    assert abs(off[0, 3]) < 1e-3 and abs(off[1, 3]) < 1e-3 and 0.0 <= off[2, 3] < 0.01
+
+
+def test_it_is_free_at_every_instant_in_the_scene_of_that_instant(pick: BeltPick) -> None:
+    """By brute force, from the stream alone, outside of the segments that plan contacts."""
+    for segment in pick.plan.segments:
+        if segment.touching or segment.held is not None:
+            continue
+        for t in np.arange(segment.t_start, segment.t_end, 0.02):
+            scene = pick.stream.scene_at(pick.now + t)
+            if segment.kind in (SegmentKind.PLACE, SegmentKind.DEPART):
+                assert pick.plan.grasp is not None
+                scene = scene.without(pick.plan.grasp.item)
+            checker = context().checker_for(scene, Mode(segment.tool_state))
+            assert checker.is_valid(pick.plan.trajectory.sample(t)[0]), (segment.kind, t)
+
+
+def test_the_item_is_taken_within_the_window(pick: BeltPick) -> None:
+    riding = pick.stream.find(pick.plan.grasp.item if pick.plan.grasp else "")
+    leaves = next(s.t_start for s in pick.plan.segments if s.kind is SegmentKind.TRANSFER)
+    first, last = pick.stream.belt.window
+    assert first <= pick.stream.travel_at(riding, pick.now + contact_end(pick))
+    assert pick.stream.travel_at(riding, pick.now + leaves) <= last
+
+
+def test_the_same_query_gives_the_same_bytes() -> None:
+    items = stream()
+    query = InterceptQuery(items.items[1].id, items.items[1].stamp + 0.3)
+    again = plan_intercept(PlanningContext(cell()), items, query, home())
+    assert _bytes(again) == _bytes(belt_pick().plan)
+
+
+def _bytes(plan: object) -> dict[str, object]:
+    from pickcli.motion.plan import Plan
+
+    assert isinstance(plan, Plan)
+    return plan_to_dict(replace(plan, statistics={}))
+
+
+def test_from_a_belt_that_stands_it_is_the_pick_from_a_table() -> None:
+    items = make_stream(cell(), StreamRequest(3, 0.0, (0.1, 0.2)), 5)
+    name = items.items[1].id
+    plan = plan_intercept(context(), items, InterceptQuery(name, 2.0), home())
+    static = plan_pick(context(), items.scene_at(2.0), PickQuery("belt", name), home())
+    assert plan.tracking is None and _bytes(plan) == _bytes(static)
+
+
+def test_a_slack_error_of_the_speed_is_kept_away_from() -> None:
+    items = replace(stream(), speed_error=0.0008)
+    query = InterceptQuery(items.items[1].id, items.items[1].stamp + 0.3)
+    plan = plan_intercept(context(), items, query, home())
+    assert plan.tracking is not None and plan.tracking.speed_error == 0.0008
+    assert verify(plan, items.scene_at(query.now)).reasons == ()
+
+
+# Never, and why
+
+
+def never(item: str, now: float, told: str, start: Start | None = None) -> None:
+    with pytest.raises(NoPlanError) as error:
+        plan_intercept(context(), stream(), InterceptQuery(item, now), start or home())
+    assert told in str(error.value), str(error.value)
+
+
+def test_what_is_past_the_window_is_never_met() -> None:
+    riding = stream().items[0]
+    never(riding.id, riding.stamp + 9.0, "out of the window: it left the window")
+
+
+def test_what_has_not_come_yet_is_not_met_yet() -> None:
+    never(stream().items[3].id, 0.0, "not on the belt yet: it is wholly past the infeed at")
+
+
+def test_what_is_nearly_past_the_window_is_too_late_by_so_much() -> None:
+    riding = stream().items[0]
+    last = stream().belt.window[1]
+    now = riding.stamp + (last - float(riding.T_belt_item[0, 3]) - 0.5) / 0.33
+    never(riding.id, now, "ms")
+
+
+def test_an_unknown_item_is_told_with_a_known_one() -> None:
+    with pytest.raises(UnknownNameError, match=stream().items[0].id):
+        plan_intercept(context(), stream(), InterceptQuery("nothing", 0.0), home())
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> CellCopy:
+    shutil.copytree(data_path() / "cells" / "conveyor_sia20", tmp_path / "cell")
+    return CellCopy(tmp_path / "cell")
+
+
+RAIL = "rail:    {has_velocity_limits: true, max_velocity: 1.0"
+FRAME = "xyz: [-3.20, 0.65, 0.60], rpy: [0, 0, 0]"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (RAIL, RAIL.replace("1.0", "0.3"), "joint too slow: rail reaches 0.3 m/s, the belt runs at 0.33 m/s"),
+        (FRAME, FRAME.replace("0, 0]", "0, 0.05]"), "no axis along the belt"),
+        ("window: [1.20, 2.85]", "window: [1.20, 1.50]", "out of the window"),
+    ],
+)
+def test_a_cell_that_cannot_follow_the_belt_says_why(copy: CellCopy, old: str, new: str, told: str) -> None:
+    copy.yaml.replace(old, new)
+    other = copy.load()
+    items = make_stream(other, StreamRequest(2, 0.33, (0.3, 0.4)), 4)
+    query = InterceptQuery(items.items[0].id, items.items[0].stamp + 0.3)
+    with pytest.raises(NoPlanError, match=told):
+        plan_intercept(PlanningContext(other), items, query, home())
+
+
+def test_only_an_axis_that_carries_the_whole_arm_follows_a_belt() -> None:
+    robot = cell().robot
+    assert linear_axis(robot, np.array([1.0, 0.0, 0.0])) == (0, 1.0)
+    assert linear_axis(robot, np.array([-1.0, 0.0, 0.0])) == (0, -1.0)
+    assert linear_axis(robot, np.array([0.0, 1.0, 0.0])) is None
+    assert linear_axis(load_cell("ur5e_crates").robot, np.array([1.0, 0.0, 0.0])) is None

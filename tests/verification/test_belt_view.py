@@ -1,0 +1,141 @@
+"""Plans for a running conveyor that are wrong in one thing, and what the verifier says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pickcli.geometry import pose
+from pickcli.motion.plan import LineTracking, Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.scene_file import scene_hash
+from pickcli.timing.concatenation import delayed
+from pickcli.verification.verify import verify
+from support.belt_picks import BeltPick, belt_pick
+
+
+def told(plan: Plan, scene: Scene) -> str:
+    """What the verifier says of a plan that states the scene as its own."""
+    verdict = verify(replace(plan, scene_hash=scene_hash(scene)), scene)
+    assert verdict.certificate is None
+    return "\n".join(map(str, verdict.reasons))
+
+
+def tracking(**values: Any) -> Callable[[Plan], Plan]:
+    def change(plan: Plan) -> Plan:
+        assert plan.tracking is not None
+        return replace(plan, tracking=replace(plan.tracking, **values))
+
+    return change
+
+
+def later(plan: Plan) -> Plan:
+    """The plan, begun a tenth of a second later."""
+    segments = tuple(
+        replace(s, t_start=s.t_start + 0.1 if k else 0.0, t_end=s.t_end + 0.1)
+        for k, s in enumerate(plan.segments)
+    )
+    events = tuple(
+        replace(e, t_anchor=(e.t_anchor or 0.0) + 0.1, t_trigger=(e.t_trigger or 0.0) + 0.1)
+        for e in plan.events
+    )
+    return replace(plan, trajectory=delayed(plan.trajectory, 0.1), segments=segments, events=events)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (tracking(speed=0.30), "misses the item"),
+        (tracking(speed=0.34), "no time to seal"),
+        (tracking(speed=0.6), "the conveyor runs at up to 0.5 m/s"),
+        (tracking(speed=float("nan")), "belt speed"),
+        (tracking(speed=0.0), "belt speed"),
+        (tracking(speed_error=-0.1), "belt speed"),
+        (tracking(conveyor="tote"), "the cell has no conveyor 'tote'"),
+        (later, "misses the item"),
+        (lambda plan: replace(plan, tracking=None), "misses the item"),
+    ],
+)  # fmt: skip
+def test_another_belt_is_rejected(change: Callable[[Plan], Plan], reason: str) -> None:
+    pick = belt_pick()
+    assert reason in told(change(pick.plan), pick.scene)
+
+
+def with_box(pick: BeltPick, x: float, y: float) -> Scene:
+    """The scene with a tall box on the belt, some m ahead of and beside the item that is taken."""
+    assert pick.plan.grasp is not None
+    target = pick.scene.find(pick.plan.grasp.item)
+    item = pick.scene.cell.item("kleenex_tissue_box")
+    height = float(item.shape.extents[2])
+    T = pose((target.T_world_item[0, 3] + x, target.T_world_item[1, 3] + y, 0.60 + height / 2))
+    return replace(pick.scene, items=(*pick.scene.items, PlacedItem("box", item, "belt", T)))
+
+
+def test_what_rides_beside_the_item_is_met_where_it_is_then() -> None:
+    """At its start the plan is far from the box, which the belt brings along."""
+    pick = belt_pick()
+    assert "box" in told(pick.plan, with_box(pick, 0.09, 0.0))
+
+
+def test_what_rides_farther_ahead_is_not() -> None:
+    pick = belt_pick()
+    far = with_box(pick, 0.6, 0.0)
+    verdict = verify(replace(pick.plan, scene_hash=scene_hash(far)), far)
+    assert verdict.reasons == ()
+
+
+def test_a_box_in_the_hall_where_the_arm_chases_is_met() -> None:
+    """It stands beside the belt, where the item is taken, and would not ride away."""
+    pick = belt_pick()
+    contact = next(s for s in pick.plan.segments if s.kind is SegmentKind.CONTACT)
+    from pickcli.cell.shapes import box
+    from pickcli.cell.station import Obstacles
+
+    assert pick.plan.grasp is not None
+    x, y, z = (
+        pick.scene.find(pick.plan.grasp.item).T_world_item[:3, 3] + [0.33 * contact.t_end, 0.0, 0.0]
+    ).tolist()
+    cell = pick.scene.cell
+    beam = box("beam", (x - 0.03, y - 0.3, z + 0.15), (x + 0.03, y + 0.3, z + 0.2))
+    other = replace(pick.scene, cell=replace(cell, obstacles=Obstacles((*cell.obstacles.bodies, beam))))
+    assert "beam" in told(pick.plan, other)
+
+
+def test_the_window_of_the_conveyor_is_kept() -> None:
+    pick = belt_pick()
+    carrier = pick.scene.cell.carriers["belt"]
+    assert carrier.conveyor is not None
+    short = replace(carrier, conveyor=replace(carrier.conveyor, window=(1.2, 1.6)))
+    other = replace(pick.scene, cell=replace(pick.scene.cell, own_carriers=(short,)))
+    assert "out of the window" in told(pick.plan, other)
+
+
+def test_a_tracked_plan_takes_one_item_from_the_belt() -> None:
+    pick = belt_pick()
+    cut = next(k for k, s in enumerate(pick.plan.segments) if s.kind is SegmentKind.CONTACT)
+    keep = pick.plan.trajectory.times <= pick.plan.segments[0].t_end
+    assert cut > 0
+    t = pick.plan.trajectory
+    first = replace(
+        t, times=t.times[keep], positions=t.positions[keep], velocities=t.velocities[keep],
+        accelerations=t.accelerations[keep],
+    )  # fmt: skip
+    only = replace(pick.plan, segments=pick.plan.segments[:1], trajectory=first, events=(), grasp=None)
+    assert "takes one item from it" in told(only, pick.scene)
+
+
+def test_the_file_keeps_the_conveyor() -> None:
+    import json
+
+    from pickcli.motion.plan_file import plan_to_dict
+    from pickcli.motion.plan_schema import parse_plan
+
+    plan = belt_pick().plan
+    again, _ = parse_plan(json.dumps(plan_to_dict(plan)), "plan.json")
+    assert again.tracking == plan.tracking == LineTracking("belt", 0.33)
+    assert np.array_equal(again.trajectory.positions, plan.trajectory.positions)
