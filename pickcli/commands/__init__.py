@@ -18,5 +18,6 @@ Read in this order:
 - Functions that commands share: `plan_verification` and `plan_execution` for plans, `pick_request` and
   `experience_session` for queries, `building` for builds, `progress_bar`; `named_camera` for cameras.
 - Output to stdout: `report` and `table`; `cell_summary`, `summary_text` and `stored_motion` for `apc
-  inspect`, `checked_texts` for `apc check`, `perceived_lines`, `execution_report` and `trial_table`.
+  inspect`, `checked_texts` for `apc check`, `perceived_lines`, `execution_report` and `trial_table`;
+  `played_stream` plays and reports a trial of a stream.
 """

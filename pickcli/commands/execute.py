@@ -26,6 +26,7 @@ from pickcli.commands.plan_execution import driven, film_of, run_plans, simulate
 from pickcli.commands.plan_verification import certified, trusted
 from pickcli.commands.query_execution import QueryRequest, answer_queries
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_or_cell_options, scene_or_empty
+from pickcli.commands.stream_options import StreamOptions, stream_options
 from pickcli.simulation.installed_drivers import SIMULATED, driver_factory, driver_names
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ NamedScene: TypeAlias = "tuple[Scene, Path | None]"  # a scene and its file; Non
 @click.argument("plan_path", metavar="[PLAN]", type=PATH, required=False)
 @query_options
 @scene_or_cell_options
+@stream_options
 @click.option("--planned-in", type=PATH, metavar="FILE",
               help="Scene that the plan was made for, if --scene is the true one.")  # fmt: skip
 @click.option("--from", "start", cls=RenamedOption, old=("--start",), metavar=CONFIGURATION,
@@ -68,7 +70,7 @@ def command(
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, planned_in: Path | None,
     start: str | None, arm: str | None, standing: tuple[str, ...], bridge: bool, no_verify: bool,
     driver_name: str, reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
-    trajectories: Path | None, seed: int, as_json: bool,
+    trajectories: Path | None, seed: int, as_json: bool, request: StreamOptions,
 ) -> None:  # fmt: skip
     """Execute a plan in pybullet or with another driver, or plan and execute queries.
 
@@ -88,6 +90,7 @@ def command(
       apc execute plan.json --scene scene.json --from tote --bridge
       apc execute plan.json --scene scene.json --driver recorder
       apc execute --scene scene.json --pick bin_C:dove_beauty_bar --move home:bin_C
+      apc execute belt.json --stream stream.json --now 5 --video belt.gif
       apc execute --scene filled.json --stow dove_beauty_bar:bin_H
     """
     from pickcli.commands.execution_report import execution_summary, execution_text, trouble
@@ -98,6 +101,7 @@ def command(
     from pickcli.simulation.guarded_driver import GuardedDriver, connected
     from pickcli.simulation.reality import read_reality
 
+    request.refuse_scene(scene_path)
     if driver_name != SIMULATED and (reality_path is not None or video is not None):
         raise click.UsageError(f"--reality and --video need the simulated world, not driver {driver_name}")
     if video is not None:
@@ -107,21 +111,26 @@ def command(
     given = in_order_given(picks=picks, stows=stows, moves=moves)
     if plan_path is None or given:
         _refuse_mixed(plan_path, given, {
-            "--planned-in": planned_in is not None, "--bridge": bridge, "--no-verify": no_verify,
+            "--planned-in": planned_in is not None, "--stream": request.stream_path is not None,
+            "--bridge": bridge, "--no-verify": no_verify,
             "--driver": driver_name != SIMULATED,
         })  # fmt: skip
         named = (*configurations_in(given), *(() if start is None else (start,))) or ("home",)
         arms = ArmRequest(arm, standing, named, items=items_path)
         scene = scene_or_empty(scene_path, cell_name, arms)
         refuse_held(scene, scene_path)
-        request = QueryRequest(given, start, reality, video, overwrite, seed, as_json)
-        answer_queries(request, scene, lambda: load_context(scene.cell, roadmap, trajectories))
+        queries = QueryRequest(given, start, reality, video, overwrite, seed, as_json)
+        answer_queries(queries, scene, lambda: load_context(scene.cell, roadmap, trajectories))
         return
     if arm is not None:
         raise click.UsageError(f"--arm {arm}: a plan names its arm; the option is for queries")
     plan = read_plan(plan_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
-    scene = scene_or_empty(scene_path, cell_name, arms)
+    is_stream = request.stream_path is not None
+    if is_stream and planned_in is not None:
+        raise click.UsageError("--planned-in is for scenes; leave it out with --stream")
+    scene = request.scene(cell_name, arms) if is_stream else scene_or_empty(scene_path, cell_name, arms)
+    scene_path = request.stream_path or scene_path
     believed = scene if planned_in is None else open_scene(planned_in, cell_name, arms)
     refuse_held(scene, scene_path)
     refuse_held(believed, planned_in or scene_path)
@@ -130,7 +139,8 @@ def command(
     plan = _judged(plan, plan_path, (scene, scene_path), (believed, planned_in), no_verify)
     q, tool_state = start_state_of(plan, scene, start)
     plans = [plan]
-    driver = connected(driver_name, connect, DriverRequest(scene, q, tool_state, reality, seed))
+    belts = {} if plan.tracking is None else {plan.tracking.conveyor: plan.tracking.speed}
+    driver = connected(driver_name, connect, DriverRequest(scene, q, tool_state, reality, seed, belts))
     with closing(driver if driver_name == SIMULATED else GuardedDriver(driver_name, driver)) as driver:
         if bridge and _is_away(plan, Start(driver.q, tool_state), scene.cell.robot.limits):
             context = load_context(scene.cell, roadmap, trajectories)

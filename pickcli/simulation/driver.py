@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -79,6 +79,7 @@ class DriverRequest:
         tool_state: State of the tool at the start.
         reality: Deviations of a simulated world from its model.
         seed: Seed of all random deviations.
+        belt_speeds: m/s of the conveyors that run, by name.
     """
 
     scene: Scene
@@ -86,6 +87,7 @@ class DriverRequest:
     tool_state: ToolState
     reality: Reality = field(default=DEFAULT)
     seed: int = 0
+    belt_speeds: Mapping[str, float] = field(default_factory=dict)
 
 
 DriverFactory = Callable[[DriverRequest], Driver]

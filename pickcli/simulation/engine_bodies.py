@@ -23,6 +23,8 @@ ITEM_FRICTION = 0.6
 ROLLING_FRICTION = 2e-4  # m, so that a rolling bottle comes to rest
 STOP = 0.01  # rad or m from a joint's limit to its hard stop; a servo at the stop would rattle
 GEAR_ERP = 0.2  # share of the error of coupled joints that is corrected per step
+BELT_REACH = 30.0  # m that a running belt is longer at both ends, for the way that it travels
+BELT_MASS, BELT_FORCE = 1000.0, 1e6  # kg, N: nothing on it slows it down
 DAMPING = 0.04  # 1/s, of a free item's linear and angular velocity
 
 # Bits of the collision groups. Probing rays hit items and firm bodies, never the robot.
@@ -90,6 +92,66 @@ class EngineBodies:
         # A body that is awake costs time in every step, with all sleeping bodies on it.
         self._dynamics(body.name, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING)
         self.sleep(body.name)
+
+    def add_belt(self, body: Body, T_world_parent: Array, colour: Colour, speed: float) -> None:
+        """Add a body that travels along its x axis at a constant speed and carries what stands on it.
+
+        It is a box ``BELT_REACH`` longer at both ends, on a linear joint with a motor: items ride on it at
+        exactly its speed. (Items whose velocity is set in every step lag behind by the friction of one step.)
+
+        Args:
+            body: The body in its parent frame, a box.
+            T_world_parent: (4, 4) pose of that frame.
+            colour: Red, green, blue and opacity.
+            speed: m/s.
+        """
+        length, width, height = body.shape.size
+        half = [length / 2 + BELT_REACH, width / 2, height / 2]
+        T = T_world_parent @ body.T_parent_shape
+        moving = p.createCollisionShape(p.GEOM_BOX, halfExtents=half, physicsClientId=self._client)
+        seen = p.createVisualShape(
+            p.GEOM_BOX, halfExtents=[length / 2, *half[1:]], rgbaColor=colour, physicsClientId=self._client
+        )
+        identity = to_quaternion(np.eye(3)).tolist()
+        belt = p.createMultiBody(
+            baseMass=0.0,
+            baseVisualShapeIndex=seen,
+            basePosition=T[:3, 3].tolist(),
+            baseOrientation=to_quaternion(T[:3, :3]).tolist(),
+            linkMasses=[BELT_MASS],
+            linkCollisionShapeIndices=[moving],
+            linkVisualShapeIndices=[-1],
+            linkPositions=[[0.0, 0.0, 0.0]],
+            linkOrientations=[identity],
+            linkInertialFramePositions=[[0.0, 0.0, 0.0]],
+            linkInertialFrameOrientations=[identity],
+            linkParentIndices=[0],
+            linkJointTypes=[p.JOINT_PRISMATIC],
+            linkJointAxis=[[1.0, 0.0, 0.0]],
+            physicsClientId=self._client,
+        )
+        self._register(body.name, belt)
+        self._links[body.name], self._link_names[body.name] = {"": 0}, {0: "", -1: ""}
+        self._dynamics(
+            body.name, link=0, lateralFriction=STATIC_FRICTION, linearDamping=0.0, angularDamping=0.0,
+            jointDamping=0.0,
+        )  # fmt: skip
+        p.setCollisionFilterGroupMask(
+            belt, 0, STATIC_GROUP | FIRM_GROUP, ~STATIC_GROUP, physicsClientId=self._client
+        )
+        p.resetJointState(belt, 0, 0.0, speed, physicsClientId=self._client)
+        p.setJointMotorControl2(
+            belt, 0, p.VELOCITY_CONTROL, targetVelocity=speed, force=BELT_FORCE, physicsClientId=self._client
+        )
+
+    def set_velocity(self, name: str, velocity: Array) -> None:
+        """Set the linear velocity of a free body, once.
+
+        Args:
+            name: Name of the body.
+            velocity: (3,) m/s in the world.
+        """
+        p.resetBaseVelocity(self._ids[name], velocity.tolist(), [0.0] * 3, physicsClientId=self._client)
 
     def add_cubes(self, points: Array, width: float, colour: Colour) -> None:
         """Draw cubes without collision shapes.

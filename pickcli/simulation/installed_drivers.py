@@ -8,7 +8,8 @@ from pickcli.errors import UnknownNameError
 from pickcli.plugins import added, loaded
 
 if TYPE_CHECKING:
-    from pickcli.simulation.driver import DriverFactory
+    from pickcli.simulation.driver import DriverFactory, DriverRequest
+    from pickcli.simulation.world import World
 
 GROUP = "apc.drivers"
 SIMULATED, RECORDED = "pybullet", "recorder"
@@ -37,11 +38,7 @@ def driver_factory(name: str) -> DriverFactory:
         InputError: No driver has that name, or the package's entry point cannot be used.
     """
     if name == SIMULATED:
-        from pickcli.simulation.world import World
-
-        return lambda request: World(
-            request.scene, request.q, request.tool_state, reality=request.reality, seed=request.seed
-        )
+        return _simulated
     if name == RECORDED:
         from pickcli.simulation.recorder import Recorder
 
@@ -51,3 +48,13 @@ def driver_factory(name: str) -> DriverFactory:
         raise UnknownNameError("driver", name, driver_names())
     factory: DriverFactory = loaded("driver", others[name], callable, "function that makes a driver")
     return factory
+
+
+def _simulated(request: DriverRequest) -> World:
+    """Create the simulated world of a request."""
+    from pickcli.simulation.world import World
+
+    world = World(request.scene, request.q, request.tool_state, reality=request.reality, seed=request.seed)
+    for name, speed in request.belt_speeds.items():
+        world.run_belt(name, speed)
+    return world

@@ -17,6 +17,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
+from pickcli.scene.colours import static_colour
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.collision_filter import CollisionFilter
 from pickcli.simulation.contacts import Collision, ContactLog
@@ -91,6 +92,21 @@ class World:
         self._looks_at_rest = {placed.id: 0 for placed in scene.items}
         self._ground = ground_of(scene)
         self._mount(q, tool_state or self.robot.tool.default_state)
+
+    def run_belt(self, name: str, speed: float) -> None:
+        """Let a conveyor that stood run at a constant speed, and its items come along at that speed.
+
+        Args:
+            name: Name of the conveyor.
+            speed: m/s along its +x.
+        """
+        carrier = next(each for each in self.scene.posed_carriers if each.name == name)
+        for body in carrier.bodies:
+            self.engine.remove(body.name)
+            self.engine.add_belt(body, carrier.T_world_carrier, static_colour(name), speed)
+        for placed in self.scene.items:
+            if placed.location in self.scene.cell.carriers[name].places:
+                self.engine.set_velocity(placed.id, speed * carrier.T_world_carrier[:3, 0])
 
     def close(self) -> None:
         """Free the engines."""

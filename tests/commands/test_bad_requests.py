@@ -271,7 +271,7 @@ def test_wrong_usage(argv: tuple[str, ...]) -> None:
         (("plan_pick", "--help"), "did you mean 'plan-pick'?"),
         (("order",), "did you mean 'make-order'?"),
         (("zzz",), "known: believe, build-roadmap"),
-        (("plan-pick", "-o", "x.json"), "Missing option '--scene'. FILE: Scene file (see apc make-scene)"),
+        (("plan-pick", "-o", "x.json"), "name a scene with --scene, or items on a conveyor with --stream"),
         (("verify",), "Missing argument 'PLAN'. Example: apc verify plan.json --scene scene.json"),
         (("check",), "Missing argument 'FILE'. Example: apc check trajectories.h5"),
         (("make-scene", "-o", "x.json"), "name an order, e.g. jsk_pick_sample, or items"),

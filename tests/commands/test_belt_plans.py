@@ -74,3 +74,28 @@ def test_a_time_needs_a_stream(tmp_path: Path) -> None:
         "--now is the time of a stream",
     )
     misused(apc("plan-pick", "--bin", "belt", "--item", "x", "-o", tmp_path / "p.json"), "--scene")
+
+
+def test_a_plan_is_executed_while_the_belt_runs(stream: Path, tmp_path: Path) -> None:
+    name, stamp = item(stream, 1)
+    plan, now = tmp_path / "plan.json", f"{stamp + 0.5:.2f}"
+    words = ("--stream", stream, "--now", now)
+    assert apc("plan-pick", *words, "--item", name, "-o", plan).code == 0
+    played = apc("execute", plan, *words, "--json")
+    told = json.loads(played.out)
+    assert played.code == 0 and (told["item_is_in"], told["collisions"]) == ("tote", 0)
+    misused(apc("execute", plan, *words, "--planned-in", "scene.json"), "--planned-in is for scenes")
+
+
+def test_a_stream_is_played(tmp_path: Path) -> None:
+    path, out = tmp_path / "stream.json", tmp_path / "trial"
+    assert apc("make-stream", "--items", "1", "--seed", "3", "-o", path).code == 0
+    played = apc("run-trial", path, "-o", out)
+    assert played.code == 0 and "1 of 1 items delivered" in played.out
+    record = json.loads((out / "trial.json").read_text())
+    assert (record["presented"], record["delivered"], record["collisions"]) == (1, 1, 0)
+    refused(apc("run-trial", path, "-o", out), 3, "exists already")
+    misused(apc("run-trial", path, "--pod-shift", "none", "-o", out), "--pod-shift applies to orders")
+    misused(
+        apc("run-trial", path, "--perception", "camera", "-o", out), "--perception camera applies to orders"
+    )

@@ -1,0 +1,131 @@
+"""``apc run-trial STREAM``: a trial of items that come along a conveyor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
+
+from pickcli.commands.arm_options import ArmRequest
+from pickcli.commands.command import emit_json
+from pickcli.commands.logs import stage
+from pickcli.commands.options import refuse_reading
+from pickcli.commands.progress_bar import progress
+from pickcli.commands.stream_options import StreamOptions
+from pickcli.commands.trial_options import TrialOptions
+from pickcli.errors import TrialAbortedError
+
+if TYPE_CHECKING:
+    from pickcli.trial.stream_result import StreamTrialResult
+
+RECORD = "trial.json"
+FEW = 8  # reasons that are printed
+OF_ORDERS = ("strategy_name", "stow_rule", "pod_shift", "arm", "live", "live_port", "learn")
+
+
+def is_stream(path: Path) -> bool:
+    """Tell whether a path names a stream.
+
+    Args:
+        path: File of an order or a stream, or the name of an order.
+
+    Returns:
+        True for the file of a stream.
+    """
+    from pickcli.files.bounded_reading import read_kind
+    from pickcli.files.file_kind import STREAM
+
+    return path.is_file() and read_kind(path) is STREAM
+
+
+def play_stream_file(
+    path: Path, folder: Path, overwrite: bool, options: TrialOptions, seed: int, as_json: bool
+) -> None:
+    """Play the trial of a stream, write its record, and print what became of the items.
+
+    Args:
+        path: File of the stream.
+        folder: Folder of the record.
+        overwrite: Whether an existing record may be replaced.
+        options: The options of the command.
+        seed: Seed of all random choices.
+        as_json: Whether JSON is printed.
+
+    Raises:
+        UsageError: An option was stated that applies to orders only.
+        InputError: A file cannot be read or written.
+        TrialAbortedError: Something collided, or a limit was broken.
+    """
+    from pickcli.scene.scene import PoseNoise
+    from pickcli.simulation.reality import read_reality
+    from pickcli.trial.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
+    from pickcli.trial.trial_folder import refuse_existing_folder
+    from pickcli.trial.trial_record import write_record
+
+    _refuse_options_of_orders(options)
+    refuse_existing_folder(folder, overwrite)
+    refuse_reading(folder / RECORD, path, *options.inputs)
+    context = click.get_current_context()
+    is_named = context.get_parameter_source("cell_name") is ParameterSource.COMMANDLINE
+    arms = ArmRequest(items=options.items_path)
+    stream = StreamOptions(path, None).stream(options.cell_name if is_named else None, arms)
+    _ = stream.cell.home  # refused before any work if the cell has none
+    is_exact = options.perception == "truth"
+    request = StreamTrialRequest(
+        stream,
+        PoseNoise() if is_exact else options.pose_noise,
+        0.0 if is_exact else SPEED_ERROR,
+        read_reality(options.reality_path),
+        seed,
+    )
+    (planning,) = options.planning_contexts([stream.cell])
+    with stage("trial"), progress("playing") as report:
+        result = play_stream(request, planning, report)
+    record: dict[str, Any] = {"stream": path.name, "seed": seed, **result.record()}
+    folder.mkdir(parents=True, exist_ok=True)
+    write_record(folder / RECORD, record, overwrite)
+    if as_json:
+        emit_json(record)
+    else:
+        click.echo("\n".join([*_lines(result, record), f"wrote {folder / RECORD}"]))
+    if not result.is_clean:
+        counts = f"{result.n_collisions} collisions and {result.n_limit_violations} limit violations"
+        raise TrialAbortedError(f"{counts}; see trial.json")
+
+
+def _refuse_options_of_orders(options: TrialOptions) -> None:
+    """Raise UsageError for options that a trial of a stream does not have."""
+    context = click.get_current_context()
+    stated = [
+        next(opt for param in context.command.params if param.name == name for opt in param.opts)
+        for name in OF_ORDERS
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+    ]
+    if options.perception == "camera":
+        stated.append("--perception camera")
+    if stated:
+        verb = "apply" if len(stated) > 1 else "applies"
+        raise click.UsageError(f"{' and '.join(stated)} {verb} to orders, not to streams; leave it out")
+
+
+def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
+    """Describe the result of a trial in a few lines."""
+    counts = (
+        f"{record['delivered']} of {record['presented']} items delivered, {record['attempted']} attempted"
+    )
+    bad = f"collisions {result.n_collisions}, limit violations {result.n_limit_violations}"
+    lines = [
+        f"{counts}, at {result.speed:g} m/s: {record['delivered_per_minute']:.1f} a minute",
+        f"{bad}, stops {result.n_stops}",
+    ]
+    if record["offset_m"] is not None:
+        offset, slip = record["offset_m"], record["slip_m_s"]
+        lines.append(
+            f"cup off its place by {1e3 * offset['p95']:.1f} mm and over the item at "
+            f"{1e3 * slip['p95']:.1f} mm/s along the belt in 95 of 100 picks"
+        )
+    others = [each for each in result.items if str(each.outcome) != "delivered"]
+    lines += [f"{each.item}: {each.outcome}: {each.reason}" for each in others[:FEW]]
+    return [*lines, f"and {len(others) - FEW} more"] if len(others) > FEW else lines

@@ -1,0 +1,269 @@
+"""Plays a trial of a stream: items come along a conveyor, and are taken off it one after the other.
+
+The belt runs on while the arm plans and moves. At each decision the items on the belt are perceived, and the
+one that leaves the window first is tried first. The clock is simulated time with a fixed charge for each
+query, so that trials can be repeated exactly. Every motion is executed in a world of its own, which begins
+with what is on the belt then; delivered items are taken out of the tote.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.errors import NoPlanError
+from pickcli.geometry import inverse
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.intercept import InterceptQuery, plan_intercept
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
+from pickcli.progress import Progress, ProgressObserver, nobody
+from pickcli.scene.item_stream import ItemStream, RidingItem
+from pickcli.scene.scene import TOTE, PoseNoise, Scene
+from pickcli.seeds import derived_rng
+from pickcli.simulation.execute import execute
+from pickcli.simulation.execution import Execution
+from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.simulation.world import ROBOT, World
+from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
+from pickcli.trial.stream_result import ItemOutcome, MeetingRecord, StreamItemResult, StreamTrialResult
+from pickcli.verification.verify import certifier
+
+QUERY_CHARGE = 0.3  # s of the belt's time for each query: planning and verification take 0.25 s
+LOOK_AGAIN = 0.1  # s until the next look if nothing can be done: PR2 saw the belt at 10 Hz
+TRY_AGAIN = 0.5  # s after which an item without a plan is tried again
+RESET_TIME = 10.0  # s after a protective stop until the arm is at home again, by hand
+SPEED_ERROR = 0.0008  # m/s, standard deviation of the PR2's estimate of its belt's speed, here as a bound
+
+
+@dataclass(frozen=True, eq=False)
+class StreamTrialRequest:
+    """Everything that a trial of a stream depends on.
+
+    Attributes:
+        stream: The true stream.
+        noise: Bounds of the errors of perceived poses.
+        speed_error: m/s, bound of the error of the perceived speed.
+        reality: Levels of the deviations of the simulated world from its model.
+        seed: Seed of all random choices.
+    """
+
+    stream: ItemStream
+    noise: PoseNoise = DEFAULT_NOISE
+    speed_error: float = SPEED_ERROR
+    reality: Reality = DEFAULT
+    seed: int = 0
+
+
+def play_stream(
+    request: StreamTrialRequest, context: PlanningContext, on_progress: ProgressObserver = nobody
+) -> StreamTrialResult:
+    """Play a trial of a stream, until its last item is taken or has left the window.
+
+    Args:
+        request: The stream and the conditions.
+        context: The cell, its models and its precomputed files.
+        on_progress: Called at every decision with the number of items that are decided.
+
+    Returns:
+        What became of every item.
+    """
+    trial = _StreamTrial(request, context)
+    while trial.open:
+        on_progress(Progress(len(trial.decided), len(request.stream.items), f"at {trial.t:.1f} s"))
+        trial.decide()
+    return trial.result()
+
+
+@dataclass
+class _Item:
+    """What is known of an item of the stream, truly: where it rides, and what was tried."""
+
+    riding: RidingItem
+    attempts: int = 0
+    reason: str = ""
+    t_next: float = 0.0
+    t_end: float | None = None
+    met: MeetingRecord | None = None
+
+
+class _StreamTrial:
+    """The state of a trial: time, arm, and items that are still open or decided."""
+
+    def __init__(self, request: StreamTrialRequest, context: PlanningContext) -> None:
+        self.request, self.context = request, context
+        self.stream = request.stream
+        home = context.cell.home
+        self.home = Start(home.q, home.tool_state)
+        self.arm, self.t, self.look = self.home, 0.0, 0
+        self.open = {riding.id: _Item(riding) for riding in self.stream.items}
+        self.decided: dict[str, StreamItemResult] = {}
+        self.n_collisions = self.n_limit_violations = self.n_stops = 0
+        self.t_end = 0.0
+        self.planning_ms: list[float] = []
+        self.refusing_ms: list[float] = []
+
+    def decide(self) -> None:
+        """Take the most urgent item that can be met, or let time pass."""
+        self._let_go()
+        believed = self._perceived()
+        for riding in sorted(believed.items, key=lambda each: -believed.travel_at(each, self.t)):
+            item = self.open[riding.id]
+            if self.t < item.t_next:
+                continue
+            plan = self._planned(believed, riding.id)
+            self.t += QUERY_CHARGE
+            if plan is not None:
+                self._execute(item, plan)
+                return
+            item.t_next = self.t + TRY_AGAIN
+        self.t += LOOK_AGAIN
+
+    def result(self) -> StreamTrialResult:
+        """Return the result of a trial whose items are all decided."""
+        return StreamTrialResult(
+            self.stream.speed,
+            tuple(self.decided[riding.id] for riding in self.request.stream.items),
+            self.n_collisions,
+            self.n_limit_violations,
+            self.n_stops,
+            self.t_end,
+            tuple(self.planning_ms),
+            tuple(self.refusing_ms),
+        )
+
+    def _let_go(self) -> None:
+        """Decide the items that have left the window, or lie on a belt that stands and were tried."""
+        last = self.stream.belt.window[1]
+        for item_id, item in list(self.open.items()):
+            is_past = self.stream.travel_at(item.riding, self.t) > last
+            if is_past or (self.stream.speed == 0.0 and item.t_next > 0.0):
+                outcome = ItemOutcome.LOST if item.attempts else ItemOutcome.NOT_ATTEMPTED
+                self._close(item_id, outcome)
+
+    def _close(self, item_id: str, outcome: ItemOutcome) -> None:
+        item = self.open.pop(item_id)
+        reason = item.reason or ("" if outcome is ItemOutcome.DELIVERED else "the arm was busy with others")
+        self.decided[item_id] = StreamItemResult(
+            item_id, outcome, item.attempts, reason, item.t_end, item.met
+        )
+
+    def _riding(self) -> ItemStream:
+        """Return the true stream of the items that are still open."""
+        return replace(self.stream, items=tuple(item.riding for item in self.open.values()))
+
+    def _perceived(self) -> ItemStream:
+        """Perceive what is on the belt now, with errors of poses and speed."""
+        self.look += 1
+        request, true = self.request, self._riding()
+        seen = perceive(true.scene_at(self.t), request.noise, request.seed, self.look, request.reality)
+        off = derived_rng("belt speed", request.seed, self.look).uniform(-1.0, 1.0) * request.speed_error
+        error = request.speed_error if true.speed > 0.0 else 0.0
+        speed = min(true.speed + off, true.belt.max_speed - error) if true.speed > 0.0 else 0.0
+        T_belt_world = inverse(true.carrier.T_world_carrier)
+        items = tuple(
+            RidingItem(placed.id, placed.item, self.t, T_belt_world @ placed.T_world_item)
+            for placed in seen.items
+        )
+        return replace(true, items=items, speed=speed, speed_error=error, noise=request.noise)
+
+    def _planned(self, believed: ItemStream, item_id: str) -> Plan | None:
+        """Plan to take an item; remember why not."""
+        query = InterceptQuery(item_id, self.t + QUERY_CHARGE)
+        scene = believed.scene_at(query.now)
+        began = time.perf_counter()
+        try:
+            plan = plan_intercept(
+                self.context, believed, query, self.arm, self.request.seed, certifier(scene)
+            )
+        except NoPlanError as error:
+            self.open[item_id].reason = str(error)
+            self.refusing_ms.append(1e3 * (time.perf_counter() - began))
+            return None
+        self.planning_ms.append(plan.statistics["planning_ms"])
+        return plan
+
+    def _execute(self, item: _Item, plan: Plan) -> None:
+        """Execute a plan in a world with what is truly on the belt."""
+        true = self._riding()
+        scene = true.scene_at(self.t)
+        item.attempts, item.reason = item.attempts + 1, ""
+        seed = self.request.seed + self.look
+        world = World(scene, self.arm.q, self.arm.tool_state, reality=self.request.reality, seed=seed)
+        if true.speed > 0.0:
+            world.run_belt(true.conveyor, true.speed)
+        cell, release_time = self.context.cell, self.context.settings.release_time
+        watch = _Watch(plan, world, self.context.method.rests(cell.devices, release_time).taking)
+        run = execute(plan, world, on_step=watch.after_step)
+        t_start = self.t
+        self.t += world.t
+        self._learn(world, scene, true)
+        item.t_end, self.t_end = self.t, self.t
+        item.met = watch.measured(t_start)
+        self._count(item, run)
+        if run.stop is None:
+            self.arm = Start(world.q.copy(), world.tool_state)
+        else:
+            self.n_stops += 1
+            self.t, self.arm = self.t + RESET_TIME, self.home
+        where = world.placed(plan.grasp.item).location if plan.grasp is not None else ""
+        if where == TOTE:
+            self._close(item.riding.id, ItemOutcome.DELIVERED)
+        elif where != next(iter(true.carrier.places)):
+            item.reason = item.reason or f"it is {where}"
+            self._close(item.riding.id, ItemOutcome.LOST)
+        else:
+            item.reason = item.reason or "it stayed on the belt"
+        world.close()
+
+    def _count(self, item: _Item, run: Execution) -> None:
+        """Count what must not happen, and note what stopped the motion."""
+        self.n_collisions += len(run.collisions)
+        self.n_limit_violations += len(run.limit_violations)
+        if run.stop is not None:
+            item.reason = str(run.stop)
+
+    def _learn(self, world: World, scene: Scene, true: ItemStream) -> None:
+        """Note where the items on the belt truly are after a motion."""
+        T_belt_world = inverse(true.carrier.T_world_carrier)
+        for placed in scene.items:
+            riding = self.open[placed.id].riding
+            T = T_belt_world @ world.engine.pose(placed.id)
+            self.open[placed.id].riding = replace(riding, stamp=self.t, T_belt_item=T)
+
+
+class _Watch:
+    """Measures how cup and item move relative to each other while the cup seals."""
+
+    def __init__(self, plan: Plan, world: World, rest: float) -> None:
+        """Watch a plan from its start in a world. rest: s at the end of the contact while the cup seals."""
+        assert plan.grasp is not None
+        self.item, self.T_item_tip = plan.grasp.item, plan.grasp.T_item_tip
+        contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
+        self.t_sealing, self.t_end = world.t + contact.t_end - rest, world.t + contact.t_end
+        self.along = np.array([1.0, 0.0, 0.0])
+        if plan.tracking is not None:
+            self.along = world.cell.carriers[plan.tracking.conveyor].T_world_carrier[:3, 0]
+        self.slip, self.offset = 0.0, np.inf
+        self.t_held: float | None = None
+
+    def after_step(self, world: World) -> None:
+        """Look at cup and item after a step."""
+        if self.t_held is None and world.held == self.item:
+            self.t_held = world.t
+        if not self.t_sealing <= world.t <= self.t_end:
+            return
+        tip, last = world.tip, world.robot.tool.last_link
+        linear, _ = world.engine.relative_velocity(self.item, ROBOT, last, tip[:3, 3])
+        self.slip = max(self.slip, abs(float(linear @ self.along)))
+        off = inverse(self.T_item_tip) @ inverse(world.engine.pose(self.item)) @ tip
+        self.offset = float(np.hypot(off[0, 3], off[1, 3]))
+
+    def measured(self, t_start: float) -> MeetingRecord | None:
+        """Return the measurement; None if the cup never held the item. t_start: s of the stream."""
+        if self.t_held is None:
+            return None
+        return MeetingRecord(t_start + self.t_sealing, self.t_held - self.t_sealing, self.slip, self.offset)

@@ -1,0 +1,80 @@
+"""The running belt of the simulated world: items ride exactly, and are taken only by a cup that keeps up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.geometry import pose
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.simulation.execute import execute
+from pickcli.simulation.reality import IDEAL
+from pickcli.simulation.world import World
+from support.belt_picks import belt_pick, home, stream
+
+
+def world(scene: Scene, speed: float) -> World:
+    start = home()
+    running = World(scene, start.q, start.tool_state, reality=IDEAL)
+    running.run_belt("belt", speed)
+    return running
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.5])
+def test_items_ride_at_the_speed_of_the_belt(speed: float) -> None:
+    scene = stream(speed).scene_at(3.0)
+    running = world(scene, speed)
+    running.wait(0.8)
+    for placed in scene.items:
+        way = running.engine.pose(placed.id)[:3, 3] - placed.T_world_item[:3, 3]
+        assert way == pytest.approx([0.8 * speed, 0.0, 0.0], abs=1e-3)
+    running.close()
+
+
+def test_an_item_put_down_at_rest_is_taken_along() -> None:
+    scene = stream().scene_at(3.0)
+    item = scene.cell.item("crayola_24_ct")
+    T = pose((-1.0, 0.65, 0.60 + float(item.shape.extents[2]) / 2))
+    placed = PlacedItem("late", item, "tote", T)  # not on the belt by the scene, so that it begins at rest
+    running = world(replace(scene, items=(placed,)), 0.33)
+    running.wait(0.5)
+    speed, _ = running.engine.speed("late")
+    behind = 0.5 * 0.33 - float(running.engine.pose("late")[0, 3] - T[0, 3])
+    assert speed == pytest.approx(0.33, abs=2e-3)
+    # By friction alone it slips by v^2 / (2 mu g).
+    assert behind == pytest.approx(0.33**2 / (2 * 0.8 * 0.6 * 9.81), rel=0.25)
+    running.close()
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.33, 0.5])
+def test_the_item_of_a_plan_comes_into_the_tote(speed: float) -> None:
+    pick = belt_pick(speed)
+    assert pick.plan.grasp is not None
+    running = world(pick.scene, speed)
+    run = execute(pick.plan, running)
+    assert run.stop is None and run.collisions == () and run.limit_violations == ()
+    assert running.placed(pick.plan.grasp.item).location == "tote"
+    running.close()
+
+
+def test_a_cup_that_does_not_keep_up_with_the_belt_holds_nothing() -> None:
+    """The belt is slower than the plan by 60 mm/s: the cup slides over the item."""
+    pick = belt_pick()
+    assert pick.plan.grasp is not None
+    running = world(pick.scene, 0.27)
+    execute(pick.plan, running)
+    assert running.placed(pick.plan.grasp.item).location != "tote"
+    running.close()
+
+
+def test_the_same_world_is_the_same_to_the_bit() -> None:
+    scene = stream().scene_at(3.0)
+    poses = []
+    for _ in range(2):
+        running = world(scene, 0.33)
+        running.wait(0.3)
+        poses.append(np.stack([running.engine.pose(placed.id) for placed in scene.items]))
+        running.close()
+    assert np.array_equal(poses[0], poses[1])
