@@ -25,7 +25,7 @@ from pickcli.motion.plan import Certify, LineTracking, Plan
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assembly.carried_motion import carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
-from pickcli.planning.assembly.tracked_stitching import Meeting, TimedTaking, stitch_tracked
+from pickcli.planning.assembly.tracked_stitching import Arrival, Meeting, Ramp, TimedTaking, stitch_tracked
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem, PickQuery
@@ -44,6 +44,9 @@ LATER = 0.01  # s that a meeting is put off beyond the time that the arm needs
 ELSEWHERE = 0.25  # s that a meeting is put off if it cannot be reached for another reason
 # Where on the way from the soonest to the last time in the window grasps are searched, until one is met.
 WHERE_PLANNED = (0.5, 0.15, 0.85)
+GENTLER = (
+    2.0  # times the duration of a ramp during which the arm still arrives, or leaves: accelerations add up
+)
 MOST_MEETINGS = 8  # that are tried for one grasp
 
 
@@ -82,6 +85,16 @@ class _Belt:
     axis: int
     speed: float
     ramp: float
+
+    @property
+    def ramps(self) -> tuple[Ramp, Ramp]:
+        """Ways to come up to speed or to rest: while the arm arrives or leaves, and while it rests."""
+        return Ramp(GENTLER * self.ramp, False), Ramp(self.ramp, True)
+
+    @property
+    def tracking(self) -> LineTracking:
+        """The belt as plans state it."""
+        return LineTracking(self.stream.conveyor, self.stream.speed, self.stream.speed_error)
 
     def at(self, t: float) -> Scene:
         """Return the scene at a time."""
@@ -254,12 +267,6 @@ def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: f
     return _Window(taking, earliest, latest)
 
 
-def _ready(belt: _Belt, taking: TimedTaking, t_contact: float) -> GraspMotion:
-    """Return the lines of a grasp from where the arm waits for the belt, over where the item will be."""
-    late = t_contact - taking.inward.trajectory.duration - belt.ramp / 2 - taking.t_planned
-    return along(taking.motion, belt.axis, belt.speed * late)
-
-
 def along(motion: GraspMotion, axis: int, by: float) -> GraspMotion:
     """Shift the lines of a grasp along an axis.
 
@@ -279,10 +286,11 @@ def along(motion: GraspMotion, axis: int, by: float) -> GraspMotion:
 
 def _arrival(context: PlanningContext, belt: _Belt, window: _Window, start: Start) -> float:
     """Estimate the earliest s of contact."""
-    ready = _ready(belt, window.taking, window.earliest)
+    late = window.earliest - window.taking.inward.trajectory.duration - window.taking.t_planned
+    ready = along(window.taking.motion, belt.axis, belt.speed * late)
     transit = estimated_duration(context.space, np.stack([start.q, ready.start]))
     pumps = (each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP)
-    moved = transit + belt.ramp + window.taking.inward.trajectory.duration
+    moved = max(transit, belt.ramp) + window.taking.inward.trajectory.duration
     return max(window.earliest, moved, *pumps)
 
 
@@ -305,29 +313,71 @@ def _met(belt: _Belt, window: _Window, start: Start) -> Plan | Failures:
 
 def _planned(belt: _Belt, taking: TimedTaking, start: Start, t_contact: float) -> Plan | Failures | float:
     """Plan the meeting at a time; return the reasons against it, or the s by which it has to be later."""
-    problem = taking.problem
+    failures, later = Failures(), np.inf
+    for rising in belt.ramps[::-1]:  # resting while the axis comes up to speed, if there is time for it
+        arrival = _arrived(belt, taking, start, t_contact, rising)
+        if isinstance(arrival, float):
+            later = min(later, arrival)
+            continue
+        if isinstance(arrival, Failures):
+            failures += arrival
+            continue
+        for falling in belt.ramps:
+            plan = _left(belt, taking, arrival, t_contact, falling)
+            if not isinstance(plan, Failures):
+                return plan
+            failures += plan
+    return later if np.isfinite(later) else failures
+
+
+def _arrived(
+    belt: _Belt, taking: TimedTaking, start: Start, t_contact: float, rising: Ramp
+) -> Arrival | Failures | float:
+    """Plan the transit to where the axis begins to follow the belt, in time for a contact."""
+    problem, context = taking.problem, taking.problem.context
     t_lines = t_contact - taking.inward.trajectory.duration
-    before = _with_scene(problem, belt.at(t_lines - belt.ramp))
-    reached = next(transits_to_grasps(before, [_ready(belt, taking, t_contact)], start))
+    # The axis begins its way along the belt as if that were half of the ramp away.
+    late = t_lines - rising.duration / 2 - taking.t_planned
+    ready = along(taking.motion, belt.axis, belt.speed * late)
+    if (beyond := _beyond_limits(belt, taking, ready.start)) is not None:
+        return Failures.of(beyond)
+    before = _with_scene(problem, belt.at(t_lines - rising.duration))
+    reached = next(transits_to_grasps(before, [ready], start))
     if isinstance(reached, Failures):
         return reached
-    transit = proven_run(
-        problem.context, before.scene, scaled_segments(problem.context.cell.speed_scale, [reached.transit])
-    )
+    segments = scaled_segments(context.cell.speed_scale, [reached.transit])
+    transit = proven_run(context, before.scene, segments)
     if isinstance(transit, Failures):
         return transit
-    if (missing := transit.trajectory.duration + belt.ramp - t_lines) > 0.0:
-        return missing + LATER
-    # The arm comes to rest as if the belt had gone on for half of the ramp.
-    t_after = t_contact + taking.lasts + belt.ramp / 2
-    after = _with_scene(problem, belt.at(t_after))
+    duration = transit.trajectory.duration
+    needed = duration + rising.duration if rising.rests else max(duration, rising.duration)
+    return Arrival(reached, transit, rising) if needed <= t_lines else needed - t_lines + LATER
+
+
+def _left(
+    belt: _Belt, taking: TimedTaking, arrival: Arrival, t_contact: float, falling: Ramp
+) -> Plan | Failures | float:
+    """Plan the way from the belt to the placement, and stitch the whole plan."""
+    # The axis ends its way along the belt as if that had gone on for half of the ramp.
+    t_after = t_contact + taking.lasts + falling.duration / 2
     left = along(taking.motion, belt.axis, belt.speed * (t_after - taking.t_planned))
-    carried = plan_transfer(after, replace(reached, taking=left))
+    if (beyond := _beyond_limits(belt, taking, left.end)) is not None:
+        return Failures.of(beyond)
+    after = _with_scene(taking.problem, belt.at(t_after))
+    carried = plan_transfer(after, replace(arrival.reached, taking=left))
     if isinstance(carried, Failures):
         return carried
-    tracking = LineTracking(belt.stream.conveyor, belt.stream.speed, belt.stream.speed_error)
-    meeting = Meeting(belt.start, tracking, belt.axis, belt.speed, belt.ramp, t_contact, after, t_after)
-    return stitch_tracked(meeting, reached, transit, taking, carried)
+    meeting = Meeting(belt.start, belt.tracking, belt.axis, belt.speed, falling, t_contact, after)
+    return stitch_tracked(meeting, arrival, taking, carried)
+
+
+def _beyond_limits(belt: _Belt, taking: TimedTaking, q: Array) -> Reason | None:
+    """Say that a configuration (n,) is beyond the limits of the axis along the belt, if it is."""
+    arm = taking.problem.context.arm
+    lower, upper = arm.limits.lower[belt.axis], arm.limits.upper[belt.axis]
+    if lower <= q[belt.axis] <= upper:
+        return None
+    return Reason("joint limit", str(taking.motion.grasp), f"{arm.names[belt.axis]} at {q[belt.axis]:.3f}")
 
 
 def _with_scene(problem: PickProblem, scene: Scene) -> PickProblem:

@@ -17,6 +17,7 @@ from pickcli.motion.trajectory import Trajectory
 
 ACCELERATION_SHARE = 0.8  # of the axis's acceleration limit for coming up to speed: the rest corrects
 RAMP_PIECES = 8  # of a trajectory, in each ramp
+SAME_TIME = 1e-6  # s: nearer points are one
 
 
 def ramp_time(speed: float, acceleration: float, jerk: float) -> float:
@@ -81,14 +82,15 @@ class TrackedMotion:
         """Add the offset to a trajectory in which the axis does not follow the belt.
 
         Args:
-            trajectory: Points, among them those at the times of this motion. During the ramps it is at rest.
+            trajectory: The trajectory, which may move or rest during the ramps.
 
         Returns:
             The sum, with further points in the ramps.
         """
         ramps = ((self.t_start, self.t_synchronous), (self.t_leaving, self.t_end))
-        inside = np.concatenate([np.linspace(*ramp, RAMP_PIECES + 1)[1:-1] for ramp in ramps])
-        t = np.sort(np.concatenate([trajectory.times, inside]))
+        more = np.concatenate([np.linspace(*ramp, RAMP_PIECES + 1) for ramp in ramps])
+        is_new = np.abs(more[:, None] - trajectory.times).min(axis=1) > SAME_TIME
+        t = np.sort(np.concatenate([trajectory.times, more[is_new]]))
         rows = trajectory.states(t)
         # The given points as they are: an interpolated one differs by its rounding.
         given = np.searchsorted(t, trajectory.times)
@@ -96,8 +98,8 @@ class TrackedMotion:
             rows, (trajectory.positions, trajectory.velocities, trajectory.accelerations), strict=True
         ):
             row[given] = own
-        for row, more in zip(rows, self.offset(t), strict=True):
-            row[:, self.axis] += more
+        for row, added in zip(rows, self.offset(t), strict=True):
+            row[:, self.axis] += added
         return Trajectory(trajectory.joint_names, t, *rows)
 
 

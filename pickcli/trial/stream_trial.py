@@ -1,8 +1,9 @@
 """Plays a trial of a stream: items come along a conveyor, and are taken off it one after the other.
 
-The belt runs on while the arm plans and moves. At each decision the items on the belt are perceived, and the
-one that leaves the window first is tried first. The clock is simulated time with a fixed charge for each
-query, so that trials can be repeated exactly. Every motion is executed in a world of its own, which begins
+The belt runs on while the arm plans and moves. Before each decision the items on the belt are perceived, and
+the one that leaves the window first is tried first. The clock is simulated time, so that trials can be
+repeated exactly; a query is charged with a fixed time, before its motion, in which the one before may still
+be under way. Every motion is executed in a world of its own, which begins
 with what is on the belt then; delivered items are taken out of the tote.
 """
 
@@ -115,10 +116,10 @@ class _StreamTrial:
             if self.t < item.t_next:
                 continue
             plan = self._planned(believed, riding.id)
-            self.t += QUERY_CHARGE
             if plan is not None:
                 self._execute(item, plan)
                 return
+            self.t += QUERY_CHARGE
             item.t_next = self.t + TRY_AGAIN
         self.t += LOOK_AGAIN
 
@@ -156,23 +157,24 @@ class _StreamTrial:
         return replace(self.stream, items=tuple(item.riding for item in self.open.values()))
 
     def _perceived(self) -> ItemStream:
-        """Perceive what is on the belt now, with errors of poses and speed."""
+        """Perceive what was on the belt when the query had to begin, with errors of poses and speed."""
         self.look += 1
         request, true = self.request, self._riding()
-        seen = perceive(true.scene_at(self.t), request.noise, request.seed, self.look, request.reality)
+        t_seen = self.t - QUERY_CHARGE
+        seen = perceive(true.scene_at(t_seen), request.noise, request.seed, self.look, request.reality)
         off = derived_rng("belt speed", request.seed, self.look).uniform(-1.0, 1.0) * request.speed_error
         error = request.speed_error if true.speed > 0.0 else 0.0
         speed = min(true.speed + off, true.belt.max_speed - error) if true.speed > 0.0 else 0.0
         T_belt_world = inverse(true.carrier.T_world_carrier)
         items = tuple(
-            RidingItem(placed.id, placed.item, self.t, T_belt_world @ placed.T_world_item)
+            RidingItem(placed.id, placed.item, t_seen, T_belt_world @ placed.T_world_item)
             for placed in seen.items
         )
         return replace(true, items=items, speed=speed, speed_error=error, noise=request.noise)
 
     def _planned(self, believed: ItemStream, item_id: str) -> Plan | None:
         """Plan to take an item; remember why not."""
-        query = InterceptQuery(item_id, self.t + QUERY_CHARGE)
+        query = InterceptQuery(item_id, self.t)
         scene = believed.scene_at(query.now)
         began = time.perf_counter()
         try:

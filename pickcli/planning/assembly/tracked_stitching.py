@@ -23,7 +23,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.grip_load import carried_load
-from pickcli.planning.assembly.proven_timing import proven_run
+from pickcli.planning.assembly.proven_timing import BETWEEN, proven_run
 from pickcli.planning.assembly.timed_motion_validation import why_not_proven
 from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit, PickMotion
@@ -65,6 +65,40 @@ class TimedTaking:
         return self.rest + sum(part.run.trajectory.duration + part.rest for part in self.outward.parts)
 
 
+@dataclass(frozen=True)
+class Ramp:
+    """How the axis along the belt comes up to the belt's speed, or to rest again.
+
+    Attributes:
+        duration: s.
+        rests: Whether the rest of the arm rests meanwhile; otherwise it still arrives, or leaves already,
+            which is quicker, and may be more than axis or cup bear.
+    """
+
+    duration: float
+    rests: bool
+
+    @property
+    def rest(self) -> float:
+        """S for which the rest of the arm rests."""
+        return self.duration if self.rests else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """The way to where the lines of a grasp begin.
+
+    Attributes:
+        reached: The transit, which ends where the axis would begin to follow the belt.
+        run: The transit, timed.
+        rising: How the axis comes up to the belt's speed.
+    """
+
+    reached: GraspTransit
+    run: TimedRun
+    rising: Ramp
+
+
 @dataclass(frozen=True, eq=False)
 class Meeting:
     """Arm and item at one place at one time.
@@ -74,31 +108,28 @@ class Meeting:
         tracking: The conveyor.
         axis: Index of the joint along the belt.
         speed: m/s of that joint that keeps up with the belt, negative against its direction.
-        ramp: s that it takes to come up to that speed, and to rest again.
+        falling: How it comes to rest again.
         t_contact: s from the start of the plan at which the contact is made.
         after: The pick with the belt where it would be if it had come to rest with the arm.
-        t_after: s at which the belt is there.
     """
 
     scene: Scene
     tracking: LineTracking
     axis: int
     speed: float
-    ramp: float
+    falling: Ramp
     t_contact: float
     after: PickProblem
-    t_after: float
 
 
 def stitch_tracked(
-    meeting: Meeting, reached: GraspTransit, transit: TimedRun, taking: TimedTaking, carried: PickMotion
+    meeting: Meeting, arrival: Arrival, taking: TimedTaking, carried: PickMotion
 ) -> Plan | Failures | float:
     """Time and prove a pick from a running conveyor, and bind its events.
 
     Args:
         meeting: Where and when the item is met.
-        reached: The transit to where the arm waits for the belt.
-        transit: That transit, timed.
+        arrival: The way to where the lines begin.
         taking: The lines relative to the belt.
         carried: The transfer from where the arm is at rest again, with the placement.
 
@@ -118,7 +149,7 @@ def stitch_tracked(
     closing, opening = taking.motion.inward[-1], carried.placement.away[0]
     closes = context.method.closes_at_rest
     leaves = at_rest(SegmentKind.TRANSFER, carried.taking.end, carried.transfer.segments[0].mode)
-    slowing = RestingRun.of(context.arm.names, carried.taking.end, meeting.ramp)
+    slowing = RestingRun.of(context.arm.names, carried.taking.end, meeting.falling.duration)
     *parts, release = transfer.parts
     to_item = PlanPart(
         scaled_segments(context.cell.speed_scale, taking.motion.inward),
@@ -127,22 +158,27 @@ def stitch_tracked(
         closing if closes else None,
     )
     t_up = meeting.t_contact - taking.inward.trajectory.duration
-    wait = t_up - meeting.ramp - transit.trajectory.duration
+    t_left = meeting.t_contact + taking.lasts
+    rising, falling, transit = arrival.rising, meeting.falling, arrival.run
+    wait = t_up - rising.rest - transit.trajectory.duration
     tracked = TrackedMotion(
-        meeting.axis, meeting.speed, t_up - meeting.ramp, t_up, meeting.t_contact + taking.lasts,
-        meeting.t_contact + taking.lasts + meeting.ramp,
-    )  # fmt: skip
+        meeting.axis, meeting.speed, t_up - rising.duration, t_up, t_left, t_left + falling.duration
+    )
     met = meeting.speed * (meeting.t_contact - taking.t_planned) - float(
         tracked.offset(np.array([meeting.t_contact]))[0][0]
     )
     end = -float(tracked.offset(np.array([tracked.t_end]))[0][0])
     groups = [
-        [PlanPart(scaled_segments(context.cell.speed_scale, [reached.transit]), transit, meeting.ramp)],
+        [
+            PlanPart(
+                scaled_segments(context.cell.speed_scale, [arrival.reached.transit]), transit, rising.rest
+            )
+        ],
         [_along(part, meeting.axis, met) for part in (to_item, *taking.outward.parts)],
         [
             _along(part, meeting.axis, end)
             for part in (
-                PlanPart([leaves], slowing, continues=True),
+                *([PlanPart([leaves], slowing, continues=True)] if falling.rests else []),
                 *parts,
                 replace(release, rest=rests.releasing, at_rest=opening if closes else None),
                 PlanPart(away, last),
@@ -163,7 +199,7 @@ def stitch_tracked(
         return Failures.of(Reason("joint too slow", str(taking.motion.grasp), str(most.velocity)))
     proofs = [
         *(_Proof(taking.problem.scene, taking.t_planned, s) for g in groups[:2] for s in _segments_of(g)),
-        *(_Proof(after.scene, meeting.t_after, s) for s in _segments_of(groups[2])),
+        *(_Proof(after.scene, (tracked.t_leaving + tracked.t_end) / 2, s) for s in _segments_of(groups[2])),
     ]
     n_away = len(away)
     proofs[-n_away:] = [replace(each, scene=carried.placement.scene) for each in proofs[-n_away:]]
@@ -172,10 +208,14 @@ def stitch_tracked(
         return Failures.of(unproven)
     arm, state = context.arm, taking.motion.holding_state
     hold = taking.problem.hold(taking.motion.grasp.face, taking.motion.attached.T_tip_item)
-    load = carried_load(arm, state, _between(trajectory, tracked.t_leaving, tracked.t_end), hold)
-    if load.ratio > context.settings.load_ratio:
+    released = max(segment.t_end for segment in segments if segment.held is not None)
+    load = carried_load(arm, state, _between(trajectory, tracked.t_leaving, released), hold)
+    if load.ratio > context.settings.load_ratio * (1.0 + BETWEEN):
         held = f"{load} as the axis comes to rest, {load.ratio:.2f} of the limit"
         return Failures.of(Reason("does not hold", str(taking.motion.grasp), held))
+    loads = [taking.outward.load, load]
+    if len(carried.transfer.segments) > 1:  # the tool changes its state with the item
+        loads.append(transfer.load)
     plan = Plan(
         query=taking.problem.label,
         cell_fingerprint=context.cell.fingerprint,
@@ -184,7 +224,7 @@ def stitch_tracked(
         segments=segments,
         trajectory=trajectory,
         events=events,
-        grasp=GripLoad.worst([taking.outward.load, load, transfer.load]).of(taking.motion.grasp),
+        grasp=GripLoad.worst(loads).of(taking.motion.grasp),
         speed_scale=taking.problem.target.item.speed_scale,
         arm=context.cell.arm,
         others=context.cell.others,
