@@ -179,16 +179,31 @@ def refuse_bad_record(record: Mapping[str, Any], where: str) -> None:
         where: Name of the file, for messages.
 
     Raises:
-        InputError: The record has faults: each with its field.
+        InputError: The record has faults: each with its field; or its points do not add up.
     """
     try:
-        _Record.model_validate(record)
+        valid = _Record.model_validate(record)
     except ValidationError as error:
         found = causes(error)
         faults = [f"{_place(detail['loc'])}: {explain(_Record, detail['loc'], detail)}" for detail in found]
         more = [f"and {len(found) - MAX_REPORTED} more"] if len(found) > MAX_REPORTED else []
         lines = [f"{where}: no sound record of a trial; play it again:", *faults[:MAX_REPORTED], *more]
         raise InputError("\n  ".join(lines)) from None
+    if fault := _false_sum(valid):
+        raise InputError(f"{where}: no sound record of a trial, {fault}; play it again")
+
+
+def _false_sum(record: _Record) -> str:
+    """Compare all points with the lines of the score, of which those of the targets come first; "" if equal."""
+    total = sum(line.points for line in record.score_lines)
+    if record.score != total:
+        return f"score is {record.score}, but score_lines add up to {total}"
+    if len(record.score_lines) < len(record.items):
+        return f"score_lines has {len(record.score_lines)} lines for {len(record.items)} items"
+    for k, (target, line) in enumerate(zip(record.items, record.score_lines, strict=False)):
+        if target.points != line.points:
+            return f"items[{k}].points is {target.points}, but score_lines[{k}].points {line.points}"
+    return ""
 
 
 def _place(loc: tuple[int | str, ...]) -> str:

@@ -30,6 +30,7 @@ class Stage(StrEnum):
     PLANNING = "planning"
     MOVING = "moving"
     TIME = "time"
+    STRATEGY = "strategy"  # made no attempt
 
 
 class Outcome(StrEnum):
@@ -61,7 +62,8 @@ class Outcome(StrEnum):
             return Stage.SEEING
         if self in (Outcome.NO_PLAN, Outcome.REJECTED):
             return Stage.PLANNING
-        return Stage.TIME if self in (Outcome.NOT_TRIED, Outcome.NO_TIME) else Stage.MOVING
+        others = {Outcome.NO_TIME: Stage.TIME, Outcome.NOT_TRIED: Stage.STRATEGY}
+        return others.get(self, Stage.MOVING)
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,6 +53,15 @@ FAULTS: dict[str, tuple[Callable[[Any], object], str]] = {
     "a line of the score without points": (
         lambda r: r["score_lines"][0].pop("points"), "score_lines[0].points",
     ),
+    "another score than that of its lines": (
+        lambda r: r.update(score=r["score"] + 5), "score is 15, but score_lines add up to 10",
+    ),
+    "a target with other points than its line": (
+        lambda r: r["items"][1].update(points=30), "items[1].points is 30, but score_lines[1].points 0",
+    ),
+    "fewer lines of the score than targets": (
+        lambda r: r.update(score_lines=r["score_lines"][:1]), "score_lines has 1 lines for 2 items",
+    ),
     "a scene without a hash": (lambda r: r["made_from"].pop("scene_hash"), "made_from.scene_hash"),
 }  # fmt: skip
 

@@ -48,10 +48,10 @@ def test_causes_that_differ_in_figures_alone_are_one() -> None:
 
 def test_failures_of_seeing_are_told_from_those_of_planning_and_moving() -> None:
     seeing, planning = ("not recognised", "missing"), ("no plan", "rejected", "no plan")
-    outcomes = (*seeing, *planning, "lost", "not picked", "no time")
+    outcomes = (*seeing, *planning, "lost", "not picked", "no time", "not tried")
     missed = [target("bin_A", "bar", 0) | {"outcome": outcome} for outcome in outcomes]
     told = TrialStatistics({"a": record(20, target("bin_B", "wax", 20), *missed)})
-    assert told.failed_in == {"seeing": 2, "planning": 3, "moving": 2, "time": 1}
+    assert told.failed_in == {"seeing": 2, "planning": 3, "moving": 2, "time": 1, "strategy": 1}
     assert told.values()["failed_in"] == told.failed_in
     assert sum(told.failed_in.values()) == sum(n for n, _ in told.causes)
 
