@@ -21,8 +21,8 @@ def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path |
     """Show which bin is assigned to each item of a stow order, and why.
 
     ORDER is a file, or the name of one under data/tasks. The assignment depends only on the order, by the
-    sizes of items and bins. In a trial, an item without a plan into its bin is assigned to the next one that
-    fits.
+    sizes of items and bins, not on how they lie: a trial tries the bins in this order, and stows an item
+    into the first one that has a plan. --json lists them all.
 
     \b
     Example:
@@ -38,15 +38,23 @@ def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path |
     from pickcli.trial.score import item_bonuses
     from pickcli.trial.stow_assignment import StowRule, assign_bins
 
-    cell = load_workcell(cell_name, items_path).preferred
+    workcell = load_workcell(cell_name, items_path)
+    cell = workcell.preferred
     order = read_order(order_path, cell)
     if order.kind is not OrderKind.STOW:
         raise InputError(f"{order_path}: this is a {order.kind} file; name a stow order, with tote_contents")
-    choices = assign_bins(order, cell, item_bonuses(cell, order), StowRule(stow_rule))
+    tools = [each.robot.tool for each in workcell.arms.values()]
+    choices = assign_bins(order, cell, item_bonuses(cell, order), tools, StowRule(stow_rule))
     total = sum(choice.points for choice in choices)
     if as_json:
         items = [
-            {"item": c.item, "bins": list(c.bins), "points": c.points, "reason": c.reason} for c in choices
+            {
+                "item": c.item,
+                "bins": list(c.bins) if c.can_be_held else [],
+                "points": c.points,
+                "reason": c.reason,
+            }
+            for c in choices
         ]
         emit_json({"rule": stow_rule, "points": total, "items": items})
         return
@@ -57,10 +65,9 @@ def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path |
     table.add_column("points", justify="right")
     table.add_column("because", overflow="fold")
     for choice in choices:
-        table.add_row(
-            choice.item, choice.bins[0] if choice.bins else "-", str(choice.points), Text(choice.reason)
-        )
+        into = choice.bins[0] if choice.bins and choice.can_be_held else "-"
+        table.add_row(choice.item, into, str(choice.points), Text(choice.reason))
     with console.capture() as captured:
         console.print(table)
-        console.print(f"{total} points if every item is stowed", highlight=False)
+        console.print(f"{total} points if all are stowed there", highlight=False)
     click.echo("\n".join(line.rstrip() for line in captured.get().splitlines()))

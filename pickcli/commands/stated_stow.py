@@ -77,7 +77,7 @@ def bins_for(scene: Scene, placed: PlacedItem) -> tuple[str, ...]:
     from pickcli.trial.stow_assignment import assign_bins, order_as_it_lies
 
     order = order_as_it_lies(scene, placed.item)
-    (choice,) = assign_bins(order, scene.cell, item_bonuses(scene.cell, order))
+    (choice,) = assign_bins(order, scene.cell, item_bonuses(scene.cell, order), [scene.cell.robot.tool])
     if not choice.bins:
         raise InputError(f"{placed.id}: {choice.reason}")
     return choice.bins

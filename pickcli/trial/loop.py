@@ -109,14 +109,13 @@ class _Trial:
         self.before = interfaces.arena.now()
         cell = self.before.cell
         self.bonus = item_bonuses(cell, order)
-        self.bins: dict[str, tuple[str, ...]] = {}
-        if order.kind is OrderKind.STOW:
-            self.bins = {
-                each.item: each.bins for each in assign_bins(order, cell, self.bonus, settings.stow_rule)
-            }
         limit = time_limit(order) if settings.time_limit is None else settings.time_limit
         self.runner = AttemptRunner(interfaces, settings, limit, self._say)
         self.tools = [each.robot.tool for each in (interfaces.cells or {"": cell}).values()]
+        self.bins: dict[str, tuple[str, ...]] = {}
+        if order.kind is OrderKind.STOW:
+            choices = assign_bins(order, cell, self.bonus, self.tools, settings.stow_rule)
+            self.bins = {choice.item: choice.bins for choice in choices}
         states = target_states(order, cell, self.bonus, self.tools)
         self.targets = TargetList(order, states, self.runner.perception.homes(self.runner.last_scene))
         self.memory = AttemptMemory()

@@ -194,7 +194,7 @@ def refuse_bad_record(record: Mapping[str, Any], where: str) -> None:
 
 
 def _false_sum(record: _Record) -> str:
-    """Compare all points with the lines of the score, of which those of the targets come first; "" if equal."""
+    """Compare all points with the lines of the score, those of the targets first; "" if they are equal."""
     total = sum(line.points for line in record.score_lines)
     if record.score != total:
         return f"score is {record.score}, but score_lines add up to {total}"

@@ -3,17 +3,20 @@
 A bin gives more points the more it held at the start, independent of its present contents, and all items
 count alike except for a bonus that does not depend on the bin. So the score is largest with as many items as
 possible in the bins that started fullest: the smallest first. This is a heuristic by sizes; planning decides
-whether an item can be placed in a bin, and otherwise the next bin is tried.
+whether an item can be placed in a bin, and otherwise the next bin is tried. What no tool can hold comes last,
+so that it takes no room from others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
+from pickcli.cell.tool import Tool
+from pickcli.grasping.method_choice import may_hold
 from pickcli.scene.scene import Scene
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.order_file import NEWEST
@@ -36,18 +39,24 @@ class StowChoice:
     Attributes:
         item: Name of the item.
         bins: Names of all bins that are large enough, in the order in which they are tried.
-        points: Points of the item in the first bin; 0 without bins.
-        reason: Why that bin comes first.
+        points: Points of the item in the first bin; 0 without bins, or if no tool can hold it.
+        reason: Why that bin comes first, or why the item gives no points.
+        can_be_held: Whether a tool may be able to hold it in some pose.
     """
 
     item: str
     bins: tuple[str, ...]
     points: int
     reason: str
+    can_be_held: bool = True
 
 
 def assign_bins(
-    order: Order, cell: Cell, bonus: Mapping[str, int], rule: StowRule = StowRule.POINTS
+    order: Order,
+    cell: Cell,
+    bonus: Mapping[str, int],
+    tools: Sequence[Tool],
+    rule: StowRule = StowRule.POINTS,
 ) -> tuple[StowChoice, ...]:
     """Choose a bin for every item in the tote.
 
@@ -55,20 +64,27 @@ def assign_bins(
         order: A stow order.
         cell: The cell, for its bins and items.
         bonus: Points by name of the item, as from ``item_bonuses``.
+        tools: The tools of all arms that may stow.
         rule: Rule for the choice of bins.
 
     Returns:
-        One choice per item, in the order of decision: the smallest first, for KTH's rule the largest.
+        One choice per item, in the order of decision: the smallest first, for KTH's rule the largest; what no
+        tool can hold last.
     """
     filled = {
         name: sum(_box(cell.item(each, order.year)) for each in names) / cell.places[name].room.volume
         for name, names in order.bin_contents.items()
     }
     items = sorted((cell.item(name, order.year) for name in order.tote_contents), key=_box)
+    by_size = items if rule is StowRule.POINTS else [*reversed(items)]
     choices = []
-    for item in items if rule is StowRule.POINTS else reversed(items):
+    for item in sorted(by_size, key=lambda item: not may_hold(tools, item)):
         taking = {name: filled[name] + _box(item) / cell.places[name].room.volume for name in filled}
         bins = tuple(_ranked(order, cell, item, taking, rule))
+        if not may_hold(tools, item):
+            why = f"no tool can hold it{item.why_not and f': {item.why_not}'}"
+            choices.append(StowChoice(item.name, bins, 0, why, can_be_held=False))
+            continue
         points = target_points(order, bins[0], item.name, bonus) if bins else 0
         choices.append(StowChoice(item.name, bins, points, _why(order, item, bins, taking, rule)))
         if bins:

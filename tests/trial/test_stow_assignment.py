@@ -19,13 +19,17 @@ def stow(*tote: str, **bins: tuple[str, ...]) -> Order:
     return Order(OrderKind.STOW, 2016, {name: bins.get(name, ()) for name in BINS}, tote, ())
 
 
+def assign(order: Order, cell: Cell, rule: StowRule = StowRule.POINTS) -> tuple[StowChoice, ...]:
+    return assign_bins(order, cell, item_bonuses(cell, order), [cell.robot.tool], rule)
+
+
 def chosen(order: Order, cell: Cell, rule: StowRule = StowRule.POINTS) -> dict[str, StowChoice]:
-    return {choice.item: choice for choice in assign_bins(order, cell, item_bonuses(cell, order), rule)}
+    return {choice.item: choice for choice in assign(order, cell, rule)}
 
 
 def test_bins_that_started_fuller_come_first(cell: Cell) -> None:
     order = stow(CARDS, bin_B=(CARDS,) * 3, bin_H=(CARDS,) * 5, bin_K=(CARDS,))
-    (choice,) = assign_bins(order, cell, item_bonuses(cell, order))
+    (choice,) = assign(order, cell)
     assert choice.bins[:2] == ("bin_H", "bin_B") and set(choice.bins) == set(BINS)
     assert choice.points == 20 and choice.reason.startswith("bin_H started with 5, ")
 
@@ -46,7 +50,7 @@ def test_the_smallest_items_get_the_room_of_the_fullest_bin(cell: Cell) -> None:
 
 def test_by_the_rule_of_kth_the_biggest_go_to_the_biggest_bins(cell: Cell) -> None:
     order = stow(CARDS, SOCKS, bin_E=(CARDS,) * 5)
-    by_size = assign_bins(order, cell, item_bonuses(cell, order), StowRule.SIZE)
+    by_size = assign(order, cell, StowRule.SIZE)
     assert [choice.item for choice in by_size] == [SOCKS, CARDS]
     volumes = [cell.places[choice.bins[0]].room.volume for choice in by_size]
     assert volumes[0] == pytest.approx(max(cell.places[name].room.volume for name in BINS), rel=1e-3)
@@ -56,12 +60,19 @@ def test_what_fits_into_no_bin_is_told(cell: Cell) -> None:
     shape = cell.item(SOCKS).shape
     large = replace(cell.item(SOCKS), shape=replace(shape, size=tuple(9 * size for size in shape.size)))
     wide = replace(cell, items={**cell.items, (SOCKS, 2016): large})
-    (choice,) = assign_bins(stow(SOCKS), wide, {SOCKS: 1})
+    (choice,) = assign(stow(SOCKS), wide)
     assert choice.bins == () and choice.points == 0 and "no bin is large enough" in choice.reason
 
 
 def test_the_same_order_gives_the_same_assignment(cell: Cell) -> None:
     order = stow(CARDS, CARDS, SOCKS, TISSUES, bin_B=(CARDS,) * 3, bin_H=(CARDS,) * 5)
-    assert assign_bins(order, cell, item_bonuses(cell, order)) == assign_bins(
-        order, cell, item_bonuses(cell, order)
-    )
+    assert assign(order, cell) == assign(order, cell)
+
+
+def test_what_no_tool_can_hold_comes_last_and_takes_no_room(cell: Cell) -> None:
+    brush = "oral_b_toothbrush_red"
+    with_it, alone = stow(brush, TISSUES, bin_E=(CARDS,) * 5), stow(TISSUES, bin_E=(CARDS,) * 5)
+    tissues, unheld = assign(with_it, cell)
+    assert (unheld.item, unheld.points, unheld.can_be_held) == (brush, 0, False)
+    assert "no tool can hold it: its widest face is 25 mm" in unheld.reason
+    assert (tissues,) == assign(alone, cell)
