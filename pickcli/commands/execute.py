@@ -14,6 +14,7 @@ from pickcli.commands.command import Command, emit_json, in_order_given
 from pickcli.commands.configuration_option import CONFIGURATION, CONFIGURATION_HELP, start_state_of
 from pickcli.commands.logs import stage
 from pickcli.commands.motion_queries import configurations_in, query_options
+from pickcli.commands.operator_stop_option import operator_stop_option
 from pickcli.commands.option_types import PATH, RenamedOption
 from pickcli.commands.options import (
     json_option,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.planning.start_state import Start
     from pickcli.scene.scene import Scene
+    from pickcli.simulation.operator_stop import OperatorStop
     from pickcli.simulation.world import World
 
 
@@ -59,6 +61,7 @@ NamedScene: TypeAlias = "tuple[Scene, Path | None]"  # a scene and its file; Non
               help="Execute the plan unverified, in any scene, as an experiment.")  # fmt: skip
 @click.option("--driver", "driver_name", metavar="DRIVER", default=SIMULATED, show_default=True,
               help=f"Driver that executes the plan: {', '.join(driver_names())}.")  # fmt: skip
+@operator_stop_option
 @reality_option
 @click.option("--video", type=PATH, metavar="FILE.gif", help="Also write an animated GIF of the execution.")
 @overwrite_option
@@ -69,8 +72,9 @@ def command(
     plan_path: Path | None, picks: tuple[str, ...], stows: tuple[str, ...], moves: tuple[str, ...],
     scene_path: Path | None, cell_name: str | None, items_path: Path | None, planned_in: Path | None,
     start: str | None, arm: str | None, standing: tuple[str, ...], bridge: bool, no_verify: bool,
-    driver_name: str, reality_path: Path | None, video: Path | None, overwrite: bool, roadmap: Path | None,
-    trajectories: Path | None, seed: int, as_json: bool, request: StreamOptions,
+    driver_name: str, operator_stops: tuple[OperatorStop, ...], reality_path: Path | None,
+    video: Path | None, overwrite: bool, roadmap: Path | None, trajectories: Path | None, seed: int,
+    as_json: bool, request: StreamOptions,
 ) -> None:  # fmt: skip
     """Execute a plan in pybullet or with another driver, or plan and execute queries.
 
@@ -89,6 +93,7 @@ def command(
       apc execute plan.json --scene scene.json --video pick.gif
       apc execute plan.json --scene scene.json --from tote --bridge
       apc execute plan.json --scene scene.json --driver recorder
+      apc execute plan.json --scene scene.json --operator-stop 2.5:4
       apc execute --scene scene.json --pick bin_C:dove_beauty_bar --move home:bin_C
       apc execute belt.json --stream stream.json --now 5 --video belt.gif
       apc execute --scene filled.json --stow dove_beauty_bar:bin_H
@@ -99,9 +104,12 @@ def command(
     from pickcli.planning.start_state import Start
     from pickcli.simulation.driver import DriverRequest
     from pickcli.simulation.guarded_driver import GuardedDriver, connected
+    from pickcli.simulation.operator_stop import signal_of
     from pickcli.simulation.reality import read_reality
 
     request.refuse_scene(scene_path)
+    if operator_stops and request.stream_path is not None:
+        raise click.UsageError("--operator-stop: not with --stream: the belt would carry items into the arm")
     if driver_name != SIMULATED and (reality_path is not None or video is not None):
         raise click.UsageError(f"--reality and --video need the simulated world, not driver {driver_name}")
     if video is not None:
@@ -113,7 +121,7 @@ def command(
         _refuse_mixed(plan_path, given, {
             "--planned-in": planned_in is not None, "--stream": request.stream_path is not None,
             "--bridge": bridge, "--no-verify": no_verify,
-            "--driver": driver_name != SIMULATED,
+            "--driver": driver_name != SIMULATED, "--operator-stop": bool(operator_stops),
         })  # fmt: skip
         named = (*configurations_in(given), *(() if start is None else (start,))) or ("home",)
         arms = ArmRequest(arm, standing, named, items=items_path)
@@ -148,7 +156,10 @@ def command(
         film = film_of(video, scene.cell, plans)
         world = cast("World", driver) if driver_name == SIMULATED else None
         with stage("simulation" if world else "execution"):
-            runs = run_plans(plans, driven(driver) if world is None else simulated(world, film))
+            operator = signal_of(operator_stops, driver.t)
+            runs = run_plans(
+                plans, driven(driver, operator) if world is None else simulated(world, film, operator)
+            )
         if as_json:
             emit_json({"driver": driver_name, **execution_summary(plans, runs, world)})
         else:

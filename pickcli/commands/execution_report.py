@@ -236,6 +236,7 @@ def run_record(run: PlanRecord) -> dict[str, Any]:
         ],
         "missed_events": [f"{event.device} {event.action}" for event in run.missed],
         "limit_violations": [str(violation) for violation in run.limit_violations],
+        "operator_stops_s": [[stop.begin, stop.end] for stop in run.operator_stops],
         **_seen_record(run),
     }
 
@@ -270,6 +271,10 @@ def _lines(run: PlanRecord, holder: str) -> list[str]:
     seen = run if isinstance(run, Execution) else None
     load = f"; {holder} loaded to {seen.max_load:.0%} of its limits" if seen and seen.max_load else ""
     lines = [f"  tool at most {1e3 * run.max_lag:.1f} mm behind its command{load}"]
+    lines += [
+        f"  {stop.begin:7.3f} s  stopped by the operator, resumed at {stop.end:.3f} s"
+        for stop in run.operator_stops
+    ]
     for fired in run.events:
         reading = "" if fired.reading is None else f": {'held' if fired.reading else 'nothing held'}"
         lines.append(

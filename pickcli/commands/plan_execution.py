@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pickcli.commands.progress_bar import progress
+from pickcli.simulation.operator_stop import never
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from pickcli.simulation.camera import GifRecorder
     from pickcli.simulation.driver import Driver
     from pickcli.simulation.execution import Execution
+    from pickcli.simulation.operator_stop import OperatorSignal
     from pickcli.simulation.plan_record import PlanRecord
     from pickcli.simulation.world import World
 
@@ -72,26 +74,30 @@ def run_plans(
     return runs
 
 
-def driven(driver: Driver) -> Callable[[Plan, ProgressObserver], PlanRecord]:
+def driven(driver: Driver, operator: OperatorSignal) -> Callable[[Plan, ProgressObserver], PlanRecord]:
     """Return the function that executes a plan by a driver.
 
     Args:
         driver: Any driver.
+        operator: Whether the operator stops the robot.
 
     Returns:
         Function of a plan and an observer of its progress.
     """
     from pickcli.simulation.plan_run import drive
 
-    return lambda plan, report: drive(plan, driver, on_progress=report)
+    return lambda plan, report: drive(plan, driver, operator=operator, on_progress=report)
 
 
-def simulated(world: World, film: GifRecorder | None) -> Callable[[Plan, ProgressObserver], Execution]:
+def simulated(
+    world: World, film: GifRecorder | None, operator: OperatorSignal = never
+) -> Callable[[Plan, ProgressObserver], Execution]:
     """Return the function that executes a plan in the simulated world, with its additional records.
 
     Args:
         world: The world.
         film: Recorder of an animation; None for none.
+        operator: Whether the operator stops the robot.
 
     Returns:
         Function of a plan and an observer of its progress.
@@ -103,5 +109,5 @@ def simulated(world: World, film: GifRecorder | None) -> Callable[[Plan, Progres
             film.look(world.engine, world.t)
 
     return lambda plan, report: execute(
-        plan, world, on_progress=report, on_step=look if film is not None else None
+        plan, world, operator=operator, on_progress=report, on_step=look if film is not None else None
     )

@@ -15,7 +15,7 @@ Read in this order:
 - Execution of a plan by a `driver`: `plan_run`, after a `start_check`, sends the set points of `stream`;
   `trigger` measures how far from its trigger an event fired, `following` compares joints with set points,
   `plan_record` is the record. In simulation: `execute`, with the record `execution`; a `motion_recorder`
-  records all motion.
+  records all motion. An `operator_stop` interrupts a motion, which goes on afterwards.
 - Other drivers: `recorder`, and `installed_drivers` by name; `driver_check` tests a driver against the
   protocol, and a `guarded_driver` turns its faults into a single error message.
 - Supervision: `supervision` with a `hold_watch`, and `contact_guard`; beyond their `thresholds` they request

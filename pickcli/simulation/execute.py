@@ -14,6 +14,7 @@ from pickcli.simulation.braking import Return
 from pickcli.simulation.contact_guard import ContactGuard
 from pickcli.simulation.execution import Execution, Fall
 from pickcli.simulation.grip import Release
+from pickcli.simulation.operator_stop import OperatorSignal, never
 from pickcli.simulation.places import bounds
 from pickcli.simulation.plan_run import PlanRun
 from pickcli.simulation.planned_contacts import PlannedContacts
@@ -41,6 +42,7 @@ def execute(
     world: World,
     *,
     pace: Pace = full_speed,
+    operator: OperatorSignal = never,
     on_progress: ProgressObserver | None = None,
     on_step: OnStep | None = None,
 ) -> Execution:
@@ -56,6 +58,7 @@ def execute(
         plan: The plan.
         world: The world.
         pace: Speed of the plan's time; for tests of pauses and slow robots.
+        operator: Whether the operator stops the robot, which then stays at rest on its path and goes on.
         on_progress: Called every 0.1 s with the seconds of the plan and its segment.
         on_step: Called after every time step, e.g. to film.
 
@@ -70,6 +73,7 @@ def execute(
     plan = at_the_robot(plan, world)
     check_start(plan, world)
     run = _Run(plan, world, pace, on_progress, on_step)
+    run.operator = operator
     run.play()
     return run.execution()
 

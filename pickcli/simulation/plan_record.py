@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from pickcli.motion.event import Event
 from pickcli.motion.segment import SegmentKind
+from pickcli.simulation.operator_stop import OperatorStop
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.stream import Violation
 
@@ -43,6 +44,7 @@ class PlanRecord:
         path_time: Time on the plan's trajectory at which the robot came to rest after a stop, s; None without
             one.
         stopping_time: s from the request of a stop to standstill; None without one.
+        operator_stops: Stops by the operator, times since ``t_start``.
     """
 
     t_start: float
@@ -55,6 +57,7 @@ class PlanRecord:
     max_lag: float
     path_time: float | None = None
     stopping_time: float | None = None
+    operator_stops: tuple[OperatorStop, ...] = ()
 
     @property
     def duration(self) -> float:

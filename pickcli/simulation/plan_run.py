@@ -1,4 +1,7 @@
-"""Carries out a plan by any driver: streams set points, fires events by measured progress, and stops."""
+"""Carries out a plan by any driver: streams set points, fires events by measured progress, and stops.
+
+A stop that the operator requests is followed by the rest of the plan, any other one ends it.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +19,11 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
 from pickcli.progress import Progress, ProgressObserver
 from pickcli.simulation.driver import Driver
 from pickcli.simulation.following import JointFollowing
+from pickcli.simulation.operator_stop import OperatorSignal, OperatorStop, never
 from pickcli.simulation.plan_record import FiredEvent, PlanRecord
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.start_check import at_the_robot, check_start
@@ -36,7 +41,12 @@ D = TypeVar("D", bound=Driver)
 
 
 def drive(
-    plan: Plan, driver: Driver, *, pace: Pace = full_speed, on_progress: ProgressObserver | None = None
+    plan: Plan,
+    driver: Driver,
+    *,
+    pace: Pace = full_speed,
+    operator: OperatorSignal = never,
+    on_progress: ProgressObserver | None = None,
 ) -> PlanRecord:
     """Carry out a plan, to its end or to a stop on its path.
 
@@ -47,6 +57,8 @@ def drive(
         plan: The plan.
         driver: The driver that carries it out.
         pace: Speed of the plan's time.
+        operator: Whether the operator stops the robot, asked at every set point. It stays at rest on its path
+            as long as that is so, and then goes on.
         on_progress: Called every 100 set points with the seconds of the plan and its segment.
 
     Returns:
@@ -60,6 +72,7 @@ def drive(
     plan = at_the_robot(plan, driver)
     check_start(plan, driver)
     run = PlanRun(plan, driver, pace, on_progress)
+    run.operator = operator
     run.play()
     return run.record()
 
@@ -111,10 +124,15 @@ class PlanRun(Generic[D]):
         self._q_before = driver.q
         self._segment_ends = [segment.t_end for segment in plan.segments]
         self.t_sealed = _end_of_sealing(plan)
+        self.operator: OperatorSignal = never
+        self.operator_stops: list[OperatorStop] = []
 
     def play(self) -> None:
         """Carry out the plan, and wait until the robot has arrived."""
-        self.send(stream(self.plan.trajectory, self.driver.time_step, self.pace))
+        rest: Stream | None = stream(self.plan.trajectory, self.driver.time_step, self.pace)
+        while rest is not None:
+            self.send(rest)
+            rest = self._after_operator_stop()
         if self.stop is not None:
             self.brake(self.stop)
         for _ in range(round(self.end_time / self.driver.time_step)):
@@ -147,6 +165,7 @@ class PlanRun(Generic[D]):
             max_lag=self._max_lag(),
             path_time=self.path_time,
             stopping_time=self._stopping_time(),
+            operator_stops=tuple(self.operator_stops),
         )
 
     # What is judged ----------------------------------------------------------------------------------
@@ -220,20 +239,51 @@ class PlanRun(Generic[D]):
 
     # How it runs -------------------------------------------------------------------------------------
 
-    def send(self, commands: Stream) -> None:
+    def send(self, commands: Stream, is_held: bool = False) -> None:
         """Send set points until a stop is requested.
 
         Args:
             commands: The set points.
+            is_held: Whether they bring the robot to rest for the operator already.
         """
         is_braking = self.stop is not None
         for q, t_plan in zip(commands.points, commands.plan_times.tolist(), strict=True):
+            if self.trace.sent and not (is_braking or is_held) and self.operator(self.driver.t):
+                return
             if self._lifts_off(t_plan):
                 self._wait_for_hold()
             if self.stop is None or is_braking:
                 self._set_point(q, t_plan)
             if self.stop is not None and not is_braking:
                 return
+
+    def _after_operator_stop(self) -> Stream | None:
+        """Stop on the path if the operator requests it, until the release; return the rest of the motion."""
+        if self.stop is not None or not self.operator(self.driver.t):
+            return None
+        from pickcli.timing.stopping_trajectory import resume, stop
+
+        trajectory, limits = self.plan.trajectory, self.driver.cell.robot.limits
+        begin, t_plan = self.driver.t, self.trace.plan_times[-1]
+        if t_plan >= trajectory.duration:
+            return None
+        halted = stop(trajectory, t_plan, limits)
+        self.send(self._along(halted.trajectory, halted.path_times, t_plan), is_held=True)
+        while self.stop is None and self.operator(self.driver.t):
+            self._set_point(self.trace.sent[-1], self.trace.plan_times[-1])
+        self.operator_stops.append(OperatorStop(begin - self.t_start, self.driver.t - self.t_start))
+        if self.stop is not None or halted.path_time >= trajectory.duration:
+            return None
+        resumed = resume(trajectory, halted.path_time, limits)
+        return self._along(resumed.trajectory, resumed.path_times)
+
+    def _along(
+        self, trajectory: Trajectory, path_times: Callable[[Array], Array], begin: float = 0.0
+    ) -> Stream:
+        """Sample a motion along the plan's path, with the plan's times of its set points."""
+        t = len(self.trace.sent) * self.driver.time_step
+        motion = stream(trajectory, self.driver.time_step, self.pace, begin, t)
+        return Stream(path_times(motion.plan_times), motion.points)
 
     def segment_at(self, t_plan: float) -> Segment:
         """Return the segment at a time of the plan.

@@ -50,6 +50,7 @@ class Reality:
         hand_eye: Whether cameras are off their stated poses, within the bounds of the cell.
         supervision: Whether following error, contact and vacuum are supervised and stop the motion.
         damage_limits: Whether forces beyond the limits of items or the shelf count as damage in the score.
+        operator_stop_share: Share of the motions that the operator stops once, at a random time, and resumes.
     """
 
     pose_outlier_share: Share = 0.02
@@ -65,6 +66,7 @@ class Reality:
     hand_eye: Switch = True
     supervision: Switch = True
     damage_limits: Switch = True
+    operator_stop_share: Share = 0.0
 
     def as_dict(self) -> dict[str, Any]:
         """Return all levels by name, as in files and in trial.json.

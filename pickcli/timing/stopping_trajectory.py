@@ -37,10 +37,50 @@ class StoppedTrajectory:
     Attributes:
         trajectory: The original up to the stop, then braking along the same path.
         path_time: s; time in the original trajectory of the configuration at standstill.
+        law: (K, 2) s; times in this trajectory and in the original, linear in between and the same before;
+            None if it is the original.
     """
 
     trajectory: Trajectory
     path_time: float
+    law: Array | None = None
+
+    def path_times(self, t: Array) -> Array:
+        """Return the times in the original trajectory at times of this one.
+
+        Args:
+            t: (N,) s.
+
+        Returns:
+            (N,) s.
+        """
+        if self.law is None:
+            return t
+        return np.asarray(np.where(t < self.law[0, 0], t, np.interp(t, self.law[:, 0], self.law[:, 1])))
+
+
+@dataclass(frozen=True, eq=False)
+class ResumedTrajectory:
+    """The rest of a motion after a stop.
+
+    Attributes:
+        trajectory: From rest to the end of the original along its path; times from 0.
+        law: (K, 2) s; times in this trajectory and in the original, linear in between.
+    """
+
+    trajectory: Trajectory
+    law: Array
+
+    def path_times(self, t: Array) -> Array:
+        """Return the times in the original trajectory at times of this one.
+
+        Args:
+            t: (N,) s.
+
+        Returns:
+            (N,) s.
+        """
+        return np.asarray(np.interp(t, self.law[:, 0], self.law[:, 1]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +118,14 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory
             if (
                 _needed_time_scale(trajectory, law, limits) <= 1.0 + LIMIT_TOLERANCE / 3
             ):  # jerk scales with the cube
-                best = StoppedTrajectory(_driven(trajectory, law, with_start=True), float(law.tau[-1]))
+                times = np.column_stack([law.t + law.tau[0], law.tau])
+                driven = _driven(trajectory, law, with_start=True)
+                best = StoppedTrajectory(driven, float(law.tau[-1]), times)
                 break
     return best
 
 
-def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajectory:
+def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> ResumedTrajectory:
     """Continue a stopped trajectory along its path, from rest to its end.
 
     The trajectory's own timing is resumed; time is stretched as far as its limits require, and the fastest of
@@ -95,7 +137,7 @@ def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajecto
         limits: Limits of the joints.
 
     Returns:
-        The rest of the motion, times from 0.
+        The rest of the motion.
 
     Raises:
         LimitError: If the trajectory is not finite there.
@@ -112,7 +154,9 @@ def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajecto
     if best is None:
         raise LimitError(f"no resume at {path_time:.3f} s: the trajectory is not finite there")
     candidate = _driven(trajectory, best, with_start=False)
-    return _time_scaled(candidate, max(measure_limits(candidate, limits).time_scale, 1.0))
+    factor = max(measure_limits(candidate, limits).time_scale, 1.0)
+    times = [[*best.t, candidate.duration], [*best.tau, trajectory.duration]]
+    return ResumedTrajectory(_time_scaled(candidate, factor), np.array(times).T * (factor, 1.0))
 
 
 def _needed_time_scale(trajectory: Trajectory, law: _TimeLaw, limits: Limits) -> float:

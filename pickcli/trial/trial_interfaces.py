@@ -26,6 +26,7 @@ from pickcli.trial.final_state import Drop
 
 if TYPE_CHECKING:
     from pickcli.simulation.contacts import Collision
+    from pickcli.simulation.operator_stop import OperatorStop
     from pickcli.simulation.protective_stop import StopCause
     from pickcli.verification.verdict import Verdict
 
@@ -52,6 +53,7 @@ class ExecutionResult:
         stop_cause: Kind of the stop; None if it did not stop or never started.
         path_time: Time on the plan's trajectory at which it came to rest after a stop, s; None without one.
         disturbed: Items that moved unintentionally since the last record.
+        operator_stops: Stops by the operator, times since the start.
     """
 
     duration: float
@@ -67,6 +69,7 @@ class ExecutionResult:
     stop_cause: StopCause | None = None
     path_time: float | None = None
     disturbed: tuple[Disturbance, ...] = ()
+    operator_stops: tuple[OperatorStop, ...] = ()
 
 
 class Arena(Protocol):

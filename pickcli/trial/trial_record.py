@@ -312,6 +312,7 @@ def _execution(execution: ExecutionResult) -> dict[str, Any]:
         "missed_events": list(execution.missed),
         "max_lag": _rounded(execution.max_lag),
         "max_load": _rounded(execution.max_load),
+        "operator_stops": [[_rounded(s.begin), _rounded(s.end)] for s in execution.operator_stops],
     }
 
 

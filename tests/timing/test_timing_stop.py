@@ -43,7 +43,7 @@ def test_stop_and_resume_keep_path_and_limits(which: int, share: float) -> None:
     assert np.allclose(halted.trajectory.positions[-1], trajectory.sample(halted.path_time)[0], atol=1e-9)
     assert at <= halted.path_time + 1e-9
 
-    onwards = resume(trajectory, halted.path_time, limits())
+    onwards = resume(trajectory, halted.path_time, limits()).trajectory
     check_limits(onwards, limits())
     assert np.allclose(onwards.positions[0], halted.trajectory.positions[-1], atol=1e-9)
     assert np.allclose(onwards.positions[-1], trajectory.positions[-1], atol=1e-9)
@@ -72,11 +72,11 @@ def test_stop_at_rest_stays_there() -> None:
 def test_resume_soon_runs_at_the_old_pace() -> None:
     trajectory = TRAJECTORIES[0]
     halted = stop(trajectory, 0.4 * trajectory.duration, limits())
-    onwards = resume(trajectory, halted.path_time, limits())
+    onwards = resume(trajectory, halted.path_time, limits()).trajectory
     assert onwards.duration < trajectory.duration - halted.path_time + 0.7
 
 
 def test_stop_after_the_end_is_the_motion_itself() -> None:
     trajectory = TRAJECTORIES[0]
     assert stop(trajectory, trajectory.duration, limits()).trajectory is trajectory
-    assert resume(trajectory, trajectory.duration, limits()).duration < 1.0
+    assert resume(trajectory, trajectory.duration, limits()).trajectory.duration < 1.0

@@ -94,6 +94,11 @@ def with_box(arena: SimulatedArena, lower: tuple[float, float, float]) -> Simula
     return arena
 
 
+def often_stopped(scene: Scene) -> SimulatedArena:
+    """An arena whose operator stops every motion once, and resumes it."""
+    return SimulatedArena(scene, replace(REALITY, operator_stop_share=1.0), seed=3)
+
+
 def play(context: PlanningContext, arena: SimulatedArena) -> TrialResult:
     settings = TrialSettings(seed=1, reality=REALITY, time_limit=TIME)
     return run_trial(ORDER, interfaces_of([TrialArm(context)], arena), settings)
@@ -122,6 +127,7 @@ def check_plausible(result: TrialResult) -> None:
 
 FAULTS: dict[str, tuple[Callable[[Scene], SimulatedArena], frozenset[Outcome]]] = {
     "none": (MisleadingArena, frozenset({Outcome.IN_TOTE})),
+    "the operator": (often_stopped, frozenset({Outcome.IN_TOTE})),
     # It is brought over the tote all the same and seen there, or back to where it lay.
     "the sensor denies": (
         lambda scene: deaf(MisleadingArena(scene), DeviceKind.SENSOR, False),
@@ -154,7 +160,10 @@ def test_a_provoked_failure_is_reported_and_ends_no_trial(
     build, expected = FAULTS[fault]
     result = play(context, build(scene_of(cell)))
     check_plausible(result)
-    if fault in ("none", "the sensor denies"):
+    if fault == "the operator":
+        assert [len(e.operator_stops) for a in result.attempts for e in a.executions] == [1]
+        assert result.clock > 8.0
+    if fault in ("none", "the sensor denies", "the operator"):
         assert result.n_collisions == 0  # what is let go on the floor of its bin may touch it
     assert {attempt.outcome for attempt in result.attempts if attempt.plan is not None} <= expected | {
         Outcome.NO_PLAN, Outcome.REJECTED, Outcome.NO_TIME

@@ -196,7 +196,7 @@ def _retraced(
     if _way(whole, begin)[-1] < LEAST_WAY:
         return Reason("nothing to do", where, "it stands there already")
     try:
-        trajectory = resume(whole, begin, limits)
+        trajectory = resume(whole, begin, limits).trajectory
     except LimitError as error:
         return Reason("not timed", where, str(error))
     passed = [s for s in plan.segments if (s.t_start < at if is_back else s.t_end > at)]

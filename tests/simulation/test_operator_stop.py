@@ -1,0 +1,91 @@
+"""The operator stops the robot at any time: it rests on its path, keeps its item, and goes on to the end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pickcli.cell.cell import Cell
+from pickcli.simulation.execute import execute
+from pickcli.simulation.operator_stop import OperatorStop, signal_of
+from pickcli.simulation.plan_run import END_TIME, drive
+from pickcli.simulation.planned_contacts import PlannedContacts
+from pickcli.simulation.recorder import Recorder
+from pickcli.timing.stopping_trajectory import resume, stop
+from support.handmade_plans import cell as shipped_cell
+from support.handmade_plans import pick
+from support.pedestal import BuildWorld, evacuate
+from support.rail_pick import GAP, rail_pick
+from support.tool_states import STRAIGHT
+
+PLAN = pick()[0]
+DURATION = PLAN.trajectory.duration
+
+
+@given(begin=st.floats(0.0, DURATION), wait=st.floats(0.0, 2.0))
+@settings(max_examples=40, deadline=None)
+def test_stopped_at_any_time_it_keeps_path_limits_and_events(begin: float, wait: float) -> None:
+    driver = Recorder(shipped_cell(), PLAN.trajectory.positions[0], PLAN.segments[0].tool_state)
+    record = drive(PLAN, driver, operator=signal_of([OperatorStop(begin, begin + wait)]))
+    assert record.is_clean, record.trouble
+    fired = [f.event for f in record.events]
+    assert fired == list(PLAN.events)
+    assert max(f.distance for f in record.events) < 2e-3
+    points = np.array([q for _, q in driver.set_points])
+    path = PLAN.trajectory.sample(np.linspace(0.0, DURATION, 6000))
+    assert max(float(np.abs(path - q).max(axis=1).min()) for q in points[::20]) < 2e-3
+    np.testing.assert_allclose(points[-1], PLAN.trajectory.positions[-1], atol=1e-9)
+    assert record.duration >= DURATION + END_TIME - 2e-3
+    for held in record.operator_stops:
+        standing = [q for t, q in driver.set_points if held.end - 5e-3 < t <= held.end]
+        if wait > 1.0:
+            assert np.ptp(np.array(standing), axis=0).max() < 1e-6
+
+
+@pytest.mark.parametrize("share", np.linspace(0.02, 0.97, 12))
+def test_the_times_on_the_plan_are_those_of_the_points(share: float) -> None:
+    limits, at = shipped_cell().robot.limits, share * DURATION
+    halted = stop(PLAN.trajectory, at, limits)
+    resumed = resume(PLAN.trajectory, halted.path_time, limits)
+    for part in (halted, resumed):
+        t = np.linspace(0.0, part.trajectory.duration, 800)
+        on_plan = PLAN.trajectory.sample(part.path_times(t))
+        np.testing.assert_allclose(part.trajectory.sample(t), on_plan, atol=1e-3)
+        assert (np.diff(part.path_times(t)) >= -1e-12).all()
+    assert halted.path_times(np.array([halted.trajectory.duration]))[0] == pytest.approx(halted.path_time)
+    assert resumed.path_times(np.array([0.0]))[0] == pytest.approx(halted.path_time)
+
+
+@pytest.mark.parametrize("begin", [0.3, 0.9, 1.4, 2.2])
+def test_an_item_in_the_cup_is_held_through_the_stop_and_released_at_its_place(
+    cell: Cell, build_world: BuildWorld, begin: float
+) -> None:
+    world = build_world(gap=GAP, tool_state=STRAIGHT)
+    world.planned = PlannedContacts()
+    evacuate(world)
+    operator = signal_of([OperatorStop(begin, begin + 3.0)], world.t)
+    record = execute(rail_pick(cell), world, operator=operator)
+    assert record.is_clean, record.trouble
+    assert len(record.operator_stops) == 1
+    (stopped,) = record.operator_stops
+    assert stopped.begin == pytest.approx(begin, abs=2e-3) and stopped.end == pytest.approx(
+        begin + 3.0, abs=2e-3
+    )
+    assert record.has_item and [r.is_wanted for r in record.releases] == [True]
+    assert record.collisions == ()
+
+
+def test_stopped_twice_it_goes_on_twice(cell: Cell) -> None:
+    plan = rail_pick(cell)
+    driver = Recorder(cell, plan.trajectory.positions[0], plan.segments[0].tool_state)
+    operator = signal_of([OperatorStop(0.5, 1.0), OperatorStop(1.6, 1.7)])
+    record = drive(plan, driver, operator=operator)
+    assert record.is_clean and len(record.operator_stops) == 2
+
+
+def test_a_robot_that_is_never_stopped_has_no_such_record(cell: Cell) -> None:
+    plan = rail_pick(cell)
+    driver = Recorder(cell, plan.trajectory.positions[0], plan.segments[0].tool_state)
+    assert drive(plan, driver).operator_stops == ()
