@@ -12,7 +12,7 @@ Read in this order:
 - Items: `show_grasps` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
   `artifact_options`, `scene_options`, `stream_options`, `plan_options`, `build_options`, `trial_options`,
-  `pod_shift`; `logs` has --verbose and --debug.
+  `pod_shift`, `operator_stop_option`; `logs` has --verbose and --debug.
 - Queries: `stated_pick` and `stated_stow` refuse impossible ones, `motion_queries` reads --pick, --stow
   and --move, `query_execution` answers them.
 - Functions that commands share: `plan_verification` and `plan_execution` for plans, `pick_request` and

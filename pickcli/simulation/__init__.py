@@ -18,7 +18,7 @@ Read in this order:
   records all motion. An `operator_stop` interrupts a motion, which goes on afterwards.
 - Other drivers: `recorder`, and `installed_drivers` by name; `driver_check` tests a driver against the
   protocol, and a `guarded_driver` turns its faults into a single error message.
-- Supervision: `supervision` with a `hold_watch`, and `contact_guard`; beyond their `thresholds` they request
-  a `protective_stop`.
+- Supervision: `supervision` with a `hold_watch`, `contact_guard` and `weight_watch`; beyond their
+  `thresholds` they request a `protective_stop`.
 - Several arms in one world: `arm_turn`.
 """

@@ -22,6 +22,7 @@ from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.start_check import at_the_robot, check_start
 from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.supervision import Supervisor
+from pickcli.simulation.weight_watch import WeightWatch
 from pickcli.simulation.world import World
 
 FALL_TIME = 0.6  # s of simulation at the end if an item was lost and is falling
@@ -50,9 +51,10 @@ def execute(
 
     On the item the robot waits until the vacuum has built up, at most ``SEAL_TIME`` longer than planned. It
     stops and stays at rest if a joint does not follow, if it feels an unplanned contact, if it meets its item
-    too early, if the vacuum is lower than the plan requires, if the width of the fingers differs from that of
-    the item, or if the vacuum sensor reads that nothing is held. Pump and valve are switched off only before
-    the lift or if the vacuum itself has broken down: a sensor may be wrong, and the item would be dropped.
+    too early, if what it carries cannot be the item by its weight, if the vacuum is lower than the plan
+    requires, if the width of the fingers differs from that of the item, or if the vacuum sensor reads that
+    nothing is held. Pump and valve are switched off only before the lift or if the vacuum itself has broken
+    down: a sensor may be wrong, and the item would be dropped.
 
     Args:
         plan: The plan.
@@ -95,6 +97,7 @@ class _Run(PlanRun[World]):
         self.max_load = 0.0
         self.supervisor = Supervisor(world, self.arm)
         self.guard = ContactGuard(world, self.arm, plan, self.supervisor.external)
+        self.weight = WeightWatch(world, self.arm, plan, self.supervisor.external)
         self._ends = [segment.t_end for segment in plan.segments]
         self._starts = [segment.t_start for segment in plan.segments]
         self._allowed_in: tuple[int, int] | None = None  # segments whose contacts are allowed
@@ -141,13 +144,15 @@ class _Run(PlanRun[World]):
         return tuple(self.world.grip.releases[self.n_releases :])
 
     def reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
-        """Check supervision and contact guard, then the hold, then the sensor."""
+        """Check supervision and contact guard, then the hold, then the sensor, then the weight."""
         segment = self.segment_at(min(self.tracker.progress, t_plan))
         if self.world.reality.supervision and (
             stop := self.supervisor.motion(command, segment) or self.guard.update(segment)
         ):
             return stop
-        return self.supervisor.hold(segment) or self.sensed_nothing()
+        if stop := self.supervisor.hold(segment) or self.sensed_nothing():
+            return stop
+        return self.weight.update(segment) if self.world.reality.supervision else None
 
     def brake(self, why: ProtectiveStop) -> None:
         """Stop on the planned path; after a contact or following error as hard as possible."""

@@ -19,6 +19,7 @@ class Thresholds:
         width: m, allowed difference between the width of the fingers and that of the item; at most half of
             the item's width.
         touch: N along the tool's axis from which the cup counts as touching, if above the noise.
+        mass: kg by which what is held may be lighter or heavier than the item can be.
         bellows: Largest allowed compression of the cup in a contact, as a share of its stroke.
     """
 
@@ -30,4 +31,5 @@ class Thresholds:
     vacuum: float = 0.5
     width: float = 0.005
     touch: float = 2.0
+    mass: float = 0.03
     bellows: float = 0.95

@@ -8,6 +8,7 @@ import numpy as np
 
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.places import OUTSIDE
+from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.arm_turns import hand_over
 from pickcli.trial.attempt_runner import AttemptRunner
 from pickcli.trial.disturbance import MIN_TOPPLING_ANGLE
@@ -92,6 +93,8 @@ def _judged(runner: AttemptRunner, attempt: Attempt, execution: ExecutionResult)
     where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"
     missed = f"never reached: {', '.join(execution.missed)}" if execution.missed else ""
     cause = execution.stopped or missed or "it was let go"
+    if execution.stop_cause is StopCause.WRONG_WEIGHT and attempt.seen_in == attempt.out_of:
+        return replace(attempt, outcome=Outcome.WRONG_ITEM, reason=f"{cause}; brought back")
     if not execution.has_item and attempt.seen_in == attempt.out_of:
         return replace(attempt, outcome=Outcome.NOT_PICKED, reason=f"{cause}; {where}")
     return replace(attempt, outcome=Outcome.LOST, reason=f"{cause}; {where}")

@@ -7,6 +7,8 @@ from pickcli.scene.scene import Scene
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.trial_result import Attempt, Outcome
 
+_MISSEEN = (StopCause.EARLY_CONTACT, StopCause.WRONG_WEIGHT)
+
 
 class AttemptMemory:
     """Failed grasps, refused targets and items that cannot leave their place."""
@@ -28,10 +30,10 @@ class AttemptMemory:
             if is_stuck and not attempt.topples and attempt.outcome in (Outcome.NO_PLAN, Outcome.REJECTED):
                 self._stuck_in(scene)[attempt.item] = attempt
             return
-        # An early contact shows a wrong pose of the item, not a bad grasp.
-        is_early = attempt.execution is not None and attempt.execution.stop_cause is StopCause.EARLY_CONTACT
+        # An early contact shows a wrong pose of the item, a wrong weight another item, not a bad grasp.
+        is_misseen = attempt.execution is not None and attempt.execution.stop_cause in _MISSEEN
         is_there = attempt.outcome.is_delivered or attempt.outcome is Outcome.MOVED
-        if attempt.plan.grasp is not None and not is_there and not is_early:
+        if attempt.plan.grasp is not None and not is_there and not is_misseen:
             self._grasps[attempt.item] = (*self.failed_grasps(attempt.item), attempt.plan.grasp)
 
     def failed_grasps(self, item: str) -> tuple[Grasp, ...]:

@@ -39,6 +39,7 @@ from pickcli.trial.trial_settings import TrialSettings
 
 ResultObserver: TypeAlias = Callable[[Callable[[], TrialResult]], None]
 
+MOST_WRONG = 2  # attempts at a target in which another item was held, after which it is given up
 _log = logging.getLogger(__name__)
 
 
@@ -175,7 +176,8 @@ class _Trial:
         state = self.targets.open[index].tried()
         attempt = self._attempt(state)
         self._note(state, attempt)
-        if attempt.outcome.is_delivered or attempt.outcome in (Outcome.MISSING, Outcome.NO_TIME):
+        is_over = attempt.outcome in (Outcome.MISSING, Outcome.NO_TIME) or self._is_mistaken(index)
+        if attempt.outcome.is_delivered or is_over:
             self.targets.close(index)
         elif attempt.execution is None:
             refused = self.targets.put(self.targets.open[index].refused())
@@ -187,6 +189,11 @@ class _Trial:
         else:
             self.targets.put(self.targets.open[index].failed())
         return attempt.outcome.is_delivered
+
+    def _is_mistaken(self, index: int) -> bool:
+        """Whether what is taken for a target turned out to be another item in two attempts."""
+        outcomes = [attempt.outcome for state, attempt in self.attempts if state.index == index]
+        return outcomes.count(Outcome.WRONG_ITEM) >= MOST_WRONG
 
     def clear(self, index: int) -> bool:
         """Move one item aside that blocks a target; return whether the target may be tried again."""

@@ -45,6 +45,7 @@ class Outcome(StrEnum):
     NO_PLAN = "no plan"
     REJECTED = "rejected"  # the verifier rejected all plans; nothing was executed
     NOT_PICKED = "not picked"  # no item was measured in the tool after the retreat
+    WRONG_ITEM = "wrong item"  # by its weight, and brought back
     LOST = "lost"  # the item was held but did not arrive
     MISSING = "missing"  # no such item is left in its bin
     NOT_TRIED = "not tried"  # the strategy made no attempt
@@ -58,7 +59,7 @@ class Outcome(StrEnum):
     @property
     def stage(self) -> Stage:
         """What failed, if the outcome is a failure."""
-        if self in (Outcome.NOT_RECOGNISED, Outcome.MISSING):
+        if self in (Outcome.NOT_RECOGNISED, Outcome.MISSING, Outcome.WRONG_ITEM):
             return Stage.SEEING
         if self in (Outcome.NO_PLAN, Outcome.REJECTED):
             return Stage.PLANNING

@@ -15,6 +15,7 @@ from pickcli.geometry import Array, pose
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.loop import run_trial
 from pickcli.trial.recovery_levels import HOME_LEVELS, LET_GO
@@ -24,6 +25,7 @@ from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import pick_order
 
 ITEM, BIN = "crayola_24_ct", "bin_B"
+HEAVY = "expo_dry_erase_board_eraser"
 ORDER = pick_order({BIN: (ITEM,)}, (BIN, ITEM))
 TIME = 90.0  # s on the trial's clock
 REALITY = replace(DEFAULT, pod_shift=False)
@@ -92,6 +94,18 @@ def with_box(arena: SimulatedArena, lower: tuple[float, float, float]) -> Simula
     upper = (lower[0] + 0.1, lower[1] + 0.1, lower[2] + 0.1)
     arena._world.engine.add_static(box("intruder", lower, upper), np.eye(4), (1.0, 0.0, 0.0, 1.0))
     return arena
+
+
+class MistakenArena(SimulatedArena):
+    """An arena in which perception takes two items for each other: of one shape, but not of one weight."""
+
+    def now(self) -> Scene:
+        """What perception is made from."""
+        true = super().now()
+        other = {ITEM: HEAVY, HEAVY: ITEM}
+        of_name = {p.id: p.item for p in self._world.scene.items}
+        items = tuple(replace(p, id=other[p.id], item=of_name[other[p.id]]) for p in true.items)
+        return replace(true, items=items)
 
 
 def often_stopped(scene: Scene) -> SimulatedArena:
@@ -168,6 +182,29 @@ def test_a_provoked_failure_is_reported_and_ends_no_trial(
     assert {attempt.outcome for attempt in result.attempts if attempt.plan is not None} <= expected | {
         Outcome.NO_PLAN, Outcome.REJECTED, Outcome.NO_TIME
     }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_another_item_in_the_cup_is_told_by_its_weight_and_brought_back(
+    cell: Cell, context: PlanningContext
+) -> None:
+    """The target is given up after the second time; the item that was taken for it lies in its bin again."""
+    alone = scene_of(cell)
+    (light,) = alone.items
+    T_aside = light.T_world_item @ pose((0.0, 0.11, 0.0))
+    heavy = PlacedItem(HEAVY, replace(cell.item(HEAVY), shape=light.item.shape, mass=0.3), BIN, T_aside)
+    result = play(context, MistakenArena(replace(alone, items=(light, heavy)), REALITY))
+    check_plausible(result)
+    taken = [a for a in result.attempts if a.execution is not None]
+    assert [a.outcome for a in taken] == [Outcome.WRONG_ITEM] * 2
+    assert all(a.execution is not None and a.execution.stop_cause is StopCause.WRONG_WEIGHT for a in taken)
+    assert all("wrong weight" in a.reason and a.recovery[0].what == "bring back" for a in taken)
+    assert [target.outcome for target in result.targets] == [Outcome.WRONG_ITEM]
+    assert {p.location for p in result.after.items} == {BIN}
+    assert all(drop.is_release and drop.height < 0.01 for drop in result.final.drops)
+    assert result.score.total == 0
+    met = {(c.a, c.b) for a in taken for e in a.executions for c in e.collisions}
+    assert met <= {("cup", HEAVY)}  # which was planned to meet the other one
 
 
 @pytest.mark.slow
