@@ -18,6 +18,7 @@ from pickcli.files.source import Key, Source, name_of
 from pickcli.files.yaml_reader import read_yaml
 from pickcli.precompute.empty_cell_checkers import checker, why_not_free
 from pickcli.progress import Progress, ProgressObserver, nobody
+from pickcli.reachability.belt_reachability import HEIGHTS, SPACING, reached_travel
 from pickcli.reachability.place_reachability import N_POSES, PlaceReachability, ReachabilityCheck
 from pickcli.reachability.untested_pairs import UntestedPair, overlap_note, untested_pairs_of_arms
 from pickcli.roadmap.trajectory_database import PayloadClass
@@ -77,6 +78,7 @@ def check_cell(
         mistakes += _mistakes(source, cell, not_free)
         warn_of_masses(noted, cell)
         _warn_of_pairs(noted, cell, not_free)
+        _warn_of_windows(noted, cell)
         reached = tuple(_reaches(cell, n_poses, seed, on_progress))
         _warn_of_configurations(noted, cell, reached)
         reaches += reached
@@ -182,6 +184,23 @@ def _warn_of_configurations(warnings: FileWarnings, cell: Cell, reaches: Sequenc
         text += f"poses in {each.place}; apc suggest-configurations finds a better one"
         poor[each.configuration] = (key, text)
     warnings.add_alike("poor_configuration", poor, ("configurations",), "are they those of this cell?")
+
+
+def _warn_of_windows(warnings: FileWarnings, cell: Cell) -> None:
+    """Warn of windows of conveyors in parts of which the arm reaches no items from above."""
+    for carrier in cell.own_carriers:
+        if carrier.conveyor is None or cell.robot.tool.is_bare:
+            continue
+        first, last = carrier.conveyor.window
+        reached = reached_travel(cell, carrier, HEIGHTS[0])
+        if reached is not None and reached[0] - SPACING <= first and last <= reached[1] + SPACING:
+            continue
+        where = "nowhere" if reached is None else f"from {reached[0]:.2f} to {reached[1]:.2f} m only"
+        text = (
+            f"its window is {first:g} to {last:g} m, the arm reaches items of {1e3 * HEIGHTS[0]:.0f} mm over "
+        )
+        text += f"the whole width {where}; correct the window, or move belt or base"
+        warnings.add("unreached_window", carrier.name, ("places", carrier.name, "window"), text)
 
 
 def _key_of(cell: Cell, place: str) -> Key:

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pickcli.cell.cell_file import load_cell
+from pickcli.cell.cell_file import load_cell, load_workcell
 from pickcli.cell.data_path import data_path
 from pickcli.errors import InputError
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.reachability.belt_reachability import HEIGHTS, reached_travel
+from pickcli.reachability.cell_check import check_cell
 from support.cell_copies import CellCopy
 
 CELL = "conveyor_sia20"
@@ -94,6 +95,20 @@ def test_the_window_is_within_reach_over_the_whole_width() -> None:
     for height in HEIGHTS:
         reached = reached_travel(cell, carrier, height)
         assert reached is not None and reached[0] <= first + 1e-9 and last <= reached[1] + 1e-9
+
+
+def unreached(copy: CellCopy) -> list[str]:
+    check = check_cell(load_workcell(copy.folder), n_poses=4)
+    return [line for line in check.warnings if "the arm reaches items of 30 mm" in line]
+
+
+def test_a_window_beyond_reach_is_warned_of_with_what_is_reached(copy: CellCopy) -> None:
+    assert unreached(copy) == []
+    copy.yaml.replace("window: [1.20, 2.85]", "window: [0.30, 2.85]")
+    (line,) = unreached(copy)
+    assert (
+        "places.belt.window" in line and "window is 0.3 to 2.85 m" in line and "from 1.10 to 3.00 m" in line
+    )
 
 
 def test_a_belt_that_is_too_far_away_is_reached_nowhere(copy: CellCopy) -> None:

@@ -29,5 +29,6 @@ CELL_WARNINGS = {
     "odd_camera": "the field of view of a camera, or the error of its pose",
     "needless_acceptance": "an accepted warning that is not given",
     "out_of_reach": "a place that the tool hardly reaches",
+    "unreached_window": "a window of a conveyor in parts of which the arm reaches no items",
     "poor_configuration": "a configuration from which little of its place is reached",
 }
