@@ -19,6 +19,8 @@ class Conveyor:
         max_speed: m/s that it never exceeds.
         max_acceleration: m/s2 at which its speed changes at most, either way.
         window: m from the infeed, between which items may be picked.
+        encoder_resolution: m of travel per count of the encoder.
+        encoder_latency: s by which a reading of the encoder is old.
     """
 
     length: float
@@ -27,3 +29,5 @@ class Conveyor:
     max_speed: float
     max_acceleration: float
     window: tuple[float, float]
+    encoder_resolution: float
+    encoder_latency: float

@@ -44,9 +44,11 @@ LATER = 0.01  # s that a meeting is put off beyond the time that the arm needs
 ELSEWHERE = 0.25  # s that a meeting is put off if it cannot be reached for another reason
 # Where on the way from the soonest to the last time in the window grasps are searched, until one is met.
 WHERE_PLANNED = (0.5, 0.15, 0.85)
-GENTLER = (
-    2.0  # times the duration of a ramp during which the arm still arrives, or leaves: accelerations add up
-)
+GENTLER = 2.0  # times the duration of a ramp during which the arm leaves already: accelerations add up
+# Share of the limits for lines on a belt, which are followed at the pace of the belt: one that speeds up or
+# slows down adds to accelerations and jerk.
+PACED = 0.85
+PACED_LEAVING = 0.9  # of the limits for the transfer, in which the plan returns from the belt to the clock
 MOST_MEETINGS = 8  # that are tried for one grasp
 
 
@@ -85,11 +87,6 @@ class _Belt:
     axis: int
     speed: float
     ramp: float
-
-    @property
-    def ramps(self) -> tuple[Ramp, Ramp]:
-        """Ways to come up to speed or to rest: while the arm arrives or leaves, and while it rests."""
-        return Ramp(GENTLER * self.ramp, False), Ramp(self.ramp, True)
 
     @property
     def tracking(self) -> LineTracking:
@@ -197,7 +194,11 @@ def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: Int
     if stream.speed >= scale * limits.velocity[axis]:
         slow = f"{context.arm.names[axis]} reaches {scale * limits.velocity[axis]:g} m/s"
         raise never("joint too slow", f"{slow}, the belt runs at {stream.speed:g} m/s")
-    ramp = ramp_time(stream.speed, scale * float(limits.acceleration[axis]), float(limits.jerk[axis]))
+    left = scale * float(limits.acceleration[axis]) - stream.belt.max_acceleration
+    if left <= 0.0:
+        hard = f"{context.arm.names[axis]} accelerates no faster than the belt"
+        raise never("joint too slow", f"{hard}, {stream.belt.max_acceleration:g} m/s2")
+    ramp = ramp_time(stream.speed, left, PACED * float(limits.jerk[axis]))
     return _Belt(stream, scene, stream.speed_error * last, first, last, axis, direction * stream.speed, ramp)
 
 
@@ -244,6 +245,7 @@ def _windows(
 def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: float) -> _Window | Failures:
     """Time the lines of a grasp relative to the belt, and find when the arm can follow them."""
     context = problem.context
+    motion = _paced(motion)
     inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
     if isinstance(inward, Failures):
         return inward
@@ -265,6 +267,12 @@ def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: f
         short = f"{context.arm.names[axis]} and the window are {abs(v) * (earliest - latest):.2f} m too short"
         return Failures.of(Reason("out of the window", str(motion.grasp), short))
     return _Window(taking, earliest, latest)
+
+
+def _paced(motion: GraspMotion) -> GraspMotion:
+    """Return the lines of a grasp with room for the changes of a belt's speed."""
+    inward, outward = (tuple(s.scaled(PACED) for s in part) for part in (motion.inward, motion.outward))
+    return replace(motion, inward=inward, outward=outward)
 
 
 def along(motion: GraspMotion, axis: int, by: float) -> GraspMotion:
@@ -290,7 +298,7 @@ def _arrival(context: PlanningContext, belt: _Belt, window: _Window, start: Star
     ready = along(window.taking.motion, belt.axis, belt.speed * late)
     transit = estimated_duration(context.space, np.stack([start.q, ready.start]))
     pumps = (each.lead for each in context.cell.devices.values() if each.kind is DeviceKind.PUMP)
-    moved = max(transit, belt.ramp) + window.taking.inward.trajectory.duration
+    moved = transit + belt.ramp + window.taking.inward.trajectory.duration
     return max(window.earliest, moved, *pumps)
 
 
@@ -313,35 +321,28 @@ def _met(belt: _Belt, window: _Window, start: Start) -> Plan | Failures:
 
 def _planned(belt: _Belt, taking: TimedTaking, start: Start, t_contact: float) -> Plan | Failures | float:
     """Plan the meeting at a time; return the reasons against it, or the s by which it has to be later."""
-    failures, later = Failures(), np.inf
-    for rising in belt.ramps[::-1]:  # resting while the axis comes up to speed, if there is time for it
-        arrival = _arrived(belt, taking, start, t_contact, rising)
-        if isinstance(arrival, float):
-            later = min(later, arrival)
-            continue
-        if isinstance(arrival, Failures):
-            failures += arrival
-            continue
-        for falling in belt.ramps:
-            plan = _left(belt, taking, arrival, t_contact, falling)
-            if not isinstance(plan, Failures):
-                return plan
-            failures += plan
-    return later if np.isfinite(later) else failures
+    arrival = _arrived(belt, taking, start, t_contact)
+    if not isinstance(arrival, Arrival):
+        return arrival
+    failures = Failures()
+    for falling in (Ramp(GENTLER * belt.ramp, False), Ramp(belt.ramp, True)):
+        plan = _left(belt, taking, arrival, t_contact, falling)
+        if not isinstance(plan, Failures):
+            return plan
+        failures += plan
+    return failures
 
 
-def _arrived(
-    belt: _Belt, taking: TimedTaking, start: Start, t_contact: float, rising: Ramp
-) -> Arrival | Failures | float:
+def _arrived(belt: _Belt, taking: TimedTaking, start: Start, t_contact: float) -> Arrival | Failures | float:
     """Plan the transit to where the axis begins to follow the belt, in time for a contact."""
     problem, context = taking.problem, taking.problem.context
     t_lines = t_contact - taking.inward.trajectory.duration
     # The axis begins its way along the belt as if that were half of the ramp away.
-    late = t_lines - rising.duration / 2 - taking.t_planned
+    late = t_lines - belt.ramp / 2 - taking.t_planned
     ready = along(taking.motion, belt.axis, belt.speed * late)
     if (beyond := _beyond_limits(belt, taking, ready.start)) is not None:
         return Failures.of(beyond)
-    before = _with_scene(problem, belt.at(t_lines - rising.duration))
+    before = _with_scene(problem, belt.at(t_lines - belt.ramp))
     reached = next(transits_to_grasps(before, [ready], start))
     if isinstance(reached, Failures):
         return reached
@@ -349,9 +350,8 @@ def _arrived(
     transit = proven_run(context, before.scene, segments)
     if isinstance(transit, Failures):
         return transit
-    duration = transit.trajectory.duration
-    needed = duration + rising.duration if rising.rests else max(duration, rising.duration)
-    return Arrival(reached, transit, rising) if needed <= t_lines else needed - t_lines + LATER
+    missing = transit.trajectory.duration + belt.ramp - t_lines
+    return missing + LATER if missing > 0.0 else Arrival(reached, transit, belt.ramp)
 
 
 def _left(
@@ -367,6 +367,8 @@ def _left(
     carried = plan_transfer(after, replace(arrival.reached, taking=left))
     if isinstance(carried, Failures):
         return carried
+    paced = tuple(segment.scaled(PACED_LEAVING) for segment in carried.transfer.segments)
+    carried = replace(carried, transfer=replace(carried.transfer, segments=paced))
     meeting = Meeting(belt.start, belt.tracking, belt.axis, belt.speed, falling, t_contact, after)
     return stitch_tracked(meeting, arrival, taking, carried)
 

@@ -21,7 +21,9 @@ from pickcli.scene.scene import PoseNoise
 from pickcli.seeds import derived_rng
 
 YEAR = 2016  # of the items
-RESERVE = 3.0  # times the weight that the cup pulls at least: half of it is for acceleration and bending
+RESERVE = (
+    4.0  # times the weight that the cup pulls at least: for acceleration, bending, and items off their pose
+)
 LANES = 0.13  # m that the middle of an item is off the middle of the belt at most
 FROM_EDGE = 0.01  # m between an item and the edge of the belt, at least
 

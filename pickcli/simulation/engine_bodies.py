@@ -140,9 +140,30 @@ class EngineBodies:
             belt, 0, STATIC_GROUP | FIRM_GROUP, ~STATIC_GROUP, physicsClientId=self._client
         )
         p.resetJointState(belt, 0, 0.0, speed, physicsClientId=self._client)
+        self.drive_belt(body.name, speed)
+
+    def drive_belt(self, name: str, speed: float) -> None:
+        """Let a belt run at another speed.
+
+        Args:
+            name: Name of the body.
+            speed: m/s.
+        """
         p.setJointMotorControl2(
-            belt, 0, p.VELOCITY_CONTROL, targetVelocity=speed, force=BELT_FORCE, physicsClientId=self._client
-        )
+            self._ids[name], 0, p.VELOCITY_CONTROL, targetVelocity=speed, force=BELT_FORCE,
+            physicsClientId=self._client,
+        )  # fmt: skip
+
+    def belt_position(self, name: str) -> float:
+        """Return how far a belt has travelled.
+
+        Args:
+            name: Name of the body.
+
+        Returns:
+            m.
+        """
+        return float(p.getJointState(self._ids[name], 0, physicsClientId=self._client)[0])
 
     def set_velocity(self, name: str, velocity: Array) -> None:
         """Set the linear velocity of a free body, once.

@@ -21,6 +21,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.progress import Progress, ProgressObserver
+from pickcli.simulation.belt_clock import BeltClock, BeltEncoder
 from pickcli.simulation.driver import Driver
 from pickcli.simulation.following import JointFollowing
 from pickcli.simulation.operator_stop import OperatorSignal, OperatorStop, never
@@ -34,6 +35,8 @@ END_TIME = 0.1  # s after the last set point, in which the servo arrives and the
 STOPPED_SPEED = 0.02  # rad/s or m/s; a stopping robot is at rest if all joints are slower
 SEAL_TIME = 1.5  # s beyond the plan's wait on an item; a line that leaked is evacuated to 0.95 in this time
 REST_TOLERANCE = 1e-6  # rad/s or m/s of every joint
+STANDING = 1e-6  # s of the plan in a step: slower, a belt stands
+MOST_HELD = 60.0  # s for which a plan waits for a belt that has stopped
 TRACE_STEPS = 10  # steps between samples of the tool's lag
 PROGRESS_STEPS = 100  # steps between reports of progress
 
@@ -129,7 +132,10 @@ class PlanRun(Generic[D]):
 
     def play(self) -> None:
         """Carry out the plan, and wait until the robot has arrived."""
-        rest: Stream | None = stream(self.plan.trajectory, self.driver.time_step, self.pace)
+        clock = self._belt_clock()
+        if clock is not None:
+            self._follow_belt(clock)
+        rest = stream(self.plan.trajectory, self.driver.time_step, self.pace) if clock is None else None
         while rest is not None:
             self.send(rest)
             rest = self._after_operator_stop()
@@ -284,6 +290,23 @@ class PlanRun(Generic[D]):
         t = len(self.trace.sent) * self.driver.time_step
         motion = stream(trajectory, self.driver.time_step, self.pace, begin, t)
         return Stream(path_times(motion.plan_times), motion.points)
+
+    def _belt_clock(self) -> BeltClock | None:
+        """Return what tells the plan's time by a running conveyor; None without one that is measured."""
+        tracking, encoder = self.plan.tracking, self.driver
+        if tracking is None or not isinstance(encoder, BeltEncoder):
+            return None
+        is_running = encoder.belt_travel(tracking.conveyor) is not None
+        return BeltClock(self.plan, encoder, self.driver.time_step) if is_running else None
+
+    def _follow_belt(self, clock: BeltClock) -> None:
+        """Send the set points of a plan whose time is told by the belt, until a stop is requested."""
+        t_plan, trajectory, t_held = 0.0, self.plan.trajectory, 0.0
+        while t_plan < trajectory.duration and self.stop is None and t_held < MOST_HELD:
+            t_next = min(clock.next(t_plan), trajectory.duration)
+            t_held = 0.0 if abs(t_next - t_plan) > STANDING else t_held + self.driver.time_step
+            t_plan = t_next
+            self._set_point(trajectory.sample(t_plan)[0], t_plan)
 
     def segment_at(self, t_plan: float) -> Segment:
         """Return the segment at a time of the plan.

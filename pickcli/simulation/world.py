@@ -29,6 +29,7 @@ from pickcli.simulation.places import location_of
 from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.robot_urdf import write_urdf
+from pickcli.simulation.running_belt import RunningBelt
 from pickcli.simulation.scene_bodies import (
     add_items,
     add_statics,
@@ -55,6 +56,7 @@ class World:
     Attributes:
         planned: Contacts allowed at present; initially none.
         tool: The simulated tool.
+        belts: The conveyors that run, by name.
 
     Args:
         scene: The scene, with true item poses; noise is added by the planner's perception.
@@ -90,6 +92,7 @@ class World:
         add_items(self.engine, scene, true_masses(scene, reality, seed))
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
         self._looks_at_rest = {placed.id: 0 for placed in scene.items}
+        self.belts: dict[str, RunningBelt] = {}
         self._ground = ground_of(scene)
         self._mount(q, tool_state or self.robot.tool.default_state)
 
@@ -101,12 +104,39 @@ class World:
             speed: m/s along its +x.
         """
         carrier = next(each for each in self.scene.posed_carriers if each.name == name)
-        for body in carrier.bodies:
-            self.engine.remove(body.name)
-            self.engine.add_belt(body, carrier.T_world_carrier, static_colour(name), speed)
+        (body,) = carrier.bodies
+        self.engine.remove(body.name)
+        self.engine.add_belt(body, carrier.T_world_carrier, static_colour(name), speed)
+        conveyor = self.scene.cell.carriers[name].conveyor
+        assert conveyor is not None
+        self.belts[name] = RunningBelt(self.engine, body.name, conveyor, speed)
         for placed in self.scene.items:
             if placed.location in self.scene.cell.carriers[name].places:
                 self.engine.set_velocity(placed.id, speed * carrier.T_world_carrier[:3, 0])
+
+    def belt_travel(self, conveyor: str) -> float | None:
+        """Return the reading of the encoder of a conveyor.
+
+        Args:
+            conveyor: Name of the conveyor.
+
+        Returns:
+            m since the belt began to run; None if it stands.
+        """
+        return self.belts[conveyor].travel if conveyor in self.belts else None
+
+    def encoder_latency(self, conveyor: str) -> float:
+        """Return by how much a reading of the encoder of a conveyor is old.
+
+        Args:
+            conveyor: Name of the conveyor.
+
+        Returns:
+            s.
+        """
+        figures = self.scene.cell.carriers[conveyor].conveyor
+        assert figures is not None
+        return figures.encoder_latency
 
     def close(self) -> None:
         """Free the engines."""
@@ -202,7 +232,11 @@ class World:
         self.grip.before_step(self.tip)
         self._filter.let_through(self.grip)
         self._drive()
+        for belt in self.belts.values():
+            belt.before_step()
         self.engine.step()
+        for belt in self.belts.values():
+            belt.after_step()
         self._n_steps += 1
         self._measured, self._torques = self.engine.joint_states(ROBOT, self._indices)
         self._tip = None

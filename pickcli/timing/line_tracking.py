@@ -15,7 +15,6 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 
-ACCELERATION_SHARE = 0.8  # of the axis's acceleration limit for coming up to speed: the rest corrects
 RAMP_PIECES = 8  # of a trajectory, in each ramp
 SAME_TIME = 1e-6  # s: nearer points are one
 
@@ -29,13 +28,13 @@ def ramp_time(speed: float, acceleration: float, jerk: float) -> float:
 
     Args:
         speed: m/s.
-        acceleration: m/s2, limit.
-        jerk: m/s3, limit.
+        acceleration: m/s2, of the axis at most.
+        jerk: m/s3, at most.
 
     Returns:
         s.
     """
-    return float(max(1.5 * speed / (ACCELERATION_SHARE * acceleration), (6.0 * speed / jerk) ** 0.5))
+    return float(max(1.5 * speed / acceleration, (6.0 * speed / jerk) ** 0.5))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.errors import NoPlanError
-from pickcli.geometry import inverse
+from pickcli.geometry import inverse, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.intercept import InterceptQuery, plan_intercept
@@ -157,20 +157,23 @@ class _StreamTrial:
         return replace(self.stream, items=tuple(item.riding for item in self.open.values()))
 
     def _perceived(self) -> ItemStream:
-        """Perceive what was on the belt when the query had to begin, with errors of poses and speed."""
+        """Perceive what was on the belt when the query had to begin, with errors of poses and speed.
+
+        From then on the encoder tells how far it has gone. The speed is an upper bound, so that plans wait
+        for the belt, and not the belt for plans.
+        """
         self.look += 1
         request, true = self.request, self._riding()
         t_seen = self.t - QUERY_CHARGE
         seen = perceive(true.scene_at(t_seen), request.noise, request.seed, self.look, request.reality)
         off = derived_rng("belt speed", request.seed, self.look).uniform(-1.0, 1.0) * request.speed_error
-        error = request.speed_error if true.speed > 0.0 else 0.0
-        speed = min(true.speed + off, true.belt.max_speed - error) if true.speed > 0.0 else 0.0
-        T_belt_world = inverse(true.carrier.T_world_carrier)
+        most = min(true.speed + off + request.speed_error, true.belt.max_speed)
+        T_now_world = pose((true.speed * QUERY_CHARGE, 0.0, 0.0)) @ inverse(true.carrier.T_world_carrier)
         items = tuple(
-            RidingItem(placed.id, placed.item, t_seen, T_belt_world @ placed.T_world_item)
+            RidingItem(placed.id, placed.item, self.t, T_now_world @ placed.T_world_item)
             for placed in seen.items
         )
-        return replace(true, items=items, speed=speed, speed_error=error, noise=request.noise)
+        return replace(true, items=items, speed=most if true.speed > 0.0 else 0.0, noise=request.noise)
 
     def _planned(self, believed: ItemStream, item_id: str) -> Plan | None:
         """Plan to take an item; remember why not."""

@@ -59,11 +59,32 @@ def test_the_item_of_a_plan_comes_into_the_tote(speed: float) -> None:
     running.close()
 
 
-def test_a_cup_that_does_not_keep_up_with_the_belt_holds_nothing() -> None:
-    """The belt is slower than the plan by 60 mm/s: the cup slides over the item."""
+@pytest.mark.parametrize("change", [(4.2, 0.264, 0.2), (4.7, 0.264, 0.2), (4.6, 0.0, 0.5)])
+def test_a_belt_that_slows_down_or_stops_costs_nothing_but_time(change: tuple[float, float, float]) -> None:
+    """While the arm follows it; a belt that has stopped runs on after a second and a half."""
+    pick, (t_change, speed, acceleration) = belt_pick(), change
+    assert pick.plan.grasp is not None
+    running = world(pick.scene, 0.33)
+
+    def change_speed(at: World) -> None:
+        if at.t == pytest.approx(t_change):
+            at.belts["belt"].change_speed(speed, acceleration)
+        if speed == 0.0 and at.t == pytest.approx(t_change + 1.5):
+            at.belts["belt"].change_speed(0.33, acceleration)
+
+    run = execute(pick.plan, running, on_step=change_speed)
+    assert run.stop is None and run.collisions == () and run.limit_violations == ()
+    assert running.placed(pick.plan.grasp.item).location == "tote"
+    assert running.t > pick.plan.trajectory.duration + 0.15
+    running.close()
+
+
+def test_a_cup_that_does_not_keep_up_with_the_belt_holds_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The belt is slower than the plan by 60 mm/s, and no encoder tells: the cup slides over the item."""
     pick = belt_pick()
     assert pick.plan.grasp is not None
     running = world(pick.scene, 0.27)
+    monkeypatch.setattr(running, "belt_travel", lambda conveyor: None)
     execute(pick.plan, running)
     assert running.placed(pick.plan.grasp.item).location != "tote"
     running.close()

@@ -63,6 +63,8 @@ def build_carrier(name: str, figures: PlaceModel, folder: Path) -> Carrier:
                 figures.speed.max,
                 figures.speed.max_acceleration,
                 (figures.window[0], figures.window[1]),
+                figures.encoder.resolution,
+                figures.encoder.latency,
             )
         case BodiesModel():
             bodies, place = _of_bodies(name, figures, folder)

@@ -129,6 +129,13 @@ class BeltSpeedModel(FileModel):
         return self
 
 
+class EncoderModel(FileModel):
+    """The encoder of a conveyor."""
+
+    resolution: Annotated[float, Field(gt=0, le=0.01)] = Field(description="m of travel per count")
+    latency: Annotated[float, Field(ge=0, le=0.1)] = Field(description="s by which a reading is old")
+
+
 class ConveyorModel(CarrierModel):
     """A flat belt that carries items along its +x."""
 
@@ -138,6 +145,7 @@ class ConveyorModel(CarrierModel):
     thickness: Thickness = Field(description="m, of the frame below the running surface")
     height: Size = Field(0.5, description="m over the running surface, in which items count as on it")
     speed: BeltSpeedModel = Field(description="nominal speed and bounds")
+    encoder: EncoderModel = Field(description="how its travel is measured")
     window: Annotated[tuple[Coordinate, ...], Len(2, 2)] = Field(
         description="m from the infeed, [first, last] between which items may be picked"
     )

@@ -67,21 +67,16 @@ class TimedTaking:
 
 @dataclass(frozen=True)
 class Ramp:
-    """How the axis along the belt comes up to the belt's speed, or to rest again.
+    """How the axis along the belt comes to rest again.
 
     Attributes:
         duration: s.
-        rests: Whether the rest of the arm rests meanwhile; otherwise it still arrives, or leaves already,
-            which is quicker, and may be more than axis or cup bear.
+        rests: Whether the rest of the arm rests meanwhile; otherwise it leaves already, which is quicker, and
+            may be more than axis or cup bear.
     """
 
     duration: float
     rests: bool
-
-    @property
-    def rest(self) -> float:
-        """S for which the rest of the arm rests."""
-        return self.duration if self.rests else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,14 +84,14 @@ class Arrival:
     """The way to where the lines of a grasp begin.
 
     Attributes:
-        reached: The transit, which ends where the axis would begin to follow the belt.
+        reached: The transit, which ends where the axis begins to follow the belt.
         run: The transit, timed.
-        rising: How the axis comes up to the belt's speed.
+        ramp: s in which the axis comes up to the belt's speed, while the rest of the arm rests.
     """
 
     reached: GraspTransit
     run: TimedRun
-    rising: Ramp
+    ramp: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,10 +154,10 @@ def stitch_tracked(
     )
     t_up = meeting.t_contact - taking.inward.trajectory.duration
     t_left = meeting.t_contact + taking.lasts
-    rising, falling, transit = arrival.rising, meeting.falling, arrival.run
-    wait = t_up - rising.rest - transit.trajectory.duration
+    falling, transit = meeting.falling, arrival.run
+    wait = t_up - arrival.ramp - transit.trajectory.duration
     tracked = TrackedMotion(
-        meeting.axis, meeting.speed, t_up - rising.duration, t_up, t_left, t_left + falling.duration
+        meeting.axis, meeting.speed, t_up - arrival.ramp, t_up, t_left, t_left + falling.duration
     )
     met = meeting.speed * (meeting.t_contact - taking.t_planned) - float(
         tracked.offset(np.array([meeting.t_contact]))[0][0]
@@ -171,7 +166,7 @@ def stitch_tracked(
     groups = [
         [
             PlanPart(
-                scaled_segments(context.cell.speed_scale, [arrival.reached.transit]), transit, rising.rest
+                scaled_segments(context.cell.speed_scale, [arrival.reached.transit]), transit, arrival.ramp
             )
         ],
         [_along(part, meeting.axis, met) for part in (to_item, *taking.outward.parts)],

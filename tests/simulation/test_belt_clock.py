@@ -1,0 +1,98 @@
+"""The plan's time by the travel of its belt: steady, slower, stopped, and back to the clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from pickcli.simulation.belt_clock import BeltClock
+from support.belt_picks import belt_pick
+
+STEP, SPEED, LATENCY, COUNT = 1e-3, 0.33, 0.004, 1e-5
+
+
+@dataclass
+class FakeEncoder:
+    """A belt by its travel over time, read in counts and late."""
+
+    travel: Callable[[float], float]
+    t: float = 0.0
+
+    def belt_travel(self, conveyor: str) -> float | None:
+        assert conveyor == "belt"
+        return COUNT * round(self.travel(self.t - LATENCY) / COUNT)
+
+    def encoder_latency(self, conveyor: str) -> float:
+        return LATENCY
+
+
+def times(travel: Callable[[float], float], n: int) -> tuple[BeltClock, np.ndarray]:
+    """The clock, and the plan's times at n set points."""
+    encoder = FakeEncoder(travel)
+    clock = BeltClock(belt_pick().plan, encoder, STEP)
+    found, t_plan = [], 0.0
+    for k in range(n):
+        encoder.t = k * STEP
+        t_plan = clock.next(t_plan)
+        found.append(t_plan)
+    return clock, np.array(found)
+
+
+def changing(t_change: float, speed: float, acceleration: float) -> Callable[[float], float]:
+    """Travel of a belt that comes to another speed from a time on."""
+    lasts = abs(SPEED - speed) / acceleration
+
+    def travel(t: float) -> float:
+        since = min(max(t - t_change, 0.0), lasts)
+        slowed = np.sign(speed - SPEED) * acceleration * since**2 / 2 + (speed - SPEED) * max(
+            0.0, t - t_change - lasts
+        )
+        return SPEED * t + float(slowed)
+
+    return travel
+
+
+def test_a_steady_belt_is_a_clock() -> None:
+    _, t = times(lambda t: SPEED * t, 6000)
+    assert np.allclose(t, STEP * np.arange(1, 6001), atol=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("speed", "acceleration", "most"),
+    [(0.8 * SPEED, 0.2, 1.5e-3), (1.05 * SPEED, 0.2, 1.5e-3), (0.0, 0.5, 4e-3)],
+)
+@pytest.mark.parametrize("into", [0.1, 0.6, 1.1])
+def test_the_arm_keeps_to_a_belt_that_changes_its_speed(
+    speed: float, acceleration: float, most: float, into: float
+) -> None:
+    start, _ = times(lambda t: SPEED * t, 1)
+    travel = changing(start.t_follows + into, speed, acceleration)
+    clock, t = times(travel, 8000)
+    real = STEP * np.arange(1, 8001)
+    follows = (t > clock.t_follows) & (t < clock.t_left)
+    off = np.array([travel(s) for s in real])[follows] - SPEED * t[follows]
+    assert follows.sum() > 100 and np.abs(off).max() < most
+
+
+def test_the_plan_waits_where_it_begins_to_follow() -> None:
+    clock, t = times(lambda t: 0.5 * SPEED * t, 8000)
+    waits = t == clock.t_follows
+    assert waits.sum() == pytest.approx(clock.t_follows / STEP, rel=0.01)  # as long again
+    assert (np.diff(t) >= 0.0).all()
+
+
+def test_after_the_item_is_off_the_belt_the_plan_returns_to_the_clock() -> None:
+    clock, t = times(changing(0.0, 0.7 * SPEED, 0.2), 12000)
+    after = np.flatnonzero(t > clock.t_left)
+    rates = np.diff(t[after]) / STEP
+    assert rates[0] == pytest.approx(0.7, abs=0.02) and rates[-1] == pytest.approx(1.0)
+    assert (np.abs(np.diff(rates)) < 0.01).all()
+
+
+def test_a_belt_that_has_stopped_holds_the_plan() -> None:
+    start, _ = times(lambda t: SPEED * t, 1)
+    _, t = times(changing(start.t_follows + 0.5, 0.0, 0.5), 9000)
+    assert np.ptp(t[-2000:]) < 1e-4
