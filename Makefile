@@ -5,6 +5,7 @@ BIN := $(VENV)/bin
 ORDER ?= jsk_pick_sample
 SEED ?= 1
 CASES ?= 20000
+SIGHT ?= 1500
 KERNEL_SOURCES := pickcli/kernel/CMakeLists.txt $(shell find pickcli/kernel/src -type f)
 
 PEERS := .venv-peers
@@ -12,7 +13,7 @@ VENDOR := pickcli/page/vendor
 LOCKER := .venv-lock
 INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-.PHONY: run test test-slow check check-kernel check-wheel stubs docs coverage fuzz mutants bench bench-peers install lock three format clean
+.PHONY: run test test-slow check check-kernel check-wheel stubs docs coverage fuzz mutants bench bench-perception bench-peers install lock three format clean
 
 # The lock is complete, so nothing is resolved: older pips look up what is asked for with an extra anew, past its pin.
 install: $(VENV)/.installed
@@ -77,6 +78,16 @@ mutants: install
 
 bench: install
 	$(BIN)/python -m bench
+
+# What cameras see, and what is found in it and planned with it, of fresh seeds: an hour on one core.
+bench-perception: install
+	$(BIN)/python -m bench.perception
+	$(BIN)/python -m bench.pod_pose --shifts 200 --seed $(SIGHT)
+	$(BIN)/python -m bench.pod_pose --shifts 200 --seed $(SIGHT) --mount
+	$(BIN)/python -m bench.perceived --seeds $(SIGHT)0-$(SIGHT)7
+	$(BIN)/python -m bench.perceived --seeds $(SIGHT)0-$(SIGHT)2 --sensors ensenso --lists
+	$(BIN)/python -m bench.unknown --seeds $(SIGHT)0-$(SIGHT)1 --sensors ensenso kinect_v2
+	$(BIN)/python -m bench.seeing --orders 4 --seed $(SIGHT)1
 
 # The peers live in an environment of their own. One that does not install becomes a row that says so.
 $(PEERS)/.installed: bench/peers/requirements.txt

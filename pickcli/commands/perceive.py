@@ -64,9 +64,9 @@ def command(
       apc perceive --scene scene.json --camera hand --at cam_E --bin bin_E -o perceived.json --json
       apc perceive --scene scene.json --camera hand --at cam_E --pod pod.json -o perceived.json
     """
-    from pickcli.drawing.perceived_picture import perceived_picture
     from pickcli.files.png_file import write_png
     from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
+    from pickcli.perception.perceived_picture import perceived_picture
     from pickcli.perception.rendered_scene import RenderedScene
 
     refuse_output(output, overwrite, scene_path, cell_name, items_path, pod_path)

@@ -143,7 +143,7 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
     from pickcli.page.trial_page import trial_page
     from pickcli.scene.scene_file import scene_hash
     from pickcli.trial.motion_record import read_motion, refuse_other_motion, refuse_other_record
-    from pickcli.trial.trial_folder import MOTION
+    from pickcli.trial.trial_folder import MOTION, read_look_pictures
     from pickcli.trial.trial_record import read_record
 
     record = read_record(folder / RECORD)
@@ -167,7 +167,7 @@ def _trial(folder: Path, cell_name: str | None, arms: ArmRequest) -> PageDocumen
     cells = (scene.cell,) if workcell is None else tuple(workcell.arms.values())
     refuse_other_motion(motion, scene, cells, str(folder / MOTION))
     refuse_other_record(motion, record, str(folder / MOTION))
-    return trial_page(record, scene, motion, workcell)
+    return trial_page(record, scene, motion, workcell, read_look_pictures(folder, record.get("looks", ())))
 
 
 def _trials(folder: Path) -> PageDocument:

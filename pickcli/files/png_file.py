@@ -1,4 +1,4 @@
-"""Writes pictures as PNG, and reads those of 16 bits."""
+"""Writes pictures as PNG, and reads them."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pickcli.files.bounded_reading import read_bytes
 from pickcli.files.file_kind import PICTURE
 
 MOST_BYTES = 100_000_000
+MOST_PIXELS = 50_000_000
 
 
 def write_png(picture: NDArray[np.uint8] | NDArray[np.uint16], path: Path, replace: bool = True) -> None:
@@ -46,15 +47,41 @@ def read_grey(path: Path) -> NDArray[np.uint16]:
     Raises:
         InputError: The file cannot be read, or is no such picture.
     """
+    mode, values = _read(path)
+    if values.ndim != 2 or not mode.startswith("I"):
+        raise InputError(f"{path}: expected a grey PNG of 16 bits, got one of mode {mode}; record it again")
+    return values.astype(np.uint16)
+
+
+def read_colour(path: Path) -> NDArray[np.uint8]:
+    """Read a colour picture of 8 bits.
+
+    Args:
+        path: The file.
+
+    Returns:
+        (height, width, 3) red, green and blue.
+
+    Raises:
+        InputError: The file cannot be read, or is no such picture.
+    """
+    mode, values = _read(path)
+    if mode != "RGB":
+        raise InputError(f"{path}: expected a PNG in colour, got one of mode {mode}; write it again")
+    return values.astype(np.uint8)
+
+
+def _read(path: Path) -> tuple[str, NDArray[np.generic]]:
+    """Mode of a picture in Pillow's words, and its pixels; decoded once its size is known to be sane."""
     from PIL import Image
 
     content = read_bytes(path, MOST_BYTES, wanted=PICTURE)
     try:
         with Image.open(BytesIO(content), formats=("PNG",)) as picture:
+            if picture.width * picture.height > MOST_PIXELS:
+                size = f"{picture.width} x {picture.height} px"
+                raise InputError(f"{path}: has {size}, more than any camera here; record it again")
             picture.load()
-            mode, values = picture.mode, np.array(picture)
+            return picture.mode, np.array(picture)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise InputError(f"{path}: is no whole PNG; record it again") from error
-    if values.ndim != 2 or not mode.startswith("I"):
-        raise InputError(f"{path}: expected a grey PNG of 16 bits, got one of mode {mode}; record it again")
-    return values.astype(np.uint16)

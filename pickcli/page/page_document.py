@@ -69,6 +69,19 @@ class PageTable:
     tones: tuple[Tone, ...] = ()
 
 
+@dataclass(frozen=True)
+class PagePicture:
+    """A picture of the panel.
+
+    Attributes:
+        title: Text above it.
+        data: The picture as a data URI.
+    """
+
+    title: str
+    data: str
+
+
 @dataclass(frozen=True, eq=False)
 class PageDocument:
     """All data of one page.
@@ -93,6 +106,7 @@ class PageDocument:
         chapters: Attempts.
         charts: Bar charts.
         tables: Tables of text.
+        pictures: Pictures of looks.
         focus: Initial centre of the view in the world; empty for the centre of everything.
     """
 
@@ -115,6 +129,7 @@ class PageDocument:
     chapters: tuple[Chapter, ...] = ()
     charts: tuple[Chart, ...] = ()
     tables: tuple[PageTable, ...] = ()
+    pictures: tuple[PagePicture, ...] = ()
     focus: tuple[float, ...] = ()
 
 

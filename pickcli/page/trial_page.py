@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.workcell import Workcell
@@ -15,6 +16,7 @@ from pickcli.files.packed_array import packed
 from pickcli.geometry import Array
 from pickcli.page.cell_parts import robot_part
 from pickcli.page.failure_marks import failure_marks, named_parts
+from pickcli.page.look_pictures import look_pictures
 from pickcli.page.motion_parts import TIME_RESOLUTION, limit_signal, segment_lane, switched_lanes
 from pickcli.page.page_document import PageDocument, PageTable
 from pickcli.page.page_motion import Chapter, Mark, PageMotion, Signal, Track
@@ -43,8 +45,9 @@ class _Played:
 
 
 def trial_page(
-    record: Mapping[str, Any], scene: Scene, motion: RecordedMotion, workcell: Workcell | None = None
-) -> PageDocument:
+    record: Mapping[str, Any], scene: Scene, motion: RecordedMotion, workcell: Workcell | None = None,
+    pictures: Mapping[tuple[int, str], NDArray[np.uint8]] | None = None,
+) -> PageDocument:  # fmt: skip
     """Create the page of a trial.
 
     Args:
@@ -52,6 +55,7 @@ def trial_page(
         scene: The true scene at its start.
         motion: The recorded motion.
         workcell: The cell with all its arms, if several played.
+        pictures: (height, width, 3) RGB of looks, by their number and the place.
 
     Returns:
         The page.
@@ -86,6 +90,7 @@ def trial_page(
         clearance=trial_clearance(scene, cells, motion),
         chapters=tuple(_chapter(attempt, scene) for attempt in attempts),
         tables=(_score(record), *_looks(record.get("looks", ()))),
+        pictures=look_pictures(pictures or {}),
     )
 
 

@@ -14,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.item import Item
@@ -26,11 +27,13 @@ from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import DepthPicture, measure_depth
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.item_perception import ListedItem, perceive_items
+from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import LEAST_SEEN, coarse_view, room_sight
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.mount_calibration import MountCalibration, PodLook, calibrated_mounts, camera_in_pod
+from pickcli.perception.perceived_picture import perceived_picture
 from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.surface_view import FloatPicture
@@ -41,6 +44,7 @@ from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedI
 
 CAMERA_KIND = "camera"  # of named configurations in which cameras look
 _EXACT = MountError(0.0, 0.0)
+_DRAWN = 640  # px, about the width of a drawing of answers
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +89,7 @@ class _Seen:
     observed: PlaceObservation
     T_world_about: Array
     error: MountError
+    drawn: NDArray[np.uint8]
 
 
 class CameraLooks:
@@ -271,8 +276,12 @@ class CameraLooks:
             if name in places
         ]
         T_world_place = around.T_world_place(place)
-        observed = perceive_items(picture.rgbd(T_world_camera), place, T_world_place, listed, known)
-        return _Seen(observed, T_about, error)
+        rgbd = picture.rgbd(T_world_camera)
+        observed = perceive_items(rgbd, place, T_world_place, listed, known)
+        camera = viewpoint.camera
+        of = Perceived(around.cell.name, camera.name, camera.model.name, T_world_camera, (observed,))
+        coarser = max(1, round(camera.model.camera.width / _DRAWN))
+        return _Seen(observed, T_about, error, perceived_picture(rgbd, known, of, coarser))
 
     def _off(self, camera: MountedCamera) -> Array:
         """Pose (4, 4) of the true camera in the frame of the stated one: the same in the whole trial."""
@@ -331,7 +340,8 @@ class CameraLooks:
                 for answer in self._seen[name].observed.items
             ]
         cameras = {name: (self._viewpoints[name].camera.name, self._viewpoints[name].at.name) for name in due}
-        self._looks.append(LookRecord(number, cameras, tuple(items)))
+        drawn = {name: self._seen[name].drawn for name in due}
+        self._looks.append(LookRecord(number, cameras, tuple(items), drawn))
 
 
 def viewpoint_of(place: Place, cell: Cell) -> Viewpoint:

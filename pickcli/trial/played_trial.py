@@ -24,6 +24,7 @@ from pickcli.trial.pod_shift import standing
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.stow_assignment import StowRule
+from pickcli.trial.trial_folder import look_pictures
 from pickcli.trial.trial_perception import PerceptionKind
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import TrialResult
@@ -79,7 +80,7 @@ class PlayedTrial:
     Attributes:
         result: The result.
         record: The result as JSON values.
-        pictures: (height, width, 3) RGB, before and after.
+        pictures: (height, width, 3) RGB, before and after, and of looks.
         motion: Recorded motion as JSON values.
     """
 
@@ -168,7 +169,7 @@ def play_trial(
 
         result = run_trial(request.order, interfaces, settings, on_progress, attempted)
         record = trial_record(result, request.order_name, time.perf_counter() - began)
-        pictures = {"before": before, "after": arena.picture()}
+        pictures = {"before": before, "after": arena.picture(), **look_pictures(result.looks)}
     return PlayedTrial(result, record, pictures, motion_values(recorder, cells))
 
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from pickcli.cell.schemas.pose_schema import Name
 from pickcli.errors import InputError
 from pickcli.files.schema import causes, explain
 from pickcli.files.source import name_of
@@ -127,7 +128,7 @@ class _Seen(_Part):
 
 class _Look(_Part):
     number: Count
-    cameras: dict[Text, Annotated[list[Text], Field(min_length=2, max_length=2)]]
+    cameras: dict[Name, Annotated[list[Text], Field(min_length=2, max_length=2)]]
     items: list[_Seen]
 
 

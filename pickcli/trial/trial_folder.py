@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,12 +19,41 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from pickcli.trial.trial_perception import LookRecord
 
 MOTION = "motion.json.gz"
+_LOOKS = "look_*.png"
 
-# All files of the folder, which are replaced in an existing one. The first is written only for orders with a
-# claim.
+# All files of the folder, which are replaced in an existing one, besides those of looks. The first is written
+# only for orders with a claim.
 NAMES = ("output.json", "scene.json", "after.json", "trial.json", "motion.json.gz", "before.png", "after.png")
+
+
+def look_pictures(looks: Iterable[LookRecord]) -> dict[str, NDArray[np.uint8]]:
+    """Collect the pictures of looks.
+
+    Args:
+        looks: The looks.
+
+    Returns:
+        (height, width, 3) RGB, by name of their files without the suffix.
+    """
+    return {
+        look_name(look.number, place): picture for look in looks for place, picture in look.pictures.items()
+    }
+
+
+def look_name(number: int, place: str) -> str:
+    """Return the name of the picture of a look.
+
+    Args:
+        number: Number of the look.
+        place: The place that it is into.
+
+    Returns:
+        The name without a suffix.
+    """
+    return f"look_{number:03}_{place}"
 
 
 def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
@@ -94,11 +123,41 @@ def write_folder(
         "trial.json": partial(write_record, record=record, replace=replace),
         **{f"{name}.png": partial(write_png, picture, replace=replace) for name, picture in pictures.items()},
     }
+    if replace:  # of a trial that was here before, which may have looked more often
+        for path in folder.glob(_LOOKS):
+            if path.stem not in pictures:
+                path.unlink(missing_ok=True)
     if motion is not None:
         writers[MOTION] = partial(write_motion, values=motion, replace=replace)
     if (claim := result.final.claim) is not None:
         writers = {"output.json": partial(write_output, order=claim, replace=replace), **writers}
     return _write_all(folder, writers)
+
+
+def read_look_pictures(
+    folder: Path, looks: Iterable[Mapping[str, Any]]
+) -> dict[tuple[int, str], NDArray[np.uint8]]:
+    """Read the pictures of looks that are in the folder of a trial.
+
+    Args:
+        folder: The folder.
+        looks: The looks, as its record lists them.
+
+    Returns:
+        (height, width, 3) RGB, by number of the look and place.
+
+    Raises:
+        InputError: A file is no such picture.
+    """
+    from pickcli.files.png_file import read_colour
+
+    found = {}
+    for look in looks:
+        for place in look["cameras"]:
+            path = folder / f"{look_name(look['number'], place)}.png"
+            if path.exists():
+                found[look["number"], place] = read_colour(path)
+    return found
 
 
 def _write_all(folder: Path, writers: Mapping[str, Callable[[Path], None]]) -> tuple[Path, ...]:

@@ -17,6 +17,9 @@ from pickcli.simulation.reality import IDEAL, Reality
 from pickcli.trial.pose_noise import perceive
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from pickcli.perception.items.item_observation import ItemObservation
 
 _AROUND = 0.05  # m around a place in which a tip may disturb what is in it
@@ -114,11 +117,13 @@ class LookRecord:
         number: Number of the look in its trial, from 1.
         cameras: By place that was looked into, camera and configuration of the arm.
         items: What was said of all items that are listed to be in these places.
+        pictures: By place, (h, w, 3) the answers drawn over its picture.
     """
 
     number: int
     cameras: Mapping[str, tuple[str, str]]
     items: tuple[PerceivedItem, ...]
+    pictures: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
 
 
 class Perception(Protocol):

@@ -165,3 +165,18 @@ def test_pages_of_trials_open_in_a_browser(
         found.open(several)
         assert "1 trials" in found.run("document.body.textContent")
         assert found.errors == []
+
+
+def test_pictures_of_looks_are_small_enough_together_and_the_same_bytes_again(motion: RecordedMotion) -> None:
+    rng = np.random.default_rng(2)
+    noise = {(k, "bin_A"): rng.integers(0, 255, (600, 640, 3), dtype=np.uint8) for k in range(3)}
+    flat = {(k, "bin_A"): np.full((600, 640, 3), k, dtype=np.uint8) for k in range(60)}
+    shown = trial_page(record(), pick()[1], motion, pictures=flat)
+    assert [picture.title for picture in shown.pictures] == [f"{k}: bin_A" for k in range(60)]
+    for pictures in (noise, flat, {**flat, **{(k, "bin_B"): noise[0, "bin_A"] for k in range(200)}}):
+        shown = trial_page(record(), pick()[1], motion, pictures=pictures)
+        n_bytes = sum(len(picture.data) - len("data:image/jpeg;base64,") for picture in shown.pictures)
+        assert 0 < n_bytes < 4 / 3 * 600_000 + 4 * len(shown.pictures)
+        assert len(page_bytes(shown)) < 2_000_000
+        again = trial_page(record(), pick()[1], motion, pictures=pictures)
+        assert page_bytes(again) == page_bytes(shown)

@@ -15,7 +15,14 @@ from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import OrderKind
 from pickcli.trial.order_file import read_order
-from pickcli.trial.trial_folder import NAMES, refuse_existing_folder, write_folder
+from pickcli.trial.trial_folder import (
+    NAMES,
+    look_pictures,
+    read_look_pictures,
+    refuse_existing_folder,
+    write_folder,
+)
+from pickcli.trial.trial_perception import LookRecord
 from pickcli.trial.trial_record import record_text, trial_record
 from pickcli.trial.trial_settings import TrialSettings
 from support.order_builders import pick_order
@@ -93,3 +100,19 @@ def test_what_could_not_be_written_keeps_nothing_else_back(tmp_path: Path) -> No
     assert "after.json: is a folder" in str(told.value) and "--overwrite" in str(told.value)
     assert "written: output.json, scene.json, trial.json; not written: after.json; " in str(told.value)
     assert {p.name for p in tmp_path.iterdir() if p.is_file()} == {"output.json", "scene.json", "trial.json"}
+
+
+def test_pictures_of_looks_are_read_again_and_those_of_an_earlier_trial_are_gone(tmp_path: Path) -> None:
+    result = run_trial(ORDER, ScriptedTrial(scene_of(ORDER, CELL)).interfaces())
+    record = trial_record(result, "order.json", wall_s=0.5)
+    rng = np.random.default_rng(1)
+    first, second = (rng.integers(0, 255, (8, 6, 3), dtype=np.uint8) for _ in range(2))
+    looks = [LookRecord(k, {"bin_A": ("hand", "cam_A")}, (), {"bin_A": first}) for k in (1, 2)]
+    write_folder(tmp_path, result, record, look_pictures(looks))
+    told = [{"number": k, "cameras": {"bin_A": ["hand", "cam_A"]}} for k in (1, 2, 3)]
+    found = read_look_pictures(tmp_path, told)
+    assert found.keys() == {(1, "bin_A"), (2, "bin_A")} and (found[2, "bin_A"] == first).all()
+    once = [replace(looks[0], pictures={"bin_A": second})]
+    write_folder(tmp_path, result, record, look_pictures(once))
+    found = read_look_pictures(tmp_path, told)
+    assert found.keys() == {(1, "bin_A")} and (found[1, "bin_A"] == second).all()

@@ -11,6 +11,7 @@ export class Panel {
     if (contents.chapters?.length) this.#chapters(contents.chapters);
     for (const table of contents.tables ?? []) this.#table(table);
     for (const chart of contents.charts ?? []) this.#chart(chart);
+    if (contents.pictures?.length) this.#pictures(contents.pictures);
   }
 
   /** Tells what was clicked on; null for nothing. */
@@ -86,6 +87,20 @@ export class Panel {
     const head = node("tr", "", ...columns.map((text, k) => cell("th", text, k)));
     const body = rows.map((row, i) => node("tr", tones[i] ?? "", ...row.map((text, k) => cell("td", text, k))));
     this.element.append(node("h2", "", title), node("table", "", node("thead", "", head), node("tbody", "", ...body)));
+  }
+
+  /** Small pictures; a click shows one of them as wide as the window. */
+  #pictures(pictures) {
+    const figures = pictures.map(({ title, data }) => {
+      const image = node("img");
+      image.src = data;
+      image.alt = title;
+      const large = node("dialog", "picture", image.cloneNode());
+      large.onclick = () => large.close();
+      image.onclick = () => large.showModal();
+      return node("figure", "", node("figcaption", "quiet", title), image, large);
+    });
+    this.element.append(node("h2", "", "Pictures of looks"), ...figures);
   }
 
   #add(tag, text = "") {

@@ -9,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
-from pickcli.drawing.perceived_picture import ANSWERED, BOUNDED, REFUSED, Ink, ink_of, perceived_picture
 from pickcli.geometry import pose
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import measure_depth
@@ -17,6 +16,7 @@ from pickcli.perception.items.item_observation import ItemObservation, PlaceObse
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.looks import colour_picture
+from pickcli.perception.perceived_picture import ANSWERED, BOUNDED, REFUSED, Ink, ink_of, perceived_picture
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.scene.scene import PlacedItem, PoseNoise, empty_scene
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 from scipy.ndimage import binary_erosion
 
+from pickcli.cell.sensors.pinhole_camera import PinholeCamera
+from pickcli.geometry import Array
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.rgbd_picture import RgbdPicture
@@ -24,7 +26,9 @@ _FONT = 1 / 80  # of the picture's width: size of the text
 _MARGIN = 0.6  # of that size
 
 
-def perceived_picture(rgbd: RgbdPicture, known: RenderedScene, perceived: Perceived) -> NDArray[np.uint8]:
+def perceived_picture(
+    rgbd: RgbdPicture, known: RenderedScene, perceived: Perceived, coarser: int = 1
+) -> NDArray[np.uint8]:
     """Draw answers and refused poses over a picture, numbered, with a line for each item below.
 
     Outlines are those of the visible parts: answers hide each other, and the known place hides them. A
@@ -34,17 +38,19 @@ def perceived_picture(rgbd: RgbdPicture, known: RenderedScene, perceived: Percei
         rgbd: The picture.
         known: What is known without the items: robot, places and obstacles.
         perceived: What was perceived in it.
+        coarser: How many pixels of it, along rows and columns, one stands for.
 
     Returns:
         (h, w, 3) the picture, with as many lines below as there are listed items.
     """
-    colour = rgbd.colour.copy()
+    camera, colour = _coarser(rgbd, coarser)
     listed = [(place, answer) for place in perceived.places for answer in place.items]
     placed = [answer for _, answer in listed if answer.T_world_item is not None]
-    masks = _visible(rgbd, known, [answer for answer in placed if answer.is_answer])
+    T_world_camera = rgbd.T_world_camera
+    masks = _visible(camera, T_world_camera, known, [answer for answer in placed if answer.is_answer])
     for answer in placed:
         if not answer.is_answer:
-            masks |= _visible(rgbd, known, [answer])
+            masks |= _visible(camera, T_world_camera, known, [answer])
     width = max(1, round(_LINE * colour.shape[1]))
     for answer in sorted(placed, key=lambda each: each.is_answer):
         outline = masks[answer.id] & ~binary_erosion(masks[answer.id], iterations=2 * width)
@@ -69,8 +75,18 @@ def ink_of(answer: ItemObservation) -> Ink:
     return ANSWERED if answer.bound is None else BOUNDED
 
 
+def _coarser(rgbd: RgbdPicture, n: int) -> tuple[PinholeCamera, NDArray[np.uint8]]:
+    """Intrinsics and colours with one pixel for n in each direction."""
+    c = rgbd.sensor.camera
+    height, width = c.height // n, c.width // n
+    blocks = rgbd.colour[: n * height, : n * width].reshape(height, n, width, n, 3)
+    middle = (n - 1) / 2  # of the first pixels that one stands for
+    camera = PinholeCamera(c.fx / n, c.fy / n, (c.cx - middle) / n, (c.cy - middle) / n, width, height)
+    return camera, np.asarray(blocks.mean(axis=(1, 3)).round().astype(np.uint8))
+
+
 def _visible(
-    rgbd: RgbdPicture, known: RenderedScene, answers: list[ItemObservation]
+    camera: PinholeCamera, T_world_camera: Array, known: RenderedScene, answers: list[ItemObservation]
 ) -> dict[str, NDArray[np.bool_]]:
     """The pixels (h, w) in which each answer is seen, by id."""
     solids = tuple(
@@ -79,7 +95,7 @@ def _visible(
         if answer.T_world_item is not None
     )
     first = len(known.solids)
-    view = replace(known, solids=known.solids + solids).seen_by(rgbd.sensor.camera, rgbd.T_world_camera)
+    view = replace(known, solids=known.solids + solids).seen_by(camera, T_world_camera)
     return {solid.owner: view.index == first + k for k, solid in enumerate(solids)}
 
 
