@@ -37,7 +37,13 @@ from pickcli.perception.depth_picture import measure_depth
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, support_features
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.item_perception import ListedItem, perceive_items
-from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, ROUNDING, bound_features
+from pickcli.perception.items.pose_bound import (
+    LEAST_CONFIDENCE_OF_BOUND,
+    ROUNDING,
+    SURE,
+    BoundModel,
+    bound_features,
+)
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
@@ -54,7 +60,11 @@ GOOD_MM, GOOD_DEG, WRONG_MM = 10.0, 10.0, 30.0
 VISIBLE = 0.7  # share of an item's pixels that nothing else hides
 TEXTURES = 7919  # added to the seed of a scene
 REGULARISATION = 0.05
-QUANTILE, KEPT = 0.95, 0.995  # of the regression of bounds, and of poses with all errors within them
+N_FOLDS = 5  # of scenes, for what is calibrated on others
+CLASSES = (0.67,)  # shares of poses between which each class has a factor of its own
+MIXING = {"kinect_v2"}  # sensors that mix depths at edges
+CONFIDENCE_FEATURE = 2  # index of the one that follows from the confidence
+QUANTILE, KEPT = 0.9, 0.995  # of the regression of bounds, and of poses with all errors within them
 
 
 @dataclass(frozen=True)
@@ -196,7 +206,7 @@ def _row(
         error = min((error_of(shape, T, T_true) for T_true in copies), key=lambda each: each.position)
         lost = sensor.depth.no_return.get(answer.item.material, 0.0)
         features = tuple(support_features(answer.support, lost, len(items)).tolist())
-        of_bound = tuple(bound_features(answer.support, answer.confidence).tolist())
+        of_bound = tuple(bound_features(answer.support, lost, answer.confidence).tolist())
     is_kept = error is not None and answer.bound is not None and answer.bound.holds(error)
     seed, name, ms = of
     return Row(
@@ -276,30 +286,59 @@ def quantile_weights(features: Array, wanted: Array) -> Array:
     return np.asarray(found[:n_features] - found[n_features : 2 * n_features])
 
 
-def calibrated_bounds(features: Array, errors: Array, scenes: Sequence[int]) -> Array:
-    """Weights (3, F) of the bounds of errors (N, 3), with an offset that keeps nearly all in each scene.
+def calibrated_bounds(features: Array, errors: Array, scenes: Sequence[int]) -> BoundModel:
+    """Bounds of errors (N, 3) by features (N, F), with factors that keep nearly all of each class.
 
-    The offset is what keeps them in scenes that the weights were not fitted to.
+    The factors are what keeps them in scenes that the weights were not fitted to.
     """
-    wanted, excess = np.log(errors + ROUNDING), np.full(len(errors), -np.inf)
-    for scene in np.unique(scenes):
-        is_here = np.array(scenes) == scene
-        for error in wanted.T:
-            weights = quantile_weights(features[~is_here], error[~is_here])
-            excess[is_here] = np.maximum(excess[is_here], error[is_here] - features[is_here] @ weights)
-    found = np.array([quantile_weights(features, error) for error in wanted.T])
-    found[:, 0] += np.quantile(excess, KEPT, method="higher")
+    wanted, usual = np.log(errors + ROUNDING), np.zeros_like(errors)
+    folds = np.array(scenes) % N_FOLDS
+    for fold in np.unique(folds):
+        is_here = folds == fold
+        for k, error in enumerate(wanted.T):
+            usual[is_here, k] = features[is_here] @ quantile_weights(features[~is_here], error[~is_here])
+    excess, classes = (wanted - usual).max(axis=1), np.quantile(usual[:, 2], CLASSES)
+    own = np.searchsorted(classes, usual[:, 2])
+    return BoundModel(
+        np.array([quantile_weights(features, error) for error in wanted.T]),
+        classes,
+        np.array([np.quantile(excess[own == k], KEPT, method="higher") for k in range(len(classes) + 1)]),
+    )
+
+
+def confidences_of_others(rows: Sequence[Row]) -> Array:
+    """(N,) confidences by weights that were fitted to other scenes."""
+    folds, X = np.array([r.seed for r in rows]) % N_FOLDS, np.array([r.features for r in rows])
+    found = np.zeros(len(rows))
+    for fold in np.unique(folds):
+        others = [r for r, own in zip(rows, folds, strict=True) if own != fold]
+        found[folds == fold] = 1.0 / (1.0 + np.exp(-X[folds == fold] @ calibrated(others)))
     return found
 
 
 def print_calibration(rows: Sequence[Row]) -> None:
     """Print the weights of confidence and bounds."""
-    print("confidence", np.array2string(calibrated(rows), precision=2, separator=", "))
-    answers = [r for r in rows if r.confidence >= LEAST_CONFIDENCE_OF_BOUND]
-    features = np.array([r.bound_features for r in answers])
-    errors = np.array([[r.mm, r.deg, r.surface_mm] for r in answers], dtype=np.float64)
-    bounds = calibrated_bounds(features, errors, [r.seed for r in answers])
-    print("bounds", np.array2string(bounds, precision=3, separator=", "))
+    found = [r for r in rows if r.features is not None]
+    print("confidence", np.array2string(calibrated(found), precision=3, separator=", "))
+    confidences = confidences_of_others(found)
+    answers = [(r, c) for r, c in zip(found, confidences, strict=True) if c >= LEAST_CONFIDENCE_OF_BOUND]
+    for name, is_mixed in (("sharp edges", False), ("mixed edges", True)):
+        own = [(r, c) for r, c in answers if (r.sensor in MIXING) is is_mixed]
+        if not own:
+            continue
+        features = np.array([with_confidence(r, c) for r, c in own])
+        errors = np.array([[r.mm, r.deg, r.surface_mm] for r, _ in own], dtype=np.float64)
+        model = calibrated_bounds(features, errors, [r.seed for r, _ in own])
+        for part, values in asdict(model).items():
+            print(name, part, np.array2string(values, precision=3, separator=", "))
+
+
+def with_confidence(row: Row, confidence: float) -> Array:
+    """What the bounds of a row follow from, with another confidence."""
+    assert row.bound_features is not None
+    features = np.array(row.bound_features)
+    features[CONFIDENCE_FEATURE] += np.log((1.0 - confidence + SURE) / (1.0 - row.confidence + SURE))
+    return features
 
 
 def numbers_in(text: str) -> list[int]:

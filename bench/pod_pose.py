@@ -35,7 +35,7 @@ from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import DepthPicture, measure_depth
 from pickcli.perception.pod_bound import ROUNDING
-from pickcli.perception.pod_pose import EXACT, check_picture, fit_pod, locate_pod, refuse_doubtful
+from pickcli.perception.pod_pose import EXACT, check_picture, fit_pod, front_of, locate_pod, refuse_doubtful
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
 from pickcli.scene.scene import PlacedItem, Scene, empty_scene
 
@@ -105,12 +105,6 @@ def within(mount: MountError, rng: np.random.Generator) -> Array:
     shift *= mount.position * rng.random() ** (1 / 3) / np.linalg.norm(shift)
     turn = mount.angle * float(rng.random() ** (1 / 3))
     return pose(shift, R=rotation_axis_angle(axis / np.linalg.norm(axis), turn))
-
-
-def front_of(cell: Cell) -> Array:
-    """(2, 2) m, ends of the pod's front."""
-    half = max(abs(body.T_parent_shape[1, 3]) + body.shape.extents[1] / 2 for body in cell.pod.bodies)
-    return np.array([[0.0, -half], [0.0, half]])
 
 
 def measure(sensor_name: str, n: int, seed: int, mount: MountError, any_view: bool) -> dict[str, float]:

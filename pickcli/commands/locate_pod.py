@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,6 +21,7 @@ from pickcli.errors import InputError
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.cell.sensors.mounted_camera import MountedCamera
+    from pickcli.geometry import Array
     from pickcli.perception.depth_picture import DepthPicture
     from pickcli.perception.pod_pose import PodEstimate
     from pickcli.planning.start_state import Start
@@ -58,7 +58,8 @@ def command(
       apc locate-pod --scene scene.json --camera hand --at cam_E -o pod.json
       apc locate-pod --scene scene.json --camera hand --at cam_E -o pod.json --overwrite --json
     """
-    from pickcli.perception.depth_picture import read_depth
+    from pickcli.perception.camera_pose import camera_pose
+    from pickcli.perception.depth_picture import DepthPicture, read_depth
     from pickcli.perception.items.perceived_file import Perceived, perceived_values, write_perceived
     from pickcli.perception.pod_pose import locate_pod
 
@@ -70,9 +71,11 @@ def command(
     if noise is None:
         what = f"{camera.model.name} measures no depth, by which the pod is located"
         raise InputError(f"camera {name}: {what}; choose another")
-    picture = _picture(scene, camera, begin, seed)
-    if recorded is not None:
-        picture = replace(picture, depth=read_depth(recorded, 1e-3 * step_mm))
+    T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
+    if recorded is None:
+        picture = _rendered(scene, camera, begin, T_world_camera, seed)
+    else:
+        picture = DepthPicture(camera.model.camera, T_world_camera, read_depth(recorded, 1e-3 * step_mm))
     try:
         with stage("locating of the pod"):
             pod = locate_pod(picture, scene.cell, noise, camera.error)
@@ -92,15 +95,15 @@ def command(
     click.echo(f"pose: {output}")
 
 
-def _picture(scene: Scene, camera: MountedCamera, begin: Start, seed: int) -> DepthPicture:
+def _rendered(
+    scene: Scene, camera: MountedCamera, begin: Start, T_world_camera: Array, seed: int
+) -> DepthPicture:
     """What the camera sees of the scene."""
-    from pickcli.perception.camera_pose import camera_pose
     from pickcli.perception.depth_picture import measure_depth
     from pickcli.perception.rendered_scene import RenderedScene
 
     with stage("rendering"):
         rendered = RenderedScene.of(scene, begin.q, begin.tool_state)
-        T_world_camera = camera_pose(scene.cell.robot, camera, begin.q, begin.tool_state)
         return measure_depth(rendered, camera.model, T_world_camera, seed)
 
 

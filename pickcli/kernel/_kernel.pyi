@@ -1096,8 +1096,9 @@ class PlacePicture:
             known_solids: Poses (K, 4, 4), half extents (K, 3) and kinds (K,) of solids that items do not reach into.
             known_colours: (L,) cost of each label on what is known.
             noise: Coefficients of the sensor.
-            costs: (5,) m that surfaces may be off besides noise; the most that a depth before, and one behind what is expected
-                cost; the share of pixels without depth whatever the surface; the weight of a pixel.
+            costs: (6,) m that surfaces may be off besides noise; the most that a depth before, and one behind what is expected
+                cost; the share of pixels without depth whatever the surface; the most that no depth costs where the second eye
+                sees something else; the weight of a pixel.
         """
 
     def add(self, kind: int, half_extents: numpy.typing.NDArray[numpy.float64], no_return: float, colours: numpy.typing.NDArray[numpy.float64]) -> int:

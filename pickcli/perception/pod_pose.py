@@ -102,10 +102,23 @@ def locate_pod(
     if (beyond > 0.0).any():
         where = pod_stand(inverse(T_guess) @ T_world_pod)
         raise InputError(f"pod not located: it fits best {where}, which is beyond its tolerance")
-    low = min(float(body.T_parent_shape[0, 3] - body.shape.extents[0] / 2) for body in cell.pod.bodies)
-    half = max(float(abs(body.T_parent_shape[1, 3]) + body.shape.extents[1] / 2) for body in cell.pod.bodies)
-    front = np.array([[low, -half], [low, half]])
-    return PodEstimate(T_world_pod, error, front_bound(fit, mount, front), fit.explained, fit.n_pixels)
+    front = front_bound(fit, mount, front_of(cell))
+    return PodEstimate(T_world_pod, error, front, fit.explained, fit.n_pixels)
+
+
+def front_of(cell: Cell) -> Array:
+    """Return the ends of the front of a cell's pod.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        (2, 2) x and y, m in the frame of the pod.
+    """
+    bodies = cell.pod.bodies
+    low = min(float(body.T_parent_shape[0, 3] - body.shape.extents[0] / 2) for body in bodies)
+    half = max(float(abs(body.T_parent_shape[1, 3]) + body.shape.extents[1] / 2) for body in bodies)
+    return np.array([[low, -half], [low, half]])
 
 
 def check_picture(picture: DepthPicture, noise: DepthModel) -> None:

@@ -59,17 +59,31 @@ def test_calibrated_bounds_keep_all_errors_of_nearly_all_and_follow_the_features
     slopes = np.array([0.7, 0.2, -0.4])
     errors = np.abs(rng.normal(size=(2000, 3))) * np.exp(x[:, None] * slopes)
     features = np.stack([np.ones(2000), x], axis=1)
-    weights = calibrated_bounds(features, errors, [k // 400 for k in range(2000)])
-    assert (errors <= np.exp(features @ weights.T)).all(axis=1).mean() > 0.99
-    np.testing.assert_allclose(weights[:, 1], slopes, atol=0.1)
+    model = calibrated_bounds(features, errors, [k // 400 for k in range(2000)])
+    assert (errors <= model.bounds(features)).all(axis=1).mean() > 0.99
+    np.testing.assert_allclose(model.weights[:, 1], slopes, atol=0.1)
+
+
+def test_large_errors_widen_the_bounds_of_their_own_class_alone() -> None:
+    rng = np.random.default_rng(4)
+    features = np.stack([np.ones(4000), rng.normal(size=4000)], axis=1)
+    errors = np.abs(rng.normal(size=(4000, 3))) * np.exp(features[:, 1:])
+    scenes = [k % 5 for k in range(4000)]
+    before = calibrated_bounds(features, errors, scenes)
+    is_rare = (features[:, 1] > 1.0) & (rng.random(4000) < 0.1)
+    errors[is_rare] *= 30.0
+    after = calibrated_bounds(features, errors, scenes)
+    assert abs(after.factors[0] - before.factors[0]) < 0.5
+    assert after.factors[1] > before.factors[1] + 2.0
 
 
 def test_a_scene_that_is_unlike_the_others_widens_their_bounds() -> None:
     rng = np.random.default_rng(3)
     errors, scenes = np.abs(rng.normal(size=(1000, 3))), [k // 250 for k in range(1000)]
-    alike = calibrated_bounds(np.ones((1000, 1)), errors, scenes)
+    features = np.stack([np.ones(1000), rng.normal(size=1000)], axis=1)
+    alike = calibrated_bounds(features, errors, scenes).bounds(features)
     errors[750:] *= 3.0
-    assert (calibrated_bounds(np.ones((1000, 1)), errors, scenes) > alike + np.log(2.0)).all()
+    assert np.median(calibrated_bounds(features, errors, scenes).bounds(features) / alike) > 2.0
 
 
 def test_seeds_are_a_range_or_a_list() -> None:

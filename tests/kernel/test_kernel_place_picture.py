@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pickcli.geometry import Array, pose
+from pickcli.geometry import Array, pose, rotation_angle
 from pickcli.kernel import DepthNoise, PlacePicture, RaycastingScene, SolidKind
 
 INTRINSICS, SIZE = np.array([300.0, 300.0, 79.5, 59.5]), np.array([160, 120], dtype=np.int32)
@@ -51,7 +51,7 @@ def picture_of(measured: NDArray[np.float32], **changes: Any) -> PlacePicture:
         "known_solids": NO_SOLIDS,
         "known_colours": np.zeros(1),
         "noise": NOISE,
-        "costs": np.array([0.002, 4.0, 8.0, 0.1, 1.0]),
+        "costs": np.array([0.002, 4.0, 8.0, 0.1, 0.7, 1.0]),
     }
     picture = PlacePicture(**(arguments | changes))
     for kind, (half, _) in SOLIDS.items():
@@ -108,6 +108,21 @@ def test_a_refined_pose_comes_back() -> None:
     steps = np.array([0.002, 0.001, 0.0005, 0.00025])
     (found,) = picture.refined(np.array([BOX], dtype=np.int32), start[None], None, steps, 0.001, 3)
     assert np.linalg.norm(found[:3, 3] - T[:3, 3]) < 0.001
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("edge", [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+def test_a_pose_that_is_turned_about_an_edge_comes_back(axis: int, edge: tuple[int, int]) -> None:
+    picture, (half, T) = picture_of(cast((BOX,))[0]), SOLIDS[BOX]
+    out = np.zeros(3)
+    out[[(axis + 1) % 3, (axis + 2) % 3]] = edge
+    turned = np.zeros(3)
+    turned[axis] = 0.05
+    start = T @ pose(out * half) @ pose(rpy=turned) @ pose(-out * half)
+    steps = np.array([0.004, 0.002, 0.001, 0.0005, 0.00025])
+    (found,) = picture.refined(np.array([BOX], dtype=np.int32), start[None], None, steps, 0.001, 2)
+    assert np.linalg.norm(found[:3, 3] - T[:3, 3]) < 0.001
+    assert rotation_angle(found[:3, :3].T @ T[:3, :3]) < np.radians(0.6)
 
 
 def test_what_gives_no_depth_is_explained_by_what_seldom_does() -> None:

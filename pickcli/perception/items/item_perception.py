@@ -95,7 +95,7 @@ def _answer(
     no_return = rgbd.depth_model.no_return.get(each.item.material, 0.0)
     confidence = confidence_of(found.support, no_return, n_listed)
     T = rgbd.T_world_camera @ found.T_camera_item
-    bound = bound_of(each.item.shape, found.support, confidence)
+    bound = bound_of(each.item, found.support, rgbd.depth_model, confidence)
     place, T_world_place = at
     refusal = ""
     if not place.holds((inverse(T_world_place) @ T)[:3, 3], np.inf):

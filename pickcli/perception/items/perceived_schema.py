@@ -83,11 +83,19 @@ class PerceivedPlaceModel(FileModel):
     error: PlaceErrorModel = Field(description="bounds of the error of the pose")
 
 
+class LocatedPodErrorModel(FileModel):
+    """Bounds of the error of the pose of a located pod: no picture tells it exactly."""
+
+    x: float = Field(gt=0, le=0.1, description="m, above 0")
+    y: float = Field(gt=0, le=0.1, description="m, above 0")
+    yaw: float = Field(gt=0, le=0.05, description="rad, above 0")
+
+
 class LocatedPodModel(FileModel):
     """Where the pod stands, as a picture says."""
 
     pose: PerceivedPoseModel = Field(description="a pose in the world")
-    error: PlaceErrorModel = Field(description="bounds of the error of the pose")
+    error: LocatedPodErrorModel = Field(description="bounds of the error of the pose")
     front_error: float = Field(ge=0, le=0.2, description="m")
     explained: float = Field(ge=0, le=1, description="a share")
     pixels: _Count = Field(description="a number of pixels")

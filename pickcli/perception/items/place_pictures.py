@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -25,9 +26,24 @@ _LOST = 0.1  # share of pixels without a depth for other reasons than the surfac
 _AROUND = 0.02  # m around a place in which items are kept out of known solids
 
 
+@dataclass(frozen=True)
+class PictureCosts:
+    """What pixels of a picture cost.
+
+    Attributes:
+        slack: m that surfaces may be off besides noise.
+        hidden: nats, most that no depth costs where the second eye should see something else.
+        weight: Of each pixel.
+    """
+
+    slack: float
+    hidden: float
+    weight: float = 1.0
+
+
 def place_picture(
     view: PlaceView, models: Sequence[ProductModel], costs: Sequence[Array], solids: KnownSolids,
-    depth_model: DepthModel, slack: float, weight: float = 1.0,
+    depth_model: DepthModel, pixels: PictureCosts,
 ) -> PlacePicture:  # fmt: skip
     """Put a view of a place into the kernel.
 
@@ -37,8 +53,7 @@ def place_picture(
         costs: Costs of labels of colour on what is known, then on each item.
         solids: Known solids around, by ``solids_around``.
         depth_model: How depth was measured.
-        slack: m that surfaces may be off besides noise.
-        weight: Of each pixel.
+        pixels: What pixels cost.
 
     Returns:
         The picture.
@@ -52,7 +67,7 @@ def place_picture(
         solids,
         costs[0],
         kernel_noise(depth_model),
-        np.array([slack, _FRONT, _BEHIND, _LOST, weight]),
+        np.array([pixels.slack, _FRONT, _BEHIND, _LOST, pixels.hidden, pixels.weight]),
     )
     for model, own in zip(models, costs[1:], strict=True):
         picture.add(

@@ -1,63 +1,93 @@
 """Bounds of the error of poses that are found surely: within them are 99 of 100, or should be.
 
 Of the position, the angle, and what both do to the surface, which is less than each of them could: a box
-that turns about the edge that is seen best has both. Each bound is the exponential of a linear function, by
-quantile regression (Koenker and Bassett 1978) of logarithms of errors, with one factor for all by which
-99.5 % of poses had all their errors within bounds that were fitted to other scenes (conformal prediction,
-Vovk et al. 2005): ``python -m bench.perceived --seeds 10-39 --calibrate``.
+that turns about the edge that is seen best has both. Which errors are usual is a linear function, by quantile
+regression (Koenker and Bassett 1978) of logarithms of errors. Where usual errors are small, large ones are
+rarer, too. So there are two classes of poses by the usual error of the surface, each with a factor by which
+99.5 % of its poses had all their errors within bounds that were fitted to other scenes (Mondrian conformal
+prediction, Vovk et al. 2005). Sensors that mix depths at edges have a model of their own:
+``python -m bench.perceived --seeds 10-18 --calibrate``.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.item import Item
+from pickcli.cell.sensors.sensor_model import DepthModel
+from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import Array
 from pickcli.perception.items.item_observation import Support
 from pickcli.scene.scene import PoseNoise
 
 ROUNDING = 0.05  # mm, or degrees, below which errors are alike
-_SURE = 1e-4  # of a confidence: nothing is surer
-_PIXELS = 1000.0  # that an item shows about
-_WEIGHTS = np.array(  # of logarithms of mm, degrees and mm
-    [
-        [3.204, 0.739, 0.148, 2.09, 0.176],
-        [2.698, 0.314, 0.206, 3.31, -0.104],
-        [4.182, 0.785, 0.198, 2.133, 0.287],
-    ]
+SURE = 1e-4  # of a confidence: nothing is surer
+
+
+@dataclass(frozen=True, eq=False)
+class BoundModel:
+    """How bounds follow from features.
+
+    Attributes:
+        weights: (3, F) of logarithms of usual errors: mm, degrees, and mm of the surface.
+        classes: (C - 1,) of that of the surface, where the next class begins.
+        factors: (C,) logarithms of how much wider bounds are, by class.
+    """
+
+    weights: Array
+    classes: Array
+    factors: Array
+
+    def bounds(self, features: Array) -> Array:
+        """Compute bounds of errors by features.
+
+        Args:
+            features: (N, F).
+
+        Returns:
+            (N, 3) mm, degrees, and mm of the surface.
+        """
+        usual = features @ self.weights.T
+        return np.asarray(np.exp(usual + self.factors[np.searchsorted(self.classes, usual[:, 2])][:, None]))
+
+
+_SHARP = BoundModel(
+    np.array([[0.069, 0.208, -0.006, 0.613], [0.527, 0.508, 0.039, -0.111], [0.975, 0.38, -0.001, 0.306]]),
+    np.array([0.604]),
+    np.array([0.892, 1.642]),
 )
-LEAST_CONFIDENCE_OF_BOUND = 0.985  # below it nothing is said of the error
+_MIXED = BoundModel(
+    np.array([[1.532, 0.777, 0.047, -0.276], [1.977, 1.022, 0.042, -0.218], [1.734, 0.822, -0.054, -0.357]]),
+    np.array([0.522]),
+    np.array([0.904, 4.166]),
+)
+LEAST_CONFIDENCE_OF_BOUND = 0.99  # below it nothing is said of the error
 LARGEST = PoseNoise(0.015, float(np.radians(8.0)))  # with wider bounds a pose is of no use to a planner
 
 
-def bound_features(support: Support, confidence: float) -> Array:
-    """Compute what bounds follow from.
+def bound_features(support: Support, no_return: float, confidence: float) -> Array:
+    """Compute what usual errors follow from.
 
     Args:
         support: How much of the picture speaks for the pose.
+        no_return: Share of the item's surface from which nothing comes back, by its material.
         confidence: That of the pose.
 
     Returns:
-        (5,), the first is 1.
+        (4,), the first is 1.
     """
-    shown = max(support.shown, 1)
-    return np.array(
-        [
-            1.0,
-            np.log(1e3 * support.surface_spread),
-            np.log(1.0 - confidence + _SURE),
-            5.0 * support.through / shown,
-            np.log(shown / _PIXELS),
-        ]
-    )
+    return np.array([1.0, np.log(1e3 * support.surface_spread), np.log(1.0 - confidence + SURE), no_return])
 
 
-def bound_of(shape: Shape, support: Support, confidence: float) -> PoseNoise | None:
+def bound_of(item: Item, support: Support, depth_model: DepthModel, confidence: float) -> PoseNoise | None:
     """Compute the bounds of the error of a pose, symmetries of the shape aside.
 
     Args:
-        shape: The item's shape: turns of a ball do not show.
+        item: The item.
         support: How much of the picture speaks for the pose.
+        depth_model: How depth was measured.
         confidence: That of the pose.
 
     Returns:
@@ -65,8 +95,10 @@ def bound_of(shape: Shape, support: Support, confidence: float) -> PoseNoise | N
     """
     if confidence < LEAST_CONFIDENCE_OF_BOUND:
         return None
-    position, angle, displacement = np.exp(_WEIGHTS @ bound_features(support, confidence)).tolist()
-    if shape.kind is ShapeKind.SPHERE:
+    features = bound_features(support, depth_model.no_return.get(item.material, 0.0), confidence)
+    model = _MIXED if depth_model.mixes_edges else _SHARP
+    position, angle, displacement = model.bounds(features[None])[0].tolist()
+    if item.shape.kind is ShapeKind.SPHERE:  # its turns do not show
         angle = 0.0
     bound = PoseNoise(1e-3 * position, float(np.radians(angle)), 1e-3 * max(position, displacement))
     return None if bound.position > LARGEST.position or bound.angle > LARGEST.angle else bound

@@ -102,7 +102,7 @@ void require_size(std::size_t rows, std::size_t columns, const PinholeCamera& ca
 void make_picture(PlacePicture* self, nb::handle intrinsics_in, const Floats& depth, const Floats& share,
                   const Labels& colour, const std::vector<Floats>& known, const nb::tuple& known_solids,
                   nb::handle known_colours_in, const DepthNoise& noise, nb::handle costs_in) {
-  const Doubles k(intrinsics_in, "intrinsics", {4}), costs(costs_in, "costs", {5});
+  const Doubles k(intrinsics_in, "intrinsics", {4}), costs(costs_in, "costs", {6});
   const Doubles known_colours(known_colours_in, "known_colours", {kAny});
   if (!(k[0] > 0.0 && k[1] > 0.0)) throw nb::value_error("intrinsics: fx and fy must be positive");
   if (known.size() != 2) throw nb::value_error("known: expected depth and facing");
@@ -130,7 +130,7 @@ void make_picture(PlacePicture* self, nb::handle intrinsics_in, const Floats& de
     surface.solids.push_back(
         make_solid(poses[i], {half[3 * i], half[3 * i + 1], half[3 * i + 2]}, to_kind(kinds[i]), 0.0));
   new (self) PlacePicture(std::move(measured), std::move(surface), to_singles(known_colours), noise,
-                          {costs[0], costs[1], costs[2], costs[3], costs[4]});
+                          {costs[0], costs[1], costs[2], costs[3], costs[4], costs[5]});
 }
 
 int add_product(PlacePicture& self, int kind_in, nb::handle half_in, double no_return,
@@ -310,8 +310,9 @@ Args:
     known_solids: Poses (K, 4, 4), half extents (K, 3) and kinds (K,) of solids that items do not reach into.
     known_colours: (L,) cost of each label on what is known.
     noise: Coefficients of the sensor.
-    costs: (5,) m that surfaces may be off besides noise; the most that a depth before, and one behind what is expected
-        cost; the share of pixels without depth whatever the surface; the weight of a pixel.)")
+    costs: (6,) m that surfaces may be off besides noise; the most that a depth before, and one behind what is expected
+        cost; the share of pixels without depth whatever the surface; the most that no depth costs where the second eye
+        sees something else; the weight of a pixel.)")
       .def("add", &add_product, "kind"_a, "half_extents"_a, "no_return"_a, "colours"_a,
            nb::sig("def add(self, kind: int, half_extents: " APC_F64 ", no_return: float, colours: " APC_F64
                    ") -> int"),

@@ -347,34 +347,43 @@ Option searched(const PlacePicture& picture, const PlacedProduct& start, const C
     for (const Solid& other : solids) sum += penalty(pair_penetration(own, other), settings);
     return sum;
   };
-  const int n_turns = settings.freedom == Freedom::all ? 3 : 1;
+  // A solid that is turned about its middle no longer agrees with the side that is seen best: turns about edges
+  // leave what meets there where it is.
+  const Vec3& size = picture.product(start.product).half;
+  const std::array<double, 3> half{size.x, size.y, size.z};
+  const auto turned = [&](const Pose& T, const Vec3& axis, const Vec3& fixed, double step) {
+    const Mat3 R = rotation(axis, step / kReach * settings.turn_per_step);
+    return Pose{R * T.R, fixed + R * (T.p - fixed)};
+  };
   const auto moved = [&](const Pose& T, int direction, double step) {
-    Pose out = T;
-    if (direction < 3) {
-      out.p = T.p + step * T.R.column(direction);
-      return out;
-    }
-    const Vec3 axis = settings.freedom == Freedom::all ? T.R.column(direction - 3) : settings.up;
-    out.R = rotation(axis, step / kReach * settings.turn_per_step) * T.R;
-    return out;
+    if (direction < 3) return Pose{T.R, T.p + step * T.R.column(direction)};
+    if (settings.freedom != Freedom::all) return turned(T, settings.up, T.p, step);
+    const int axis = direction % 3, edge = direction / 3 - 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
+    if (edge < 0) return turned(T, T.R.column(axis), T.p, step);
+    const double y = half[static_cast<std::size_t>(b)], z = half[static_cast<std::size_t>(c)];
+    const Vec3 out = (edge & 1 ? -y : y) * T.R.column(b) + (edge & 2 ? -z : z) * T.R.column(c);
+    return turned(T, T.R.column(axis), T.p + out, step);
   };
   Option best{start.T, cost(start.T)};
-  for (const double step : settings.steps)
-    for (int round = 0; round < settings.most_rounds; ++round) {
-      const double before = best.cost;
-      for (int direction = 0; direction < 3 + n_turns; ++direction) {
-        if (direction >= 3 && kind == SolidKind::sphere) break;
-        if (direction == 5 && kind == SolidKind::cylinder) break;
-        for (const double sign : {1.0, -1.0}) {
-          const Pose T = moved(best.T, direction, sign * step);
-          const double c = cost(T);
-          if (!(c < best.cost)) continue;
-          best = {T, c};
-          break;
-        }
+  const auto improve = [&](int first, int last, double step) {
+    const double before = best.cost;
+    for (int direction = first; direction < last; ++direction) {
+      if (direction >= 3 && kind == SolidKind::sphere) break;
+      if (direction >= 3 && direction % 3 == 2 && kind == SolidKind::cylinder) continue;
+      for (const double sign : {1.0, -1.0}) {
+        const Pose T = moved(best.T, direction, sign * step);
+        const double c = cost(T);
+        if (!(c < best.cost)) continue;
+        best = {T, c};
+        break;
       }
-      if (!(best.cost < before)) break;
     }
+    return best.cost < before;
+  };
+  const bool is_free = settings.freedom == Freedom::all;
+  for (const double step : settings.steps)
+    for (int round = 0; round < settings.most_rounds; ++round)
+      if (!improve(0, is_free ? 6 : 4, step) && !(is_free && improve(6, 18, step))) break;
   return best;
 }
 

@@ -10,7 +10,6 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr double kNearest = 0.02;  //!< m: no item is that near to the camera
 constexpr double kLeastShare = 0.01;
-constexpr float kHidden = 0.7f;    //!< nats, of no depth behind what hides it: another cause is as likely
 constexpr float kBehind = 0.005f;  //!< m behind what the second eye just sees, that counts as hidden from it
 constexpr int kChunk = 256;  //!< px of a row that are cast at once
 
@@ -205,7 +204,9 @@ float PlacePicture::cost(std::size_t pixel, float depth, float facing, const Ret
   const float share = measured_.share[pixel], weight = static_cast<float>(costs_.weight);
   const int k = std::clamp(static_cast<int>(facing * kFacings), 0, kFacings - 1);
   const float colour = colour_costs[static_cast<std::size_t>(measured_.colour[pixel])];
-  const float none = depth > hidden_[pixel] ? std::min(kHidden, returns.none[k]) : returns.none[k];
+  const float none = depth > hidden_[pixel]
+                         ? std::min(static_cast<float>(costs_.hidden), returns.none[k])
+                         : returns.none[k];
   if (!(share > 0.0f)) return weight * (none + colour);
   const float off = measured_.depth[pixel] - depth, half_square = 0.5f * off * off * inverse_variance_[pixel];
   const auto front = static_cast<float>(costs_.front), behind = static_cast<float>(costs_.behind);

@@ -17,6 +17,7 @@ struct PixelCosts {
   double front = 4.0;    //!< most that a depth costs that is nearer than what is expected: something hides it
   double behind = 8.0;   //!< most that a depth costs that is farther: it was seen through
   double lost = 0.1;     //!< share of pixels without a depth whatever the surface
+  double hidden = 0.7;   //!< most that no depth costs where the second eye sees something else
   double weight = 1.0;   //!< of a pixel: neighbours that were left out
 };
 
