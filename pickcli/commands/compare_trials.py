@@ -39,7 +39,7 @@ def command(first: Path, second: Path, as_json: bool) -> None:
     for folder in (first, second):
         require_folder(folder)
     if first.samefile(second):
-        raise InputError(f"{second}: is {first}; name two folders")
+        raise InputError(f"{first} and {second} are one folder; name two different ones")
     found = TrialComparison.of((str(first), str(second)), read_trials(first), read_trials(second))
     if as_json:
         emit_json(found.values())

@@ -96,5 +96,5 @@ def test_the_command_reads_folders_of_trials(tmp_path: Path) -> None:
     told = json.loads(apc("compare-trials", bad, good, "--json").out)
     assert (told["better"], told["sentence"], told["pairs"]) == (str(good), first, 10)
     assert apc("compare-trials", bad, good).out == answer.out
-    refused(apc("compare-trials", bad, bad), 3, "name two folders")
+    refused(apc("compare-trials", bad, bad), 3, "are one folder; name two different ones")
     refused(apc("compare-trials", bad, tmp_path), 3, tmp_path, "no trials in it")
