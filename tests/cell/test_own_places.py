@@ -131,9 +131,9 @@ def test_the_fingerprint_follows_every_figure(own: Cell, cell_copy: CellCopy, ol
     ("old", "new", "told"),
     [
         ("kind: box, T_world_place: {xyz: [-0.9", "kind: bin, T_world_place: {xyz: [-0.9",
-         'crate_left.kind: expected bodies, box, grid or table, got "bin"; correct it'),
+         'crate_left.kind: expected bodies, box, conveyor, grid or table, got "bin"; correct it'),
         ("{kind: box, T_world_place: {xyz: [-0.9", "{T_world_place: {xyz: [-0.9",
-         "crate_left.kind: expected bodies, box, grid or table, got nothing; add it"),
+         "crate_left.kind: expected bodies, box, conveyor, grid or table, got nothing; add it"),
         ("inner: [0.3, 0.24", "innner: [0.3, 0.24", "innner: unknown key; did you mean 'inner'?"),
         ("inner: [0.3, 0.24, 0.14], wall_thickness: 0.006}\n  crate_r", "wall_thickness: 0.006}\n  crate_r",
          "crate_left.inner: expected m, clear inside [x, y, z], z from the inner floor to the rim, got"),
