@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
-from pickcli.geometry import pose
+from pickcli.geometry import inverse, pose
 from pickcli.perception.items.symmetry import turn_between
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -72,6 +72,20 @@ def test_a_look_tells_of_all_that_is_listed(first: tuple[CameraLooks, Scene], tr
         refusal = perception.refusal(seen.answer.item.name, seen.place)
         assert bool(refusal) == (seen.answer.id not in ids)
     assert perception.homes(believed) == {placed.id: placed.location for placed in true_scene.items}
+
+
+def test_a_look_keeps_a_picture_of_every_place(first: tuple[CameraLooks, Scene]) -> None:
+    (look,) = first[0].looks
+    assert set(look.pictures) == set(look.cameras)
+    assert {picture.shape[1] for picture in look.pictures.values()} == {640}
+    assert all(picture.dtype == np.uint8 and picture.std() > 1.0 for picture in look.pictures.values())
+
+
+def test_the_pod_is_where_the_looks_show_it(true_scene: Scene, first: tuple[CameraLooks, Scene]) -> None:
+    believed = first[1]
+    off = inverse(believed.T_world_pod) @ true_scene.T_world_pod
+    assert believed.pod_error.allows(off)
+    assert believed.pod_error.x < 0.0016 and believed.pod_error.yaw < 0.0035 / 4
 
 
 def test_what_is_not_recognised_is_claimed_where_the_order_says(
