@@ -158,7 +158,10 @@ def command(
         with stage("simulation" if world else "execution"):
             operator = signal_of(operator_stops, driver.t)
             runs = run_plans(
-                plans, driven(driver, operator) if world is None else simulated(world, film, operator)
+                plans,
+                driven(driver, operator)
+                if world is None
+                else simulated(world, film, operator if operator_stops else None),
             )
         if as_json:
             emit_json({"driver": driver_name, **execution_summary(plans, runs, world)})

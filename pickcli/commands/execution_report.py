@@ -272,7 +272,8 @@ def _lines(run: PlanRecord, holder: str) -> list[str]:
     load = f"; {holder} loaded to {seen.max_load:.0%} of its limits" if seen and seen.max_load else ""
     lines = [f"  tool at most {1e3 * run.max_lag:.1f} mm behind its command{load}"]
     lines += [
-        f"  {stop.begin:7.3f} s  stopped by the operator, resumed at {stop.end:.3f} s"
+        f"  {stop.begin:7.3f} s  stopped by the operator, "
+        + ("not resumed" if stop.end is None else f"resumed at {stop.end:.3f} s")
         for stop in run.operator_stops
     ]
     for fired in run.events:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pickcli.commands.progress_bar import progress
-from pickcli.simulation.operator_stop import never
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -90,14 +89,14 @@ def driven(driver: Driver, operator: OperatorSignal) -> Callable[[Plan, Progress
 
 
 def simulated(
-    world: World, film: GifRecorder | None, operator: OperatorSignal = never
+    world: World, film: GifRecorder | None, operator: OperatorSignal | None = None
 ) -> Callable[[Plan, ProgressObserver], Execution]:
     """Return the function that executes a plan in the simulated world, with its additional records.
 
     Args:
         world: The world.
         film: Recorder of an animation; None for none.
-        operator: Whether the operator stops the robot.
+        operator: Whether the operator stops the robot; None for random stops by the level of its reality.
 
     Returns:
         Function of a plan and an observer of its progress.

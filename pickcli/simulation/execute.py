@@ -10,11 +10,12 @@ from pickcli.cell.device import DeviceKind
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.progress import ProgressObserver
+from pickcli.seeds import derived_rng
 from pickcli.simulation.braking import Return
 from pickcli.simulation.contact_guard import ContactGuard
 from pickcli.simulation.execution import Execution, Fall
 from pickcli.simulation.grip import Release
-from pickcli.simulation.operator_stop import OperatorSignal, never
+from pickcli.simulation.operator_stop import OperatorSignal, never, random_stops, signal_of
 from pickcli.simulation.places import bounds
 from pickcli.simulation.plan_run import PlanRun
 from pickcli.simulation.planned_contacts import PlannedContacts
@@ -43,7 +44,7 @@ def execute(
     world: World,
     *,
     pace: Pace = full_speed,
-    operator: OperatorSignal = never,
+    operator: OperatorSignal | None = None,
     on_progress: ProgressObserver | None = None,
     on_step: OnStep | None = None,
 ) -> Execution:
@@ -60,7 +61,8 @@ def execute(
         plan: The plan.
         world: The world.
         pace: Speed of the plan's time; for tests of pauses and slow robots.
-        operator: Whether the operator stops the robot, which then stays at rest on its path and goes on.
+        operator: Whether the operator stops the robot, which then stays at rest on its path and goes on; None
+            for random stops by the level of the world's reality, none while it takes from a running belt.
         on_progress: Called every 0.1 s with the seconds of the plan and its segment.
         on_step: Called after every time step, e.g. to film.
 
@@ -75,9 +77,17 @@ def execute(
     plan = at_the_robot(plan, world)
     check_start(plan, world)
     run = _Run(plan, world, pace, on_progress, on_step)
-    run.operator = operator
+    run.operator = operator or _random_operator(plan, world)
     run.play()
     return run.execution()
+
+
+def _random_operator(plan: Plan, world: World) -> OperatorSignal:
+    share = world.reality.operator_stop_share
+    if share == 0.0 or plan.tracking is not None:
+        return never
+    rng = derived_rng(world.seed, "operator", world.t)
+    return signal_of(random_stops(share, plan.trajectory.duration, rng), world.t)
 
 
 class _Run(PlanRun[World]):

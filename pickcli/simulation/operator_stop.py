@@ -23,11 +23,11 @@ class OperatorStop:
 
     Attributes:
         begin: s, when it is requested.
-        end: s, when the robot is released.
+        end: s, when the robot is released; None if it is not.
     """
 
     begin: float
-    end: float
+    end: float | None
 
 
 def never(t: float) -> bool:
@@ -53,7 +53,12 @@ def signal_of(stops: Iterable[OperatorStop], start: float = 0.0) -> OperatorSign
         The signal.
     """
     stated = tuple(stops)
-    return lambda t: any(stop.begin <= t - start < stop.end for stop in stated)
+
+    def is_stopped(t: float) -> bool:
+        now = t - start
+        return any(stop.begin <= now and (stop.end is None or now < stop.end) for stop in stated)
+
+    return is_stopped
 
 
 def random_stops(share: float, duration: float, rng: np.random.Generator) -> tuple[OperatorStop, ...]:

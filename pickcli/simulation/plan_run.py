@@ -13,6 +13,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
+from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import EventTracker
 from pickcli.kinematics.arm import Arm
@@ -91,6 +92,29 @@ class _Trace:
     measured: list[Array] = field(default_factory=list)
 
 
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """A motion along the plan's path.
+
+    path_times: the plan's times (N,) s at times (N,) s of the trajectory
+    """
+
+    trajectory: Trajectory
+    path_times: Callable[[Array], Array]
+
+    @property
+    def end(self) -> float:
+        """Time of the plan at the end, s."""
+        return float(self.path_times(np.array([self.trajectory.duration]))[0])
+
+    def stopped(self, at: float, limits: Limits) -> _Motion:
+        """Return this motion with the fastest stop that is requested at a time (s) of it."""
+        from pickcli.timing.stopping_trajectory import stop
+
+        halted = stop(self.trajectory, at, limits)
+        return _Motion(halted.trajectory, lambda t: self.path_times(halted.path_times(t)))
+
+
 class PlanRun(Generic[D]):
     """Run of a plan. Subclasses for robots with more measurements override what is judged.
 
@@ -129,15 +153,17 @@ class PlanRun(Generic[D]):
         self.t_sealed = _end_of_sealing(plan)
         self.operator: OperatorSignal = never
         self.operator_stops: list[OperatorStop] = []
+        self._motion = _Motion(plan.trajectory, lambda t: t)  # that is being sent
+        self._t_motion = 0.0  # s of it at the last set point
 
     def play(self) -> None:
         """Carry out the plan, and wait until the robot has arrived."""
         clock = self._belt_clock()
         if clock is not None:
             self._follow_belt(clock)
-        rest = stream(self.plan.trajectory, self.driver.time_step, self.pace) if clock is None else None
+        rest = self._motion if clock is None else None
         while rest is not None:
-            self.send(rest)
+            self._send(rest)
             rest = self._after_operator_stop()
         if self.stop is not None:
             self.brake(self.stop)
@@ -235,61 +261,52 @@ class PlanRun(Generic[D]):
         Args:
             why: The reason.
         """
-        from pickcli.timing.stopping_trajectory import stop
-
-        t_plan = self.trace.plan_times[-1]
-        halted = stop(self.plan.trajectory, t_plan, self.driver.cell.robot.limits)
-        self.path_time = halted.path_time
-        t = len(self.trace.sent) * self.driver.time_step
-        self.send(stream(halted.trajectory, self.driver.time_step, self.pace, t_plan, t))
+        halted = self._motion.stopped(self._t_motion, self.driver.cell.robot.limits)
+        self.path_time = halted.end
+        self._send(halted, self._t_motion)
 
     # How it runs -------------------------------------------------------------------------------------
 
-    def send(self, commands: Stream, is_held: bool = False) -> None:
-        """Send set points until a stop is requested.
+    def _send(self, motion: _Motion, begin: float = 0.0, is_held: bool = False) -> None:
+        """Send the set points of a motion from a time (s) on until a stop is requested.
 
-        Args:
-            commands: The set points.
-            is_held: Whether they bring the robot to rest for the operator already.
+        is_held: whether it brings the robot to rest for the operator already
         """
-        is_braking = self.stop is not None
-        for q, t_plan in zip(commands.points, commands.plan_times.tolist(), strict=True):
-            if self.trace.sent and not (is_braking or is_held) and self.operator(self.driver.t):
+        is_braking, trace, driver = self.stop is not None, self.trace, self.driver
+        t = len(trace.sent) * driver.time_step
+        commands = stream(motion.trajectory, driver.time_step, self.pace, begin, t)
+        self._motion, plan_times = motion, motion.path_times(commands.plan_times).tolist()
+        times = zip(commands.plan_times.tolist(), plan_times, strict=True)
+        for q, (t_motion, t_plan) in zip(commands.points, times, strict=True):
+            if trace.sent and not (is_braking or is_held) and self.operator(driver.t):
                 return
             if self._lifts_off(t_plan):
                 self._wait_for_hold()
             if self.stop is None or is_braking:
+                self._t_motion = t_motion
                 self._set_point(q, t_plan)
             if self.stop is not None and not is_braking:
                 return
 
-    def _after_operator_stop(self) -> Stream | None:
+    def _after_operator_stop(self) -> _Motion | None:
         """Stop on the path if the operator requests it, until the release; return the rest of the motion."""
         if self.stop is not None or not self.operator(self.driver.t):
             return None
-        from pickcli.timing.stopping_trajectory import resume, stop
+        from pickcli.timing.stopping_trajectory import resume
 
-        trajectory, limits = self.plan.trajectory, self.driver.cell.robot.limits
-        begin, t_plan = self.driver.t, self.trace.plan_times[-1]
-        if t_plan >= trajectory.duration:
+        trajectory, limits, begin = self.plan.trajectory, self.driver.cell.robot.limits, self.driver.t
+        if self.trace.plan_times[-1] >= trajectory.duration:
             return None
-        halted = stop(trajectory, t_plan, limits)
-        self.send(self._along(halted.trajectory, halted.path_times, t_plan), is_held=True)
+        halted = self._motion.stopped(self._t_motion, limits)
+        self._send(halted, self._t_motion, is_held=True)
         while self.stop is None and self.operator(self.driver.t):
             self._set_point(self.trace.sent[-1], self.trace.plan_times[-1])
-        self.operator_stops.append(OperatorStop(begin - self.t_start, self.driver.t - self.t_start))
-        if self.stop is not None or halted.path_time >= trajectory.duration:
+        end = None if self.stop is not None else self.driver.t - self.t_start
+        self.operator_stops.append(OperatorStop(begin - self.t_start, end))
+        if self.stop is not None or halted.end >= trajectory.duration:
             return None
-        resumed = resume(trajectory, halted.path_time, limits)
-        return self._along(resumed.trajectory, resumed.path_times)
-
-    def _along(
-        self, trajectory: Trajectory, path_times: Callable[[Array], Array], begin: float = 0.0
-    ) -> Stream:
-        """Sample a motion along the plan's path, with the plan's times of its set points."""
-        t = len(self.trace.sent) * self.driver.time_step
-        motion = stream(trajectory, self.driver.time_step, self.pace, begin, t)
-        return Stream(path_times(motion.plan_times), motion.points)
+        resumed = resume(trajectory, halted.end, limits)
+        return _Motion(resumed.trajectory, resumed.path_times)
 
     def _belt_clock(self) -> BeltClock | None:
         """Return what tells the plan's time by a running conveyor; None without one that is measured."""
@@ -305,7 +322,7 @@ class PlanRun(Generic[D]):
         while t_plan < trajectory.duration and self.stop is None and t_held < MOST_HELD:
             t_next = min(clock.next(t_plan), trajectory.duration)
             t_held = 0.0 if abs(t_next - t_plan) > STANDING else t_held + self.driver.time_step
-            t_plan = t_next
+            self._t_motion = t_plan = t_next
             self._set_point(trajectory.sample(t_plan)[0], t_plan)
 
     def segment_at(self, t_plan: float) -> Segment:

@@ -37,8 +37,8 @@ class StoppedTrajectory:
     Attributes:
         trajectory: The original up to the stop, then braking along the same path.
         path_time: s; time in the original trajectory of the configuration at standstill.
-        law: (K, 2) s; times in this trajectory and in the original, linear in between and the same before;
-            None if it is the original.
+        law: (K, 3) times in this trajectory and in the original, s, and the rate of the latter, which is
+            cubic in between; both times are the same before. None if this is the original.
     """
 
     trajectory: Trajectory
@@ -56,7 +56,7 @@ class StoppedTrajectory:
         """
         if self.law is None:
             return t
-        return np.asarray(np.where(t < self.law[0, 0], t, np.interp(t, self.law[:, 0], self.law[:, 1])))
+        return np.asarray(np.where(t < self.law[0, 0], t, _cubic(self.law, t)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,8 @@ class ResumedTrajectory:
 
     Attributes:
         trajectory: From rest to the end of the original along its path; times from 0.
-        law: (K, 2) s; times in this trajectory and in the original, linear in between.
+        law: (K, 3) times in this trajectory and in the original, s, and the rate of the latter, which is
+            cubic in between.
     """
 
     trajectory: Trajectory
@@ -80,7 +81,7 @@ class ResumedTrajectory:
         Returns:
             (N,) s.
         """
-        return np.asarray(np.interp(t, self.law[:, 0], self.law[:, 1]))
+        return _cubic(self.law, t)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +119,7 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory
             if (
                 _needed_time_scale(trajectory, law, limits) <= 1.0 + LIMIT_TOLERANCE / 3
             ):  # jerk scales with the cube
-                times = np.column_stack([law.t + law.tau[0], law.tau])
+                times = np.column_stack([law.t + law.tau[0], law.tau, law.first])
                 driven = _driven(trajectory, law, with_start=True)
                 best = StoppedTrajectory(driven, float(law.tau[-1]), times)
                 break
@@ -155,8 +156,20 @@ def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> ResumedT
         raise LimitError(f"no resume at {path_time:.3f} s: the trajectory is not finite there")
     candidate = _driven(trajectory, best, with_start=False)
     factor = max(measure_limits(candidate, limits).time_scale, 1.0)
-    times = [[*best.t, candidate.duration], [*best.tau, trajectory.duration]]
-    return ResumedTrajectory(_time_scaled(candidate, factor), np.array(times).T * (factor, 1.0))
+    times = [[*best.t, candidate.duration], [*best.tau, trajectory.duration], [*best.first, 1.0]]
+    return ResumedTrajectory(_time_scaled(candidate, factor), np.array(times).T * (factor, 1.0, 1.0 / factor))
+
+
+def _cubic(law: Array, t: Array) -> Array:
+    """Interpolate a law (K, 3) of times, values and rates at times (N,), clipped to its ends."""
+    at, value, rate = law.T
+    t = np.clip(t, at[0], at[-1])
+    i = np.clip(np.searchsorted(at, t, side="right") - 1, 0, len(at) - 2)
+    span = np.maximum(at[i + 1] - at[i], np.finfo(float).tiny)
+    x = (t - at[i]) / span
+    change = value[i + 1] - value[i]
+    a, b = rate[i] * span - change, change - rate[i + 1] * span
+    return np.asarray(value[i] + x * change + x * (1.0 - x) * (a * (1.0 - x) + b * x))
 
 
 def _needed_time_scale(trajectory: Trajectory, law: _TimeLaw, limits: Limits) -> float:

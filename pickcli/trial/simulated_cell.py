@@ -22,14 +22,12 @@ from pickcli.planning.start_state import Start
 from pickcli.planning.topple import TopplingQuery, plan_topple
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
-from pickcli.seeds import derived_rng
 from pickcli.simulation.arm_turn import let_move
 from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import execute, falls_of
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.grip import Release
 from pickcli.simulation.motion_recorder import MotionRecorder
-from pickcli.simulation.operator_stop import OperatorStop, random_stops, signal_of
 from pickcli.simulation.plan_record import FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.start_check import check_start
@@ -172,15 +170,10 @@ class SimulatedArena:
             check_start(plan, world)
         except InputError as error:  # nothing has moved, so recovery starts from the present configuration
             return ExecutionResult(0.0, stopped=str(error))
-        operator = signal_of(self._operator_stops(plan), world.t)
-        run = execute(plan, world, operator=operator, on_progress=partial(noted.note, world))
+        run = execute(plan, world, on_progress=partial(noted.note, world))
         noted.t_end = world.t
         target = "" if plan.grasp is None else plan.grasp.item
         return self._settled(_recorded(run), run.t_start, run.releases, target)
-
-    def _operator_stops(self, plan: Plan) -> tuple[OperatorStop, ...]:
-        rng = derived_rng(self._world.seed, "operator", str(self._world.t))
-        return random_stops(self._world.reality.operator_stop_share, plan.trajectory.duration, rng)
 
     def release(self, open_to: ToolState | None = None) -> ExecutionResult:
         """Close the valve or open the fingers at the present configuration, and wait for the release.

@@ -312,7 +312,10 @@ def _execution(execution: ExecutionResult) -> dict[str, Any]:
         "missed_events": list(execution.missed),
         "max_lag": _rounded(execution.max_lag),
         "max_load": _rounded(execution.max_load),
-        "operator_stops": [[_rounded(s.begin), _rounded(s.end)] for s in execution.operator_stops],
+        "operator_stops": [
+            [_rounded(stop.begin), None if stop.end is None else _rounded(stop.end)]
+            for stop in execution.operator_stops
+        ],
     }
 
 
