@@ -142,13 +142,22 @@ def disturbance_lines(plans: Sequence[Plan], world: World | None) -> list[str]:
 
 
 def _disturbances(plans: Sequence[Plan], world: World | None) -> tuple[Disturbance, ...]:
-    from pickcli.trial.disturbance import disturbances
+    from pickcli.scene.item_stream import after_travel
+    from pickcli.trial.disturbance import MAX_SETTLING, MAX_SETTLING_ANGLE, disturbances
     from pickcli.trial.score import ScoringRules
 
     if world is None:
         return ()
     meant = {plan.grasp.item for plan in plans if plan.grasp is not None}
-    return disturbances(world.scene, world.now(), meant, ScoringRules.drop_limit)
+    carried, on_belts = world.scene, set[str]()
+    for name, belt in world.belts.items():
+        carried = after_travel(carried, name, belt.travel)
+        on_belts |= set(world.scene.cell.carriers[name].places)
+    return tuple(
+        d
+        for d in disturbances(carried, world.now(), meant, ScoringRules.drop_limit)
+        if d.out_of not in on_belts or d.moved > MAX_SETTLING or d.turned > MAX_SETTLING_ANGLE
+    )
 
 
 def run_lines(plan: Plan, run: PlanRecord, world: World | None) -> list[str]:

@@ -84,6 +84,9 @@ def test_a_plan_is_executed_while_the_belt_runs(stream: Path, tmp_path: Path) ->
     played = apc("execute", plan, *words, "--json")
     told = json.loads(played.out)
     assert played.code == 0 and (told["item_is_in"], told["collisions"]) == ("tote", 0)
+    assert told["disturbed"] == []  # the others went on with the belt
+    stopped = apc("execute", plan, *words, "--operator-stop", "1:2")
+    misused(stopped, "--operator-stop: not with --stream")
     misused(apc("execute", plan, *words, "--planned-in", "scene.json"), "--planned-in is for scenes")
 
 
