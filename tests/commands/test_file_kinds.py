@@ -25,6 +25,7 @@ from pickcli.files.file_kind import (
     SRDF,
     STORE,
     STRATEGY,
+    STREAM,
     TRIAL,
     TRIALS,
     TSRS,
@@ -44,6 +45,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "suggest-mount": {"cell_name": CELL},
     "compare-planners": {"cell_name": CELL},
     "make-order": {},
+    "make-stream": {"cell_name": CELL},
     "make-scene": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "perceive": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "pod_path": PERCEIVED},
     "locate-pod": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "recorded": PICTURE},
@@ -51,6 +53,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "render": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "plan-pick": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
+        "stream_path": STREAM,
     },
     "plan-move": {
         "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "roadmap": STORE, "trajectories": STORE,
@@ -67,10 +70,11 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "explain-stow": {"order_path": ORDER, "cell_name": CELL, "items_path": ITEMS},
     "verify": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "stopped_path": PLAN,
+        "stream_path": STREAM,
     },
     "execute": {
         "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "planned_in": SCENE,
-        "reality_path": REALITY, "roadmap": STORE, "trajectories": STORE,
+        "reality_path": REALITY, "roadmap": STORE, "trajectories": STORE, "stream_path": STREAM,
     },
     "run-trial": {
         "order_path": ORDER, "reality_path": REALITY, "cell_name": CELL, "items_path": ITEMS,
@@ -101,6 +105,10 @@ WRITTEN = (
     "perceived",
     "video",
 )  # and are told apart by refuse_output
+ALSO_READ = {  # besides what the table names
+    ("show", "path", TRIAL), ("inspect", "path", PERCEIVED), ("inspect", "path", STREAM),
+    ("run-trial", "order_path", STREAM),
+}  # fmt: skip
 UNREAD = ("check", "cell_name")  # but where a file is damaged
 CHECKED = (STORE, CELL, SCENE, ORDER, ITEMS, PERCEIVED)  # by apc check
 IN_TOTE = "in_tote.json"  # a scene with the item in the tote, beside the other files
@@ -128,6 +136,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     found[JOINT_LIMITS].write_text("joint_limits:\n  joint_s: {}\n")
     found[SRDF].write_text('<robot name="arm">\n  <disable_collisions link1="a" link2="b"/>\n</robot>\n')
     assert apc("make-scene", "--in", f"tote={ITEM}", "-o", folder / IN_TOTE).code == 0
+    assert apc("make-stream", "--items", 1, "-o", found[STREAM]).code == 0
     tsrs = folder / "regions.tsrs"
     tsrs.write_text("- !BoxTSR\n  extents: [[0, 0], [0, 0], [0, 0], [0, 0], [0, 0], [0, 0]]\n")
     return found | {
@@ -151,7 +160,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["path"] = files[SCENE]
     if command == "plan-stow":
         right["scene_path"] = files[TRIALS] / IN_TOTE
-    needed = {"scene_path", "urdf"}
+    needed = {"scene_path", "urdf"} - ({"scene_path"} if name == "stream_path" else set())
+    right |= {"now": 5, "bin_name": None} if name == "stream_path" else {}
     if command == "show-grasps":
         right["output"] = out.with_suffix(".html")
     if command == "render":
@@ -202,7 +212,7 @@ def test_every_other_kind_is_refused_in_one_line(
     for kind in KINDS:
         if kind in (CHECKED if command == "check" else (wanted,) if wanted is not None else SHOWN):
             continue
-        if (command, name, kind) in (("show", "path", TRIAL), ("inspect", "path", PERCEIVED)):
+        if (command, name, kind) in ALSO_READ:
             continue
         answer = apc(*_call(command, name, files[kind], files, out))
         refused(answer, 3, f"{files[kind]}: is {kind.name}, but", "is expected here")

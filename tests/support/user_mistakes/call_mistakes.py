@@ -84,7 +84,7 @@ CALL_MISTAKES = (
     Mistake(
         "inspect an order",
         "inspect ORDER",
-        "order.json: is an order, but a roadmap, … plan, scene, cell or … is expected here",
+        "order.json: is an order, but a roadmap, … plan, scene, stream, cell or … is expected here",
         3,
     ),
     Mistake(
