@@ -132,85 +132,30 @@ def stitch_tracked(
         The plan, uncertified; every reason against it; or the s by which the meeting has to be later, for a
         device that needs the time.
     """
-    context, after = taking.problem.context, meeting.after
-    transfer = carried_motion(after, replace(carried, taking=replace(carried.taking, outward=())))
-    if isinstance(transfer, Failures):
-        return transfer
-    away = scaled_segments(context.cell.speed_scale, carried.placement.away)
-    last = proven_run(context, carried.placement.scene, away)
-    if isinstance(last, Failures):
-        return last
+    context = taking.problem.context
+    timed = _timed(meeting, arrival, taking, carried)
+    if isinstance(timed, Failures):
+        return timed
+    relative, segments = joined([*timed.coming, *timed.tracking, *timed.leaving])
+    relative, segments = delayed(relative, timed.wait), delay_segments(segments, timed.wait)
     rests = context.method.rests(context.cell.devices, context.settings.release_time)
-    closing, opening = taking.motion.inward[-1], carried.placement.away[0]
-    closes = context.method.closes_at_rest
-    leaves = at_rest(SegmentKind.TRANSFER, carried.taking.end, carried.transfer.segments[0].mode)
-    slowing = RestingRun.of(context.arm.names, carried.taking.end, meeting.falling.duration)
-    *parts, release = transfer.parts
-    to_item = PlanPart(
-        scaled_segments(context.cell.speed_scale, taking.motion.inward),
-        taking.inward,
-        rests.taking,
-        closing if closes else None,
-    )
-    t_up = meeting.t_contact - taking.inward.trajectory.duration
-    t_left = meeting.t_contact + taking.lasts
-    falling, transit = meeting.falling, arrival.run
-    wait = t_up - arrival.ramp - transit.trajectory.duration
-    tracked = TrackedMotion(
-        meeting.axis, meeting.speed, t_up - arrival.ramp, t_up, t_left, t_left + falling.duration
-    )
-    met = meeting.speed * (meeting.t_contact - taking.t_planned) - float(
-        tracked.offset(np.array([meeting.t_contact]))[0][0]
-    )
-    end = -float(tracked.offset(np.array([tracked.t_end]))[0][0])
-    groups = [
-        [
-            PlanPart(
-                scaled_segments(context.cell.speed_scale, [arrival.reached.transit]), transit, arrival.ramp
-            )
-        ],
-        [_along(part, meeting.axis, met) for part in (to_item, *taking.outward.parts)],
-        [
-            _along(part, meeting.axis, end)
-            for part in (
-                *([PlanPart([leaves], slowing, continues=True)] if falling.rests else []),
-                *parts,
-                replace(release, rest=rests.releasing, at_rest=opening if closes else None),
-                PlanPart(away, last),
-            )
-        ],
-    ]
-    relative, segments = joined([part for group in groups for part in group])
-    relative, segments = delayed(relative, wait), delay_segments(segments, wait)
     scheduled = bound_events(context.cell, segments, relative, rests.taking, rests.releasing)
     if isinstance(scheduled, Failures):
         return scheduled
     if (missing := scheduled[1].duration - relative.duration) > SAME_TIME:
         return missing
     segments, relative, events = scheduled
-    trajectory = tracked.added_to(relative)
+    trajectory = timed.tracked.added_to(relative)
     most = measure_limits(trajectory, context.arm.limits, context.cell.speed_scale)
     if most.time_scale > 1.0 + LIMIT_TOLERANCE:
         return Failures.of(Reason("joint too slow", str(taking.motion.grasp), str(most.velocity)))
-    proofs = [
-        *(_Proof(taking.problem.scene, taking.t_planned, s) for g in groups[:2] for s in _segments_of(g)),
-        *(_Proof(after.scene, (tracked.t_leaving + tracked.t_end) / 2, s) for s in _segments_of(groups[2])),
-    ]
-    n_away = len(away)
-    proofs[-n_away:] = [replace(each, scene=carried.placement.scene) for each in proofs[-n_away:]]
+    proofs = _proofs(meeting, taking, carried, timed)
     unproven = _why_not_free(meeting, proofs, trajectory, segments)
     if unproven is not None:
         return Failures.of(unproven)
-    arm, state = context.arm, taking.motion.holding_state
-    hold = taking.problem.hold(taking.motion.grasp.face, taking.motion.attached.T_tip_item)
-    released = max(segment.t_end for segment in segments if segment.held is not None)
-    load = carried_load(arm, state, _between(trajectory, tracked.t_leaving, released), hold)
-    if load.ratio > context.settings.load_ratio * (1.0 + BETWEEN):
-        held = f"{load} as the axis comes to rest, {load.ratio:.2f} of the limit"
-        return Failures.of(Reason("does not hold", str(taking.motion.grasp), held))
-    loads = [taking.outward.load, load]
-    if len(carried.transfer.segments) > 1:  # the tool changes its state with the item
-        loads.append(transfer.load)
+    load = _load(meeting, taking, carried, timed, trajectory, segments)
+    if isinstance(load, Failures):
+        return load
     plan = Plan(
         query=taking.problem.label,
         cell_fingerprint=context.cell.fingerprint,
@@ -219,14 +164,116 @@ def stitch_tracked(
         segments=segments,
         trajectory=trajectory,
         events=events,
-        grasp=GripLoad.worst(loads).of(taking.motion.grasp),
+        grasp=load.of(taking.motion.grasp),
         speed_scale=taking.problem.target.item.speed_scale,
         arm=context.cell.arm,
         others=context.cell.others,
         tracking=meeting.tracking,
     )
-    too_fast = thrown(arm, plan, context.cell.devices)
+    too_fast = thrown(context.arm, plan, context.cell.devices)
     return plan if too_fast is None else Failures.of(too_fast)
+
+
+@dataclass(frozen=True, eq=False)
+class _TimedParts:
+    """All parts of a plan, timed as if the belt stood, with the motion of the axis that is added to them.
+
+    coming, tracking, leaving: parts up to where the axis begins to follow the belt, relative to the belt, and
+        from there on
+    n_away: number of segments after the release
+    tracked: the motion of the axis with the belt
+    wait: s at rest before the first part
+    transfer_load: the worst load on the cup in the transfer
+    """
+
+    coming: list[PlanPart]
+    tracking: list[PlanPart]
+    leaving: list[PlanPart]
+    n_away: int
+    tracked: TrackedMotion
+    wait: float
+    transfer_load: GripLoad
+
+
+def _timed(
+    meeting: Meeting, arrival: Arrival, taking: TimedTaking, carried: PickMotion
+) -> _TimedParts | Failures:
+    """Time all parts, each along the axis where it is in its own time."""
+    context = taking.problem.context
+    transfer = carried_motion(meeting.after, replace(carried, taking=replace(carried.taking, outward=())))
+    if isinstance(transfer, Failures):
+        return transfer
+    away = scaled_segments(context.cell.speed_scale, carried.placement.away)
+    last = proven_run(context, carried.placement.scene, away)
+    if isinstance(last, Failures):
+        return last
+    rests = context.method.rests(context.cell.devices, context.settings.release_time)
+    closes = context.method.closes_at_rest
+    t_up = meeting.t_contact - taking.inward.trajectory.duration
+    t_left, falling = meeting.t_contact + taking.lasts, meeting.falling
+    tracked = TrackedMotion(
+        meeting.axis, meeting.speed, t_up - arrival.ramp, t_up, t_left, t_left + falling.duration
+    )
+    met = meeting.speed * (meeting.t_contact - taking.t_planned) - _offset(tracked, meeting.t_contact)
+    end = -_offset(tracked, tracked.t_end)
+    transit = scaled_segments(context.cell.speed_scale, [arrival.reached.transit])
+    inward = scaled_segments(context.cell.speed_scale, taking.motion.inward)
+    to_item = PlanPart(inward, taking.inward, rests.taking, taking.motion.inward[-1] if closes else None)
+    leaves = at_rest(SegmentKind.TRANSFER, carried.taking.end, carried.transfer.segments[0].mode)
+    slowing = RestingRun.of(context.arm.names, carried.taking.end, falling.duration)
+    *parts, release = transfer.parts
+    opening = carried.placement.away[0] if closes else None
+    left = (
+        *([PlanPart([leaves], slowing, continues=True)] if falling.rests else []),
+        *parts,
+        replace(release, rest=rests.releasing, at_rest=opening),
+        PlanPart(away, last),
+    )
+    return _TimedParts(
+        coming=[PlanPart(transit, arrival.run, arrival.ramp)],
+        tracking=[_along(part, meeting.axis, met) for part in (to_item, *taking.outward.parts)],
+        leaving=[_along(part, meeting.axis, end) for part in left],
+        n_away=len(away),
+        tracked=tracked,
+        wait=t_up - arrival.ramp - arrival.run.trajectory.duration,
+        transfer_load=transfer.load,
+    )
+
+
+def _offset(tracked: TrackedMotion, t: float) -> float:
+    """Return how far the axis has come along with the belt at a time (s), m."""
+    return float(tracked.offset(np.array([t]))[0][0])
+
+
+def _proofs(meeting: Meeting, taking: TimedTaking, carried: PickMotion, timed: _TimedParts) -> list[_Proof]:
+    """Return what is to be proven, one for each segment of the plan."""
+    before = _segments_of(timed.coming) + _segments_of(timed.tracking)
+    after = _segments_of(timed.leaving)
+    t_after = (timed.tracked.t_leaving + timed.tracked.t_end) / 2
+    scenes = [meeting.after.scene] * (len(after) - timed.n_away) + [carried.placement.scene] * timed.n_away
+    return [
+        *(_Proof(taking.problem.scene, taking.t_planned, segment) for segment in before),
+        *(_Proof(scene, t_after, segment) for scene, segment in zip(scenes, after, strict=True)),
+    ]
+
+
+def _load(
+    meeting: Meeting, taking: TimedTaking, carried: PickMotion, timed: _TimedParts, trajectory: Trajectory,
+    segments: Sequence[Segment],
+) -> GripLoad | Failures:  # fmt: skip
+    """Return the worst load, also while the axis comes to rest; or that it is more than the tool bears."""
+    context, motion = meeting.after.context, taking.motion
+    hold = taking.problem.hold(motion.grasp.face, motion.attached.T_tip_item)
+    released = max(segment.t_end for segment in segments if segment.held is not None)
+    leaving = _between(trajectory, timed.tracked.t_leaving, released)
+    load = carried_load(context.arm, motion.holding_state, leaving, hold)
+    if load.ratio > context.settings.load_ratio * (1.0 + BETWEEN):
+        held = f"{load} as the axis comes to rest, {load.ratio:.2f} of the limit"
+        return Failures.of(Reason("does not hold", str(motion.grasp), held))
+    loads = [taking.outward.load, load]
+    if len(carried.transfer.segments) > 1:  # the tool changes its state with the item
+        loads.append(timed.transfer_load)
+    return GripLoad.worst(loads)
 
 
 def _along(part: PlanPart, axis: int, by: float) -> PlanPart:
