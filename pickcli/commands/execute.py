@@ -110,6 +110,8 @@ def command(
     request.refuse_scene(scene_path)
     if operator_stops and request.stream_path is not None:
         raise click.UsageError("--operator-stop: not with --stream: the belt would carry items into the arm")
+    if bridge and request.stream_path is not None:
+        raise click.UsageError("--bridge: not with --stream: the belt would carry the items on meanwhile")
     if driver_name != SIMULATED and (reality_path is not None or video is not None):
         raise click.UsageError(f"--reality and --video need the simulated world, not driver {driver_name}")
     if video is not None:
@@ -137,7 +139,9 @@ def command(
     is_stream = request.stream_path is not None
     if is_stream and planned_in is not None:
         raise click.UsageError("--planned-in is for scenes; leave it out with --stream")
-    scene = request.scene(cell_name, arms) if is_stream else scene_or_empty(scene_path, cell_name, arms)
+    scene = (
+        request.scene_of(plan, cell_name, arms) if is_stream else scene_or_empty(scene_path, cell_name, arms)
+    )
     scene_path = request.stream_path or scene_path
     believed = scene if planned_in is None else open_scene(planned_in, cell_name, arms)
     refuse_held(scene, scene_path)
@@ -156,12 +160,9 @@ def command(
         film = film_of(video, scene.cell, plans)
         world = cast("World", driver) if driver_name == SIMULATED else None
         with stage("simulation" if world else "execution"):
-            operator = signal_of(operator_stops, driver.t)
+            operator = signal_of(operator_stops, driver.t) if operator_stops else None
             runs = run_plans(
-                plans,
-                driven(driver, operator)
-                if world is None
-                else simulated(world, film, operator if operator_stops else None),
+                plans, driven(driver, operator) if world is None else simulated(world, film, operator)
             )
         if as_json:
             emit_json({"driver": driver_name, **execution_summary(plans, runs, world)})

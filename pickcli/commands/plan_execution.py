@@ -73,19 +73,20 @@ def run_plans(
     return runs
 
 
-def driven(driver: Driver, operator: OperatorSignal) -> Callable[[Plan, ProgressObserver], PlanRecord]:
+def driven(driver: Driver, operator: OperatorSignal | None) -> Callable[[Plan, ProgressObserver], PlanRecord]:
     """Return the function that executes a plan by a driver.
 
     Args:
         driver: Any driver.
-        operator: Whether the operator stops the robot.
+        operator: Whether the operator stops the robot; None if never.
 
     Returns:
         Function of a plan and an observer of its progress.
     """
+    from pickcli.simulation.operator_stop import never
     from pickcli.simulation.plan_run import drive
 
-    return lambda plan, report: drive(plan, driver, operator=operator, on_progress=report)
+    return lambda plan, report: drive(plan, driver, operator=operator or never, on_progress=report)
 
 
 def simulated(

@@ -18,6 +18,7 @@ from pickcli.commands.plan_verification import timed_certifier
 
 if TYPE_CHECKING:
     from pickcli.commands.plan_options import PlanOptions
+    from pickcli.motion.plan import Plan
     from pickcli.scene.item_stream import ItemStream
     from pickcli.scene.scene import Scene
 
@@ -71,10 +72,11 @@ class StreamOptions:
             cell = None if cell_name is None else open_cell(cell_name, arms)
             return read_stream(self.stream_path, cell, partial(open_cell, request=arms))
 
-    def scene(self, cell_name: str | None, arms: ArmRequest) -> Scene:
-        """Read the stream, and return what is on the belt at the stated time.
+    def scene_of(self, plan: Plan, cell_name: str | None, arms: ArmRequest) -> Scene:
+        """Read the stream that a plan was made for, and return what is on the belt at the stated time.
 
         Args:
+            plan: The plan.
             cell_name: Name or folder of the cell; None for the one that the stream names.
             arms: The arms stated on the command line.
 
@@ -83,9 +85,23 @@ class StreamOptions:
 
         Raises:
             InputError: The file or the cell cannot be read.
-            StaleError: It was made for another cell.
+            StaleError: It was made for another cell, or its belt runs otherwise than that of the plan.
         """
-        return self.stream(cell_name, arms).scene_at(self.now or 0.0)
+        from pickcli.errors import StaleError
+
+        stream, tracking = self.stream(cell_name, arms), plan.tracking
+        runs = f"{stream.conveyor} runs at {stream.speed:g} m/s within {stream.speed_error:g}"
+        planned = "stands" if tracking is None else (
+            f"is {tracking.conveyor} at {tracking.speed:g} m/s within {tracking.speed_error:g}"
+        )  # fmt: skip
+        if tracking is None:
+            is_same = stream.speed == 0.0
+        else:
+            is_same = (tracking.conveyor, tracking.speed) == (stream.conveyor, stream.speed)
+            is_same &= tracking.speed_error >= stream.speed_error
+        if not is_same:
+            raise StaleError(f"{self.stream_path}: {runs}, but the belt of the plan {planned}; plan it again")
+        return stream.scene_at(self.now or 0.0)
 
 
 def stream_options(function: F) -> F:

@@ -58,7 +58,9 @@ def command(
     request.refuse_scene(scene_path)
     arms = ArmRequest.of_plan(plan, standing, items_path)
     is_stream = request.stream_path is not None
-    scene = request.scene(cell_name, arms) if is_stream else scene_or_empty(scene_path, cell_name, arms)
+    scene = (
+        request.scene_of(plan, cell_name, arms) if is_stream else scene_or_empty(scene_path, cell_name, arms)
+    )
     try:
         with stage("verification"):
             verdict = verify(plan, scene, stopped)

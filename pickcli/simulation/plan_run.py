@@ -14,6 +14,7 @@ import numpy as np
 
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import Limits
+from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import EventTracker
 from pickcli.kinematics.arm import Arm
@@ -107,11 +108,11 @@ class _Motion:
         """Time of the plan at the end, s."""
         return float(self.path_times(np.array([self.trajectory.duration]))[0])
 
-    def stopped(self, at: float, limits: Limits) -> _Motion:
-        """Return this motion with the fastest stop that is requested at a time (s) of it."""
+    def stopped(self, at: float, limits: Limits, rate: float = 1.0) -> _Motion:
+        """Return this motion with the fastest stop that is requested at a time (s) of it, at a rate of it."""
         from pickcli.timing.stopping_trajectory import stop
 
-        halted = stop(self.trajectory, at, limits)
+        halted = stop(self.trajectory, at, limits, rate)
         return _Motion(halted.trajectory, lambda t: self.path_times(halted.path_times(t)))
 
 
@@ -154,17 +155,20 @@ class PlanRun(Generic[D]):
         self.operator: OperatorSignal = never
         self.operator_stops: list[OperatorStop] = []
         self._motion = _Motion(plan.trajectory, lambda t: t)  # that is being sent
+        self._rate = 1.0  # of its time at the last set point
         self._t_motion = 0.0  # s of it at the last set point
 
     def play(self) -> None:
         """Carry out the plan, and wait until the robot has arrived."""
         clock = self._belt_clock()
         if clock is not None:
+            if self.operator is not never:
+                why = "the operator stops no motion that follows a running belt; stop the belt as well"
+                raise InputError(f"{self.plan.query}: {why}")
             self._follow_belt(clock)
         rest = self._motion if clock is None else None
         while rest is not None:
-            self._send(rest)
-            rest = self._after_operator_stop()
+            rest = self._after_operator_stop() if self._send(rest) else None
         if self.stop is not None:
             self.brake(self.stop)
         for _ in range(round(self.end_time / self.driver.time_step)):
@@ -261,14 +265,17 @@ class PlanRun(Generic[D]):
         Args:
             why: The reason.
         """
-        halted = self._motion.stopped(self._t_motion, self.driver.cell.robot.limits)
+        if self._rate * self.driver.time_step <= STANDING:
+            self.path_time = self.trace.plan_times[-1]
+            return
+        halted = self._motion.stopped(self._t_motion, self.driver.cell.robot.limits, self._rate)
         self.path_time = halted.end
         self._send(halted, self._t_motion)
 
     # How it runs -------------------------------------------------------------------------------------
 
-    def _send(self, motion: _Motion, begin: float = 0.0, is_held: bool = False) -> None:
-        """Send the set points of a motion from a time (s) on until a stop is requested.
+    def _send(self, motion: _Motion, begin: float = 0.0, is_held: bool = False) -> bool:
+        """Send the set points of a motion from a time (s) on; return whether the operator interrupts it.
 
         is_held: whether it brings the robot to rest for the operator already
         """
@@ -279,19 +286,18 @@ class PlanRun(Generic[D]):
         times = zip(commands.plan_times.tolist(), plan_times, strict=True)
         for q, (t_motion, t_plan) in zip(commands.points, times, strict=True):
             if trace.sent and not (is_braking or is_held) and self.operator(driver.t):
-                return
+                return True
             if self._lifts_off(t_plan):
                 self._wait_for_hold()
             if self.stop is None or is_braking:
                 self._t_motion = t_motion
                 self._set_point(q, t_plan)
             if self.stop is not None and not is_braking:
-                return
+                break
+        return False
 
     def _after_operator_stop(self) -> _Motion | None:
-        """Stop on the path if the operator requests it, until the release; return the rest of the motion."""
-        if self.stop is not None or not self.operator(self.driver.t):
-            return None
+        """Stop on the path until the operator releases the robot; return the rest of the motion."""
         from pickcli.timing.stopping_trajectory import resume
 
         trajectory, limits, begin = self.plan.trajectory, self.driver.cell.robot.limits, self.driver.t
@@ -322,8 +328,13 @@ class PlanRun(Generic[D]):
         while t_plan < trajectory.duration and self.stop is None and t_held < MOST_HELD:
             t_next = min(clock.next(t_plan), trajectory.duration)
             t_held = 0.0 if abs(t_next - t_plan) > STANDING else t_held + self.driver.time_step
+            self._rate = max(0.0, (t_next - t_plan) / self.driver.time_step)
             self._t_motion = t_plan = t_next
             self._set_point(trajectory.sample(t_plan)[0], t_plan)
+        if t_held >= MOST_HELD and self.stop is None and self.plan.tracking is not None:
+            conveyor, now = self.plan.tracking.conveyor, self.driver.t
+            self.stop = ProtectiveStop(StopCause.BELT, conveyor, t_held, MOST_HELD, "s at rest", now)
+            self.stopped_in = self.segment_at(t_plan)
 
     def segment_at(self, t_plan: float) -> Segment:
         """Return the segment at a time of the plan.

@@ -88,6 +88,12 @@ def test_a_plan_is_executed_while_the_belt_runs(stream: Path, tmp_path: Path) ->
     stopped = apc("execute", plan, *words, "--operator-stop", "1:2")
     misused(stopped, "--operator-stop: not with --stream")
     misused(apc("execute", plan, *words, "--planned-in", "scene.json"), "--planned-in is for scenes")
+    misused(apc("execute", plan, *words, "--bridge"), "--bridge: not with --stream")
+    faster = json.loads(stream.read_text()) | {"speed": 0.4}
+    (tmp_path / "faster.json").write_text(json.dumps(faster))
+    for command in ("execute", "verify"):
+        other = apc(command, plan, "--stream", tmp_path / "faster.json", "--now", now)
+        refused(other, 4, "belt runs at 0.4 m/s within 0, but the belt of the plan is belt at 0.33 m/s")
 
 
 def test_a_stream_is_played(tmp_path: Path) -> None:

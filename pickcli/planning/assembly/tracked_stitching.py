@@ -148,7 +148,8 @@ def stitch_tracked(
     trajectory = timed.tracked.added_to(relative)
     most = measure_limits(trajectory, context.arm.limits, context.cell.speed_scale)
     if most.time_scale > 1.0 + LIMIT_TOLERANCE:
-        return Failures.of(Reason("joint too slow", str(taking.motion.grasp), str(most.velocity)))
+        worst = max(most.velocity, most.acceleration, most.jerk, key=lambda peak: peak.ratio)
+        return Failures.of(Reason("joint too slow", str(taking.motion.grasp), str(worst)))
     proofs = _proofs(meeting, taking, carried, timed)
     unproven = _why_not_free(meeting, proofs, trajectory, segments)
     if unproven is not None:
