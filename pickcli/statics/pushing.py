@@ -6,6 +6,9 @@ lies on the lifted item with its centre over it does not slide off, but is carri
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
+
 import numpy as np
 
 from pickcli.statics.supports import Supports
@@ -44,7 +47,7 @@ def pushable(supports: Supports, item_id: str) -> frozenset[str]:
         for name, placed in here.items()
         if placed.item.heaviest > HEAVIEST or supports.highest_centre(name) >= rim
     }
-    below = {name for each in firm for name in graph.chain(graph.carriers, each)}
+    below = {name for each in firm for name in graph.chain(partial(_may_bear, supports), each)}
     return frozenset(here.keys() - firm - below)
 
 
@@ -108,6 +111,19 @@ def _met_above(supports: Supports, item_id: str) -> list[str]:
         for name in _above(supports, item_id)
         if name in lying or _is_over(supports, name, item_id, partly=True)
     ]
+
+
+def _may_bear(supports: Supports, item_id: str) -> Iterator[str]:
+    """Yield what an item rests on, and what it may touch that is lower than all of it.
+
+    Across an edge, which way a contact within the errors of poses bears is not known.
+    """
+    graph, solids = supports.graph, supports.graph.solids
+    heights, half, k = solids.T[:, 2, 3], solids.upright[:, 2], graph.index[item_id]
+    for contact in graph.touching[item_id]:
+        i = graph.index[contact.b]
+        if contact.carries or heights[i] + half[i] <= heights[k] - half[k]:
+            yield contact.b
 
 
 def _lying_on(supports: Supports, item_id: str) -> frozenset[str]:

@@ -20,7 +20,7 @@ import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, perpendiculars
-from pickcli.verification.separation import overlap, support
+from pickcli.verification.separation import overlap, separation, support
 
 FRICTION = 0.3
 # angle that faces lying on each other may enclose, besides errors of their poses
@@ -111,7 +111,10 @@ class PileContact:
             The contact, None if they are farther apart.
         """
         depth, way = overlap(b.shape, b.T, a.shape, a.T)
-        return cls.across(a, b, way, -depth, askew) if depth >= -reach else None
+        # Across edges and corners the gaps between faces are less than the distance.
+        if depth < -reach or (depth < 0.0 and separation(a.shape, a.T, b.shape, b.T) > reach):
+            return None
+        return cls.across(a, b, way, -depth, askew)
 
 
 def _outermost(body: RigidBody, way: Array, tolerance: float) -> Array:
