@@ -54,6 +54,8 @@ def pushable(supports: Supports, item_id: str) -> frozenset[str]:
 def riders(supports: Supports, item_id: str) -> tuple[str, ...]:
     """Find the items that a lifted item would carry along: those on it or higher with their centre over it.
 
+    What carries it itself is below the plane of that contact, also where its centre is the higher one.
+
     Args:
         supports: The support relation of the scene.
         item_id: Id of the lifted item.
@@ -61,7 +63,10 @@ def riders(supports: Supports, item_id: str) -> tuple[str, ...]:
     Returns:
         Ids, the highest first: the order in which they must be moved away.
     """
-    return tuple(name for name in _above(supports, item_id) if _is_over(supports, name, item_id))
+    below = supports.graph.carriers(item_id)
+    return tuple(
+        name for name in _above(supports, item_id) if name not in below and _is_over(supports, name, item_id)
+    )
 
 
 def mass_above(supports: Supports, item_id: str) -> float:

@@ -79,6 +79,20 @@ def lying_on(scene: Scene, item_id: str) -> frozenset[str]:
     return _pile(scene, scene.find(item_id).location).lying_on(item_id)
 
 
+def carriers_of(scene: Scene, item_id: str) -> frozenset[str]:
+    """Find the items that an item of a pile lies on.
+
+    Args:
+        scene: The scene.
+        item_id: Id of the item.
+
+    Returns:
+        Ids of items that it touches from above, or may.
+    """
+    contacts = _pile(scene, scene.find(item_id).location).touching[item_id]
+    return frozenset(c.b.name for c in contacts if not c.b.is_firm and c.normal[2] >= CARRYING_NORMAL_Z)
+
+
 def keeps_standing(scene: Scene, item_id: str) -> bool:
     """Whether an item keeps its balance where it is, if everything that it touches is fixed.
 

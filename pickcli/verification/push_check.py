@@ -22,7 +22,7 @@ from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.hold_choice import load_ratios
 from pickcli.verification.load_check import GRAVITY, held_wrenches
-from pickcli.verification.pile_statics import lying_on
+from pickcli.verification.pile_statics import carriers_of, lying_on
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.static_solids import place_at
 from pickcli.verification.straightness_check import SPEED_TOLERANCE, every_millisecond, fastest_tip
@@ -149,13 +149,15 @@ class PushedHeap:
     def carried_along(self, pushed: frozenset[str]) -> Iterator[Reason]:
         """Find the items that lie on or over the taken one with their centre over it.
 
+        What it lies on is below the plane of their contact, also where its centre is the higher one.
+
         Args:
             pushed: Ids of the pushed items.
 
         Yields:
             Faults.
         """
-        for name in sorted(self._higher(pushed)):
+        for name in sorted(self._higher(pushed) - carriers_of(self.scene, self.taken.id)):
             if self._is_over(self.scene.find(name)):
                 yield Reason("carries another item along", self.taken.id, f"{name} lies over it", name)
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import NoPlanError
-from pickcli.geometry import inverse, pose
+from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import plan_to_dict
@@ -19,11 +21,12 @@ from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.pick_settings import DEFAULTS, Neighbours
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
-from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.world import World
 from pickcli.statics.pushing import HEAVIEST, MARGIN, mass_above, pushable, pushed_height, riders
 from pickcli.statics.supports import supports_of
+from pickcli.verification.push_check import PushedHeap
 from pickcli.verification.verify import certify, verify
 from support.heaps import BOOK, BOX, OTHER, bridge, in_tote
 
@@ -89,6 +92,39 @@ def test_a_rider_has_its_centre_over_the_edge_or_inside_of_it(cell: Cell) -> Non
             assert is_rider
         elif book - edge > bounds + MARGIN:
             assert not is_rider
+
+
+def leaning(cell: Cell) -> Scene:
+    """A plank (the target) that leans over the edge of a pillar, whose centre may be the higher one."""
+    lean, edge, height = np.radians(60.0), 0.05, 0.2
+    box, book = (in_tote(cell, name, 0.0, 0.0, 0.0) for name in (OTHER, BOOK))
+    shape = Shape(ShapeKind.BOX, (0.02, 0.06, height))
+    T = in_tote_at(cell, [edge + 0.01, 0.0, height / 2 + 0.0002])
+    pillar = replace(box, item=replace(box.item, shape=shape), T_world_item=T)
+    along, over = np.array([np.cos(lean), 0.0, np.sin(lean)]), np.array([-np.sin(lean), 0.0, np.cos(lean)])
+    foot = np.array([edge, 0.0, height + 0.0004]) - along * height / np.sin(lean)
+    R = rotation_axis_angle((0.0, 1.0, 0.0), -lean)
+    T = in_tote_at(cell, foot + 0.116 * along + 0.0052 * over) @ pose([0.0, 0.0, 0.0], R=R)
+    shape = Shape(ShapeKind.BOX, (0.234, 0.09, 0.01))
+    plank = replace(book, item=replace(book.item, shape=shape), T_world_item=T)
+    return Scene(cell, cell.T_world_pod, (plank, pillar), PoseNoise(0.002, float(np.radians(1.0))))
+
+
+def in_tote_at(cell: Cell, xyz: Sequence[float]) -> Array:
+    return cell.T_world_place(cell.places[TOTE]) @ pose(xyz)
+
+
+def test_what_carries_the_target_does_not_ride_on_it(cell: Cell) -> None:
+    scene = leaning(cell)
+    supports, plank, pillar = supports_of(scene), scene.find(BOOK), scene.find(OTHER)
+    assert pillar.T_world_item[2, 3] > plank.T_world_item[2, 3] - scene.noise.bound(plank.item)
+    assert OTHER in supports.graph.carriers(BOOK)
+    assert riders(supports, BOOK) == ()
+    heap = PushedHeap(scene, cell.places[TOTE], plank)
+    assert list(heap.carried_along(frozenset({OTHER}))) == []
+    # Higher and apart, it may be met as the plank rises.
+    higher = scene.moved(replace(pillar, T_world_item=pose([-0.05, 0.0, 0.12]) @ pillar.T_world_item))
+    assert riders(supports_of(higher), BOOK) == (OTHER,)
 
 
 def test_what_is_heavy_or_high_or_below_such_an_item_may_not_be_pushed(cell: Cell, heap: Scene) -> None:
