@@ -21,6 +21,7 @@ from pickcli.commands.options import (
     refuse_output,
 )
 from pickcli.commands.scene_options import open_scene, scene_or_empty
+from pickcli.commands.stream_options import StreamOptions, stream_options
 from pickcli.errors import InputError, StaleError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -38,11 +39,12 @@ RECORD = "trial.json"
 @items_option
 @arm_option("the preferred one, or that of the plan")
 @standing_option
+@stream_options
 @output_option("page, an .html file")
 @json_option
 def command(
     path: Path, scene_path: Path | None, cell_name: str | None, items_path: Path | None, arm: str | None,
-    standing: tuple[str, ...], output: Path, overwrite: bool, as_json: bool,
+    standing: tuple[str, ...], output: Path, overwrite: bool, as_json: bool, request: StreamOptions,
 ) -> None:  # fmt: skip
     """Make a page that shows a cell, scene, plan, trial, roadmap or database in 3-D.
 
@@ -54,6 +56,7 @@ def command(
     \b
     Example:
       apc show plan.json --scene scene.json -o plan.html
+      apc show plan.json --stream stream.json --now 1.5 -o plan.html
       apc show scene.json -o scene.html
       apc show apc2016_delft -o cell.html
       apc show roadmap.h5 -o roadmap.html
@@ -63,8 +66,10 @@ def command(
     from pickcli.page.html_page import page_bytes
 
     refuse_suffix(output, (".html",), "a page")
-    refuse_output(output, overwrite, path, scene_path, cell_name, items_path)
-    document = _document(path, scene_path, cell_name, ArmRequest(arm, standing, items=items_path))
+    refuse_output(output, overwrite, path, scene_path, cell_name, items_path, request.stream_path)
+    request.refuse_scene(scene_path)
+    arms = ArmRequest(arm, standing, items=items_path)
+    document = _document(path, scene_path, request, cell_name, arms)
     with stage("writing of the page"):
         content = page_bytes(document)
         write_bytes(output, content, overwrite)
@@ -74,7 +79,9 @@ def command(
         click.echo(f"wrote {output}: {document.kind}, {len(content) / 1e6:.2f} MB")
 
 
-def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+def _document(
+    path: Path, scene_path: Path | None, request: StreamOptions, cell_name: str | None, arms: ArmRequest
+) -> PageDocument:
     """Build the page for any supported file. Raises InputError for other files."""
     from pickcli.cell.cell_file import CELL_FILE
     from pickcli.files.bounded_reading import read_kind
@@ -90,8 +97,10 @@ def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: 
     kind = read_kind(path) if is_file else TRIAL if _has_trials(path) else CELL
     if kind is not PLAN and scene_path is not None:
         raise click.UsageError("--scene applies only to a plan; leave it out")
+    if kind is not PLAN and request.stream_path is not None:
+        raise click.UsageError("--stream applies only to a plan; leave it out")
     if kind is PLAN:
-        return _plan(path, scene_path, cell_name, arms)
+        return _plan(path, scene_path, request, cell_name, arms)
     if kind is STORE:
         return _stored(path, cell_name, arms)
     if kind is SCENE:
@@ -109,18 +118,24 @@ def _document(path: Path, scene_path: Path | None, cell_name: str | None, arms: 
     )
 
 
-def _plan(path: Path, scene_path: Path | None, cell_name: str | None, arms: ArmRequest) -> PageDocument:
+def _plan(
+    path: Path, scene_path: Path | None, stream: StreamOptions, cell_name: str | None, arms: ArmRequest
+) -> PageDocument:
     from pickcli.motion.plan_file import read_plan
     from pickcli.page.plan_page import plan_page
 
     plan = read_plan(path)
     request = ArmRequest.of_plan(plan, arms.standing, arms.items)
-    scene = scene_or_empty(scene_path, cell_name, request)
+    is_stream = stream.stream_path is not None
+    scene = (
+        stream.scene_of(plan, cell_name, request) if is_stream
+        else scene_or_empty(scene_path, cell_name, request)
+    )  # fmt: skip
     try:
         with stage("verification"):
             return plan_page(plan, scene)
     except StaleError as error:
-        raise StaleError(f"{path} in {scene_path or cell_name}: {error}") from None
+        raise StaleError(f"{path} in {stream.stream_path or scene_path or cell_name}: {error}") from None
 
 
 def _stored(path: Path, cell_name: str | None, arms: ArmRequest) -> PageDocument:

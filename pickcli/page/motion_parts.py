@@ -20,14 +20,16 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.page.cell_parts import tool_positions
-from pickcli.page.page_motion import Carried, Lane, PageMotion, Signal, Span
+from pickcli.page.page_motion import Carried, Lane, PageMotion, Signal, Span, Track
 from pickcli.page.page_scene import posed
+from pickcli.scene.item_stream import after_travel
 from pickcli.scene.scene import Scene
 
 SAMPLE_RATE = 100.0  # Hz of sampling: at 10 rad/s^2 interpolation errors are up to 0.13 mrad
 MOST_SAMPLES = 6000  # per motion; longer motions are sampled at a lower rate
 TIME_RESOLUTION = 1e-4  # s, resolution of times
 POSITION_RESOLUTION = 1e-5  # rad or m, resolution of joint positions
+POSE_RESOLUTION = 1e-5  # m, and of components of quaternions
 RATIO_RESOLUTION = 1e-3  # resolution of shares of a limit
 
 
@@ -72,12 +74,13 @@ def samples_of(plan: Plan, robot: Robot) -> Samples:
     return Samples(times, plan.trajectory.sample(times), _tool_motion(plan, robot, times))
 
 
-def motion_part(samples: Samples, carried: Sequence[Carried]) -> PageMotion:
+def motion_part(samples: Samples, carried: Sequence[Carried], tracks: Sequence[Track] = ()) -> PageMotion:
     """Convert the motion of a plan.
 
     Args:
         samples: Samples of the plan.
         carried: Items held meanwhile.
+        tracks: Items that ride on a conveyor.
 
     Returns:
         The motion.
@@ -88,7 +91,39 @@ def motion_part(samples: Samples, carried: Sequence[Carried]) -> PageMotion:
         packed(samples.times, TIME_RESOLUTION),
         packed(samples.positions, POSITION_RESOLUTION),
         tuple(carried),
+        tuple(tracks),
     )
+
+
+def riding_tracks(plan: Plan, scene: Scene) -> tuple[Track, ...]:
+    """Find the poses over time of the items that ride on the conveyor of a plan.
+
+    Args:
+        plan: The plan.
+        scene: The scene at its start.
+
+    Returns:
+        A track of each, over the whole plan; empty for a plan without a running conveyor.
+    """
+    if plan.tracking is None:
+        return ()
+    ends = np.array([0.0, plan.trajectory.duration])
+    scenes = [_as_the_belt_runs(plan, scene, t) for t in ends.tolist()]
+    places = scene.cell.carriers[plan.tracking.conveyor].places
+    return tuple(
+        Track(
+            placed.id, packed(ends, TIME_RESOLUTION),
+            packed(np.array([posed(at.find(placed.id).T_world_item) for at in scenes]), POSE_RESOLUTION),
+        )
+        for placed in scene.items if placed.location in places
+    )  # fmt: skip
+
+
+def _as_the_belt_runs(plan: Plan, scene: Scene, t: float) -> Scene:
+    """Return the scene at a time (s) of a plan, if the belt of the plan, if any, runs on."""
+    if plan.tracking is None:
+        return scene
+    return after_travel(scene, plan.tracking.conveyor, plan.tracking.speed * t)
 
 
 def carried_items(plan: Plan, scene: Scene) -> tuple[Carried, ...]:
@@ -112,7 +147,8 @@ def carried_items(plan: Plan, scene: Scene) -> tuple[Carried, ...]:
     else:
         state = held[0].tool_state if contact.tool_state == MOVING else contact.tool_state
         tip = Arm(scene.cell.robot).tip(plan.trajectory.sample(contact.t_end)[0], state)
-        T_tip_item = inverse(tip) @ scene.find(item).T_world_item
+        met = _as_the_belt_runs(plan, scene, contact.t_end)
+        T_tip_item = inverse(tip) @ met.find(item).T_world_item
     if T_tip_item is None:
         return ()
     return (Carried(item, held[0].t_start, held[-1].t_end, posed(T_tip_item)),)

@@ -15,6 +15,7 @@ from pickcli.page.motion_parts import (
     device_lanes,
     limit_signals,
     motion_part,
+    riding_tracks,
     samples_of,
     segment_lane,
 )
@@ -49,13 +50,22 @@ def plan_page(plan: Plan, scene: Scene) -> PageDocument:
         facts=(*_facts(plan, scene), *_verdict(verdict.certificate, verdict.reasons)),
         robot=robot_part(cell, samples.Q[0]),
         nodes=node_parts(cell),
-        motion=motion_part(samples, carried),
+        motion=motion_part(samples, carried, riding_tracks(plan, scene)),
         lanes=(segment_lane(plan.segments), *device_lanes(plan.events, cell, plan.trajectory.duration)),
         signals=limit_signals(plan.trajectory, cell, samples.times),
-        clearance=path_clearance(scene, plan.segments, samples.times, samples.Q, carried),
+        clearance=path_clearance(_standing(plan, scene), plan.segments, samples.times, samples.Q, carried),
         marks=failure_marks(verdict.reasons, named_parts(scene), item),
         focus=rounded(middle),
     )
+
+
+def _standing(plan: Plan, scene: Scene) -> Scene:
+    """Return the scene without the items that ride on a running conveyor, besides the one that is taken."""
+    if plan.tracking is None or plan.grasp is None:
+        return scene
+    places = scene.cell.carriers[plan.tracking.conveyor].places
+    kept = (p for p in scene.items if p.location not in places or p.id == plan.grasp.item)
+    return replace(scene, items=tuple(kept))
 
 
 def _facts(plan: Plan, scene: Scene) -> Iterator[Fact]:
@@ -69,6 +79,12 @@ def _facts(plan: Plan, scene: Scene) -> Iterator[Fact]:
         yield Fact("recovery", str(plan.recovery))
     if plan.arm:
         yield Fact("arm", plan.arm)
+    if (tracking := plan.tracking) is not None:
+        yield Fact(
+            "conveyor",
+            f"{tracking.conveyor} runs at {tracking.speed:g} m/s; the curve of the clearance "
+            "is to what stands",
+        )
 
 
 def _verdict(certificate: Certificate | None, reasons: tuple[Reason, ...]) -> Iterator[Fact]:

@@ -94,7 +94,9 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "show-grasps": {"cell_name": CELL, "items_path": ITEMS},
     "import-tsr": {"path": TSRS, "items_path": ITEMS},
     "inspect": {"path": None, "cell_name": CELL, "items_path": ITEMS},
-    "show": {"path": None, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
+    "show": {
+        "path": None, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS, "stream_path": STREAM,
+    },
 }  # fmt: skip
 WRITTEN = (
     "output",
@@ -175,7 +177,7 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["output"] = out.with_suffix(".html")
     if command == "execute":  # a planner is needed only for the way to where the plan begins
         right["start"] = "tote"
-        argv += ["--bridge"]
+        argv += ["--bridge"] if name != "stream_path" else []
     for parameter in _parameters(command).values():
         kind = READ[command].get(str(parameter.name))
         is_argument = isinstance(parameter, click.Argument)

@@ -17,7 +17,9 @@ from pickcli.page.html_page import page_bytes
 from pickcli.page.motion_parts import POSITION_RESOLUTION, TIME_RESOLUTION
 from pickcli.page.page_document import PageDocument, document_values
 from pickcli.page.plan_page import plan_page
+from pickcli.scene.item_stream import after_travel
 from pickcli.verification.verify import verify
+from support.belt_picks import belt_pick
 from support.handmade_plans import CRAYOLA, pick, pick_pushing
 
 
@@ -52,6 +54,26 @@ def test_the_item_is_carried_from_where_it_lay(shown: PageDocument) -> None:
     tip = Arm(scene.cell.robot).tip(plan.trajectory.sample(contact.t_end)[0], contact.tool_state)
     T = tip @ transform(list(carried.pose))
     np.testing.assert_allclose(T, scene.find(CRAYOLA).T_world_item, atol=1e-5)
+
+
+def test_items_on_a_belt_ride_on_and_the_one_that_is_met_goes_with_the_cup() -> None:
+    met = belt_pick()
+    plan, scene, motion = met.plan, met.scene, plan_page(met.plan, met.scene).motion
+    assert motion is not None and plan.tracking is not None and plan.grasp is not None
+    (carried,) = motion.carried
+    assert {track.item for track in motion.tracks} == {placed.id for placed in scene.items}
+    for track in motion.tracks:
+        times, poses = unpacked(track.times), unpacked(track.poses)
+        assert times[-1] == pytest.approx(plan.trajectory.duration, abs=TIME_RESOLUTION)
+        for t in (0.0, carried.t_start, times[-1]):
+            told = transform([np.interp(t, times, column) for column in poses.T])
+            ridden = after_travel(scene, plan.tracking.conveyor, plan.tracking.speed * t)
+            np.testing.assert_allclose(told, ridden.find(track.item).T_world_item, atol=1e-4)
+    # Where the cup takes it, it is as it has ridden there: the cup presses along its own axis only.
+    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
+    tip = Arm(scene.cell.robot).tip(plan.trajectory.sample(contact.t_end)[0], contact.tool_state)
+    off = inverse(tip @ transform(list(carried.pose)) @ plan.grasp.T_item_tip) @ tip
+    assert carried.item == plan.grasp.item and np.abs(off[:2, 3]).max() < 1e-4 and 0.0 < off[2, 3] < 0.008
 
 
 def test_lanes_and_curves_are_the_plans(shown: PageDocument) -> None:

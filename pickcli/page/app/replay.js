@@ -70,15 +70,17 @@ export class Replay {
     const { robot } = this.stage;
     rowAt(this.times, this.positions, this.t, this.row);
     robot.set(this.row);
+    // An item may ride on a belt until it is carried.
+    for (const track of this.tracks) {
+      this.#put(track.item, matrixOf(rowAt(track.times, track.poses, this.t)));
+    }
     this.carried.forEach((span, k) => {
+      if (this.t < span.t_start && this.tracks.some((track) => track.item === span.item)) return;
       const isFirst = !this.carried.slice(0, k).some((other) => other.item === span.item);
       if (this.t >= span.t_start && this.t < span.t_end) this.#put(span.item, this.#hanging(span));
       else if (this.t >= span.t_end) this.#put(span.item, this.ends[k]);
       else if (isFirst) this.#put(span.item, matrixOf(this.starts.get(span.item)));
     });
-    for (const track of this.tracks) {
-      this.#put(track.item, matrixOf(rowAt(track.times, track.poses, this.t)));
-    }
     this.stage.changed();
   }
 
