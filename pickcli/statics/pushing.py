@@ -54,8 +54,6 @@ def pushable(supports: Supports, item_id: str) -> frozenset[str]:
 def riders(supports: Supports, item_id: str) -> tuple[str, ...]:
     """Find the items that a lifted item would carry along: those on it or higher with their centre over it.
 
-    What carries it itself is below the plane of that contact, also where its centre is the higher one.
-
     Args:
         supports: The support relation of the scene.
         item_id: Id of the lifted item.
@@ -63,10 +61,7 @@ def riders(supports: Supports, item_id: str) -> tuple[str, ...]:
     Returns:
         Ids, the highest first: the order in which they must be moved away.
     """
-    below = supports.graph.carriers(item_id)
-    return tuple(
-        name for name in _above(supports, item_id) if name not in below and _is_over(supports, name, item_id)
-    )
+    return tuple(name for name in _above(supports, item_id) if _is_over(supports, name, item_id))
 
 
 def mass_above(supports: Supports, item_id: str) -> float:
@@ -136,12 +131,16 @@ def _lying_on(supports: Supports, item_id: str) -> frozenset[str]:
 
 
 def _above(supports: Supports, item_id: str) -> list[str]:
-    """Return what lies on an item, and what may be pushed and be higher, the highest first."""
+    """Return what lies on an item, and what may be pushed and be higher, the highest first.
+
+    What carries it is below the plane of that contact, also where its centre is the higher one.
+    """
     solids, index, lying = supports.graph.solids, supports.graph.index, _lying_on(supports, item_id)
     heights = {name: float(solids.T[k, 2, 3] + solids.bound[k]) for name, k in index.items()}
     k = index[item_id]
     least = float(solids.T[k, 2, 3] - solids.bound[k]) - MARGIN
     higher = {name for name in pushable(supports, item_id) if heights[name] > least}
+    higher -= {*supports.graph.carriers(item_id)}
     return sorted(higher | lying, key=lambda name: (-heights[name], name))
 
 

@@ -149,15 +149,13 @@ class PushedHeap:
     def carried_along(self, pushed: frozenset[str]) -> Iterator[Reason]:
         """Find the items that lie on or over the taken one with their centre over it.
 
-        What it lies on is below the plane of their contact, also where its centre is the higher one.
-
         Args:
             pushed: Ids of the pushed items.
 
         Yields:
             Faults.
         """
-        for name in sorted(self._higher(pushed) - carriers_of(self.scene, self.taken.id)):
+        for name in sorted(self._higher(pushed)):
             if self._is_over(self.scene.find(name)):
                 yield Reason("carries another item along", self.taken.id, f"{name} lies over it", name)
 
@@ -198,10 +196,14 @@ class PushedHeap:
         }
 
     def _higher(self, pushed: frozenset[str]) -> frozenset[str]:
-        """Return what lies on the taken item, and the pushed items whose centre is higher."""
+        """Return what lies on the taken item, and the pushed items whose centre is higher.
+
+        What it lies on is below the plane of their contact, also where its centre is the higher one.
+        """
         height = self.taken.T_world_item[2, 3]
         here = self.scene.in_location(self.place.name)
         over = {p.id for p in here if p.id in pushed and p.T_world_item[2, 3] > height}
+        over -= carriers_of(self.scene, self.taken.id)
         return (lying_on(self.scene, self.taken.id) | over) - {self.taken.id}
 
     def _is_over(self, other: PlacedItem, partly: bool = False) -> bool:
