@@ -42,7 +42,9 @@ def command(order_path: Path, stow_rule: str, cell_name: str, items_path: Path |
     cell = workcell.preferred
     order = read_order(order_path, cell)
     if order.kind is not OrderKind.STOW:
-        raise InputError(f"{order_path}: this is a {order.kind} file; name a stow order, with tote_contents")
+        is_no_order = order.kind is OrderKind.OUTPUT
+        what = "nothing is in tote_contents" if is_no_order else f"this is a {order.kind} order"
+        raise InputError(f"{order_path}: {what}; name a stow order, with items in tote_contents")
     tools = [each.robot.tool for each in workcell.arms.values()]
     choices = assign_bins(order, cell, item_bonuses(cell, order), tools, StowRule(stow_rule))
     total = sum(choice.points for choice in choices)

@@ -79,13 +79,19 @@ class TrialComparison:
                 "same --seeds"
             )
         for order, seed in pairs:
-            if _targets(a[order, seed]) != _targets(b[order, seed]):
-                raise InputError(
-                    f"{names[0]}, {names[1]}: {order} names other targets in the one than in the other, so "
-                    "the scores cannot be compared; play the same order"
-                )
-        found = [_compared(name, [a[key] for key in pairs], [b[key] for key in pairs]) for name in FIGURES]
-        return cls(names, tuple(found), (len(a) - len(pairs), len(b) - len(pairs)))
+            one, other = a[order, seed], b[order, seed]
+            if _targets(one) != _targets(other):
+                found = "names other targets in the one than in the other"
+            elif one["max_score"] != other["max_score"]:
+                found = f"is worth {one['max_score']} points in the one and {other['max_score']} in the other"
+            else:
+                continue
+            raise InputError(
+                f"{names[0]}, {names[1]}: {order} {found}, so the scores cannot be compared; play the same "
+                "order"
+            )
+        figures = [_compared(name, [a[key] for key in pairs], [b[key] for key in pairs]) for name in FIGURES]
+        return cls(names, tuple(figures), (len(a) - len(pairs), len(b) - len(pairs)))
 
     @property
     def decisive(self) -> FigureComparison:
@@ -153,8 +159,8 @@ def _by_key(name: str, records: Mapping[str, Record]) -> dict[tuple[str, int], R
     return found
 
 
-def _targets(record: Record) -> tuple[int, list[tuple[str, str]]]:
-    return record["max_score"], [(target["bin"], target["item"]) for target in record["items"]]
+def _targets(record: Record) -> list[tuple[str, str]]:
+    return [(target["bin"], target["item"]) for target in record["items"]]
 
 
 def _compared(name: str, first: list[Record], second: list[Record]) -> FigureComparison:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 import io
+import json
 import os
 import re
 import shutil
@@ -67,7 +68,14 @@ def test_orders_that_make_no_sense(
 
 def test_only_a_stow_order_is_explained() -> None:
     path = TASKS / "jsk_pick_sample.json"
-    refused(apc("explain-stow", path), 3, path, "this is a pick file; name a stow order")
+    refused(apc("explain-stow", path), 3, path, "this is a pick order; name a stow order")
+
+
+def test_an_order_without_anything_to_stow_is_told_so(tmp_path: Path) -> None:
+    path = tmp_path / "empty.json"
+    bins = {f"bin_{letter}": list[str]() for letter in "ABCDEFGHIJKL"}
+    path.write_text(json.dumps({"bin_contents": bins, "tote_contents": []}))
+    refused(apc("explain-stow", path), 3, f"{path}: nothing is in tote_contents; name a stow order")
 
 
 # Files -------------------------------------------------------------------------------------------------

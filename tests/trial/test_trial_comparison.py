@@ -76,7 +76,8 @@ def test_only_trials_of_both_are_compared() -> None:
 def test_what_cannot_be_paired_is_refused() -> None:
     for other, told in (
         (run([50], order="p.json"), "no order was played with the same seed in both"),
-        ({"x": run([50])["t0"] | {"max_score": 90}}, "o.json names other targets"),
+        ({"x": run([50])["t0"] | {"max_score": 90}}, "o.json is worth 100 points in the one and 90"),
+        ({"x": run([50])["t0"] | {"items": []}}, "o.json names other targets"),
         (run([50]) | {"again": run([50])["t0"]}, "again plays o.json with seed 0 a second time"),
     ):
         with pytest.raises(InputError, match=told):
