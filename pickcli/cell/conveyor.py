@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+UPSTREAM = 2.0  # lengths of a conveyor before its infeed, from which on items are known
+
 
 @dataclass(frozen=True)
 class Conveyor:
@@ -31,3 +33,8 @@ class Conveyor:
     window: tuple[float, float]
     encoder_resolution: float
     encoder_latency: float
+
+    @property
+    def upstream(self) -> float:
+        """How far before the infeed the items are known, m: nothing else comes onto the belt before them."""
+        return UPSTREAM * self.length

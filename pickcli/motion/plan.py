@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+
+import numpy as np
 
 from pickcli.cell.cell import ArmState, Cell
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Failures
 from pickcli.geometry import Array
 from pickcli.motion.event import Event
-from pickcli.motion.segment import Segment
+from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 
 MAX_DURATION = 300.0  # s, of any plan: at a tenth of full speed a pick takes two minutes
@@ -143,17 +145,54 @@ class LineTracking:
     """The running conveyor that a plan takes its item from (FANUC, ABB: line tracking).
 
     The item rides along +x of the conveyor at ``speed`` from the start of the plan on; from the pre-approach
-    to the retreat the arm moves relative to it as if the belt stood.
+    to the retreat the arm moves relative to it as if the belt stood. Until then the time of the plan is told
+    by the travel of the belt. After that the belt may do whatever it can.
 
     Attributes:
         conveyor: Name of the conveyor.
         speed: m/s of the belt.
         speed_error: m/s, bound of the error of the speed.
+        deviation: m by which the belt may be ahead of the plan, or behind it, while the tool works on it.
+        deviation_coming: m by which it may be before that, while the arm comes.
     """
 
     conveyor: str
     speed: float
     speed_error: float = 0.0
+    deviation: float = 0.0
+    deviation_coming: float = 0.0
+
+    def off_by(self, t: Array, times: tuple[float, float], most_speed: float) -> tuple[Array, Array]:
+        """Compute how far what rides on the belt may be from where ``speed`` puts it.
+
+        Args:
+            t: (N,) s of the plan.
+            times: s of the plan from which the tool works on the belt, and until which it does.
+            most_speed: m/s that the conveyor never exceeds.
+
+        Returns:
+            (N,) m behind and (N,) m ahead, at most: after the tool has left it, the belt may have stopped at
+            once, or run on at its greatest speed.
+        """
+        t_works, t_left = times
+        off = np.where(t <= t_works, self.deviation_coming, self.deviation)
+        since = np.maximum(t - t_left, 0.0)
+        return off + self.speed * since, off + (most_speed - self.speed) * since
+
+
+def times_at_work(segments: Sequence[Segment]) -> tuple[float, float]:
+    """Find when the tool works on the item that it takes: from its lines towards it to the transfer.
+
+    Args:
+        segments: The segments of a plan with a contact and a transfer after it.
+
+    Returns:
+        s of the plan.
+    """
+    t_works = next(s.t_start for s in segments if s.kind is not SegmentKind.TRANSIT)
+    t_contact = next(s.t_end for s in segments if s.kind is SegmentKind.CONTACT)
+    t_left = next(s.t_start for s in segments if s.kind is SegmentKind.TRANSFER and s.t_start >= t_contact)
+    return t_works, t_left
 
 
 @dataclass(frozen=True, eq=False)

@@ -165,7 +165,14 @@ _Certificate = _derived(
 
 _ArmState = _derived(ArmState, q=Numbers)
 _Speed = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=5.0)]
-_LineTracking = _derived(LineTracking, speed=_Speed, speed_error=Annotated[_Speed, Field(default=0.0)])
+_Deviation = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1.0, default=0.0)]
+_LineTracking = _derived(
+    LineTracking,
+    speed=_Speed,
+    speed_error=Annotated[_Speed, Field(default=0.0)],
+    deviation=_Deviation,
+    deviation_coming=_Deviation,
+)
 _Plan = _derived(
     Plan,
     also={"format": Literal["apc plan"], "version": Literal[3]},

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import JointType, Robot
+from pickcli.cell.robot import JointType, Limits, Robot
 from pickcli.collision.motion_segment import Mode, scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
@@ -45,11 +45,13 @@ ELSEWHERE = 0.25  # s that a meeting is put off if it cannot be reached for anot
 # Where on the way from the soonest to the last time in the window grasps are searched, until one is met.
 WHERE_PLANNED = (0.5, 0.15, 0.85)
 GENTLER = 2.0  # times the duration of a ramp during which the arm leaves already: accelerations add up
-# Share of the limits for lines on a belt, which are followed at the pace of the belt: one that speeds up or
-# slows down adds to accelerations and jerk.
-PACED = 0.85
+MOST_PACED = 0.85  # of the limits, for lines on a belt
+KEPT = 0.97  # of the limits of jerk, that a belt which changes its speed may use up beside the lines
+PACED_COMING = 0.9  # of the limits for the way to it, whose time is that of the belt
 PACED_LEAVING = 0.9  # of the limits for the transfer, in which the plan returns from the belt to the clock
 MOST_MEETINGS = 8  # that are tried for one grasp
+DEVIATION = 0.015  # m by which the belt may be off the plan while the arm follows it: 1 to 4 mm are usual
+DEVIATION_COMING = 0.05  # m before that: the whole arm moves, and changes its pace less quickly than a belt
 
 
 @dataclass(frozen=True)
@@ -72,30 +74,36 @@ class _Belt:
     """The belt as one query sees it; times are from the start of the plan.
 
     start: scene at the start of the plan
-    error: m, bound of the error of the travel until the item leaves the window
     first, last: s at which the item enters and leaves the window
     axis: index of the joint along the belt
     speed: m/s of that joint that keeps up with the belt, negative against its direction
+    pace: share of the limits for lines on the belt
     ramp: s that it takes to come up to that speed
     """
 
     stream: ItemStream
     start: Scene
-    error: float
     first: float
     last: float
     axis: int
     speed: float
+    pace: float
     ramp: float
 
     @property
     def tracking(self) -> LineTracking:
         """The belt as plans state it."""
-        return LineTracking(self.stream.conveyor, self.stream.speed, self.stream.speed_error)
+        stream = self.stream
+        return LineTracking(stream.conveyor, stream.speed, stream.speed_error, DEVIATION, DEVIATION_COMING)
+
+    @property
+    def known(self) -> float:
+        """S until which it is known what comes onto the belt."""
+        return self.stream.belt.upstream / (self.stream.speed + self.stream.speed_error)
 
     def at(self, t: float) -> Scene:
         """Return the scene at a time."""
-        return after_travel(self.start, self.stream.conveyor, self.stream.speed * t, self.error)
+        return after_travel(self.start, self.stream.conveyor, self.stream.speed * t)
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,8 +206,9 @@ def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: Int
     if left <= 0.0:
         hard = f"{context.arm.names[axis]} accelerates no faster than the belt"
         raise never("joint too slow", f"{hard}, {stream.belt.max_acceleration:g} m/s2")
-    ramp = ramp_time(stream.speed, left, PACED * float(limits.jerk[axis]))
-    return _Belt(stream, scene, stream.speed_error * last, first, last, axis, direction * stream.speed, ramp)
+    pace = _line_pace(limits, stream.belt.max_acceleration / stream.speed)
+    ramp = ramp_time(stream.speed, left, pace * float(limits.jerk[axis]))
+    return _Belt(stream, scene, first, last, axis, direction * stream.speed, pace, ramp)
 
 
 def linear_axis(robot: Robot, direction: Array) -> tuple[int, float] | None:
@@ -245,7 +254,7 @@ def _windows(
 def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: float) -> _Window | Failures:
     """Time the lines of a grasp relative to the belt, and find when the arm can follow them."""
     context = problem.context
-    motion = _paced(motion)
+    motion = _paced(motion, belt.pace)
     inward = proven_run(context, problem.scene, scaled_segments(context.cell.speed_scale, motion.inward))
     if isinstance(inward, Failures):
         return inward
@@ -269,10 +278,21 @@ def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: f
     return _Window(taking, earliest, latest)
 
 
-def _paced(motion: GraspMotion) -> GraspMotion:
-    """Return the lines of a grasp with room for the changes of a belt's speed."""
-    inward, outward = (tuple(s.scaled(PACED) for s in part) for part in (motion.inward, motion.outward))
+def _paced(motion: GraspMotion, pace: float) -> GraspMotion:
+    """Return the lines of a grasp at a share of the limits."""
+    inward, outward = (tuple(s.scaled(pace) for s in part) for part in (motion.inward, motion.outward))
     return replace(motion, inward=inward, outward=outward)
+
+
+def _line_pace(limits: Limits, change: float) -> float:
+    """Compute the share of the limits that leaves room for a rate of time that changes by up to some 1/s.
+
+    Lines are followed at the pace of the belt. At a share p of the limits, accelerations are p^2 of theirs,
+    and a change c of the rate adds a jerk of up to 3 p^2 a c to p of its limit: what is left is a quadratic
+    equation for p.
+    """
+    added = 3.0 * change * float((limits.acceleration / limits.jerk).max())
+    return min(MOST_PACED, float(np.sqrt(1.0 + 4.0 * added * KEPT) - 1.0) / (2.0 * added))
 
 
 def along(motion: GraspMotion, axis: int, by: float) -> GraspMotion:
@@ -311,7 +331,10 @@ def _met(belt: _Belt, window: _Window, start: Start) -> Plan | Failures:
             return failures + Reason("too late", str(window.taking.motion.grasp), late)
         found = _planned(belt, window.taking, start, t_contact)
         if isinstance(found, Plan):
-            return found
+            if found.trajectory.duration <= belt.known:
+                return found
+            lasts = f"{found.trajectory.duration:.1f} s, what comes is known for {belt.known:.1f} s"
+            return failures + Reason("lasts too long", str(window.taking.motion.grasp), lasts)
         if isinstance(found, Failures):
             failures += found
             found = ELSEWHERE
@@ -346,6 +369,7 @@ def _arrived(belt: _Belt, taking: TimedTaking, start: Start, t_contact: float) -
     reached = next(transits_to_grasps(before, [ready], start))
     if isinstance(reached, Failures):
         return reached
+    reached = replace(reached, transit=reached.transit.scaled(PACED_COMING))
     segments = scaled_segments(context.cell.speed_scale, [reached.transit])
     transit = proven_run(context, before.scene, segments)
     if isinstance(transit, Failures):

@@ -12,6 +12,8 @@ from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
+ROUNDING = 1e-6  # m
+
 
 @dataclass(frozen=True, eq=False)
 class RidingItem:
@@ -104,10 +106,24 @@ class ItemStream:
             Whether it is.
         """
         behind = float(riding.item.shape.reach(riding.T_belt_item[:3, :3])[0])
-        return behind <= self.travel_at(riding, t) <= self.belt.length
+        return behind - ROUNDING <= self.travel_at(riding, t) <= self.belt.length
+
+    def is_known(self, riding: RidingItem, t: float) -> bool:
+        """Tell whether an item belongs to the scene of a time: it is on the belt, or will come onto it.
+
+        Args:
+            riding: An item of the stream.
+            t: s.
+
+        Returns:
+            Whether any part of it is between ``Conveyor.upstream`` before the infeed and the outfeed.
+        """
+        reach = float(riding.item.shape.reach(riding.T_belt_item[:3, :3])[0])
+        at = self.travel_at(riding, t)
+        return -self.belt.upstream <= at + reach and at - reach <= self.belt.length
 
     def scene_at(self, t: float) -> Scene:
-        """Return the cell with the items that are on the belt at a time, as far as their poses are known.
+        """Return the cell with the items on the belt at a time, and those that come onto it next.
 
         Args:
             t: s.
@@ -118,7 +134,7 @@ class ItemStream:
         place = next(iter(self.carrier.places))
         placed = []
         for riding in self.items:
-            if self.is_on_belt(riding, t):
+            if self.is_known(riding, t):
                 ahead = pose((self.speed * (t - riding.stamp), 0.0, 0.0))
                 T_world_item = self.carrier.T_world_carrier @ ahead @ riding.T_belt_item
                 noise = grown(self.noise, self.speed_error * abs(t - riding.stamp))

@@ -140,7 +140,7 @@ def _check_poses(source: Source, stream: ItemStream) -> None:
             source.add(
                 key, f"{riding.id} reaches {1e3 * beside:.1f} mm beyond the edge of the belt; {ONE_POSE}"
             )
-        if abs(x) > 2.0 * belt.length:
+        if abs(x) > belt.upstream:
             text = f"{riding.id} is {x:.2f} m from the infeed of a belt of {belt.length:g} m"
             source.add(key, f"{text}; state it at a stamp at which it is on the belt")
         if under > SUNK + error:

@@ -1,9 +1,10 @@
 """The time of a plan for a running conveyor, as the belt's own travel tells it: the clock is the encoder.
 
-While the arm follows the belt, the plan is where it would be at the travel that the encoder measures: a belt
-that slows down or stops takes the arm along, on the path that was proven, and costs nothing but time. Before,
-the plan runs by the clock, and waits where the axis begins to follow the belt. After the item is off the
-belt, the plan returns to the clock.
+Until the item is off the belt, the plan is where it would be at the travel that the encoder measures: a belt
+that slows down or stops takes the arm along, on the path that was proven. After that, wherever the belt
+carries what rides on it is proven, too, and the plan returns to the clock of the controller. The rate of the
+plan's time changes as quickly as the limits of the joints allow. A belt from which the plan has strayed by
+more than its proof allows is told.
 
 Only the deviation of the travel from that of the plan's speed is filtered, by three first-order lags whose
 delay is made up for by the rate of the deviation, so that a steady belt is followed without an error, and
@@ -12,16 +13,20 @@ counts of the encoder do not shake the axis.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from pickcli.motion.plan import Plan
-from pickcli.motion.segment import SegmentKind
+from pickcli.cell.cell import Cell
+from pickcli.motion.plan import Plan, times_at_work
+from pickcli.simulation.online_time_scaling import OnlineTimeScaling
 
 LAG_RATE = 25.0  # 1/s of each lag: 1 mm off a belt that changes its speed at 0.2 m/s2
-MOST_PACE = 1.1  # of the plan's time: its lines have room for that
-RETURN_TIME = 0.6  # s in which the plan returns from the belt to the clock
+CATCH_UP = 10.0  # 1/s at which the plan makes up for time that it is behind the belt, or ahead of it
+MOST_PACE = 1.05  # of the plan's time: its lines have room for that
+COMING_CHANGE = 0.6  # 1/s of the pace while the whole arm moves: a belt that changes by 0.2 m/s2 at 0.33 m/s
+WAITED = 0.01  # s that the plan waits for the belt at least, where it begins to follow it
 AT_REST = 1e-9  # rad/s or m/s of every joint
 
 
@@ -55,66 +60,92 @@ class BeltClock:
 
     Args:
         plan: The plan, with a conveyor.
+        cell: Its cell.
         encoder: Measures the travel.
         time_step: s between two set points.
 
     Attributes:
-        t_follows: s of the plan from which the arm follows the belt.
+        t_follows: s of the plan from which the axis follows the belt: where the arm last rests before.
         t_left: s of the plan at which the item is off the belt.
+        off: m by which the belt is ahead of the plan, negative if it is behind.
+        allowed: m by which it may be behind, as a negative number, and ahead.
     """
 
-    def __init__(self, plan: Plan, encoder: BeltEncoder, time_step: float) -> None:
+    def __init__(self, plan: Plan, cell: Cell, encoder: BeltEncoder, time_step: float) -> None:
         assert plan.tracking is not None
-        self._conveyor, self._speed = plan.tracking.conveyor, plan.tracking.speed
+        conveyor = cell.carriers[plan.tracking.conveyor].conveyor
+        assert conveyor is not None
+        self._tracking, self._most_speed = plan.tracking, conveyor.max_speed
+        self._times = times_at_work(plan.segments)
         self._encoder, self._time_step = encoder, time_step
-        self.t_follows, self.t_left = _followed(plan)
-        self._t = -encoder.encoder_latency(self._conveyor)  # s since the start, of the next reading
-        self._start = encoder.belt_travel(self._conveyor) or 0.0
-        self._start -= self._speed * self._t  # it is where the belt was
+        limits = cell.robot.limits
+        scaled = replace(limits, acceleration=cell.speed_scale * limits.acceleration)
+        self._scaling = OnlineTimeScaling(plan.trajectory, scaled, time_step)
+        times, speeds = plan.trajectory.times, np.abs(plan.trajectory.velocities).max(axis=1)
+        is_before = times < self._times[0]
+        self.t_follows = float(times[is_before & (speeds <= AT_REST)].max(initial=0.0))
+        self.t_left = self._times[1]
+        speed = self._tracking.speed
+        self._latency = encoder.encoder_latency(self._tracking.conveyor)
+        self._t = -self._latency  # s since the start, of the next reading
+        self._start = self._reading() - speed * self._t  # where the belt was at the start
         self._lags, self._belt = np.zeros(3), 0.0
-        self._t_returning = 0.0
+        self.off, self.allowed = 0.0, (0.0, 0.0)
 
-    def next(self, t_plan: float) -> float:
+    @property
+    def is_off(self) -> bool:
+        """Whether the plan has strayed from the belt by more than its proof allows."""
+        return not self.allowed[0] <= self.off <= self.allowed[1]
+
+    def next(self) -> float:
         """Return the time of the plan at the next set point.
 
-        Args:
-            t_plan: s of the plan at the last one.
+        Returns:
+            s of the plan.
+        """
+        scaling, before = self._scaling, self._belt
+        waits = scaling.t <= self.t_follows
+        travel = self._reading() - self._start
+        self._belt = self._belt_time(travel) + self._time_step
+        if scaling.t >= self.t_left:
+            wanted = 1.0
+        else:
+            rate = (self._belt - before) / self._time_step
+            most = 1.0 if waits else MOST_PACE
+            wanted = min(max(rate + CATCH_UP * (before - scaling.t), 0.0), most)
+        t = scaling.advance(wanted, COMING_CHANGE if waits else np.inf)
+        if waits and t > self.t_follows and self._belt < t - WAITED:
+            t = scaling.hold(max(self.t_follows, self._belt))
+        behind, ahead = self._tracking.off_by(np.array([t]), self._times, self._most_speed)
+        self.allowed = -float(behind[0]), float(ahead[0])
+        self.off = travel - self._tracking.speed * (t - scaling.rate * (self._latency + self._time_step))
+        return t
+
+    def stopping(self) -> float:
+        """Return the time of the plan at the next set point of a stop, as quick as the limits allow.
 
         Returns:
-            s of the plan; a little before the last where a belt stops sooner than was estimated.
+            s of the plan.
         """
-        step, before, belt = self._time_step, self._belt, self._belt_time() + self._time_step
-        self._belt = belt
-        if t_plan + step < self.t_follows:
-            return t_plan + step
-        if t_plan < self.t_left:
-            return max(self.t_follows, min(belt, t_plan + MOST_PACE * step))
-        share = min(1.0, self._t_returning / RETURN_TIME)
-        share *= share * (3.0 - 2.0 * share)
-        self._t_returning += step
-        return t_plan + (1.0 - share) * min(max(belt - before, 0.0), MOST_PACE * step) + share * step
+        return self._scaling.advance(0.0, self._scaling.bearable_change)
 
-    def _belt_time(self) -> float:
+    @property
+    def rate(self) -> float:
+        """Rate of the plan's time at the last set point."""
+        return self._scaling.rate
+
+    def _reading(self) -> float:
+        """M by the encoder."""
+        return self._encoder.belt_travel(self._tracking.conveyor) or 0.0
+
+    def _belt_time(self, travel: float) -> float:
         """S of the plan at which its belt would be where the belt is now."""
-        step = self._time_step
-        travel = (self._encoder.belt_travel(self._conveyor) or 0.0) - self._start
-        before = travel - self._speed * self._t
+        step, speed = self._time_step, self._tracking.speed
+        before = travel - speed * self._t
         for k in range(3):
             self._lags[k] += step * LAG_RATE * (before - self._lags[k])
             before = self._lags[k]
-        latency = self._encoder.encoder_latency(self._conveyor)
-        ahead = (3.0 + LAG_RATE * latency) * float(self._lags[1] - self._lags[2])
-        now = self._t + latency
+        ahead = (3.0 + LAG_RATE * self._latency) * float(self._lags[1] - self._lags[2])
+        now = self._t + self._latency
         self._t += step
-        return now + (float(self._lags[2]) + ahead) / self._speed
-
-
-def _followed(plan: Plan) -> tuple[float, float]:
-    """S from which the axis follows the belt: where the arm last rests before the lines; s of its leaving."""
-    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
-    lines = next(s.t_start for s in plan.segments if s.kind is not SegmentKind.TRANSIT)
-    left = next(
-        s.t_start for s in plan.segments if s.kind is SegmentKind.TRANSFER and s.t_start >= contact.t_end
-    )
-    times, speeds = plan.trajectory.times, np.abs(plan.trajectory.velocities).max(axis=1)
-    return float(times[(times < lines) & (speeds <= AT_REST)].max(initial=0.0)), left
+        return now + (float(self._lags[2]) + ahead) / speed

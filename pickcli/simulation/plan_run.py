@@ -108,11 +108,11 @@ class _Motion:
         """Time of the plan at the end, s."""
         return float(self.path_times(np.array([self.trajectory.duration]))[0])
 
-    def stopped(self, at: float, limits: Limits, rate: float = 1.0) -> _Motion:
-        """Return this motion with the fastest stop that is requested at a time (s) of it, at a rate of it."""
+    def stopped(self, at: float, limits: Limits) -> _Motion:
+        """Return this motion with the fastest stop that is requested at a time (s) of it."""
         from pickcli.timing.stopping_trajectory import stop
 
-        halted = stop(self.trajectory, at, limits, rate)
+        halted = stop(self.trajectory, at, limits)
         return _Motion(halted.trajectory, lambda t: self.path_times(halted.path_times(t)))
 
 
@@ -155,12 +155,12 @@ class PlanRun(Generic[D]):
         self.operator: OperatorSignal = never
         self.operator_stops: list[OperatorStop] = []
         self._motion = _Motion(plan.trajectory, lambda t: t)  # that is being sent
-        self._rate = 1.0  # of its time at the last set point
+        self._clock: BeltClock | None = None  # that tells its time
         self._t_motion = 0.0  # s of it at the last set point
 
     def play(self) -> None:
         """Carry out the plan, and wait until the robot has arrived."""
-        clock = self._belt_clock()
+        self._clock = clock = self._belt_clock()
         if clock is not None:
             if self.operator is not never:
                 why = "the operator stops no motion that follows a running belt; stop the belt as well"
@@ -265,10 +265,13 @@ class PlanRun(Generic[D]):
         Args:
             why: The reason.
         """
-        if self._rate * self.driver.time_step <= STANDING:
+        if self._clock is not None:
+            while self._clock.rate > 0.0:
+                t_plan = self._clock.stopping()
+                self._set_point(self.plan.trajectory.sample(t_plan)[0], t_plan)
             self.path_time = self.trace.plan_times[-1]
             return
-        halted = self._motion.stopped(self._t_motion, self.driver.cell.robot.limits, self._rate)
+        halted = self._motion.stopped(self._t_motion, self.driver.cell.robot.limits)
         self.path_time = halted.end
         self._send(halted, self._t_motion)
 
@@ -315,26 +318,45 @@ class PlanRun(Generic[D]):
         return _Motion(resumed.trajectory, resumed.path_times)
 
     def _belt_clock(self) -> BeltClock | None:
-        """Return what tells the plan's time by a running conveyor; None without one that is measured."""
+        """Return what tells the plan's time by a running conveyor; None without one that is measured.
+
+        Raises InputError if the plan needs one.
+        """
         tracking, encoder = self.plan.tracking, self.driver
-        if tracking is None or not isinstance(encoder, BeltEncoder):
+        if tracking is None:
             return None
-        is_running = encoder.belt_travel(tracking.conveyor) is not None
-        return BeltClock(self.plan, encoder, self.driver.time_step) if is_running else None
+        if isinstance(encoder, BeltEncoder) and encoder.belt_travel(tracking.conveyor) is not None:
+            return BeltClock(self.plan, encoder.cell, encoder, encoder.time_step)
+        off = tracking.speed_error * self.plan.trajectory.duration
+        if off > tracking.deviation:
+            why = f"without an encoder the belt may be {1e3 * off:.1f} mm off, {1e3 * tracking.deviation:.1f}"
+            raise InputError(
+                f"{self.plan.query}: {why} are proven; measure its travel, or state its speed better"
+            )
+        return None
 
     def _follow_belt(self, clock: BeltClock) -> None:
         """Send the set points of a plan whose time is told by the belt, until a stop is requested."""
         t_plan, trajectory, t_held = 0.0, self.plan.trajectory, 0.0
-        while t_plan < trajectory.duration and self.stop is None and t_held < MOST_HELD:
-            t_next = min(clock.next(t_plan), trajectory.duration)
+        while t_plan < trajectory.duration and self.stop is None:
+            t_next = clock.next()
             t_held = 0.0 if abs(t_next - t_plan) > STANDING else t_held + self.driver.time_step
-            self._rate = max(0.0, (t_next - t_plan) / self.driver.time_step)
             self._t_motion = t_plan = t_next
             self._set_point(trajectory.sample(t_plan)[0], t_plan)
-        if t_held >= MOST_HELD and self.stop is None and self.plan.tracking is not None:
-            conveyor, now = self.plan.tracking.conveyor, self.driver.t
-            self.stop = ProtectiveStop(StopCause.BELT, conveyor, t_held, MOST_HELD, "s at rest", now)
-            self.stopped_in = self.segment_at(t_plan)
+            if self.stop is None and (why := self._strayed(clock, t_held)) is not None:
+                self.stop, self.stopped_in = why, self.segment_at(t_plan)
+
+    def _strayed(self, clock: BeltClock, t_held: float) -> ProtectiveStop | None:
+        """Stop for a belt that stands for too long (t_held, s), or is not where the plan's proof has it."""
+        assert self.plan.tracking is not None
+        conveyor, now = self.plan.tracking.conveyor, self.driver.t
+        if t_held >= MOST_HELD:
+            return ProtectiveStop(StopCause.BELT, conveyor, t_held, MOST_HELD, "s at rest", now)
+        if not clock.is_off:
+            return None
+        most = clock.allowed[0] if clock.off < 0.0 else clock.allowed[1]
+        where = f"{conveyor} {'behind' if clock.off < 0.0 else 'ahead of'} the plan"
+        return ProtectiveStop(StopCause.BELT, where, 1e3 * abs(clock.off), 1e3 * abs(most), "mm", now)
 
     def segment_at(self, t_plan: float) -> Segment:
         """Return the segment at a time of the plan.

@@ -17,7 +17,7 @@ class StopCause(StrEnum):
     NOT_GRASPED = "not grasped"  # the fingers are not at the width of the item before the lift
     GRASP_LOST = "grasp lost"  # the fingers leave that width while an item is carried
     WRONG_WEIGHT = "wrong weight"  # what is held is lighter or heavier than the item can be
-    BELT = "conveyor"  # the belt that the arm follows stands for too long
+    BELT = "conveyor"  # the belt that the arm follows stands too long, or is off the plan
     SENSOR = "sensor"  # the vacuum sensor reads that nothing is held
 
     @property

@@ -23,6 +23,7 @@ from pickcli.simulation.collision_filter import CollisionFilter
 from pickcli.simulation.contacts import Collision, ContactLog
 from pickcli.simulation.driver import device_for
 from pickcli.simulation.engine import Engine
+from pickcli.simulation.engine_bodies import BELT_REACH
 from pickcli.simulation.fingers import Fingers
 from pickcli.simulation.grip import Grip
 from pickcli.simulation.places import location_of
@@ -110,6 +111,8 @@ class World:
         conveyor = self.scene.cell.carriers[name].conveyor
         assert conveyor is not None
         self.belts[name] = RunningBelt(self.engine, body.name, conveyor, speed)
+        way = BELT_REACH * np.abs(carrier.T_world_carrier[:3, 0])
+        self._ground = self._ground[0] - way, self._ground[1] + way
         for placed in self.scene.items:
             if placed.location in self.scene.cell.carriers[name].places:
                 self.engine.set_velocity(placed.id, speed * carrier.T_world_carrier[:3, 0])

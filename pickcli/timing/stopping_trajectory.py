@@ -94,7 +94,7 @@ class _TimeLaw:
     second: Array  # tau''
 
 
-def stop(trajectory: Trajectory, at: float, limits: Limits, rate: float = 1.0) -> StoppedTrajectory:
+def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory:
     """Find the fastest stop that keeps the path and all limits.
 
     If the robot comes to rest at the trajectory's end before any other stop is possible, it stops there.
@@ -103,13 +103,10 @@ def stop(trajectory: Trajectory, at: float, limits: Limits, rate: float = 1.0) -
         trajectory: The trajectory to be stopped.
         at: Time of the request, s.
         limits: Limits of the joints.
-        rate: Rate of the trajectory's time at the request; below 1 the stop begins at once.
 
     Returns:
         The motion until standstill.
     """
-    if rate < 1.0:
-        return _stop_at_rate(trajectory, at, limits, rate)
     best = StoppedTrajectory(trajectory, trajectory.duration)
     for wait in _WAITS:
         begin = (at if at > _TOO_CLOSE else 0.0) + float(wait)
@@ -127,19 +124,6 @@ def stop(trajectory: Trajectory, at: float, limits: Limits, rate: float = 1.0) -
                 best = StoppedTrajectory(driven, float(law.tau[-1]), times)
                 break
     return best
-
-
-def _stop_at_rate(trajectory: Trajectory, at: float, limits: Limits, rate: float) -> StoppedTrajectory:
-    """Find the fastest stop from a lower rate, or the gentlest that was tried if none keeps the limits."""
-    laws = (
-        _law(at, rate, 0.0, change, limits, trajectory)
-        for change in _fastest_rate(trajectory, at, limits) * _RATES
-    )
-    for law in laws:
-        if _needed_time_scale(trajectory, law, limits) <= 1.0 + LIMIT_TOLERANCE / 3:
-            break
-    times = np.column_stack([law.t + law.tau[0], law.tau, law.first])
-    return StoppedTrajectory(_driven(trajectory, law, with_start=True), float(law.tau[-1]), times)
 
 
 def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> ResumedTrajectory:

@@ -26,3 +26,30 @@ def trajectory_chords(trajectory: Trajectory) -> tuple[Array, Array]:
     first, last = (v[:-1] * h - way) / 5, (way - v[1:] * h) / 5
     off = np.abs([first, 2 * first + a[:-1] * h**2 / 20, 2 * last + a[1:] * h**2 / 20, last])
     return q, off.max(axis=0)
+
+
+def swept_chords(trajectory: Trajectory, axis: int, low: Array, high: Array) -> tuple[Array, Array]:
+    """Compute edges that cover a trajectory wherever it is displaced along one of its axes.
+
+    Each piece is covered by one edge along the axis, from the least to the greatest position that it has
+    there; all other joints are within their slack of the middle of the piece.
+
+    Args:
+        trajectory: N points with quintics in between.
+        axis: Index of the axis.
+        low: (N - 1,) rad or m, least displacement of each piece.
+        high: (N - 1,) rad or m, greatest displacement.
+
+    Returns:
+        Ends (2 N - 2, n) of the edges, which are joined to one path, and slack (2 N - 3, n).
+    """
+    q, off = trajectory_chords(trajectory)
+    middle, slack = (q[:-1] + q[1:]) / 2, np.abs(np.diff(q, axis=0)) / 2 + off
+    ends = np.stack([middle, middle], axis=1)
+    ends[:, 0, axis] += low - slack[:, axis]
+    ends[:, 1, axis] += high + slack[:, axis]
+    slack[:, axis] = 0.0
+    ends[1::2] = ends[1::2, ::-1]  # back and forth, so that the edges between two pieces are short
+    between = np.maximum(slack[:-1], slack[1:])
+    every = np.stack([slack, np.vstack([between, slack[-1:]])], axis=1).reshape(-1, q.shape[1])
+    return ends.reshape(-1, q.shape[1]), every[:-1]

@@ -36,6 +36,9 @@ from pickcli.verification.verify import certifier
 QUERY_CHARGE = 0.3  # s of the belt's time for each query: planning and verification take 0.25 s
 LOOK_AGAIN = 0.1  # s until the next look if nothing can be done: PR2 saw the belt at 10 Hz
 TRY_AGAIN = 0.5  # s after which an item without a plan is tried again
+TOUCH = 0.001  # m of the cup from its planned place, along its axis, within which it touches the item
+RESTING = 0.003  # m/s of the cup along its axis relative to the item, below which it rests there
+MOST_ATTEMPTS = 3  # at one item: on a belt that stands it does not leave
 RESET_TIME = 10.0  # s after a protective stop until the arm is at home again, by hand
 SPEED_ERROR = 0.0008  # m/s, standard deviation of the PR2's estimate of its belt's speed, here as a bound
 
@@ -111,7 +114,8 @@ class _StreamTrial:
         """Take the most urgent item that can be met, or let time pass."""
         self._let_go()
         believed = self._perceived()
-        for riding in sorted(believed.items, key=lambda each: -believed.travel_at(each, self.t)):
+        on_belt = (riding for riding in believed.items if believed.is_on_belt(riding, self.t))
+        for riding in sorted(on_belt, key=lambda each: -believed.travel_at(each, self.t)):
             item = self.open[riding.id]
             if self.t < item.t_next:
                 continue
@@ -141,7 +145,8 @@ class _StreamTrial:
         last = self.stream.belt.window[1]
         for item_id, item in list(self.open.items()):
             is_past = self.stream.travel_at(item.riding, self.t) > last
-            if is_past or (self.stream.speed == 0.0 and item.t_next > 0.0):
+            is_given_up = self.stream.speed == 0.0 and item.t_next > 0.0
+            if is_past or is_given_up or item.attempts >= MOST_ATTEMPTS:
                 outcome = ItemOutcome.LOST if item.attempts else ItemOutcome.NOT_ATTEMPTED
                 self._close(item_id, outcome)
 
@@ -160,7 +165,7 @@ class _StreamTrial:
         """Perceive what was on the belt when the query had to begin, with errors of poses and speed.
 
         From then on the encoder tells how far it has gone. The speed is an upper bound, so that plans wait
-        for the belt, and not the belt for plans.
+        for the belt, and not the belt for plans; its stated error holds the true one.
         """
         self.look += 1
         request, true = self.request, self._riding()
@@ -173,7 +178,10 @@ class _StreamTrial:
             RidingItem(placed.id, placed.item, self.t, T_now_world @ placed.T_world_item)
             for placed in seen.items
         )
-        return replace(true, items=items, speed=most if true.speed > 0.0 else 0.0, noise=request.noise)
+        if true.speed == 0.0:
+            return replace(true, items=items, noise=request.noise)
+        error = 2.0 * request.speed_error
+        return replace(true, items=items, speed=most, speed_error=error, noise=request.noise)
 
     def _planned(self, believed: ItemStream, item_id: str) -> Plan | None:
         """Plan to take an item; remember why not."""
@@ -205,7 +213,7 @@ class _StreamTrial:
         run = execute(plan, world, on_step=watch.after_step)
         t_start = self.t
         self.t += world.t
-        self._learn(world, scene, true)
+        self._learn(world, scene, true, item)
         item.t_end, self.t_end = self.t, self.t
         item.met = watch.measured(t_start)
         self._count(item, run)
@@ -231,24 +239,32 @@ class _StreamTrial:
         if run.stop is not None:
             item.reason = str(run.stop)
 
-    def _learn(self, world: World, scene: Scene, true: ItemStream) -> None:
-        """Note where the items on the belt truly are after a motion."""
-        T_belt_world = inverse(true.carrier.T_world_carrier)
+    def _learn(self, world: World, scene: Scene, true: ItemStream, item: _Item) -> None:
+        """Note where the items truly are after a motion; those that it knocked off the belt are lost."""
+        T_belt_world, taken = inverse(true.carrier.T_world_carrier), item.riding.id
         for placed in scene.items:
-            riding = self.open[placed.id].riding
+            other = self.open[placed.id]
             T = T_belt_world @ world.engine.pose(placed.id)
-            self.open[placed.id].riding = replace(riding, stamp=self.t, T_belt_item=T)
+            other.riding = replace(other.riding, stamp=self.t, T_belt_item=T)
+            is_off = abs(T[1, 3]) > true.belt.width / 2 or T[2, 3] < 0.0
+            if is_off and placed.id != taken:
+                other.reason = f"knocked off the belt in an attempt at {taken}"
+                self._close(placed.id, ItemOutcome.LOST)
 
 
 class _Watch:
-    """Measures how cup and item move relative to each other while the cup seals."""
+    """Measures how cup and item move relative to each other while the cup rests on the item to seal.
+
+    On a belt that is slower than planned that is later than planned.
+    """
 
     def __init__(self, plan: Plan, world: World, rest: float) -> None:
         """Watch a plan from its start in a world. rest: s at the end of the contact while the cup seals."""
         assert plan.grasp is not None
         self.item, self.T_item_tip = plan.grasp.item, plan.grasp.T_item_tip
         contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
-        self.t_sealing, self.t_end = world.t + contact.t_end - rest, world.t + contact.t_end
+        self.t_planned, self.rest = world.t + contact.t_end - rest, rest
+        self.t_rests: float | None = None  # when the cup came to rest on the item
         self.along = np.array([1.0, 0.0, 0.0])
         if plan.tracking is not None:
             self.along = world.cell.carriers[plan.tracking.conveyor].T_world_carrier[:3, 0]
@@ -259,16 +275,20 @@ class _Watch:
         """Look at cup and item after a step."""
         if self.t_held is None and world.held == self.item:
             self.t_held = world.t
-        if not self.t_sealing <= world.t <= self.t_end:
+        if self.t_rests is not None and world.t > self.t_rests + self.rest:
             return
         tip, last = world.tip, world.robot.tool.last_link
-        linear, _ = world.engine.relative_velocity(self.item, ROBOT, last, tip[:3, 3])
-        self.slip = max(self.slip, abs(float(linear @ self.along)))
         off = inverse(self.T_item_tip) @ inverse(world.engine.pose(self.item)) @ tip
+        linear, _ = world.engine.relative_velocity(self.item, ROBOT, last, tip[:3, 3])
+        if self.t_rests is None and off[2, 3] > -TOUCH and abs(float(linear @ tip[:3, 2])) < RESTING:
+            self.t_rests = world.t
+        if self.t_rests is None:
+            return
+        self.slip = max(self.slip, abs(float(linear @ self.along)))
         self.offset = float(np.hypot(off[0, 3], off[1, 3]))
 
     def measured(self, t_start: float) -> MeetingRecord | None:
         """Return the measurement; None if the cup never held the item. t_start: s of the stream."""
         if self.t_held is None:
             return None
-        return MeetingRecord(t_start + self.t_sealing, self.t_held - self.t_sealing, self.slip, self.offset)
+        return MeetingRecord(t_start + self.t_planned, self.t_held - self.t_planned, self.slip, self.offset)

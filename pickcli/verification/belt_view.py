@@ -1,30 +1,38 @@
 """A plan that takes its item from a running conveyor, as seen from the hall and from the belt.
 
 Seen from the belt, what rides on it stands still and the arm travels backwards: one more linear joint below
-its base. Everything that rides on the belt is judged there, everything else in the hall. Lines, rests and
-events are judged relative to what the tool works on: to the belt until the transfer begins, to the hall from
-then on.
+its base. Everything that rides on the belt is judged there, everything else in the hall; it occupies all that
+it may have come to, ahead of where the plan states it, or behind. Lines, rests and events are judged relative
+to what the tool works on: to the belt until the transfer begins, to the hall from then on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from pickcli.cell.robot import Joint, JointType, Limits, Link, Robot
+from pickcli.cell.shapes import hull
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Plan, times_at_work
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.item_stream import after_travel
 from pickcli.scene.scene import Scene
+from pickcli.verification.fcl_solids import Solid
+from pickcli.verification.moving_parts import Fixture
 from pickcli.verification.static_solids import PlanFixtures
 
 TIME_TOLERANCE = 1e-6  # s
 SPEED_TOLERANCE = 1e-9  # m/s
+LENGTH_TOLERANCE = 1e-6  # m
+SLICE = 0.05  # s of a transfer during which an item occupies all that it may have come to
+SLICE_GROWTH = 0.25  # of the time since the tool has left the belt, by which a slice is longer
+_CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +42,11 @@ class BeltView:
     Attributes:
         scene: The scene with the items where the belt has carried them at the contact.
         seen_scene: That scene with a robot that travels along the belt.
-        seen: The plan as seen from the belt, for that robot.
+        seen: The plan as seen from the belt, for that robot; its transfers are cut into slices, within each
+            of which an item occupies all that it may have come to.
         at_work: The plan as seen from the belt until the transfer begins, and from the hall after that.
         riding: Ids of the items on the belt.
+        along: (3,) unit vector in the world, in which the belt runs.
     """
 
     scene: Scene
@@ -44,6 +54,7 @@ class BeltView:
     seen: Plan
     at_work: Plan
     riding: frozenset[str]
+    along: Array
 
     @classmethod
     def of(cls, plan: Plan, scene: Scene) -> BeltView:
@@ -59,20 +70,21 @@ class BeltView:
         assert plan.tracking is not None and plan.grasp is not None
         tracking, contact = plan.tracking, _contact(plan)
         carrier = scene.cell.carriers[tracking.conveyor]
-        error = tracking.speed_error * _times_in_window(plan, scene)[1]
-        at_contact = after_travel(scene, tracking.conveyor, tracking.speed * contact.t_end, error)
+        at_contact = after_travel(scene, tracking.conveyor, tracking.speed * contact.t_end)
         along = scene.pose_of(carrier).T_world_carrier[:3, 0]
         robot = _travelling(scene.cell.robot, along, tracking.conveyor)
         seen_scene = replace(at_contact, cell=replace(scene.cell, robot=robot))
         t = plan.trajectory.times
         travel, speeds = -tracking.speed * (t - contact.t_end), np.full(len(t), -tracking.speed)
-        is_on_belt = t <= _leaving(plan) + TIME_TOLERANCE
+        t_left = times_at_work(plan.segments)[1]
+        is_on_belt = t <= t_left + TIME_TOLERANCE
         return cls(
             at_contact,
             seen_scene,
-            _with_travel(plan, robot, travel, speeds),
+            _with_travel(replace(plan, segments=_sliced(plan.segments, t_left)), robot, travel, speeds),
             _with_travel(plan, robot, np.where(is_on_belt, travel, 0.0), np.where(is_on_belt, speeds, 0.0)),
             frozenset(placed.id for placed in scene.items if placed.location in carrier.places),
+            along,
         )
 
     def in_hall(self, world: PlanFixtures, item: str) -> PlanFixtures:
@@ -91,21 +103,79 @@ class BeltView:
         )
         return replace(world, before=before, set_down=after)
 
-    def on_belt(self, world: PlanFixtures, item: str) -> PlanFixtures:
+    def on_belt(self, world: PlanFixtures, item: str) -> RidingFixtures:
         """Return the fixtures that ride on the belt.
 
         Args:
-            world: All fixtures.
+            world: All fixtures of ``seen``.
             item: Id of the item that is taken, which is gone after its release.
 
         Returns:
-            The items on the belt.
+            The items on the belt, swept in each segment over all that they may have come to.
         """
+        tracking, segments = self.seen.tracking, self.seen.segments
+        assert tracking is not None
+        conveyor = self.scene.cell.carriers[tracking.conveyor].conveyor
+        assert conveyor is not None
+        ends = np.array([(s.t_start, s.t_end) for s in segments])
+        off = tracking.off_by(ends, times_at_work(segments), conveyor.max_speed)
+        behind, ahead = (each.max(axis=1).tolist() for each in off)
         before = tuple(each for each in world.before if each.name in self.riding)
         after = world.set_down and tuple(
             each for each in world.set_down if each.name in self.riding and each.name != item
         )
-        return replace(world, before=before, set_down=after, cloud=())
+        swept = tuple(
+            tuple(_swept(fixture, self.along, -low, high) for fixture in before)
+            for low, high in zip(behind, ahead, strict=True)
+        )
+        return RidingFixtures(world.plan, before, after, (), swept)
+
+
+@dataclass(frozen=True, eq=False)
+class RidingFixtures(PlanFixtures):
+    """The items on a belt, each swept along it.
+
+    Attributes:
+        swept: The items of every segment.
+    """
+
+    swept: tuple[tuple[Fixture, ...], ...] = ()
+
+    def of(self, k: int) -> tuple[Fixture, ...]:
+        """Return the items of a segment, without the one that is held or gone.
+
+        Args:
+            k: Index of the segment.
+
+        Returns:
+            The fixtures.
+        """
+        here = {fixture.name for fixture in super().of(k)}
+        return tuple(fixture for fixture in self.swept[k] if fixture.name in here)
+
+
+def _swept(fixture: Fixture, along: Array, low: float, high: float) -> Fixture:
+    """Return the hull of the box around a fixture, displaced along a direction from low to high, m."""
+    at = fixture.T_world_shape
+    corners = at[:3, 3] + (_CORNERS * fixture.shape.extents / 2) @ at[:3, :3].T
+    body = hull(fixture.name, np.vstack([corners + low * along, corners + high * along]))
+    solid = Solid(body.shape)
+    solid.place(body.T_parent_shape)
+    return replace(fixture, T_world_shape=body.T_parent_shape, shape=body.shape, solid=solid)
+
+
+def _sliced(segments: Sequence[Segment], t_left: float) -> tuple[Segment, ...]:
+    """Cut the transfers after the tool has left the belt, the more finely the shorter that is ago."""
+    found: list[Segment] = []
+    for segment in segments:
+        t, t_end = segment.t_start, segment.t_end
+        while segment.kind is SegmentKind.TRANSFER and (
+            t + (lasts := SLICE + SLICE_GROWTH * max(0.0, t - t_left)) < t_end - TIME_TOLERANCE
+        ):
+            found.append(replace(segment, t_start=t, t_end=t + lasts))
+            t += lasts
+        found.append(replace(segment, t_start=t))
+    return tuple(found)
 
 
 def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
@@ -139,9 +209,14 @@ def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
     if scene.find(plan.grasp.item).location not in carrier.places:
         yield Reason("not on the belt", where, f"{plan.grasp.item} is not on {tracking.conveyor}")
         return
+    known = carrier.conveyor.upstream
+    if (way := (tracking.speed + tracking.speed_error) * plan.trajectory.duration) > known + LENGTH_TOLERANCE:
+        brought = f"the belt brings what was {way:.2f} m before its infeed, {known:.2f} m of that are known"
+        yield Reason("lasts too long", where, brought)
     first, last = _times_in_window(plan, scene)
-    if not first - TIME_TOLERANCE <= _contact(plan).t_end or not _leaving(plan) <= last + TIME_TOLERANCE:
-        within = f"taken from {_contact(plan).t_end:.3f} to {_leaving(plan):.3f} s"
+    t_left = times_at_work(plan.segments)[1]
+    if not first - TIME_TOLERANCE <= _contact(plan).t_end or not t_left <= last + TIME_TOLERANCE:
+        within = f"taken from {_contact(plan).t_end:.3f} to {t_left:.3f} s"
         yield Reason(
             "out of the window", where, f"{within}, the item is in it from {first:.3f} to {last:.3f} s"
         )
@@ -149,12 +224,6 @@ def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 def _contact(plan: Plan) -> Segment:
     return next(segment for segment in plan.segments if segment.kind is SegmentKind.CONTACT)
-
-
-def _leaving(plan: Plan) -> float:
-    """S at which the item is off the belt: the start of the first transfer after the contact."""
-    t = _contact(plan).t_end
-    return next(s.t_start for s in plan.segments if s.kind is SegmentKind.TRANSFER and s.t_start >= t)
 
 
 def _times_in_window(plan: Plan, scene: Scene) -> tuple[float, float]:

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.errors import InputError
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.execute import execute
+from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import IDEAL
 from pickcli.simulation.world import World
 from support.belt_picks import belt_pick, home, stream
@@ -30,6 +32,45 @@ def test_items_ride_at_the_speed_of_the_belt(speed: float) -> None:
     for placed in scene.items:
         way = running.engine.pose(placed.id)[:3, 3] - placed.T_world_item[:3, 3]
         assert way == pytest.approx([0.8 * speed, 0.0, 0.0], abs=1e-3)
+    running.close()
+
+
+def test_items_that_are_not_on_the_belt_yet_come_onto_it() -> None:
+    items = replace(stream(), items=stream().items[-1:])
+    t = items.items[0].stamp - 6.0  # 2 m before the infeed, beyond the floor of the hall
+    running = world(items.scene_at(t), 0.33)
+    running.wait(1.0)
+    (placed,) = running.scene.items
+    way = running.engine.pose(placed.id)[:3, 3] - placed.T_world_item[:3, 3]
+    assert way == pytest.approx([0.33, 0.0, 0.0], abs=1e-3)
+    running.close()
+
+
+@pytest.mark.parametrize("share", [1.15, 0.0])
+def test_a_belt_that_strays_from_the_plan_stops_it_by_name(share: float) -> None:
+    """It changes its speed while the arm comes, by more than that can follow."""
+    pick = belt_pick()
+    running = world(pick.scene, 0.33)
+
+    def change_speed(at: World) -> None:
+        if at.t == pytest.approx(2.6):
+            at.belts["belt"].change_speed(share * 0.33, 0.5)
+
+    run = execute(pick.plan, running, on_step=change_speed)
+    assert run.stop is not None and run.stop.cause is StopCause.BELT
+    assert ("ahead of" if share > 1.0 else "behind") in run.stop.where
+    assert run.limit_violations == () and run.collisions == ()
+    running.close()
+
+
+def test_without_an_encoder_an_uncertain_speed_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    pick = belt_pick()
+    assert pick.plan.tracking is not None
+    running = world(pick.scene, 0.33)
+    monkeypatch.setattr(running, "belt_travel", lambda conveyor: None)
+    unsure = replace(pick.plan, tracking=replace(pick.plan.tracking, speed_error=0.01))
+    with pytest.raises(InputError, match="without an encoder"):
+        execute(unsure, running)
     running.close()
 
 

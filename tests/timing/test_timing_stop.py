@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.concatenation import concatenate
-from pickcli.timing.limit_check import LIMIT_TOLERANCE, check_limits, measure_limits
+from pickcli.timing.limit_check import check_limits
 from pickcli.timing.stopping_trajectory import resume, stop
 from support.timing_paths import dense_curve, limits, random_walk, timed
 
@@ -50,23 +50,6 @@ def test_stop_and_resume_keep_path_and_limits(which: int, share: float) -> None:
     for part in (halted.trajectory, onwards):
         t = np.linspace(0.0, part.duration, 60)
         assert distance_to_path(part.sample(t), trajectory) < 1e-5
-
-
-@given(st.sampled_from(range(len(TRAJECTORIES))), st.floats(0.0, 1.0), st.floats(1e-3, 0.99))
-@settings(max_examples=60, deadline=None)
-def test_stop_of_a_slower_motion_goes_on_at_its_rate(which: int, share: float, rate: float) -> None:
-    trajectory = TRAJECTORIES[which]
-    at = share * trajectory.duration
-    halted = stop(trajectory, at, limits(), rate)
-    whole = halted.trajectory
-    since = whole.times >= at - 1e-6
-    rows = (row[since] for row in (whole.positions, whole.velocities, whole.accelerations))
-    rest = Trajectory(whole.joint_names, whole.times[since] - whole.times[since][0], *rows)
-    assert np.allclose(rest.positions[0], trajectory.sample(at)[0], atol=1e-7)
-    assert np.allclose(rest.velocities[0], rate * trajectory.sample(at, 1)[0], atol=1e-5)
-    assert np.abs(rest.velocities[-1]).max() < 1e-9
-    assert measure_limits(rest, limits()).time_scale <= 1.0 + LIMIT_TOLERANCE
-    assert distance_to_path(rest.sample(np.linspace(0.0, rest.duration, 60)), trajectory) < 1e-5
 
 
 @pytest.mark.parametrize("share", np.linspace(0.05, 0.9, 8))

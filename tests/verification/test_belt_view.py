@@ -12,6 +12,7 @@ import pytest
 from pickcli.geometry import pose
 from pickcli.motion.plan import LineTracking, Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.planning.intercept import DEVIATION, DEVIATION_COMING
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import delayed
@@ -89,6 +90,28 @@ def test_what_rides_farther_ahead_is_not() -> None:
     assert verdict.reasons == ()
 
 
+@pytest.mark.parametrize("which", ["deviation", "deviation_coming"])
+def test_neighbours_that_a_belt_off_the_plan_brings_nearer_are_kept_away_from(which: str) -> None:
+    """The box is far enough from the arm as long as the belt is as near to the plan as that states."""
+    pick = belt_pick()
+    scene = with_box(pick, -0.26, 0.0)
+    here = replace(pick.plan, scene_hash=scene_hash(scene))
+    assert verify(here, scene).reasons == ()
+    assert "box" in told(tracking(**{which: 0.2})(here), scene)
+
+
+def test_a_box_that_a_faster_belt_brings_under_the_leaving_arm_is_met() -> None:
+    """After the item is off the belt, the belt may run as fast as it can, or stand."""
+    pick = belt_pick()
+    scene = with_box(pick, -0.26, 0.0)
+    here = replace(pick.plan, scene_hash=scene_hash(scene))
+    assert verify(here, scene).reasons == ()
+    carrier = scene.cell.carriers["belt"]
+    assert carrier.conveyor is not None
+    fast = replace(carrier, conveyor=replace(carrier.conveyor, max_speed=3.0))
+    assert "box" in told(here, replace(scene, cell=replace(scene.cell, own_carriers=(fast,))))
+
+
 def test_a_box_in_the_hall_where_the_arm_chases_is_met() -> None:
     """It stands beside the belt, where the item is taken, and would not ride away."""
     pick = belt_pick()
@@ -137,5 +160,5 @@ def test_the_file_keeps_the_conveyor() -> None:
 
     plan = belt_pick().plan
     again, _ = parse_plan(json.dumps(plan_to_dict(plan)), "plan.json")
-    assert again.tracking == plan.tracking == LineTracking("belt", 0.33)
+    assert again.tracking == plan.tracking == LineTracking("belt", 0.33, 0.0, DEVIATION, DEVIATION_COMING)
     assert np.array_equal(again.trajectory.positions, plan.trajectory.positions)

@@ -9,8 +9,11 @@ import numpy as np
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.segment import Segment
+from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.concatenation import Run
-from pickcli.timing.trajectory_chords import trajectory_chords
+from pickcli.timing.trajectory_chords import swept_chords, trajectory_chords
 
 
 def why_not_proven(
@@ -44,3 +47,36 @@ def why_not_proven(
             what = "the timed motion is not proven free"
             return Reason(what, where, str(reason), reason.in_the_way)
     return None
+
+
+def why_not_swept(
+    trajectory: Trajectory, segment: Segment, checker: SceneChecker, axis: int, shifts: tuple[Array, Array]
+) -> Reason | None:
+    """Explain why a segment is not proven free wherever its motion is displaced along an axis.
+
+    Args:
+        trajectory: The motion, N points.
+        segment: The segment.
+        checker: Its checker.
+        axis: Index of the axis.
+        shifts: (N,) least and (N,) greatest displacement along it at the points.
+
+    Returns:
+        The reason for the first quintic that is not proven free; None if all are.
+    """
+    t = trajectory.times
+    first = max(0, int(np.searchsorted(t, segment.t_start, side="right")) - 1)
+    last = min(len(t) - 1, int(np.searchsorted(t, segment.t_end, side="left")))
+    if last <= first:
+        return None
+    at = slice(first, last + 1)
+    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    piece = Trajectory(trajectory.joint_names, t[at], *(row[at] for row in rows))
+    low, high = (shift[at] for shift in shifts)
+    edges, slack = swept_chords(piece, axis, np.minimum(low[:-1], low[1:]), np.maximum(high[:-1], high[1:]))
+    i = checker.first_blocked_edge(edges, slack)
+    if i < 0:
+        return None
+    reason = checker.explain_path(edges[i : i + 2], slack[i : i + 1])
+    where = f"{segment.kind} at {t[first + i // 2]:.3f} s"
+    return Reason("the timed motion is not proven free", where, str(reason), reason.in_the_way)

@@ -13,18 +13,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.collision.collision_world import build_world
-from pickcli.collision.motion_segment import MotionSegment, at_rest, scaled_segments
+from pickcli.collision.motion_segment import Mode, MotionSegment, at_rest, scaled_segments
 from pickcli.errors import Failures, Reason
 from pickcli.grasping.holding import GripLoad
 from pickcli.io_events.event_binding import bound_events
 from pickcli.io_events.resolve import delay_segments
-from pickcli.motion.plan import LineTracking, Plan
+from pickcli.motion.plan import LineTracking, Plan, times_at_work
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.assembly.carried_motion import CarriedMotion, carried_motion
 from pickcli.planning.assembly.grip_load import carried_load
 from pickcli.planning.assembly.proven_timing import BETWEEN, proven_run
-from pickcli.planning.assembly.timed_motion_validation import why_not_proven
+from pickcli.planning.assembly.timed_motion_validation import why_not_proven, why_not_swept
 from pickcli.planning.assembly.tool_path_check import thrown
 from pickcli.planning.pick_motion import GraspMotion, GraspTransit, PickMotion
 from pickcli.planning.pick_problem import PickProblem
@@ -314,18 +314,31 @@ def _why_not_free(
     meeting: Meeting, proofs: Sequence[_Proof], trajectory: Trajectory, segments: Sequence[Segment]
 ) -> Reason | None:
     """Explain why a motion is not proven free of the hall, or of what rides on the belt at every instant."""
-    context = meeting.after.context
+    context, axis, speed = meeting.after.context, meeting.axis, meeting.speed
+    conveyor = meeting.scene.cell.carriers[meeting.tracking.conveyor].conveyor
+    assert conveyor is not None
+    times, target = times_at_work(segments), {meeting.after.target.id}
+    off = meeting.tracking.off_by(trajectory.times, times, conveyor.max_speed)
+    # As seen from a belt that is behind, the axis is farther along.
+    shifts = (-off[1], off[0]) if speed > 0.0 else (-off[0], off[1])
     for proof, segment in zip(proofs, segments, strict=True):
+        mode, span = proof.segment.mode, np.array([segment.t_start, segment.t_end])
         riding = {item.id for item in proof.scene.in_location(meeting.after.place.name)}
         others = set(build_world(context.model, proof.scene).names) - riding
-        as_seen = relative_to_belt(trajectory, meeting.axis, meeting.speed, proof.t_scene)
-        span = np.array([segment.t_start, segment.t_end])
-        for motion, absent in ((trajectory, riding), (as_seen, others)):
-            mode = proof.segment.mode
-            contacts = replace(mode.contacts, absent=mode.contacts.absent | absent)
-            checker = context.checker_for(proof.scene, replace(mode, contacts=contacts))
+        # What is worked on is met where it is planned to be: displaced, the touch would count as too deep.
+        met = target if times[0] <= segment.t_start < times[1] else set()
+        as_seen = relative_to_belt(trajectory, axis, speed, proof.t_scene)
+        for motion, absent in ((trajectory, riding), *([(as_seen, others | riding - met)] if met else [])):
+            checker = context.checker_for(proof.scene, _without(absent, mode))
             run = RestingRun(motion, span, np.ones(1))
-            unproven = why_not_proven(run, [proof.segment], [checker])
-            if unproven is not None:
+            if (unproven := why_not_proven(run, [proof.segment], [checker])) is not None:
                 return unproven
+        checker = context.checker_for(proof.scene, _without(others | met, mode))
+        if (unproven := why_not_swept(as_seen, segment, checker, axis, shifts)) is not None:
+            return unproven
     return None
+
+
+def _without(absent: set[str], mode: Mode) -> Mode:
+    """Return a mode in which some bodies and items of the world are absent."""
+    return replace(mode, contacts=replace(mode.contacts, absent=mode.contacts.absent | absent))
