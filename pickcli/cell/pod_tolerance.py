@@ -152,6 +152,7 @@ def pod_stand(T_nominal_pod: Array) -> str:
         The text.
     """
     x, y, z = 1e3 * T_nominal_pod[:3, 3]
-    text = f"{x:+.1f} mm in x, {y:+.1f} mm in y, {degrees(yaw_of(T_nominal_pod)):+.2f} degrees off its place"
+    yaw = degrees(yaw_of(T_nominal_pod))
+    text = f"{x:+z.1f} mm in x, {y:+z.1f} mm in y, {yaw:+z.2f} degrees off its place"
     tilt = degrees(acos(min(T_nominal_pod[2, 2], 1.0)))
     return text + (f", raised by {z:.1f} mm and tilted by {tilt:.2f} degrees" if abs(z) + tilt > 1e-3 else "")

@@ -145,6 +145,25 @@ def open_cell(name: str, request: ArmRequest) -> Cell:
     return request.cell_of(load_workcell(name, request.items))
 
 
+def open_alike(name: str, request: ArmRequest) -> Cell:
+    """Load a cell for what is the same for all of its arms, so that none need be named.
+
+    Args:
+        name: Name under data/cells, or path of the cell.
+        request: The arms stated on the command line.
+
+    Returns:
+        The cell, as the preferred arm sees it if none is named.
+
+    Raises:
+        InputError: The cell cannot be read, or the request does not fit it.
+    """
+    from pickcli.cell.cell_file import load_workcell
+
+    workcell = load_workcell(name, request.items)
+    return workcell.preferred if request.arm is None else request.cell_of(workcell)
+
+
 def seen_by_others(scene: Scene, request: ArmRequest) -> list[Scene]:
     """Return the scene as seen by other arms that could also execute the request, if no arm is named.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, open_cell
+from pickcli.commands.arm_options import ArmRequest, open_alike, open_cell
 from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.options import DEFAULT_CELL, refuse_output
@@ -253,8 +253,8 @@ def _checked_perceived(path: Path, options: CheckOptions) -> dict[str, Any]:
 
     from pickcli.perception.items.perceived_file import read_perceived
 
-    cell = None if options.cell_name is None else open_cell(options.cell_name, options.arms)
-    perceived = read_perceived(path, cell, partial(open_cell, request=options.arms))
+    cell = None if options.cell_name is None else open_alike(options.cell_name, options.arms)
+    perceived = read_perceived(path, cell, partial(open_alike, request=options.arms))
     places, is_located = perceived.places, perceived.pod is not None
     answers = [item for place in places for item in place.items]
     n = sum(item.is_answer for item in answers)

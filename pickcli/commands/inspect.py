@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_alike, open_cell, standing_option
 from pickcli.commands.cell_summary import cell_summary
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
@@ -228,8 +228,8 @@ def _perceived(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str,
 
     from pickcli.perception.items.perceived_file import perceived_values, read_perceived
 
-    cell = None if cell_name is None else open_cell(cell_name, arms)
-    return perceived_values(read_perceived(path, cell, partial(open_cell, request=arms)))
+    cell = None if cell_name is None else open_alike(cell_name, arms)
+    return perceived_values(read_perceived(path, cell, partial(open_alike, request=arms)))
 
 
 def _supports(scene: Scene) -> dict[str, Any]:

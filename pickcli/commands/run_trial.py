@@ -72,7 +72,7 @@ def command(
     from pickcli.trial.order import require_playable
     from pickcli.trial.order_file import order_file, read_order
     from pickcli.trial.pod_shift import standing
-    from pickcli.trial.trial_folder import write_folder
+    from pickcli.trial.trial_folder import LOOKS, write_folder
 
     if is_stream(order_path):
         folder = output or Path("runs") / f"{order_path.stem}-{seed}"
@@ -121,7 +121,10 @@ def command(
             _show(result)
         paths = write_folder(folder, result, played.record, played.pictures, played.motion, overwrite)
         if not as_json:
-            click.echo("\n".join(f"wrote {path}" for path in paths))
+            looks = [path for path in paths if path.match(LOOKS)]
+            told = [f"wrote {path}" for path in paths if path not in looks]
+            told += [f"wrote {folder / LOOKS}: {len(looks)} pictures"] if looks else []
+            click.echo("\n".join(told))
     if not result.is_clean:
         raise TrialAbortedError(_what_went_wrong(result))
 

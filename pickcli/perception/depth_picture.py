@@ -12,7 +12,7 @@ from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.sensors.sensor_model import DepthModel, SensorModel
 from pickcli.errors import InputError
 from pickcli.files.png_file import read_grey
-from pickcli.geometry import Array
+from pickcli.geometry import Array, is_pose
 from pickcli.kernel import DepthNoise
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.surface_view import FloatPicture
@@ -35,6 +35,24 @@ class DepthPicture:
     camera: PinholeCamera
     T_world_camera: Array
     depth: FloatPicture
+
+    def check(self) -> None:
+        """Refuse a picture that no camera takes.
+
+        Raises:
+            InputError: It has another size than the camera, nothing was measured, depths are not above 0, or
+                the camera has no pose.
+        """
+        size = (self.camera.height, self.camera.width)
+        if self.depth.shape != size:
+            has, needs = (" x ".join(str(n) for n in shape[::-1]) for shape in (self.depth.shape, size))
+            raise InputError(f"depth: {has} px, but the camera has {needs}; take its own picture")
+        if not np.isfinite(self.depth).any():
+            raise InputError("depth: nothing was measured in any pixel; check range and unit (m)")
+        if np.nanmin(self.depth) <= 0.0 or np.isinf(self.depth).any():
+            raise InputError("depth: must be above 0 and finite, in m, and NaN where nothing was measured")
+        if not is_pose(self.T_world_camera):
+            raise InputError("T_world_camera: is no rigid pose (4, 4); its rotation must be orthonormal")
 
     @property
     def in_steps(self) -> NDArray[np.uint16]:

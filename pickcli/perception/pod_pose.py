@@ -15,7 +15,7 @@ from pickcli.cell.pod_tolerance import Displacement, displaced, pod_stand
 from pickcli.cell.sensors.mounted_camera import MountError
 from pickcli.cell.sensors.sensor_model import DepthModel
 from pickcli.errors import InputError
-from pickcli.geometry import Array, inverse, is_pose
+from pickcli.geometry import Array, inverse
 from pickcli.perception.depth_picture import DepthPicture
 from pickcli.perception.pod_bound import front_bound, pod_bound
 from pickcli.perception.pod_fit import PodFit, PodFitter, ThinnedPicture
@@ -132,21 +132,12 @@ def check_picture(picture: DepthPicture, noise: DepthModel) -> None:
         InputError: It has another size than the camera, nothing was measured, depths are in another unit or
             not above 0, or the camera has no pose.
     """
-    depth, size = picture.depth, (picture.camera.height, picture.camera.width)
-    if depth.shape != size:
-        has = " x ".join(str(n) for n in depth.shape[::-1])
-        raise InputError(f"depth: {has} px, but the camera has {size[1]} x {size[0]}; take its own picture")
-    measured = depth[np.isfinite(depth)]
-    if not len(measured):
-        raise InputError("depth: nothing was measured in any pixel; check range and unit (m)")
-    if measured.min() <= 0.0 or np.isinf(depth).any():
-        raise InputError("depth: must be above 0 and finite, in m, and NaN where nothing was measured")
+    picture.check()
+    measured = picture.depth[np.isfinite(picture.depth)]
     middle = float(np.median(measured[::MEDIAN_STEP]))
     if not noise.least / OUT_OF_RANGE <= middle <= noise.greatest * OUT_OF_RANGE:
         range_ = f"the sensor measures from {noise.least:g} to {noise.greatest:g} m"
         raise InputError(f"depth: {middle:.4g} m at the median, but {range_}; is it in another unit, as mm?")
-    if not is_pose(picture.T_world_camera):
-        raise InputError("T_world_camera: is no rigid pose (4, 4); its rotation must be orthonormal")
 
 
 def fit_pod(picture: DepthPicture, cell: Cell, noise: DepthModel, T_world_guess: Array) -> PodFit:

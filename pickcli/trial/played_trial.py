@@ -24,7 +24,7 @@ from pickcli.trial.pod_shift import standing
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.stow_assignment import StowRule
-from pickcli.trial.trial_folder import look_pictures
+from pickcli.trial.trial_folder import pictures_of_looks
 from pickcli.trial.trial_perception import PerceptionKind
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import TrialResult
@@ -169,7 +169,7 @@ def play_trial(
 
         result = run_trial(request.order, interfaces, settings, on_progress, attempted)
         record = trial_record(result, request.order_name, time.perf_counter() - began)
-        pictures = {"before": before, "after": arena.picture(), **look_pictures(result.looks)}
+        pictures = {"before": before, "after": arena.picture(), **pictures_of_looks(result.looks)}
     return PlayedTrial(result, record, pictures, motion_values(recorder, cells))
 
 

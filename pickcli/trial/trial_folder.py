@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from pickcli.trial.trial_perception import LookRecord
 
 MOTION = "motion.json.gz"
-_LOOKS = "look_*.png"
+LOOKS = "look_*.png"
 
 # All files of the folder, which are replaced in an existing one, besides those of looks. The first is written
 # only for orders with a claim.
 NAMES = ("output.json", "scene.json", "after.json", "trial.json", "motion.json.gz", "before.png", "after.png")
 
 
-def look_pictures(looks: Iterable[LookRecord]) -> dict[str, NDArray[np.uint8]]:
+def pictures_of_looks(looks: Iterable[LookRecord]) -> dict[str, NDArray[np.uint8]]:
     """Collect the pictures of looks.
 
     Args:
@@ -124,7 +124,7 @@ def write_folder(
         **{f"{name}.png": partial(write_png, picture, replace=replace) for name, picture in pictures.items()},
     }
     if replace:  # of a trial that was here before, which may have looked more often
-        for path in folder.glob(_LOOKS):
+        for path in folder.glob(LOOKS):
             if path.stem not in pictures:
                 path.unlink(missing_ok=True)
     if motion is not None:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.pod_tolerance import Displacement, displaced
+from pickcli.cell.pod_tolerance import Displacement, displaced, pod_stand
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse, pose, transform_points
@@ -86,3 +86,8 @@ def test_a_bound_that_is_none_is_told_with_its_place(cell_copy: CellCopy) -> Non
     line = cell_copy.yaml.replace("displacement: {x: 0.05,", "displacement: {x: -0.05,")
     with pytest.raises(InputError, match=rf"cell.yaml:{line}:\d+: pod.displacement.x: expected m, 0 to 0.5"):
         cell_copy.load()
+
+
+def test_a_pod_at_its_place_is_told_without_a_sign_of_nothing() -> None:
+    told = pod_stand(displaced(np.eye(4), -1e-6, 0.02, -1e-7))
+    assert told == "+0.0 mm in x, +20.0 mm in y, +0.00 degrees off its place"

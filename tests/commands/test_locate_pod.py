@@ -62,6 +62,8 @@ def test_the_camera_at_the_waist_of_kth_finds_it(tmp_path: Path) -> None:
     np.testing.assert_allclose([1e3 * told["displacement"][key] for key in "xy"], [-30.0, 25.0], atol=1.0)
     assert np.degrees(told["displacement"]["yaw"]) == pytest.approx(-2.0, abs=0.1)
     assert told["pod"]["error"]["x"] < 0.01
+    for command in ("check", "inspect"):  # what a camera saw is the same for both arms
+        assert apc(command, path).code == 0
 
 
 def test_the_file_is_read_back_inspected_and_checked(pod: Path, cell: Cell) -> None:
@@ -80,6 +82,7 @@ def test_the_file_is_read_back_inspected_and_checked(pod: Path, cell: Cell) -> N
         (lambda pod: pod["pose"].update(quaternion=[1.0, 0.0, 0.0, 0.0]), "leans, or is not on the floor"),
         (lambda pod: pod["pose"].update(position=[0.0, 0.0, 0.5]), "leans, or is not on the floor"),
         (lambda pod: pod.pop("pixels"), "pixels"),
+        (lambda pod: pod.update(pixels=0), "pod.pixels"),
     ],
 )
 def test_mistakes_in_the_file_are_told(pod: Path, tmp_path: Path, change, told: str) -> None:  # type: ignore[no-untyped-def]
@@ -88,6 +91,15 @@ def test_mistakes_in_the_file_are_told(pod: Path, tmp_path: Path, change, told: 
     path = tmp_path / "changed.json"
     path.write_text(json.dumps(content))
     refused(apc("check", path), 3, told)
+
+
+def test_a_pod_that_is_known_exactly_is_refused(pod: Path, tmp_path: Path) -> None:
+    content = json.loads(pod.read_text())
+    content["pod"]["front_error"] = 0.0
+    path = tmp_path / "changed.json"
+    path.write_text(json.dumps(content))
+    answer = apc("check", path)
+    assert answer.code == 3 and "pod.front_error: expected m, above 0" in answer.err
 
 
 def test_a_recorded_picture_says_the_same(shifted: Path, pod: Path, cell: Cell, tmp_path: Path) -> None:

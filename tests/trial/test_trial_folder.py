@@ -17,7 +17,7 @@ from pickcli.trial.order import OrderKind
 from pickcli.trial.order_file import read_order
 from pickcli.trial.trial_folder import (
     NAMES,
-    look_pictures,
+    pictures_of_looks,
     read_look_pictures,
     refuse_existing_folder,
     write_folder,
@@ -108,11 +108,11 @@ def test_pictures_of_looks_are_read_again_and_those_of_an_earlier_trial_are_gone
     rng = np.random.default_rng(1)
     first, second = (rng.integers(0, 255, (8, 6, 3), dtype=np.uint8) for _ in range(2))
     looks = [LookRecord(k, {"bin_A": ("hand", "cam_A")}, (), {"bin_A": first}) for k in (1, 2)]
-    write_folder(tmp_path, result, record, look_pictures(looks))
+    write_folder(tmp_path, result, record, pictures_of_looks(looks))
     told = [{"number": k, "cameras": {"bin_A": ["hand", "cam_A"]}} for k in (1, 2, 3)]
     found = read_look_pictures(tmp_path, told)
     assert found.keys() == {(1, "bin_A"), (2, "bin_A")} and (found[2, "bin_A"] == first).all()
     once = [replace(looks[0], pictures={"bin_A": second})]
-    write_folder(tmp_path, result, record, look_pictures(once))
+    write_folder(tmp_path, result, record, pictures_of_looks(once))
     found = read_look_pictures(tmp_path, told)
     assert found.keys() == {(1, "bin_A")} and (found[1, "bin_A"] == second).all()

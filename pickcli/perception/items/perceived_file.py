@@ -134,6 +134,7 @@ def read_perceived(
     source = read_yaml(path, PERCEIVED, is_json=True)
     model = validate(source, PerceivedModel)
     cell = cell or load(model.cell)
+    _check_camera(source, model, cell)
     places = []
     for i, each in enumerate(model.places):
         if each.place not in cell.places:
@@ -153,6 +154,17 @@ def read_perceived(
     pod = None if model.pod is None else _pod(source, model.pod, cell)
     source.check()
     return Perceived(model.cell, model.camera, model.sensor, T_world_camera, tuple(places), pod)
+
+
+def _check_camera(source: Source, model: PerceivedModel, cell: Cell) -> None:
+    """Refuse a camera that the cell does not have, or has of another model: its errors are others."""
+    if model.cell != cell.name:
+        return  # told by whoever needs it to be of that cell
+    if model.camera not in cell.cameras:
+        has = f"has {', '.join(cell.cameras)}" if cell.cameras else "has none"
+        source.add(("camera",), f"cell {cell.name} has no camera {model.camera}, it {has}; look again")
+    elif (own := cell.cameras[model.camera].model.name) != model.sensor:
+        source.add(("sensor",), f"camera {model.camera} of cell {cell.name} is {own} by now; look again")
 
 
 def _pod(source: Source, model: LocatedPodModel, cell: Cell) -> PodEstimate:

@@ -96,9 +96,9 @@ class LocatedPodModel(FileModel):
 
     pose: PerceivedPoseModel = Field(description="a pose in the world")
     error: LocatedPodErrorModel = Field(description="bounds of the error of the pose")
-    front_error: float = Field(ge=0, le=0.2, description="m")
+    front_error: float = Field(gt=0, le=0.2, description="m, above 0")
     explained: float = Field(ge=0, le=1, description="a share")
-    pixels: _Count = Field(description="a number of pixels")
+    pixels: int = Field(ge=1, description="a number of pixels, above 0")
 
 
 class PerceivedModel(FileModel):

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from pickcli.cell.sensors.sensor_model import DepthModel, SensorModel
 from pickcli.errors import InputError
-from pickcli.geometry import Array, is_pose
+from pickcli.geometry import Array
+from pickcli.perception.depth_picture import DepthPicture
 from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.surface_view import FloatPicture
 
@@ -33,23 +32,13 @@ class RgbdPicture:
     colour: ColourPicture
 
     def __post_init__(self) -> None:
-        camera, name = self.sensor.camera, self.sensor.name
-        size = (camera.height, camera.width)
+        name = self.sensor.name
         if self.sensor.depth is None:
             raise InputError(f"sensor {name}: is a colour camera; items are found with depth, choose another")
-        if self.depth.shape != size:
-            raise InputError(f"depth: {_size(self.depth.shape)} px, sensor {name} has {_size(size)} px")
-        if self.colour.shape != (*size, 3):
-            raise InputError(
-                f"colour: {_size(self.colour.shape)} px, sensor {name} has {_size((*size, 3))}; depth and "
-                "colour must be registered"
-            )
-        if not np.isfinite(self.depth).any():
-            raise InputError("depth: nothing was measured in any pixel; check range and unit (m)")
-        if np.nanmin(self.depth) <= 0.0 or np.isinf(self.depth).any():
-            raise InputError("depth: must be above 0 and finite, in m, and NaN where nothing was measured")
-        if not is_pose(self.T_world_camera):
-            raise InputError("T_world_camera: is no rigid pose (4, 4); its rotation must be orthonormal")
+        DepthPicture(self.sensor.camera, self.T_world_camera, self.depth).check()
+        if self.colour.shape != (*self.depth.shape, 3):
+            has, needs = _size(self.colour.shape), _size((*self.depth.shape, 3))
+            raise InputError(f"colour: {has} px, but depth {needs}; both must be registered")
 
     @property
     def depth_model(self) -> DepthModel:

@@ -45,6 +45,8 @@ def test_a_file_is_read_as_it_was_written(perceived: Perceived, cell: Cell, tmp_
         (("format",), "apc scene", "is a scene, but a file of perceived items is expected"),
         (("version",), 2, "version"),
         (("places", 0, "place"), "bin_Z", "bin_Z"),
+        (("camera",), "waist", "has no camera waist, it has hand, boom"),
+        (("sensor",), "carmine", "camera hand of cell apc2016_delft is ensenso by now"),
         (("places", 0, "items", 0, "confidence"), 1.5, "confidence"),
         (("places", 0, "items", 0, "pose", "quaternion"), [0.0, 0.0, 0.0, 0.5], "expected a length of 1"),
         (("places", 0, "items", 0, "pose", "position"), [0.0, 0.0], "position"),

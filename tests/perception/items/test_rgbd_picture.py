@@ -14,10 +14,10 @@ from pickcli.perception.items.rgbd_picture import RgbdPicture
 from support.filled_bins import Filled
 
 CHANGES: dict[str, Callable[[RgbdPicture], RgbdPicture]] = {
-    "depth: 3 x 2 px, sensor ensenso has 1280 x 1024 px": lambda rgbd: replace(
+    "depth: 3 x 2 px, but the camera has 1280 x 1024": lambda rgbd: replace(
         rgbd, depth=np.ones((2, 3), np.float32)
     ),
-    "colour: 3 x 2 x 3 px, sensor ensenso has 1280 x 1024 x 3;": lambda rgbd: replace(
+    "colour: 3 x 2 x 3 px, but depth 1280 x 1024 x 3;": lambda rgbd: replace(
         rgbd, colour=np.zeros((2, 3, 3), np.uint8)
     ),
     "depth: nothing was measured in any pixel": lambda rgbd: replace(
