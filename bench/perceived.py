@@ -2,6 +2,7 @@
 
     python -m bench.perceived [--seeds 1000-1005] [--sensors ensenso carmine] [--json FILE]
     python -m bench.perceived --seeds 1-3 --calibrate
+    python -m bench.perceived --seeds 24-31 --looks 3 --calibrate
     python -m bench.perceived --seeds 1000 --sensors ensenso --lists
 
 Each seed is an order drawn by the rules of 2016 (46 items in 12 bins), stowed by the package's scene maker,
@@ -10,7 +11,9 @@ each of the sensors. An answer is good within 10 mm and 10 degrees of the truth,
 aside, and wrong over 30 mm; a copy of an item may be taken for the other. Seeds 1 to 3 were used for tuning
 and for ``--calibrate``, which fits the confidence to them; figures of others are to be reported. CPU time of
 one thread, without pictures and models. ``--lists`` gives each bin a list with one item too few, which must
-leave something unexplained, and one with an item that is not there, which must be refused.
+leave something unexplained, and one with an item that is not there, which must be refused. With ``--looks 3``
+the camera looks from both sides, too, and answers are what two of the looks agree on; ``--calibrate`` is then
+for what each two of them say.
 """
 
 from __future__ import annotations
@@ -19,6 +22,8 @@ import argparse
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cache
+from itertools import combinations
 from pathlib import Path
 from time import thread_time
 from typing import Any
@@ -32,16 +37,17 @@ from pickcli.cell.place import Place
 from pickcli.cell.schemas.sensor_file import read_sensor, sensor_file
 from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.geometry import Array
-from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import measure_depth
+from pickcli.perception.items.agreement import agreement_features
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, support_features
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
-from pickcli.perception.items.item_perception import ListedItem, perceive_items
+from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.pose_bound import (
     LEAST_CONFIDENCE_OF_BOUND,
     ROUNDING,
     SURE,
     BoundModel,
+    agreed_bound_features,
     bound_features,
 )
 from pickcli.perception.items.product_model import product_model
@@ -49,9 +55,10 @@ from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene
+from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
 from pickcli.random_scenes.make_scene import make_scene
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.seeds import derived_rng
+from pickcli.seeds import derived_rng, derived_seed
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 
@@ -61,7 +68,10 @@ VISIBLE = 0.7  # share of an item's pixels that nothing else hides
 TEXTURES = 7919  # added to the seed of a scene
 REGULARISATION = 0.05
 N_FOLDS = 5  # of scenes, for what is calibrated on others
-CLASSES = (0.67,)  # shares of poses between which each class has a factor of its own
+CLASSES, CLASSES_OF_PAIRS = (
+    (0.67,),
+    (0.5, 0.8),
+)  # shares of poses between which classes have factors of their own
 MIXING = {"kinect_v2"}  # sensors that mix depths at edges
 CONFIDENCE_FEATURE = 2  # index of the one that follows from the confidence
 QUANTILE, KEPT = 0.9, 0.995  # of the regression of bounds, and of poses with all errors within them
@@ -127,50 +137,74 @@ def visible_share(rendered: RenderedScene, rgbd: RgbdPicture, item_id: str) -> f
 
 @dataclass(frozen=True, eq=False)
 class SeenBin:
-    """One look into a bin."""
+    """Pictures of a bin from one or several places, each with what is known to be in it.
+
+    rendered: what there is in the first one
+    """
 
     scene: Scene
     place: Place
-    rgbd: RgbdPicture
+    pictures: tuple[tuple[RgbdPicture, RenderedScene], ...]
     rendered: RenderedScene
-    known: RenderedScene
+
+    @property
+    def rgbd(self) -> RgbdPicture:
+        """The first picture."""
+        return self.pictures[0][0]
 
     @property
     def items(self) -> tuple[PlacedItem, ...]:
         """What is in it."""
         return self.scene.in_location(self.place.name)
 
+    def looks(self, listed: Sequence[ListedItem]) -> list[PlaceLook]:
+        """What is found of a list in each picture."""
+        T_world_place = self.scene.T_world_place(self.place)
+        return [PlaceLook.of(rgbd, self.place, T_world_place, listed, known) for rgbd, known in self.pictures]
+
     def perceived(self, listed: Sequence[ListedItem]) -> PlaceObservation:
         """What is found of a list."""
-        T_world_place = self.scene.T_world_place(self.place)
-        return perceive_items(self.rgbd, self.place, T_world_place, listed, self.known)
+        return concluded(self.looks(listed))
 
 
-def seen_bins(scene: Scene, sensor: SensorModel) -> Iterator[SeenBin]:
-    """All bins, seen once each."""
-    cell = scene.cell
-    hand = cell.cameras["hand"]
-    for name, place in cell.pod.bins.items():
-        at = cell.configurations[f"cam_{name.removeprefix('bin_')}"]
-        T = camera_pose(cell.robot, hand, at.q, at.tool_state)
-        rendered = RenderedScene.of(scene, at.q, at.tool_state)
-        depth = measure_depth(rendered, sensor, T, scene.seed).depth
-        colour = colour_picture(rendered, sensor.camera, T, TEXTURES + scene.seed)
-        known = RenderedScene.of(replace(scene, items=()), at.q, at.tool_state)
-        yield SeenBin(scene, place, RgbdPicture(sensor, T, depth, colour), rendered, known)
+@cache
+def from_where(cell: Cell, n_looks: int) -> dict[Place, tuple[Viewpoint, ...]]:
+    """From where each bin is looked into, so many at most."""
+    return {place: viewpoints_of(place, cell)[:n_looks] for place in cell.pod.bins.values()}
 
 
-def rows_of_scene(scene: Scene, sensor: SensorModel) -> Iterator[Row]:
-    """All items of all bins, each bin seen once."""
-    for seen in seen_bins(scene, sensor):
+def seen_bins(scene: Scene, sensor: SensorModel, n_looks: int = 1) -> Iterator[SeenBin]:
+    """All bins, seen from so many places each."""
+    empty = replace(scene, items=())
+    for place, viewpoints in from_where(scene.cell, n_looks).items():
+        pictures = []
+        for k, viewpoint in enumerate(viewpoints):
+            at, T = viewpoint.at, viewpoint.T_world_camera
+            rendered = RenderedScene.of(scene, at.q, at.tool_state)
+            seed = derived_seed("look", scene.seed, at.name) if k else scene.seed
+            depth = measure_depth(rendered, sensor, T, seed).depth
+            colour = colour_picture(rendered, sensor.camera, T, TEXTURES + scene.seed)
+            known = RenderedScene.of(empty, at.q, at.tool_state)
+            pictures.append((RgbdPicture(sensor, T, depth, colour), known))
+        at = viewpoints[0].at
+        yield SeenBin(scene, place, tuple(pictures), RenderedScene.of(scene, at.q, at.tool_state))
+
+
+def rows_of_scene(
+    scene: Scene, sensor: SensorModel, n_looks: int = 1, in_pairs: bool = False
+) -> Iterator[Row]:
+    """All items of all bins, each seen from so many places; or what each two of these looks say of them."""
+    for seen in seen_bins(scene, sensor, n_looks):
         for placed in seen.items:
             product_model(placed.item)
         start = thread_time()
-        answers = seen.perceived([ListedItem(each.id, each.item) for each in seen.items]).items
+        looks = seen.looks([ListedItem(each.id, each.item) for each in seen.items])
+        observed = [concluded(each) for each in (combinations(looks, 2) if in_pairs else [looks])]
         ms = 1e3 * (thread_time() - start) / max(len(seen.items), 1)
-        for placed, answer in zip(seen.items, answers, strict=True):
-            visible = visible_share(seen.rendered, seen.rgbd, placed.id)
-            yield _row(sensor, (scene.seed, seen.place.name, ms), seen.items, answer, visible)
+        visible = [visible_share(seen.rendered, seen.rgbd, placed.id) for placed in seen.items]
+        for each in observed:
+            for answer, share in zip(each.items, visible, strict=True):
+                yield _row(sensor, (scene.seed, seen.place.name, ms), seen.items, answer, share)
 
 
 def wrong_lists(scene: Scene, sensor: SensorModel) -> Iterator[tuple[str, bool]]:
@@ -205,8 +239,12 @@ def _row(
         copies = [each.T_world_item for each in items if each.item == answer.item]
         error = min((error_of(shape, T, T_true) for T_true in copies), key=lambda each: each.position)
         lost = sensor.depth.no_return.get(answer.item.material, 0.0)
-        features = tuple(support_features(answer.support, lost, len(items)).tolist())
-        of_bound = tuple(bound_features(answer.support, lost, answer.confidence).tolist())
+        of_confidence = support_features(answer.support, lost, len(items))
+        bounds_by = bound_features(answer.support, lost, answer.confidence)
+        if answer.agreement is not None:
+            of_confidence = agreement_features(answer.support, lost, len(items), answer.agreement)
+            bounds_by = agreed_bound_features(answer.support, lost, answer.confidence, answer.agreement)
+        features, of_bound = tuple(of_confidence.tolist()), tuple(bounds_by.tolist())
     is_kept = error is not None and answer.bound is not None and answer.bound.holds(error)
     seed, name, ms = of
     return Row(
@@ -286,7 +324,9 @@ def quantile_weights(features: Array, wanted: Array) -> Array:
     return np.asarray(found[:n_features] - found[n_features : 2 * n_features])
 
 
-def calibrated_bounds(features: Array, errors: Array, scenes: Sequence[int]) -> BoundModel:
+def calibrated_bounds(
+    features: Array, errors: Array, scenes: Sequence[int], between: Sequence[float] = CLASSES
+) -> BoundModel:
     """Bounds of errors (N, 3) by features (N, F), with factors that keep nearly all of each class.
 
     The factors are what keeps them in scenes that the weights were not fitted to.
@@ -297,7 +337,7 @@ def calibrated_bounds(features: Array, errors: Array, scenes: Sequence[int]) -> 
         is_here = folds == fold
         for k, error in enumerate(wanted.T):
             usual[is_here, k] = features[is_here] @ quantile_weights(features[~is_here], error[~is_here])
-    excess, classes = (wanted - usual).max(axis=1), np.quantile(usual[:, 2], CLASSES)
+    excess, classes = (wanted - usual).max(axis=1), np.quantile(usual[:, 2], between)
     own = np.searchsorted(classes, usual[:, 2])
     return BoundModel(
         np.array([quantile_weights(features, error) for error in wanted.T]),
@@ -316,7 +356,7 @@ def confidences_of_others(rows: Sequence[Row]) -> Array:
     return found
 
 
-def print_calibration(rows: Sequence[Row]) -> None:
+def print_calibration(rows: Sequence[Row], between: Sequence[float]) -> None:
     """Print the weights of confidence and bounds."""
     found = [r for r in rows if r.features is not None]
     print("confidence", np.array2string(calibrated(found), precision=3, separator=", "))
@@ -328,7 +368,7 @@ def print_calibration(rows: Sequence[Row]) -> None:
             continue
         features = np.array([with_confidence(r, c) for r, c in own])
         errors = np.array([[r.mm, r.deg, r.surface_mm] for r, _ in own], dtype=np.float64)
-        model = calibrated_bounds(features, errors, [r.seed for r, _ in own])
+        model = calibrated_bounds(features, errors, [r.seed for r, _ in own], between)
         for part, values in asdict(model).items():
             print(name, part, np.array2string(values, precision=3, separator=", "))
 
@@ -385,6 +425,7 @@ def main() -> None:
     )
     parser.add_argument("--seeds", default="1000-1005", help="of scenes, e.g. 1000-1005 or 1,2,3")
     parser.add_argument("--sensors", nargs="+", default=list(SENSORS), help="files under data/sensors")
+    parser.add_argument("--looks", type=int, default=1, choices=(1, 2, 3), help="into each bin")
     parser.add_argument("--calibrate", action="store_true", help="also print weights of the confidence")
     parser.add_argument("--lists", action="store_true", help="lists with an item too few, and one too many")
     parser.add_argument("--json", type=Path, help="also write figures and all rows there")
@@ -399,10 +440,11 @@ def main() -> None:
     for seed in numbers_in(arguments.seeds):
         scene = fresh_scene(cell, seed)
         for sensor in sensors:
-            rows += rows_of_scene(scene, sensor)
+            in_pairs = arguments.calibrate and arguments.looks > 1
+            rows += rows_of_scene(scene, sensor, arguments.looks, in_pairs)
     found = report(rows)
     if arguments.calibrate:
-        print_calibration(rows)
+        print_calibration(rows, CLASSES_OF_PAIRS if arguments.looks > 1 else CLASSES)
     if arguments.json is not None:
         arguments.json.write_text(
             json.dumps({"summary": found, "rows": [asdict(r) for r in rows]}, indent=1) + "\n"

@@ -206,6 +206,19 @@ def rotation_vector(R: Array) -> Array:
     return np.asarray(v * (2.0 * np.arctan2(sine, w) / sine))
 
 
+def rotation_from_vector(v: Array) -> Array:
+    """Compute the rotation matrix of a rotation vector.
+
+    Args:
+        v: (3,) rad, axis times angle; of any length.
+
+    Returns:
+        (3, 3).
+    """
+    angle = length(v)
+    return np.eye(3) if angle == 0.0 else rotation_axis_angle(v / angle, angle)
+
+
 def rotation_angle(R: Array) -> float:
     """Compute the angle of a rotation matrix.
 

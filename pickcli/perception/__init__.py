@@ -3,7 +3,8 @@
 A `rendered_scene` holds the solids of a scene as cameras see them. A `surface_view` is what one camera sees
 of them, without noise, from its `camera_pose`; a `depth_picture` is what its sensor measures, with noise.
 Colour pictures follow from the `looks` of the solids, which for items include a `procedural_texture`.
-`items` finds the listed items of a place in one picture with depth and colour.
+`viewpoints` are from where cameras look into a place.
+`items` finds the listed items of a place in one or several pictures with depth and colour.
 `pod_pose` finds the pod: from a `pod_start` by a `pod_fit`, with a `pod_bound` of the error.
 A `mount_calibration` finds it in several pictures, and the errors of cameras' mounts with it.
 A `perceived_picture` shows answers over the picture. A `believed_scene` is what all this leaves a robot with.

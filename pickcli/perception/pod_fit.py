@@ -17,7 +17,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import displaced
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.sensors.sensor_model import DepthModel
-from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
+from pickcli.geometry import Array, inverse, pose, rotation_from_vector
 from pickcli.perception.depth_picture import DepthPicture
 from pickcli.perception.rendered_scene import OwnerKind, RenderedScene, RenderedSolid
 from pickcli.perception.surface_view import FloatPicture
@@ -59,6 +59,20 @@ class PodFit:
     n_pixels: int
     explained: float
     through: float
+
+
+@dataclass(frozen=True, eq=False)
+class CameraFit:
+    """Where a camera is, as a picture of the pod shows it.
+
+    Attributes:
+        T_pod_camera: (4, 4) its pose in the frame of the pod.
+        information: (6, 6) second derivatives of the cost, were it summed and quadratic: of 3 shifts and 3
+            turns in the frame of the camera, in units of a pixel that is off by its scale.
+    """
+
+    T_pod_camera: Array
+    information: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +188,9 @@ class PodFitter:
         seen = self._compared(picture, self._T_pod_camera(picture, offset), scale)
         return float(seen.costs.sum() / max(len(seen.distances), 1))
 
-    def camera_fitted(self, picture: ThinnedPicture, offset: Array, scale: float, most_steps: int) -> Array:
+    def camera_fitted(
+        self, picture: ThinnedPicture, offset: Array, scale: float, most_steps: int
+    ) -> CameraFit:
         """Move the camera in all six directions until the picture shows the pod at an offset best.
 
         Args:
@@ -184,22 +200,19 @@ class PodFitter:
             most_steps: Largest number of Gauss-Newton steps.
 
         Returns:
-            (4, 4) pose of the camera in the frame of the pod.
+            The fit; its information is that before the last step.
         """
         T = self._T_pod_camera(picture, offset)
         for _ in range(most_steps):
             seen = self._compared(picture, T, scale)
-            n, beam = seen.normals @ T[:3, :3].T, seen.points @ T[:3, :3].T
-            J = np.hstack([n, np.cross(beam, n)])
+            J = np.hstack([seen.normals, np.cross(seen.points, seen.normals)])
             weighted = J * (seen.weights / seen.variances)[:, None]
             information = weighted.T @ J + CAMERA_DAMPING * np.eye(6)
             step = np.asarray(-np.linalg.solve(information, weighted.T @ seen.distances))
-            angle = float(np.linalg.norm(step[3:]))
-            R = rotation_axis_angle(step[3:] / angle, angle) if angle > 0.0 else np.eye(3)
-            T = pose(T[:3, 3] + step[:3], R=R @ T[:3, :3])
+            T = T @ pose(step[:3], R=rotation_from_vector(step[3:]))
             if np.abs(step).max() < SETTLED:
                 break
-        return T
+        return CameraFit(T, information)
 
     def _T_pod_camera(self, picture: ThinnedPicture, offset: Array) -> Array:
         return inverse(displaced(self.T_world_guess, *offset)) @ picture.T_world_camera

@@ -1,78 +1,61 @@
 """Perception of a trial by the depth cameras of its cell.
 
-In each bin, and each other place with a mouth at the front, items are found in a picture that the best placed
-depth camera takes in one of the arm's configurations for that. The true scene is rendered with the noise of
-the sensor, and nothing else is taken from it; pictures are taken as if the arm were there. What is in each
-place is known from the order and from what the robot has done; a place is looked into again once the tool was
-in it.
+In each bin, and each other place with a mouth at the front, items are found in pictures that the best placed
+depth camera takes in one of the arm's configurations for that, and, if the arm moves it, aslant from both
+sides: what two of them agree on is sure. The true scene is rendered with the noise of the sensor, and nothing
+else is taken from it; pictures are taken as if the arm were there. What is in each place is known from the
+order and from what the robot has done; once the tool was in a place, what was seen in it is forgotten.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.item import Item
-from pickcli.cell.place import Place
 from pickcli.cell.sensors.mounted_camera import MountedCamera, MountError
 from pickcli.errors import InputError
 from pickcli.geometry import Array, pose, rotation_axis_angle, transform_points
 from pickcli.perception.believed_scene import believed_items, unknown_in
-from pickcli.perception.camera_pose import camera_pose
-from pickcli.perception.depth_picture import DepthPicture, measure_depth
+from pickcli.perception.depth_picture import measure_depth
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
-from pickcli.perception.items.item_perception import ListedItem, perceive_items
+from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.perceived_file import Perceived
 from pickcli.perception.items.rgbd_picture import RgbdPicture
-from pickcli.perception.items.room_sight import LEAST_SEEN, coarse_view, room_sight
 from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.mount_calibration import MountCalibration, PodLook, calibrated_mounts, camera_in_pod
 from pickcli.perception.perceived_picture import perceived_picture
+from pickcli.perception.pod_fit import CameraFit
 from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.surface_view import FloatPicture
-from pickcli.scene.scene import PlacedItem, PoseNoise, Scene, empty_scene
+from pickcli.perception.viewpoints import Viewpoint, viewpoints_of
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.unknown_space import UnknownSpace
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.trial.trial_perception import BoundedErrors, LookRecord, PerceivedItem, Touched
 
-CAMERA_KIND = "camera"  # of named configurations in which cameras look
 _EXACT = MountError(0.0, 0.0)
 _DRAWN = 640  # px, about the width of a drawing of answers
-
-
-@dataclass(frozen=True, eq=False)
-class Viewpoint:
-    """From where a place is looked into.
-
-    Attributes:
-        camera: The camera.
-        at: The configuration of the arm.
-        T_world_camera: (4, 4) stated pose of the camera there.
-    """
-
-    camera: MountedCamera
-    at: NamedConfiguration
-    T_world_camera: Array
+MOST_PICTURES = 6  # of an unchanged place: what they have not shown others will not
 
 
 @dataclass(frozen=True, eq=False)
 class _Picture:
     """A picture of a place.
 
-    T_pod_camera: (4, 4) the camera relative to the pod in it; None if that is not located.
+    at_pod: The camera relative to the pod in it; None if that is not located.
     """
 
     viewpoint: Viewpoint
     depth: FloatPicture
     colour: ColourPicture
-    T_pod_camera: Array | None
+    at_pod: CameraFit | None
 
     def rgbd(self, T_world_camera: Array) -> RgbdPicture:
         """The picture, with the camera at a pose."""
@@ -81,15 +64,24 @@ class _Picture:
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """The last look into a place.
+    """What pictures show of a place since it was last touched.
 
     All that is seen in it may be off alike: by ``error``, about the pose ``T_world_about`` (4, 4).
+    looks: one for each picture
     """
 
+    pictures: tuple[_Picture, ...]
+    looks: tuple[PlaceLook, ...]
     observed: PlaceObservation
     T_world_about: Array
     error: MountError
     drawn: NDArray[np.uint8]
+
+    @property
+    def may_show_more(self) -> bool:
+        """Whether something is refused that another picture may show."""
+        is_refused = not all(_is_believed(answer) for answer in self.observed.items)
+        return is_refused and len(self.pictures) < MOST_PICTURES
 
 
 class CameraLooks:
@@ -109,7 +101,7 @@ class CameraLooks:
         self._cell, self._around, self._seed = cell, around, around.seed
         self._hand_eye = hand_eye
         self._viewpoints = {
-            name: viewpoint_of(place, cell)
+            name: viewpoints_of(place, cell)
             for name, place in cell.places.items()
             if not place.access.is_from_above
         }
@@ -126,7 +118,7 @@ class CameraLooks:
         return tuple(self._looks)
 
     def n_pictures(self, touched: Touched) -> int:
-        """Return how many places the next look is into.
+        """Return how many pictures the next look takes.
 
         Args:
             touched: What was touched since the last look.
@@ -134,7 +126,7 @@ class CameraLooks:
         Returns:
             The number.
         """
-        return max(1, len(self._due(touched)))
+        return sum(len(self._viewpoints[name]) for name in self._due(touched))
 
     def homes(self, first: Scene) -> Mapping[str, str]:
         """Return where the order says that items are.
@@ -184,7 +176,7 @@ class CameraLooks:
         return replace(scene, items=(*scene.items, *missing))
 
     def look(self, true: Scene, number: int, touched: Touched) -> Scene:
-        """Look into the places that were touched, else into those in which something was refused.
+        """Look into the places that were touched, else into those in which something is refused.
 
         Args:
             true: The true scene, to be rendered.
@@ -202,45 +194,46 @@ class CameraLooks:
         for placed in outside:
             self._may_be_in[placed.id] = frozenset({placed.location})
         due = self._due(touched)
-        pictures = {name: self._picture_of(name, true, around, number) for name in due}
+        for name in touched.places:
+            self._seen.pop(name, None)
+        pictures = {
+            name: [
+                self._taken(name, viewpoint, (true, around), number) for viewpoint in self._viewpoints[name]
+            ]
+            for name in due
+        }
         if self._pod is None:
-            self._pod = self._located(pictures.values(), around)
+            self._pod = self._located((each for taken in pictures.values() for each in taken), around)
         if self._pod is not None:
             around = replace(around, T_world_pod=self._pod.T_world_pod, pod_error=self._pod.error)
         for name in due:
-            self._seen[name] = self._perceived(name, pictures[name], around)
+            self._seen[name] = self._perceived(name, pictures[name], around, self._seen.get(name))
         for name in self._settle(due):  # again, without what was found elsewhere
-            self._seen[name] = self._perceived(name, pictures[name], around)
+            self._seen[name] = self._perceived(name, self._seen[name].pictures, around)
         self._note(due, true, number)
         return self._believed(around, outside)
 
-    def _due(self, touched: Touched) -> tuple[str, ...]:
+    def _due(self, touched: Touched) -> list[str]:
         """The places to look into: at first all; then those touched, else where something is refused."""
-        if not self._seen:
-            return tuple(self._viewpoints)
-        entered = tuple(name for name in self._viewpoints if name in touched.places)
-        return entered or tuple(
-            name
-            for name, seen in self._seen.items()
-            if not all(_is_believed(answer) for answer in seen.observed.items)
-        )
+        new = touched.places if self._seen else self._viewpoints.keys()
+        entered = [name for name in self._viewpoints if name in new]
+        return entered or [name for name in self._viewpoints if self._seen[name].may_show_more]
 
-    def _picture_of(self, name: str, true: Scene, around: Scene, number: int) -> _Picture:
-        """Take a picture of a place."""
-        viewpoint = self._viewpoints[name]
-        camera, at = viewpoint.camera, viewpoint.at
-        model = camera.model
-        T_true = viewpoint.T_world_camera @ self._off(camera)
+    def _taken(self, name: str, viewpoint: Viewpoint, scenes: tuple[Scene, Scene], number: int) -> _Picture:
+        """Take a picture of a place of the true scene; the pod is located in it by what is known around."""
+        (true, around), camera, at = scenes, viewpoint.camera, viewpoint.at
+        model, T_true = camera.model, viewpoint.T_world_camera @ self._off(camera)
         rendered = RenderedScene.of(replace(true, held=None), at.q, at.tool_state)
-        depth = measure_depth(rendered, model, T_true, derived_seed("look", self._seed, number, name)).depth
+        seed = derived_seed("look", self._seed, number, name, at.name)
+        depth = measure_depth(rendered, model, T_true, seed)
         prints = 1 + derived_seed("prints", self._seed) % (2**31 - 1)  # models know set 0
         colour = colour_picture(rendered, model.camera, T_true, prints)
-        T_pod_camera = None
+        at_pod = None
         if name in true.cell.pod.bins and model.depth is not None:
-            picture = DepthPicture(model.camera, viewpoint.T_world_camera, depth)
+            picture = replace(depth, T_world_camera=viewpoint.T_world_camera)
             with suppress(InputError):  # then the camera is taken to be where it is stated
-                T_pod_camera = camera_in_pod(picture, true.cell, model.depth, around.T_world_pod)
-        return _Picture(viewpoint, depth, colour, T_pod_camera)
+                at_pod = camera_in_pod(picture, true.cell, model.depth, around.T_world_pod)
+        return _Picture(viewpoint, depth.depth, colour, at_pod)
 
     def _located(self, pictures: Iterable[_Picture], around: Scene) -> MountCalibration | None:
         """The pod as pictures show it; None if none does."""
@@ -248,40 +241,67 @@ class CameraLooks:
             PodLook(
                 replace(each.viewpoint.camera, error=self._mount_error(each.viewpoint.camera)),
                 each.viewpoint.T_world_camera,
-                each.T_pod_camera,
+                each.at_pod,
             )
             for each in pictures
-            if each.T_pod_camera is not None
+            if each.at_pod is not None
         ]
         return calibrated_mounts(looks, around.T_world_pod) if looks else None
 
-    def _perceived(self, name: str, picture: _Picture, around: Scene) -> _Seen:
-        """Find what is listed to be in a place in a picture of it."""
-        viewpoint, place = picture.viewpoint, around.cell.places[name]
-        T_about, error = viewpoint.T_world_camera, self._mount_error(viewpoint.camera)
-        T_world_camera = viewpoint.T_world_camera
-        if self._pod is not None and name in around.cell.pod.bins:
-            middle = transform_points(place.T_carrier_place, (place.room.low + place.room.high)[None] / 2)[0]
-            T_about = self._pod.T_world_pod @ pose(middle)
-            error = MountError(self._pod.error_at(middle), self._pod.error.yaw)
-            if picture.T_pod_camera is not None:
-                T_world_camera = self._pod.T_world_pod @ picture.T_pod_camera
-            else:
-                mounted = self._pod.T_camera_mounted.get(viewpoint.camera.name, np.eye(4))
-                T_world_camera = viewpoint.T_world_camera @ mounted
-        known = RenderedScene.of(replace(around, items=()), viewpoint.at.q, viewpoint.at.tool_state)
-        listed = [
+    def _perceived(
+        self, name: str, pictures: Sequence[_Picture], around: Scene, before: _Seen | None = None
+    ) -> _Seen:
+        """Find what is listed to be in a place in new pictures of it, beside what was seen before."""
+        listed = tuple(
             ListedItem(item_id, self._products[item_id])
             for item_id, places in self._may_be_in.items()
             if name in places
-        ]
-        T_world_place = around.T_world_place(place)
-        rgbd = picture.rgbd(T_world_camera)
-        observed = perceive_items(rgbd, place, T_world_place, listed, known)
-        camera = viewpoint.camera
-        of = Perceived(around.cell.name, camera.name, camera.model.name, T_world_camera, (observed,))
+        )
+        if before is not None and before.looks[-1].listed != listed:  # other items may be found in them now
+            pictures, before = (*before.pictures, *pictures), None
+        looks = tuple(self._look_of(name, each, around, listed) for each in pictures)
+        if before is not None:
+            pictures, looks = (*before.pictures, *pictures), (*before.looks, *looks)
+        observed, last = concluded(looks), pictures[-1]
+        T_about, error = self._off_alike(name, pictures, around)
+        camera, rgbd = last.viewpoint.camera, looks[-1].rgbd
+        of = Perceived(around.cell.name, camera.name, camera.model.name, rgbd.T_world_camera, (observed,))
         coarser = max(1, round(camera.model.camera.width / _DRAWN))
-        return _Seen(observed, T_about, error, perceived_picture(rgbd, known, of, coarser))
+        drawn = perceived_picture(rgbd, self._known(last.viewpoint, around), of, coarser)
+        return _Seen(tuple(pictures), looks, observed, T_about, error, drawn)
+
+    def _look_of(
+        self, name: str, picture: _Picture, around: Scene, listed: Sequence[ListedItem]
+    ) -> PlaceLook:
+        """Search in a picture, from where the camera is relative to the pod in it."""
+        viewpoint, place = picture.viewpoint, around.cell.places[name]
+        T_world_camera = viewpoint.T_world_camera
+        if self._pod is not None and picture.at_pod is not None:
+            T_world_camera = self._pod.T_world_pod @ picture.at_pod.T_pod_camera
+        rgbd, known = picture.rgbd(T_world_camera), self._known(viewpoint, around)
+        return PlaceLook.of(rgbd, place, around.T_world_place(place), listed, known)
+
+    def _known(self, viewpoint: Viewpoint, around: Scene) -> RenderedScene:
+        """All that is known to be seen from a viewpoint, without items."""
+        return RenderedScene.of(replace(around, items=()), viewpoint.at.q, viewpoint.at.tool_state)
+
+    def _off_alike(self, name: str, pictures: Sequence[_Picture], around: Scene) -> tuple[Array, MountError]:
+        """By how much all that is seen in a place may be off alike, and about which pose (4, 4).
+
+        What is found relative to the pod is off with it, about the middle of the place. In a picture in which
+        the pod is not located it is off with the camera, and what is known of the place is off with the pod.
+        """
+        viewpoint, place = pictures[0].viewpoint, around.cell.places[name]
+        mount = self._mount_error(viewpoint.camera)
+        if self._pod is None or name not in around.cell.pod.bins:
+            return viewpoint.T_world_camera, mount
+        middle = transform_points(place.T_carrier_place, (place.room.low + place.room.high)[None] / 2)[0]
+        T_world_middle = self._pod.T_world_pod @ pose(middle)
+        position, angle = self._pod.error_at(middle), self._pod.error.yaw
+        if unlocated := [each.viewpoint.T_world_camera for each in pictures if each.at_pod is None]:
+            away = max(float(np.linalg.norm(T_world_middle[:3, 3] - T[:3, 3])) for T in unlocated)
+            position, angle = position + mount.position + mount.angle * away, angle + mount.angle
+        return T_world_middle, MountError(position, angle)
 
     def _off(self, camera: MountedCamera) -> Array:
         """Pose (4, 4) of the true camera in the frame of the stated one: the same in the whole trial."""
@@ -330,7 +350,7 @@ class CameraLooks:
     def _mount_error(self, camera: MountedCamera) -> MountError:
         return camera.error if self._hand_eye else _EXACT
 
-    def _note(self, due: tuple[str, ...], true: Scene, number: int) -> None:
+    def _note(self, due: Iterable[str], true: Scene, number: int) -> None:
         """Record a look, with the truth beside each pose."""
         items = []
         for name in due:
@@ -339,44 +359,10 @@ class CameraLooks:
                 PerceivedItem(name, answer, believed.get(answer.id), _off_by(answer, true))
                 for answer in self._seen[name].observed.items
             ]
-        cameras = {name: (self._viewpoints[name].camera.name, self._viewpoints[name].at.name) for name in due}
+        first = {name: self._viewpoints[name][0] for name in due}
+        cameras = {name: (each.camera.name, each.at.name) for name, each in first.items()}
         drawn = {name: self._seen[name].drawn for name in due}
         self._looks.append(LookRecord(number, cameras, tuple(items), drawn))
-
-
-def viewpoint_of(place: Place, cell: Cell) -> Viewpoint:
-    """Choose from where to look into a place: from where a depth camera sees most of its room.
-
-    Args:
-        place: The place.
-        cell: Its cell.
-
-    Returns:
-        The viewpoint.
-
-    Raises:
-        InputError: No depth camera sees enough of it.
-    """
-    scene, best = empty_scene(cell), None
-    most = LEAST_SEEN
-    for at in cell.configurations.values():
-        if at.kind != CAMERA_KIND:
-            continue
-        known = RenderedScene.of(scene, at.q, at.tool_state)
-        for camera in cell.cameras.values():
-            if camera.model.depth is None:
-                continue
-            T = camera_pose(cell.robot, camera, at.q, at.tool_state)
-            view = coarse_view(camera.model.camera, T, known)
-            seen = room_sight(view, known, place, cell.T_world_place(place)).seen
-            if seen > most:
-                most, best = seen, Viewpoint(camera, at, T)
-    if best is None:
-        raise InputError(
-            f"{place.name}: no depth camera of {cell.name} sees half of its room from a configuration of "
-            f"kind {CAMERA_KIND}; state one (docs/formats/cell.md), or play with --perception noise"
-        )
-    return best
 
 
 def _is_believed(answer: ItemObservation) -> bool:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from pickcli.cell.cell import NamedConfiguration
 from pickcli.cell.place import Place
 from pickcli.geometry import Array
 from pickcli.perception.camera_pose import camera_pose
 from pickcli.perception.depth_picture import measure_depth
-from pickcli.perception.items.item_observation import PlaceObservation
-from pickcli.perception.items.item_perception import ListedItem, perceive_items
+from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
+from pickcli.perception.items.item_perception import ListedItem, PlaceLook, perceive_items
 from pickcli.perception.items.rgbd_picture import RgbdPicture
+from pickcli.perception.items.symmetry import error_of
 from pickcli.perception.looks import colour_picture
 from pickcli.perception.rendered_scene import RenderedScene
-from pickcli.scene.scene import Scene
+from pickcli.perception.viewpoints import viewpoints_of
+from pickcli.scene.scene import PoseNoise, Scene
 
 CONTENTS = ("kleenex_tissue_box", "rawlings_baseball", "folgers_classic_roast_coffee", "dasani_water_bottle")
 
@@ -40,11 +43,31 @@ class Filled:
         listed = self.listed if listed is None else listed
         return perceive_items(self.rgbd, self.place, self.T_world_place, listed, self.known)
 
+    def looked(self, listed: list[ListedItem] | None = None) -> PlaceLook:
+        """The look for these items, or for those that are there."""
+        listed = self.listed if listed is None else listed
+        return PlaceLook.of(self.rgbd, self.place, self.T_world_place, listed, self.known)
+
+    def error_of(self, answer: ItemObservation) -> PoseNoise:
+        """By how much a pose is off."""
+        assert answer.T_world_item is not None
+        return error_of(answer.item.shape, answer.T_world_item, self.scene.find(answer.id).T_world_item)
+
 
 def looked_at(scene: Scene, noise_seed: int = 1, texture_seed: int = 11, at: str = "cam_E") -> Filled:
     """Bin E as the camera sees it from a configuration, printed otherwise than the models."""
+    return _seen_from(scene, scene.cell.configurations[at], noise_seed, texture_seed)
+
+
+def looked_at_aslant(scene: Scene, noise_seed: int = 2, texture_seed: int = 11) -> Filled:
+    """Bin E as the camera sees it from the left."""
+    viewpoints = viewpoints_of(scene.cell.places["bin_E"], scene.cell)
+    return _seen_from(scene, viewpoints[1].at, noise_seed, texture_seed)
+
+
+def _seen_from(scene: Scene, before: NamedConfiguration, noise_seed: int, texture_seed: int) -> Filled:
     cell = scene.cell
-    before, hand = cell.configurations[at], cell.cameras["hand"]
+    hand = cell.cameras["hand"]
     T = camera_pose(cell.robot, hand, before.q, before.tool_state)
     rendered = RenderedScene.of(scene, before.q, before.tool_state)
     depth = measure_depth(rendered, hand.model, T, noise_seed).depth

@@ -1,4 +1,4 @@
-"""Items in a picture of one place: which of the listed ones is where.
+"""Items in pictures of one place: which of the listed ones is where.
 
 Read in this order:
 
@@ -9,6 +9,6 @@ Read in this order:
   seen, and `item_search` decides all items of a place together.
 - What nobody has seen: `line_of_sight` says how far rays are clear, `unknown_voxels` makes boxes of the rest.
 - What comes out: `item_observation`, with the `confidence` by which it is refused or not and its
-  `pose_bound`, which follows from the `pose_spread`; `item_perception` is from picture to answers;
-  `perceived_file` with `perceived_schema` keeps them.
+  `pose_bound`, which follows from the `pose_spread`, and by several looks from their `agreement`;
+  `item_perception` is from pictures to answers; `perceived_file` with `perceived_schema` keeps them.
 """

@@ -43,6 +43,19 @@ class Support:
     surface_spread: float
 
 
+@dataclass(frozen=True)
+class Agreement:
+    """How another look agrees with a pose.
+
+    Attributes:
+        confidence: That of the other look in its own pose.
+        off: By how much the poses differ, symmetries aside.
+    """
+
+    confidence: float
+    off: PoseNoise
+
+
 @dataclass(frozen=True, eq=False)
 class ItemObservation:
     """The answer for one listed item.
@@ -57,6 +70,7 @@ class ItemObservation:
         bound: Bounds of the error of the pose, in which 99 of 100 should be; None if it is not sure enough
             for any.
         support: How much of the picture speaks for it; None without a pose.
+        agreement: How another look agrees with it; None by a single look, or without a pose.
     """
 
     id: str
@@ -66,6 +80,7 @@ class ItemObservation:
     refusal: str
     bound: PoseNoise | None
     support: Support | None
+    agreement: Agreement | None = None
 
     @property
     def is_answer(self) -> bool:

@@ -1,9 +1,16 @@
-"""Poses of all listed items of one place from one look: identity, pose, confidence, or why not."""
+"""Poses of all listed items of a place from looks into it: identity, pose, confidence, or why not.
+
+Each look is searched by itself. Of several looks into a place in which nothing has moved, what two of them
+agree on is sure, and known well.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,17 +18,20 @@ from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse
+from pickcli.perception.items.agreement import agreed_confidence, agreement_with, matched
 from pickcli.perception.items.confidence import LEAST_CONFIDENCE, confidence_of, truncated
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.item_search import ItemSearch, PoseEstimate
 from pickcli.perception.items.place_pictures import solids_around
 from pickcli.perception.items.place_view import view_of_place
-from pickcli.perception.items.pose_bound import bound_of
+from pickcli.perception.items.pose_bound import agreed_bound_of, bound_of
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import coarse_view, room_sight
 from pickcli.perception.items.unknown_voxels import unknown_boxes
 from pickcli.perception.rendered_scene import RenderedScene
+
+ASIDE = 0.05  # m between cameras, below which two looks err alike, and are no second opinion
 
 
 @dataclass(frozen=True)
@@ -37,12 +47,114 @@ class ListedItem:
     item: Item
 
 
+@dataclass(frozen=True, eq=False)
+class PlaceLook:
+    """One look into a place, and what a search found in its picture.
+
+    Attributes:
+        rgbd: The picture.
+        place: The place.
+        T_world_place: (4, 4) its pose.
+        listed: What is known to be in it.
+        search: The search in the picture.
+        found: Poses by index of the listed item; without those of which none explains the picture better.
+        seen: Share of its room that is in sight, were no items in it.
+    """
+
+    rgbd: RgbdPicture
+    place: Place
+    T_world_place: Array
+    listed: tuple[ListedItem, ...]
+    search: ItemSearch
+    found: dict[int, PoseEstimate]
+    seen: float
+
+    @classmethod
+    def of(
+        cls,
+        rgbd: RgbdPicture,
+        place: Place,
+        T_world_place: Array,
+        listed: Sequence[ListedItem],
+        known: RenderedScene,
+    ) -> PlaceLook:
+        """Search for the listed items of a place in a picture.
+
+        One thread; the same arguments give the same bytes.
+
+        Args:
+            rgbd: The picture.
+            place: The place.
+            T_world_place: (4, 4) its pose.
+            listed: What is known to be in it.
+            known: All that is known to be around, without items.
+
+        Returns:
+            The look.
+
+        Raises:
+            InputError: The picture shows too little of the place, or an item has no model.
+        """
+        models = [product_model(each.item) for each in listed]
+        coarse = coarse_view(rgbd.sensor.camera, rgbd.T_world_camera, known)
+        sight = room_sight(coarse, known, place, T_world_place)
+        view = view_of_place(rgbd, place, T_world_place, known)
+        if not sight.seen or view is None:
+            raise InputError(f"{place.name}: is not in the picture; look from before it")
+        if not sight.is_enough:
+            raise InputError(f"{place.name}: {sight.fault}; look from before it")
+        solids = solids_around(known, place, T_world_place, rgbd.T_world_camera)
+        search = ItemSearch(place, view, models, solids, rgbd.depth_model)
+        found = search.run() if listed else {}
+        return cls(rgbd, place, T_world_place, tuple(listed), search, found, sight.seen)
+
+    @cached_property
+    def poses(self) -> dict[int, Array]:
+        """(4, 4) in the world of what is found, by index of the listed item."""
+        return {i: self.rgbd.T_world_camera @ each.T_camera_item for i, each in self.found.items()}
+
+    def lost(self, i: int) -> float:
+        """Return the share of an item's surface from which nothing comes back, by its material.
+
+        Args:
+            i: Index of the listed item.
+
+        Returns:
+            The share.
+        """
+        return self.rgbd.depth_model.no_return.get(self.listed[i].item.material, 0.0)
+
+    def confidence(self, i: int) -> float:
+        """Return how likely a found pose is right, by this look alone.
+
+        Args:
+            i: Index of the listed item.
+
+        Returns:
+            In (0, 1).
+        """
+        return confidence_of(self.found[i].support, self.lost(i), len(self.listed))
+
+    def in_camera(self, poses: dict[int, Array]) -> dict[int, Array]:
+        """Convert poses.
+
+        Args:
+            poses: (4, 4) in the world, by index of the listed item.
+
+        Returns:
+            (4, 4) in the camera's frame.
+        """
+        T_camera_world = inverse(self.rgbd.T_world_camera)
+        return {i: T_camera_world @ T for i, T in poses.items()}
+
+
+_Pair: TypeAlias = tuple[PlaceLook, PlaceLook]
+
+
 def perceive_items(
     rgbd: RgbdPicture, place: Place, T_world_place: Array, listed: Sequence[ListedItem], known: RenderedScene
 ) -> PlaceObservation:
-    """Find the listed items of a place.
-
-    One thread; the same arguments give the same bytes.
+    """Find the listed items of a place in one look.
 
     Args:
         rgbd: The picture.
@@ -57,49 +169,94 @@ def perceive_items(
     Raises:
         InputError: The picture shows too little of the place, or an item has no model.
     """
-    models = [product_model(each.item) for each in listed]
-    coarse = coarse_view(rgbd.sensor.camera, rgbd.T_world_camera, known)
-    sight = room_sight(coarse, known, place, T_world_place)
-    view = view_of_place(rgbd, place, T_world_place, known)
-    if not sight.seen or view is None:
-        raise InputError(f"{place.name}: is not in the picture; look from before it")
-    if not sight.is_enough:
-        raise InputError(f"{place.name}: {sight.fault}; look from before it")
-    solids = solids_around(known, place, T_world_place, rgbd.T_world_camera)
-    search = ItemSearch(place, view, models, solids, rgbd.depth_model)
-    found = search.run() if listed else {}
-    at = place, T_world_place
-    answers = tuple(_answer(each, found.get(i), rgbd, len(listed), at) for i, each in enumerate(listed))
-    left = search.unexplained({i: pose for i, pose in found.items() if answers[i].is_answer})
-    bounded = {
-        i: each.bound.bound(each.item)
+    return concluded([PlaceLook.of(rgbd, place, T_world_place, listed, known)])
+
+
+def concluded(looks: Sequence[PlaceLook]) -> PlaceObservation:
+    """Conclude from looks into a place what is in it where, and what is not known.
+
+    Args:
+        looks: One look; or several between which nothing has moved, by the same sensor and list.
+
+    Returns:
+        An answer for each listed item, in their order: of looks from several places as the two of them say
+        that agree best, else by the last look alone.
+    """
+    last, pairs = looks[-1], [pair for pair in combinations(looks, 2) if _are_aside(*pair)]
+    answers = _agreed_answers(pairs) if pairs else _answers(last)
+    given = {
+        i: each.T_world_item
         for i, each in enumerate(answers)
-        if each.is_answer and each.bound is not None
+        if each.is_answer and each.T_world_item is not None
     }
-    rays = search.line_of_sight({i: found[i] for i in bounded}, bounded)
-    T_place_camera = inverse(rays.T_camera_place)
-    explained = [
-        (answers[i].item.shape.inflated(within), T_place_camera @ found[i].T_camera_item)
-        for i, within in bounded.items()
-    ]
-    unknown = unknown_boxes(place.room, rays, explained)
-    return PlaceObservation(place.name, T_world_place, answers, left, sight.seen, unknown)
+    within = {i: bound.bound(answers[i].item) for i in given if (bound := answers[i].bound) is not None}
+    bounded = {i: given[i] for i in within}
+    left = last.search.unexplained(last.in_camera(given))
+    sights = [look.search.line_of_sight(look.in_camera(bounded), within) for look in looks]
+    T_place_world = inverse(last.T_world_place)
+    explained = [(answers[i].item.shape.inflated(within[i]), T_place_world @ T) for i, T in bounded.items()]
+    unknown = unknown_boxes(last.place.room, sights, explained)
+    return PlaceObservation(
+        last.place.name, last.T_world_place, answers, left, max(look.seen for look in looks), unknown
+    )
 
 
-def _answer(
-    each: ListedItem, found: PoseEstimate | None, rgbd: RgbdPicture, n_listed: int, at: tuple[Place, Array]
-) -> ItemObservation:
-    if found is None:
-        refusal = "no pose explains the picture better"
-        return ItemObservation(each.id, each.item, None, 0.0, refusal, None, None)
-    no_return = rgbd.depth_model.no_return.get(each.item.material, 0.0)
-    confidence = confidence_of(found.support, no_return, n_listed)
-    T = rgbd.T_world_camera @ found.T_camera_item
-    bound = bound_of(each.item, found.support, rgbd.depth_model, confidence)
-    place, T_world_place = at
-    refusal = ""
-    if not place.holds((inverse(T_world_place) @ T)[:3, 3], np.inf):
-        refusal = f"its middle is outside of {place.name}"
-    elif confidence < LEAST_CONFIDENCE:
-        refusal = f"confidence {truncated(confidence)} is below {LEAST_CONFIDENCE:g}"
-    return ItemObservation(each.id, each.item, T, confidence, refusal, bound, found.support)
+def _answers(look: PlaceLook) -> tuple[ItemObservation, ...]:
+    """The answers of one look."""
+    answers = []
+    for i, each in enumerate(look.listed):
+        if i not in look.found:
+            refusal = "no pose explains the picture better"
+            answers.append(ItemObservation(each.id, each.item, None, 0.0, refusal, None, None))
+            continue
+        support, confidence = look.found[i].support, look.confidence(i)
+        bound = bound_of(each.item, support, look.rgbd.depth_model, confidence)
+        refusal = _refusal(look, look.poses[i], confidence)
+        answers.append(
+            ItemObservation(each.id, each.item, look.poses[i], confidence, refusal, bound, support)
+        )
+    return tuple(answers)
+
+
+def _are_aside(one: PlaceLook, other: PlaceLook) -> bool:
+    """Whether two looks are from different places."""
+    off = one.rgbd.T_world_camera[:3, 3] - other.rgbd.T_world_camera[:3, 3]
+    return float(np.linalg.norm(off)) > ASIDE
+
+
+def _agreed_answers(pairs: Sequence[_Pair]) -> tuple[ItemObservation, ...]:
+    """The answers of pairs of looks: of each item by the two that agree best."""
+    listed = pairs[-1][-1].listed
+    best: dict[int, ItemObservation] = {}
+    for one, other in pairs:
+        for i, pair in matched([each.item for each in listed], one.poses, other.poses).items():
+            answer = _agreed_answer((one, other), pair, listed[i])
+            if i not in best or answer.confidence > best[i].confidence:
+                best[i] = answer
+    answers = []
+    for i, each in enumerate(listed):
+        refusal = "no two looks find a pose that explains their pictures better"
+        none = ItemObservation(each.id, each.item, None, 0.0, refusal, None, None)
+        answers.append(best.get(i, none))
+    return tuple(answers)
+
+
+def _agreed_answer(looks: _Pair, at: tuple[int, int], each: ListedItem) -> ItemObservation:
+    """The answer for an item by two looks, as the surer of them has it; at: its indices in both."""
+    (one, i), (other, k) = sorted(zip(looks, at, strict=True), key=lambda seen: -seen[0].confidence(seen[1]))
+    T = one.poses[i]
+    agreement = agreement_with(each.item, T, other.poses[k], other.confidence(k))
+    support = one.found[i].support
+    confidence = agreed_confidence(support, one.lost(i), len(one.listed), agreement)
+    bound = agreed_bound_of(each.item, support, one.rgbd.depth_model, confidence, agreement)
+    refusal = _refusal(one, T, confidence)
+    return ItemObservation(each.id, each.item, T, confidence, refusal, bound, support, agreement)
+
+
+def _refusal(look: PlaceLook, T_world_item: Array, confidence: float) -> str:
+    """Why a pose is not to be used; "" if it is."""
+    if not look.place.holds((inverse(look.T_world_place) @ T_world_item)[:3, 3], np.inf):
+        return f"its middle is outside of {look.place.name}"
+    if confidence < LEAST_CONFIDENCE:
+        return f"confidence {truncated(confidence)} is below {LEAST_CONFIDENCE:g}"
+    return ""

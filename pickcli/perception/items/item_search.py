@@ -8,6 +8,7 @@ that they should show are settled; the others are searched again in the next rou
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,14 +157,14 @@ class ItemSearch:
 
         return pose_spread(self._models[placed[k]].item.shape, poses[k], cost)
 
-    def unexplained(self, found: dict[int, PoseEstimate]) -> tuple[UnexplainedPart, ...]:
+    def unexplained(self, found: Mapping[int, Array]) -> tuple[UnexplainedPart, ...]:
         """Collect parts of the picture that neither the known place nor items explain.
 
         There something was measured before them; or depth is missing, or colours are others than expected,
         over a whole area.
 
         Args:
-            found: Poses that explain what they show, by index of the item.
+            found: Poses (4, 4) in the camera's frame that explain what they show, by index of the item.
 
         Returns:
             The parts, the largest first; where no depth was measured the surface behind tells where.
@@ -178,11 +179,11 @@ class ItemSearch:
         ]
         return tuple(sorted(parts, key=lambda part: -part.n_pixels))
 
-    def line_of_sight(self, found: dict[int, PoseEstimate], within: dict[int, float]) -> LineOfSight:
+    def line_of_sight(self, found: Mapping[int, Array], within: Mapping[int, float]) -> LineOfSight:
         """Compute how far rays are clear of what nothing explains.
 
         Args:
-            found: Poses that explain what they show, by index of the item.
+            found: Poses (4, 4) in the camera's frame that explain what they show, by index of the item.
             within: m by which points of these items may be elsewhere, by index of the item.
 
         Returns:
@@ -190,8 +191,8 @@ class ItemSearch:
         """
         view = self._view
         depth, points, is_before, is_odd = self._left(found, _THIN)
-        for i, estimate in found.items():
-            T_item_place = inverse(estimate.T_camera_item) @ self._T_camera_place
+        for i, T_camera_item in found.items():
+            T_item_place = inverse(T_camera_item) @ self._T_camera_place
             shape = self._models[i].item.shape.inflated(within[i])
             is_before &= ~shape.contains(
                 transform_points(T_item_place, points.reshape(-1, 3)).reshape(points.shape)
@@ -203,7 +204,7 @@ class ItemSearch:
         return LineOfSight(view.camera, self._T_camera_place, met, blocked)
 
     def _left(
-        self, found: dict[int, PoseEstimate], thickness: float
+        self, found: Mapping[int, Array], thickness: float
     ) -> tuple[FloatPicture, Array, NDArray[np.bool_], NDArray[np.bool_]]:
         """What items leave unexplained.
 
@@ -212,7 +213,7 @@ class ItemSearch:
             which of them are before that, and where colours or missing depth are odd over a whole area.
         """
         placed = np.array(sorted(found), dtype=np.int32)
-        poses = np.array([found[int(i)].T_camera_item for i in placed]).reshape(-1, 4, 4)
+        poses = np.array([found[int(i)] for i in placed]).reshape(-1, 4, 4)
         owner, depth, cost = self._fine.composed(placed, poses)
         room, view = self._place.room, self._view
         points = np.where(np.isfinite(view.depth)[..., None], view.points, view.known_points)

@@ -6,7 +6,8 @@ regression (Koenker and Bassett 1978) of logarithms of errors. Where usual error
 rarer, too. So there are two classes of poses by the usual error of the surface, each with a factor by which
 99.5 % of its poses had all their errors within bounds that were fitted to other scenes (Mondrian conformal
 prediction, Vovk et al. 2005). Sensors that mix depths at edges have a model of their own:
-``python -m bench.perceived --seeds 10-18 --calibrate``.
+``python -m bench.perceived --seeds 10-18 --calibrate``. Of poses that two looks agree on another one, which
+knows how far both are apart: ``--seeds 24-39 --looks 3 --calibrate``.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.sensors.sensor_model import DepthModel
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import Array
-from pickcli.perception.items.item_observation import Support
+from pickcli.perception.items.item_observation import Agreement, Support
 from pickcli.scene.scene import PoseNoise
 
 ROUNDING = 0.05  # mm, or degrees, below which errors are alike
@@ -63,6 +64,18 @@ _MIXED = BoundModel(
     np.array([0.522]),
     np.array([0.904, 4.166]),
 )
+_AGREED_SHARP = BoundModel(
+    np.array(
+        [
+            [0.781, 0.374, 0.092, 0.5, 0.242],
+            [-0.153, 0.396, -0.021, 0.089, 0.415],
+            [0.88, 0.339, 0.032, 0.292, 0.406],
+        ]
+    ),
+    np.array([0.248, 0.661]),
+    np.array([0.716, 1.11, 1.732]),
+)
+_AGREED_MIXED = _AGREED_SHARP
 LEAST_CONFIDENCE_OF_BOUND = 0.99  # below it nothing is said of the error
 LARGEST = PoseNoise(0.015, float(np.radians(8.0)))  # with wider bounds a pose is of no use to a planner
 
@@ -96,7 +109,51 @@ def bound_of(item: Item, support: Support, depth_model: DepthModel, confidence: 
     if confidence < LEAST_CONFIDENCE_OF_BOUND:
         return None
     features = bound_features(support, depth_model.no_return.get(item.material, 0.0), confidence)
-    model = _MIXED if depth_model.mixes_edges else _SHARP
+    return _bound(item, _MIXED if depth_model.mixes_edges else _SHARP, features)
+
+
+def agreed_bound_features(
+    support: Support, no_return: float, confidence: float, agreement: Agreement
+) -> Array:
+    """Compute what usual errors of poses that two looks agree on follow from.
+
+    Args:
+        support: How much of the picture speaks for the pose.
+        no_return: Share of the item's surface from which nothing comes back, by its material.
+        confidence: That of the pose.
+        agreement: How the other look agrees.
+
+    Returns:
+        (5,), the first is 1.
+    """
+    assert agreement.off.displacement is not None
+    apart = np.log(1e3 * agreement.off.displacement + ROUNDING)
+    return np.append(bound_features(support, no_return, confidence), apart)
+
+
+def agreed_bound_of(
+    item: Item, support: Support, depth_model: DepthModel, confidence: float, agreement: Agreement
+) -> PoseNoise | None:
+    """Compute the bounds of the error of a pose that two looks agree on, symmetries of the shape aside.
+
+    Args:
+        item: The item.
+        support: How much of the picture speaks for the pose.
+        depth_model: How depth was measured.
+        confidence: That of the pose.
+        agreement: How the other look agrees.
+
+    Returns:
+        The bounds; None for a pose that is not sure enough, or whose bounds would be wider than ``LARGEST``.
+    """
+    if confidence < LEAST_CONFIDENCE_OF_BOUND:
+        return None
+    no_return = depth_model.no_return.get(item.material, 0.0)
+    features = agreed_bound_features(support, no_return, confidence, agreement)
+    return _bound(item, _AGREED_MIXED if depth_model.mixes_edges else _AGREED_SHARP, features)
+
+
+def _bound(item: Item, model: BoundModel, features: Array) -> PoseNoise | None:
     position, angle, displacement = model.bounds(features[None])[0].tolist()
     if item.shape.kind is ShapeKind.SPHERE:  # its turns do not show
         angle = 0.0

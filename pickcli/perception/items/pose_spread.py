@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, rotation_axis_angle
+from pickcli.geometry import Array, rotation_from_vector
 
 STEP = 0.002  # m that the surface moves
 LARGEST = 0.05  # m: nothing is known of a motion that changes the picture by less than 1 nat over that
@@ -88,7 +88,5 @@ def _moved(T: Array, step: Array, radius: float) -> Array:
     moved[:3, 3] += T[:3, :3] @ step[:3]
     turn = np.zeros(3)
     turn[: len(step) - 3] = step[3:] / radius
-    angle = float(np.linalg.norm(turn))
-    if angle > 0.0:
-        moved[:3, :3] = T[:3, :3] @ rotation_axis_angle(turn / angle, angle)
+    moved[:3, :3] = T[:3, :3] @ rotation_from_vector(turn)
     return moved

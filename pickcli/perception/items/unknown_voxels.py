@@ -73,12 +73,14 @@ class RoomVoxels:
         return np.asarray(self.low + merged_boxes(is_filled.reshape(self.counts)) * self.sides)
 
 
-def unknown_boxes(room: Room, sight: LineOfSight, explained: Sequence[tuple[Shape, Array]]) -> Array:
+def unknown_boxes(
+    room: Room, sights: Sequence[LineOfSight], explained: Sequence[tuple[Shape, Array]]
+) -> Array:
     """Collect the unknown space of a room.
 
     Args:
         room: The room.
-        sight: The rays of the picture of its place.
+        sights: The rays of each picture of its place: what is clear in one is free.
         explained: Shapes with their poses (4, 4) in the place's frame, inside of which nothing is unknown.
 
     Returns:
@@ -86,8 +88,10 @@ def unknown_boxes(room: Room, sight: LineOfSight, explained: Sequence[tuple[Shap
     """
     voxels = RoomVoxels.of(room)
     width = float(voxels.sides.max())
-    is_unknown = voxels.is_room & ~sight.clear(voxels.middles, width)
-    is_something = sight.at_unexplained(voxels.middles, width)
+    is_unknown, is_something = voxels.is_room.copy(), np.zeros(len(voxels.middles), dtype=bool)
+    for sight in sights:
+        is_unknown &= ~sight.clear(voxels.middles, width)
+        is_something |= sight.at_unexplained(voxels.middles, width)
     for shape, T in explained:
         own = transform_points(inverse(T), voxels.middles)
         is_unknown &= ~shape.inflated(width / 2).contains(own)  # or boxes would reach into the answer

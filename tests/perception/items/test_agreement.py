@@ -1,0 +1,106 @@
+"""What two looks agree on is sure, and what they do not agree on is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.geometry import pose
+from pickcli.perception.items.agreement import agreed_confidence, matched
+from pickcli.perception.items.item_observation import Agreement
+from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
+from pickcli.perception.items.item_search import PoseEstimate
+from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND
+from pickcli.scene.scene import PoseNoise
+from support.filled_bins import Filled, looked_at, looked_at_aslant
+
+
+def apart(mm: float, degrees: float = 0.2) -> PoseNoise:
+    """By how much two poses differ."""
+    return PoseNoise(1e-3 * mm, np.radians(degrees), 1e-3 * mm)
+
+
+def test_confidence_grows_with_agreement(looks: tuple[PlaceLook, PlaceLook]) -> None:
+    one, _ = looks
+    for i, found in one.found.items():
+        at = [
+            agreed_confidence(found.support, one.lost(i), len(one.listed), Agreement(0.9, apart(mm)))
+            for mm in (0.2, 1.0, 4.0, 40.0)
+        ]
+        assert all(near > far for near, far in pairwise(at))
+
+
+def test_copies_that_were_taken_for_each_other_are_put_right(cell: Cell) -> None:
+    item, other = cell.item("crayola_24_ct", 2016), cell.item("kleenex_tissue_box", 2016)
+    here, there = pose((0.1, 0.0, 0.0)), pose((0.1, 0.1, 0.0))
+    near = pose((0.001, 0.0, 0.0))
+    items = [item, other, item]
+    found = matched(items, {0: here, 1: here, 2: there}, {0: there @ near, 2: here @ near})
+    assert found == {0: (0, 2), 2: (2, 0)}
+    assert matched(items, {0: here}, {2: here}) == {0: (0, 2)}
+    assert matched(items, {0: here}, {}) == {}
+
+
+@pytest.fixture(scope="module")
+def looks(filled: Filled) -> tuple[PlaceLook, PlaceLook]:
+    """Two looks into a bin, from different places."""
+    return filled.looked(), looked_at_aslant(filled.scene).looked()
+
+
+def elsewhere(look: PlaceLook, i: int) -> PlaceLook:
+    """The look with one of its poses 40 mm aside."""
+    aside = look.found[i].T_camera_item @ pose((0.0, 0.04, 0.0))
+    return replace(look, found={**look.found, i: PoseEstimate(aside, look.found[i].support)})
+
+
+def test_two_looks_agree_on_what_is_there(filled: Filled, looks: tuple[PlaceLook, PlaceLook]) -> None:
+    observed = concluded(looks)
+    believed = [answer for answer in observed.items if answer.bound is not None]
+    assert believed
+    for answer in believed:
+        assert answer.agreement is not None and answer.T_world_item is not None
+        assert answer.bound is not None and answer.bound.holds(filled.error_of(answer))
+
+
+def test_what_they_do_not_agree_on_has_no_bound(looks: tuple[PlaceLook, PlaceLook]) -> None:
+    one, other = looks
+    for i in one.found:
+        answer = concluded([one, elsewhere(other, i)]).items[i]
+        assert answer.bound is None and answer.confidence < LEAST_CONFIDENCE_OF_BOUND
+
+
+def test_what_one_of_two_looks_does_not_find_is_refused(looks: tuple[PlaceLook, PlaceLook]) -> None:
+    one, other = looks
+    i = next(iter(one.found))
+    without = replace(other, found={k: found for k, found in other.found.items() if k != i})
+    answer = concluded([one, without]).items[i]
+    assert not answer.is_answer and "no two looks" in answer.refusal
+
+
+def test_a_look_from_the_same_place_is_no_second_opinion(filled: Filled) -> None:
+    again = looked_at(filled.scene, noise_seed=2).looked()
+    observed, alone = concluded([filled.looked(), again]), concluded([again])
+    assert [answer.confidence for answer in observed.items] == [answer.confidence for answer in alone.items]
+    assert all(answer.agreement is None for answer in observed.items)
+
+
+def test_a_third_look_puts_right_what_two_differ_on(looks: tuple[PlaceLook, PlaceLook]) -> None:
+    one, other = looks
+    i = next(iter(one.found))
+    answer = concluded([elsewhere(one, i), one, other]).items[i]
+    expected = concluded([one, other]).items[i]
+    np.testing.assert_array_equal(answer.T_world_item, expected.T_world_item)
+    assert answer.confidence == expected.confidence
+
+
+def test_what_is_clear_in_one_look_is_free(filled: Filled) -> None:
+    """Two looks without any item that is known leave no more unknown than each of them alone."""
+    none: list[ListedItem] = []
+    one, other = filled.looked(none), looked_at_aslant(filled.scene).looked(none)
+    alone, both = (concluded(seen).unknown for seen in ([one], [one, other]))
+    volumes = [np.prod(boxes[:, 1] - boxes[:, 0], axis=1).sum() for boxes in (both, alone)]
+    assert 0.0 < volumes[0] < volumes[1]
