@@ -85,6 +85,7 @@ bench-perception: install
 	$(BIN)/python -m bench.pod_pose --shifts 200 --seed $(SIGHT)
 	$(BIN)/python -m bench.pod_pose --shifts 200 --seed $(SIGHT) --mount
 	$(BIN)/python -m bench.perceived --seeds $(SIGHT)0-$(SIGHT)7
+	$(BIN)/python -m bench.perceived --seeds $(SIGHT)0-$(SIGHT)7 --sensors ensenso --looks 3
 	$(BIN)/python -m bench.perceived --seeds $(SIGHT)0-$(SIGHT)2 --sensors ensenso --lists
 	$(BIN)/python -m bench.unknown --seeds $(SIGHT)0-$(SIGHT)1 --sensors ensenso kinect_v2
 	$(BIN)/python -m bench.seeing --orders 4 --seed $(SIGHT)1

@@ -136,7 +136,7 @@ class PlaceLook:
         return confidence_of(self.found[i].support, self.lost(i), len(self.listed))
 
     def in_camera(self, poses: dict[int, Array]) -> dict[int, Array]:
-        """Convert poses.
+        """Express poses in the frame of the camera that took the picture.
 
         Args:
             poses: (4, 4) in the world, by index of the listed item.
