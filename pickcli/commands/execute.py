@@ -223,7 +223,8 @@ def _judged(plan: Plan, path: Path, true: NamedScene, planned: NamedScene, is_ex
     (scene, scene_path), (believed, planned_in) = true, planned
     if not is_experiment:
         advice = "plan it again, or watch it fail with --no-verify"
-        option = "--scene" if scene_path is None else "--planned-in"
+        is_stream = plan.tracking is not None
+        option = "--stream" if is_stream else "--scene" if scene_path is None else "--planned-in"
         return trusted(plan, path, believed, advice, planned_in or scene_path, option)
     _refuse_unknown_states(plan, path, scene)
     click.echo(f"note: {path} was not verified: this run is an experiment", err=True)

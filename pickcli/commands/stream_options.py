@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from pickcli.scene.item_stream import ItemStream
     from pickcli.scene.scene import Scene
 
+SAME_TIME = 1e-9  # s
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -73,7 +75,7 @@ class StreamOptions:
             return read_stream(self.stream_path, cell, partial(open_cell, request=arms))
 
     def scene_of(self, plan: Plan, cell_name: str | None, arms: ArmRequest) -> Scene:
-        """Read the stream that a plan was made for, and return what is on the belt at the stated time.
+        """Read the stream that a plan was made for, and return what is on the belt when the plan starts.
 
         Args:
             plan: The plan.
@@ -85,11 +87,13 @@ class StreamOptions:
 
         Raises:
             InputError: The file or the cell cannot be read.
-            StaleError: It was made for another cell, or its belt runs otherwise than that of the plan.
+            StaleError: It was made for another cell, its belt runs otherwise than that of the plan, or the
+                time is not that of the plan.
         """
         from pickcli.errors import StaleError
 
         stream, tracking = self.stream(cell_name, arms), plan.tracking
+        starts = 0.0 if tracking is None else tracking.t_stream
         runs = f"{stream.conveyor} runs at {stream.speed:g} m/s within {stream.speed_error:g}"
         planned = "stands" if tracking is None else (
             f"is {tracking.conveyor} at {tracking.speed:g} m/s within {tracking.speed_error:g}"
@@ -101,7 +105,10 @@ class StreamOptions:
             is_same &= tracking.speed_error >= stream.speed_error
         if not is_same:
             raise StaleError(f"{self.stream_path}: {runs}, but the belt of the plan {planned}; plan it again")
-        return stream.scene_at(self.now or 0.0)
+        if tracking is not None and self.now is not None and abs(self.now - starts) > SAME_TIME:
+            fault = f"--now {self.now:g}: the plan starts at {starts:g} s of its stream"
+            raise StaleError(f"{fault}; leave --now out, or plan it again")
+        return stream.scene_at(starts if self.now is None else self.now)
 
 
 def stream_options(function: F) -> F:
@@ -116,7 +123,7 @@ def stream_options(function: F) -> F:
     function = passed_as("request", StreamOptions)(function)
     function = click.option(
         "--now", type=FiniteRange(0.0, 1e6), metavar="T",
-        help="Time of the stream in s at which the plan starts.  [default: 0]",
+        help="Time of the stream in s at which the plan starts.  [default: that of the plan; of a new one 0]",
     )(function)  # fmt: skip
     return click.option(
         "--stream", "stream_path", type=PATH, metavar="FILE",
@@ -140,6 +147,7 @@ def plan_from_stream(
         NoPlanError: The item cannot be met, with every reason.
     """
     from pickcli.commands.stated_pick import destination
+    from pickcli.errors import UnknownNameError
     from pickcli.planning.intercept import InterceptQuery, plan_intercept
 
     if item is None:
@@ -147,7 +155,8 @@ def plan_from_stream(
     read = request.stream_path, options.cell_name, options.items_path, options.roadmap, options.trajectories
     refuse_output(options.output, options.overwrite, *read)
     stream, now = request.stream(options.cell_name, options.arms()), request.now or 0.0
-    stream.find(item)
+    if item not in (ids := [riding.id for riding in stream.items]):
+        raise UnknownNameError("item", item, ids, str(request.stream_path))
     scene = stream.scene_at(now)
     query = InterceptQuery(item, now, destination(scene, into, stream.conveyor))
     start = options.begin(scene)

@@ -154,6 +154,7 @@ class LineTracking:
         speed_error: m/s, bound of the error of the speed.
         deviation: m by which the belt may be ahead of the plan, or behind it, while the tool works on it.
         deviation_coming: m by which it may be before that, while the arm comes.
+        t_stream: s of the stream at which the plan starts.
     """
 
     conveyor: str
@@ -161,6 +162,7 @@ class LineTracking:
     speed_error: float = 0.0
     deviation: float = 0.0
     deviation_coming: float = 0.0
+    t_stream: float = 0.0
 
     def off_by(self, t: Array, times: tuple[float, float], most_speed: float) -> tuple[Array, Array]:
         """Compute how far what rides on the belt may be from where ``speed`` puts it.

@@ -73,7 +73,8 @@ class InterceptQuery:
 class _Belt:
     """The belt as one query sees it; times are from the start of the plan.
 
-    start: scene at the start of the plan
+    now: s of the stream at the start of the plan
+    start: scene then
     first, last: s at which the item enters and leaves the window
     axis: index of the joint along the belt
     speed: m/s of that joint that keeps up with the belt, negative against its direction
@@ -82,6 +83,7 @@ class _Belt:
     """
 
     stream: ItemStream
+    now: float
     start: Scene
     first: float
     last: float
@@ -94,7 +96,9 @@ class _Belt:
     def tracking(self) -> LineTracking:
         """The belt as plans state it."""
         stream = self.stream
-        return LineTracking(stream.conveyor, stream.speed, stream.speed_error, DEVIATION, DEVIATION_COMING)
+        return LineTracking(
+            stream.conveyor, stream.speed, stream.speed_error, DEVIATION, DEVIATION_COMING, self.now
+        )
 
     @property
     def known(self) -> float:
@@ -190,7 +194,8 @@ def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: Int
     if not stream.is_on_belt(riding, query.now) and last > 0.0:
         behind = float(riding.item.shape.reach(riding.T_belt_item[:3, :3])[0])
         enters = riding.stamp + (behind - float(riding.T_belt_item[0, 3])) / stream.speed
-        raise never("not on the belt yet", f"it is wholly past the infeed at {enters:.2f} s")
+        enters = float(np.ceil(100.0 * enters)) / 100.0
+        raise never("not on the belt yet", f"it is wholly past the infeed at {enters:.2f} s; plan for then")
     if last <= 0.0:
         raise never("out of the window", f"it left the window {-last:.2f} s before")
     found = linear_axis(context.cell.robot, stream.carrier.T_world_carrier[:3, 0])
@@ -208,7 +213,7 @@ def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: Int
         raise never("joint too slow", f"{hard}, {stream.belt.max_acceleration:g} m/s2")
     pace = _line_pace(limits, stream.belt.max_acceleration / stream.speed)
     ramp = ramp_time(stream.speed, left, pace * float(limits.jerk[axis]))
-    return _Belt(stream, scene, first, last, axis, direction * stream.speed, pace, ramp)
+    return _Belt(stream, query.now, scene, first, last, axis, direction * stream.speed, pace, ramp)
 
 
 def linear_axis(robot: Robot, direction: Array) -> tuple[int, float] | None:

@@ -18,6 +18,7 @@ from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
 from pickcli.random_scenes.stable_poses import StablePose, stable_poses
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.scene.scene import PoseNoise
+from pickcli.scene.stream_schema import MAX_TIME
 from pickcli.seeds import derived_rng
 
 YEAR = 2016  # of the items
@@ -80,7 +81,7 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
         The stream, its poses and speed exact.
 
     Raises:
-        InputError: The cell has no conveyor, it is slower, or the items do not fit.
+        InputError: The cell has no conveyor, it is slower, or the items do not fit or come too late.
         UnknownNameError: No conveyor has that name.
     """
     belts = conveyors(cell)
@@ -114,6 +115,11 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
                     f"{k} of {request.n_items} items fit within the window of conveyor {name} while it "
                     "stands; take fewer, or smaller gaps"
                 )
+        if stamp > MAX_TIME:
+            raise InputError(
+                f"--speed {request.speed:g}: item {k + 1} of {request.n_items} enters at {stamp:.3g} s, "
+                f"streams last {MAX_TIME:g} s at most; take a higher speed, or fewer items"
+            )
         counts[item.name] = counts.get(item.name, 0) + 1
         n = counts[item.name]
         riding.append(RidingItem(item.name if n == 1 else f"{item.name}#{n}", item, stamp, T))

@@ -63,11 +63,13 @@ def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
         if item.id in seen:
             source.add(("items", i, "id"), f"{item.id!r} stands twice; give each instance an id of its own")
         seen[item.id] = item
+        check_id(source, ("items", i, "id"), item.id, cell)
         check_item(source, ("items", i, "name"), item, cell)
         if item.location not in locations:
             hint = "" if source.is_full else f"; {suggestion(item.location, locations)}"
             source.add(("items", i, "location"), f"unknown place {shortened(item.location)!r}{hint}")
     if model.held is not None:
+        check_id(source, ("held", "id"), model.held.id, cell)
         check_item(source, ("held", "name"), model.held, cell)
         same = seen.get(model.held.id)
         if same is not None and (same.name, same.year) != (model.held.name, model.held.year):
@@ -75,6 +77,27 @@ def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
                 ("held", "id"), f"{same.id!r} is a {same.name} of {same.year} among the items; correct one"
             )
     source.check()
+
+
+def check_id(source: Source, key: Key, item_id: str, cell: Cell) -> None:
+    """Check that the id of an item is not the name of anything else that motions are checked against.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        key: Where the id stands in it.
+        item_id: The id.
+        cell: The cell.
+    """
+    bodies = {body.name for each in cell.carriers.values() for body in each.bodies}
+    bodies |= {body.name for body in cell.obstacles.bodies}
+    named = {
+        "a link of the robot": {link.name for link in cell.robot.links},
+        "a part of the cell": bodies | {*cell.carriers, *cell.places},
+    }
+    for kind, names in named.items():
+        if item_id in names:
+            source.add(key, f"{item_id!r} is the name of {kind}; give the item another id")
+            return
 
 
 def check_item(source: Source, key: tuple[str | int, ...], item: NamedItem, cell: Cell) -> None:

@@ -18,7 +18,7 @@ from pickcli.files.yaml_reader import read_yaml
 from pickcli.name_suggestion import suggestion
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.scene.scene_checks import FLOATING, ONE_POSE, SUNK, check_item, check_overlaps
+from pickcli.scene.scene_checks import FLOATING, ONE_POSE, SUNK, check_id, check_item, check_overlaps
 from pickcli.scene.scene_file import cell_of_file, pose_of_model, pose_values
 from pickcli.scene.stream_schema import StreamModel
 
@@ -118,6 +118,7 @@ def _check_names(source: Source, model: StreamModel, cell: Cell) -> None:
         if item.id in seen:
             source.add(("items", i, "id"), f"{item.id!r} stands twice; give each item an id of its own")
         seen.add(item.id)
+        check_id(source, ("items", i, "id"), item.id, cell)
         check_item(source, ("items", i, "name"), item, cell)
     for i, (before, after) in enumerate(pairwise(model.items), start=1):
         if after.stamp < before.stamp:

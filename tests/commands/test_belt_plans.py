@@ -32,7 +32,21 @@ def test_a_pick_is_planned_and_verified_for_its_time_only(stream: Path, tmp_path
     assert (tracking["conveyor"], tracking["speed"], tracking["speed_error"]) == ("belt", 0.33, 0.0)
     verified = apc("verify", plan, "--stream", stream, "--now", now)
     assert verified.code == 0 and "line tracking" in verified.out
-    refused(apc("verify", plan, "--stream", stream, "--now", "0.1"), 4, "the plan was made for the scene")
+    assert apc("verify", plan, "--stream", stream).code == 0  # the plan states its time
+    refused(
+        apc("verify", plan, "--stream", stream, "--now", "0.1"), 4, f"the plan starts at {float(now):g} s"
+    )
+
+
+def test_by_default_the_first_item_is_picked_as_it_enters(stream: Path, tmp_path: Path) -> None:
+    planned = apc("plan-pick", "--stream", stream, "--item", item(stream, 0)[0], "-o", tmp_path / "p.json")
+    assert planned.code == 0 and "certified" in planned.out
+    name, stamp = item(stream, 2)
+    early = apc("plan-pick", "--stream", stream, "--item", name, "-o", tmp_path / "q.json")
+    refused(early, 5, "plan for then")
+    enters = early.err.split("past the infeed at ")[1].split(" s")[0]
+    later = ("--item", name, "--now", enters, "-o", tmp_path / "q.json")
+    assert float(enters) >= stamp - 0.02 and apc("plan-pick", "--stream", stream, *later).code == 0
 
 
 def test_an_item_that_is_never_met_has_no_plan(stream: Path, tmp_path: Path) -> None:
@@ -63,7 +77,7 @@ def test_options_that_contradict_each_other_are_wrong_usage(
 
 def test_names_that_are_unknown_are_told(stream: Path, tmp_path: Path) -> None:
     words = ("plan-pick", "--stream", stream, "-o", tmp_path / "p.json", "--item")
-    refused(apc(*words, "nothing"), 3, "unknown item 'nothing'")
+    refused(apc(*words, "nothing"), 3, f"{stream}: unknown item 'nothing'")
     refused(apc(*words, item(stream, 0)[0], "--into", "bin_A"), 3, "bin_A")
     missing = ("plan-pick", "--stream", tmp_path / "none.json", "-o", tmp_path / "p.json", "--item", "x")
     refused(apc(*missing), 3, "no such file")

@@ -151,6 +151,9 @@ def moved(i: int, *by: float) -> Callable[[Any], None]:
         (put("conveyor", value="bellt"), "did you mean 'belt'?"),
         (put("conveyor", value="tote"), "unknown conveyor 'tote'"),
         (put("items", 1, "id", value="A"), "stands twice"),
+        (put("items", 1, "id", value="lance"), "'lance' is the name of a link of the robot"),
+        (put("items", 1, "id", value="tote_floor"), "'tote_floor' is the name of a part of the cell"),
+        (put("items", 1, "id", value="belt"), "'belt' is the name of a part of the cell"),
         (put("items", 1, "name", value="no_such"), "unknown item 'no_such'"),
         (put("items", 2, "stamp", value=0.0), "before"),
         (put("items", 2, "quaternion", value=[1, 1, 0, 0]), "expected a length of 1"),
@@ -195,6 +198,8 @@ def test_a_stream_of_another_cell_is_stale(cell: Cell, tmp_path: Path) -> None:
 def test_a_cell_without_a_conveyor_says_which_has_one(cell: Cell) -> None:
     with pytest.raises(InputError, match="--cell conveyor_sia20"):
         make_stream(load_cell("apc2016_delft"), StreamRequest(1, 0.1, (0.1, 0.2)), 0)
+    with pytest.raises(InputError, match=r"streams last 1e\+06 s at most"):
+        make_stream(cell, StreamRequest(5, 1e-7, (0.3, 0.4)), 0)
     with pytest.raises(UnknownNameError, match="belt"):
         make_stream(cell, StreamRequest(1, 0.1, (0.1, 0.2)), 0, "belt_2")
     with pytest.raises(InputError, match=r"runs at 0.5 m/s at most"):

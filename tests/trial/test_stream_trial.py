@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
+from pickcli.errors import NoPlanError, Reason
+from pickcli.motion.plan import Plan
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
+from pickcli.simulation.execute import execute
+from pickcli.simulation.execution import Execution
+from pickcli.simulation.world import World
 from pickcli.trial.stream_result import ItemOutcome, StreamTrialResult
-from pickcli.trial.stream_trial import StreamTrialRequest, play_stream
+from pickcli.trial.stream_trial import MOST_ATTEMPTS, StreamTrialRequest, play_stream
 from support.belt_picks import cell, context
 
 
@@ -57,6 +64,43 @@ def test_what_comes_too_fast_is_not_attempted_and_says_why() -> None:
     left = [each for each in result.items if each.outcome is ItemOutcome.NOT_ATTEMPTED]
     assert left and all(each.reason and each.attempts == 0 and each.met is None for each in left)
     assert sum(map(result.count, ItemOutcome)) == 3
+
+
+def test_the_stated_error_of_the_speed_holds_the_true_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    believed = []
+
+    def remember(context: PlanningContext, stream: ItemStream, *rest: Any) -> Plan:
+        believed.append(stream)
+        raise NoPlanError("pick", [Reason("no", "", "")])
+
+    monkeypatch.setattr("pickcli.trial.stream_trial.plan_intercept", remember)
+    play_stream(StreamTrialRequest(of(2, 0.33, (0.3, 0.4))), context())
+    assert len(believed) > 5
+    assert all(each.speed - each.speed_error <= 0.33 <= each.speed for each in believed)
+
+
+def test_an_item_that_cannot_be_held_is_given_up_on_a_belt_that_stands(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The cup never holds it: without a last attempt the trial would not end."""
+    monkeypatch.setattr(World, "held", property(lambda world: None))
+    monkeypatch.setattr("pickcli.simulation.suction.Suction._attach", lambda *args: None)
+    result = play_stream(StreamTrialRequest(of(1, 0.0, (0.2, 0.3))), context())
+    (each,) = result.items
+    assert each.outcome is ItemOutcome.LOST and 1 <= each.attempts <= MOST_ATTEMPTS and each.reason
+
+
+def test_an_item_that_was_knocked_off_the_belt_is_decided(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = of(2, 0.33, (0.2, 0.3))
+    bystander = stream.items[1].id
+
+    def push(plan: Plan, world: World, **rest: Any) -> Execution:
+        world.engine.set_velocity(bystander, np.array([0.0, 2.0, 1.5]))
+        return execute(plan, world, **rest)
+
+    monkeypatch.setattr("pickcli.trial.stream_trial.execute", push)
+    result = play_stream(StreamTrialRequest(stream), context())
+    assert result.items[1].outcome is ItemOutcome.LOST and "knocked off" in result.items[1].reason
 
 
 def test_from_a_belt_that_stands_all_items_are_taken() -> None:
