@@ -105,7 +105,7 @@ def command(
     refuse_stow_rule(orders.values())
     standing(options.pod_shift, reality, cells[0], seeds[0])
     files = [order_file(path, cells[0]) for path in order_paths]
-    refuse_trials_folder(output, overwrite)
+    refuse_trials_folder(output, overwrite, [f"{name}-{seed}" for name in orders for seed in seeds])
     for name in ("trials.json", "trials.html"):
         refuse_reading(output / name, *files, *options.inputs)
 
@@ -176,16 +176,17 @@ def _play(
     from pickcli.jobs.job_run import Build
     from pickcli.page.html_page import page_bytes
     from pickcli.page.trials_page import trials_page
-    from pickcli.trial.trials_folder import SUMMARY, play_trials, write_trials
+    from pickcli.trial.trials_folder import SUMMARY, is_interrupted, play_trials, write_trials
 
     jobs, scheduler, as_json = who
+    replaced = overwrite or is_interrupted(output)
     output.mkdir(parents=True, exist_ok=True)
     summary = output / SUMMARY
     with building("playing", summary, jobs, as_json, scheduler) as run_options:
         build = Build(job, replace(run_options, output=summary))
         report = play_trials(build, job, seeds, _made_from(job, seeds))
         page = page_bytes(trials_page(report.records))
-        write_trials(output, report, page, overwrite)
+        write_trials(output, report, page, replaced)
         build.finish()
     return report
 

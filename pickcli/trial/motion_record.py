@@ -40,6 +40,7 @@ from pickcli.trial.motion_schema import (
     MotionModel,
     PackedModel,
 )
+from pickcli.trial.trial_record import record_digest
 
 FORMAT, VERSION = "apc motion", 1
 MAX_BYTES = 16 * 2**20
@@ -89,6 +90,7 @@ class RecordedMotion:
         vacuum: (K,) Pa below ambient in the cup; empty without vacuum.
         items: By id of moved items, times in s (M,) and poses (M, 7).
         executions: In order of time.
+        record: Digest of the trial's record; empty before there is one.
     """
 
     arms: tuple[str, ...]
@@ -99,6 +101,7 @@ class RecordedMotion:
     vacuum: Array
     items: dict[str, tuple[Array, Array]]
     executions: tuple[RecordedExecution, ...]
+    record: str = ""
 
 
 def motion_values(recorder: MotionRecorder, cells: Sequence[Cell]) -> dict[str, Any]:
@@ -210,7 +213,7 @@ def refuse_other_motion(
 
 
 def refuse_other_record(motion: RecordedMotion, record: Mapping[str, Any], where: str) -> None:
-    """Refuse a motion whose executions are not those of a trial's record, as it is from another trial.
+    """Refuse a motion that is not the one of a trial's record, as it is from another trial.
 
     Args:
         motion: The motion.
@@ -218,7 +221,8 @@ def refuse_other_record(motion: RecordedMotion, record: Mapping[str, Any], where
         where: Name of the motion's file, for messages.
 
     Raises:
-        StaleError: The motion has other executions, in number or by their queries.
+        StaleError: The motion has other executions, in number or by their queries; or it was recorded with
+            another record.
     """
     stated: list[str | None] = []  # by execution its query; None where the record states none
     for attempt in record["attempts"]:
@@ -228,7 +232,11 @@ def refuse_other_record(motion: RecordedMotion, record: Mapping[str, Any], where
         stated += [None for step in attempt["recovery"] if step["execution"] is not None]
     found = [execution.query for execution in motion.executions]
     if len(stated) == len(found) and all(s in (None, f) for s, f in zip(stated, found, strict=True)):
-        return
+        if motion.record in ("", record_digest(record)):
+            return
+        raise StaleError(
+            f"{where}: is the motion of another trial, or the record was changed since; play the trial again"
+        )
     raise StaleError(
         f"{where}: is the motion of another trial: {len(found)} executions{_first(found)}, and the record "
         f"has {len(stated)}{_first([s for s in stated if s])}; play the trial again"
@@ -319,7 +327,7 @@ def _read(model: MotionModel) -> RecordedMotion:
         model.arms, model.joints, model.times.times(), model.positions.rows(len(model.joints), MAX_JOINT),
         model.vacuum.times.times(), _column(model.vacuum.values),
         {item.id: (item.times.times(), item.poses.rows(7, MAX_JOINT)) for item in model.items},
-        tuple(_read_execution(each) for each in model.executions),
+        tuple(_read_execution(each) for each in model.executions), model.record,
     )  # fmt: skip
     columns = [(motion.times, motion.joints), *motion.items.values()]
     if any(len(times) == 0 or len(times) != len(rows) for times, rows in columns):

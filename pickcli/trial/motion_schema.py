@@ -111,3 +111,4 @@ class MotionModel(FileModel):
     vacuum: VacuumModel
     items: tuple[ItemTrackModel, ...]
     executions: tuple[ExecutionModel, ...]
+    record: Annotated[str, Field(max_length=64)] = ""

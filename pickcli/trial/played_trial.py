@@ -26,7 +26,7 @@ from pickcli.trial.simulated_cell import SimulatedArena, TrialArm, interfaces_of
 from pickcli.trial.stow_assignment import StowRule
 from pickcli.trial.trial_folder import pictures_of_looks
 from pickcli.trial.trial_perception import PerceptionKind
-from pickcli.trial.trial_record import trial_record
+from pickcli.trial.trial_record import record_digest, trial_record
 from pickcli.trial.trial_result import TrialResult
 from pickcli.trial.trial_settings import TrialSettings
 
@@ -170,7 +170,8 @@ def play_trial(
         result = run_trial(request.order, interfaces, settings, on_progress, attempted)
         record = trial_record(result, request.order_name, time.perf_counter() - began)
         pictures = {"before": before, "after": arena.picture(), **pictures_of_looks(result.looks)}
-    return PlayedTrial(result, record, pictures, motion_values(recorder, cells))
+    motion = motion_values(recorder, cells) | {"record": record_digest(record)}
+    return PlayedTrial(result, record, pictures, motion)
 
 
 def positions_at_start(arms: Sequence[TrialArm]) -> dict[str, float]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +24,7 @@ if TYPE_CHECKING:
 
     from pickcli.trial.trial_perception import LookRecord
 
-MOTION = "motion.json.gz"
+MOTION, RECORD = "motion.json.gz", "trial.json"
 LOOKS = "look_*.png"
 
 # All files of the folder, which are replaced in an existing one, besides those of looks. The first is written
@@ -93,7 +96,10 @@ def write_folder(
     motion: Mapping[str, Any] | None = None,
     replace: bool = True,
 ) -> tuple[Path, ...]:
-    """Write all files of a trial, each atomically.
+    """Write all files of a trial, none of which is in the folder before all are written.
+
+    A new folder comes into being as a whole. In one that exists the record is replaced last, so that whatever
+    interrupts this leaves no record beside files of another trial.
 
     Args:
         folder: The folder, created if it does not exist.
@@ -107,31 +113,93 @@ def write_folder(
         Paths of the files.
 
     Raises:
-        InputError: A file cannot be written; all others are tried, and the message lists both.
+        InputError: A file cannot be written; all others are, and the message lists both. Or the folder was
+            filled by others meanwhile, and nothing is written.
     """
     from pickcli.files.png_file import write_png
 
+    writers: dict[str, Callable[[Path], None]] = {
+        "scene.json": partial(write_scene, result.before),
+        "after.json": partial(write_scene, result.after),
+        **{f"{name}.png": partial(write_png, picture) for name, picture in pictures.items()},
+    }
+    if motion is not None:
+        writers[MOTION] = partial(write_motion, values=motion)
+    if (claim := result.final.claim) is not None:
+        writers = {"output.json": partial(write_output, order=claim), **writers}
+    writers[RECORD] = partial(write_record, record=record)
+    with _prepared(folder) as prepared:
+        failed = _write_all(prepared, writers)
+        failed = {name: why.replace(str(prepared), str(folder)) for name, why in failed.items()}
+        if failed or not _became(prepared, folder):
+            folder.mkdir(exist_ok=True)
+            failed |= _put(prepared, folder, replace)
+    _raise_for(failed, folder, writers)
+    return tuple(folder / name for name in writers)
+
+
+@contextmanager
+def _prepared(folder: Path) -> Iterator[Path]:
+    """Make a folder, on the same file system, for files that are to be moved into another one."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        where = folder / ".new" if folder.is_dir() else folder.parent / f".{folder.name}.new"
+        prepared = Path(tempfile.mkdtemp(prefix=f"{where.name}.", dir=where.parent))
+        prepared.chmod(0o777 & ~_umask())
     except OSError as error:
         raise InputError(
             f"{folder}: cannot be made: {error.strerror}; name another folder with -o"
         ) from error
-    writers: dict[str, Callable[[Path], None]] = {
-        "scene.json": partial(write_scene, result.before, replace=replace),
-        "after.json": partial(write_scene, result.after, replace=replace),
-        "trial.json": partial(write_record, record=record, replace=replace),
-        **{f"{name}.png": partial(write_png, picture, replace=replace) for name, picture in pictures.items()},
-    }
-    if replace:  # of a trial that was here before, which may have looked more often
-        for path in folder.glob(LOOKS):
-            if path.stem not in pictures:
+    try:
+        yield prepared
+    finally:
+        shutil.rmtree(prepared, ignore_errors=True)
+
+
+def _became(prepared: Path, folder: Path) -> bool:
+    """Rename prepared files to a new folder; return False if there is one already."""
+    if folder.exists():
+        return False
+    try:
+        prepared.rename(folder)
+    except OSError:  # somebody else has just made it
+        return False
+    return True
+
+
+def _umask() -> int:
+    """Return the mask of permissions of new files, which can only be read by setting it."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _put(prepared: Path, folder: Path, replace: bool) -> dict[str, str]:
+    """Move prepared files into a folder that exists, the record last; return why some could not be moved."""
+    others = [path for path in folder.iterdir() if path != prepared]
+    if others and not replace:
+        raise InputError(f"{folder}: exists by now; name another folder with -o or add --overwrite")
+    names = sorted((path.name for path in prepared.iterdir()), key=lambda name: name == RECORD)
+    failed: dict[str, str] = {}
+    put: list[Path] = []
+    try:
+        if not (folder / RECORD).is_dir():
+            (folder / RECORD).unlink(missing_ok=True)
+        for path in folder.glob(LOOKS):  # of a trial that was here before, which may have looked more often
+            path.unlink(missing_ok=True)
+        for name in names:
+            try:
+                (prepared / name).replace(folder / name)
+                put.append(folder / name)
+            except OSError as error:
+                why = "is a folder" if (folder / name).is_dir() else error.strerror
+                failed[name] = f"{folder / name}: {why}"
+    except BaseException:
+        if not others:
+            for path in put:
                 path.unlink(missing_ok=True)
-    if motion is not None:
-        writers[MOTION] = partial(write_motion, values=motion, replace=replace)
-    if (claim := result.final.claim) is not None:
-        writers = {"output.json": partial(write_output, order=claim, replace=replace), **writers}
-    return _write_all(folder, writers)
+        raise
+    return failed
 
 
 def read_look_pictures(
@@ -160,20 +228,21 @@ def read_look_pictures(
     return found
 
 
-def _write_all(folder: Path, writers: Mapping[str, Callable[[Path], None]]) -> tuple[Path, ...]:
-    """Write files by name; after a failure the remaining files are still tried."""
-    written: list[Path] = []
-    failed: dict[str, InputError] = {}
+def _write_all(folder: Path, writers: Mapping[str, Callable[[Path], None]]) -> dict[str, str]:
+    """Write files by name, each though others fail; return why those failed."""
+    failed: dict[str, str] = {}
     for name, write in writers.items():
         try:
             write(folder / name)
-            written.append(folder / name)
         except InputError as error:
-            failed[name] = error
+            failed[name] = str(error)
+    return failed
+
+
+def _raise_for(failed: Mapping[str, str], folder: Path, names: Iterable[str]) -> None:
     if failed:
-        there = ", ".join(path.name for path in written) or "nothing"
+        there = ", ".join(name for name in names if name not in failed) or "nothing"
         raise InputError(
             f"{next(iter(failed.values()))}; in {folder} written: {there}; not written: {', '.join(failed)}; "
             "name another folder, or once there is room run the same command again with --overwrite"
         )
-    return tuple(written)

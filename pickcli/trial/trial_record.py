@@ -7,6 +7,7 @@ identical bytes.
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import platform
 import re
@@ -136,6 +137,19 @@ def record_text(record: Mapping[str, Any]) -> str:
         The text.
     """
     return json.dumps(record, indent=2, allow_nan=False) + "\n"
+
+
+def record_digest(record: Mapping[str, Any]) -> str:
+    """Compute what tells a trial from others, and its record from one that was changed.
+
+    Args:
+        record: JSON values of the record.
+
+    Returns:
+        SHA-256 of all but the figures of the wall clock.
+    """
+    told = {key: value for key, value in record.items() if key != "statistics"}
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
 
 def write_record(path: Path, record: Mapping[str, Any], replace: bool = True) -> None:

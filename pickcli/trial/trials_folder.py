@@ -6,7 +6,7 @@ See docs/formats/trials.md. All wall-clock figures are under ``statistics``.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,21 +46,36 @@ class TrialsReport:
     summary: Mapping[str, Any]
 
 
-def refuse_trials_folder(folder: Path, overwrite: bool) -> None:
+def refuse_trials_folder(folder: Path, overwrite: bool, trials: Iterable[str] = ()) -> None:
     """Refuse a folder, before any work, if the results could not be written there.
 
-    A folder that contains only the journal of an interrupted run is accepted.
+    A folder with the journal of an interrupted run is accepted, which may have begun to write it.
 
     Args:
         folder: The folder, which need not exist.
         overwrite: Whether existing files may be replaced.
+        trials: Names of the folders of the run's trials.
 
     Raises:
         InputError: It is a file, has other files and may not be overwritten, or cannot be written.
     """
-    kept = set(journals(folder / SUMMARY)) if folder.is_dir() else set()
-    only_kept = bool(kept) and kept == set(folder.iterdir())
-    refuse_existing_folder(folder, overwrite or only_kept)
+    is_ours = is_interrupted(folder)
+    if is_ours:
+        ours = {SUMMARY, PAGE, *trials, *(path.name for path in journals(folder / SUMMARY))}
+        is_ours = all(path.name in ours for path in folder.iterdir())
+    refuse_existing_folder(folder, overwrite or is_ours)
+
+
+def is_interrupted(folder: Path) -> bool:
+    """Whether a folder is that of a run that was interrupted, perhaps as it wrote the folders of its trials.
+
+    Args:
+        folder: The folder, which need not exist.
+
+    Returns:
+        Whether the journal of a run is in it.
+    """
+    return folder.is_dir() and bool(journals(folder / SUMMARY))
 
 
 def play_trials(

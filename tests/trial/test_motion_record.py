@@ -27,12 +27,14 @@ from pickcli.trial.motion_record import (
     POSITION_BOUND,
     VACUUM_BOUND,
     motion_values,
+    parse_motion,
     read_motion,
     refuse_other_motion,
     refuse_other_record,
     thinned,
     write_motion,
 )
+from pickcli.trial.trial_record import record_digest
 from support.handmade_plans import CRAYOLA, pick
 from support.recorded_pick import play
 
@@ -186,6 +188,19 @@ def test_a_motion_belongs_to_its_record(played: Played, tmp_path: Path) -> None:
     for attempts in others:
         with pytest.raises(StaleError, match="m: is the motion of another trial"):
             refuse_other_record(motion, {"attempts": attempts}, "m")
+
+
+def test_a_motion_tells_its_record_from_those_of_the_same_queries(played: Played, tmp_path: Path) -> None:
+    query = parse_motion(played.values).executions[0].query
+    attempt = {"plan": {"query": query}, "execution": {}, "recovery": []}
+    record = {"score": 12, "statistics": {"wall_s": 1.0}, "attempts": [attempt]}
+    path = tmp_path / "motion.json.gz"
+    write_motion(path, played.values | {"record": record_digest(record)})
+    motion = read_motion(path)
+    refuse_other_record(motion, record | {"statistics": {"wall_s": 2.0}}, "m")
+    for change in ({"score": 13}, {"seed": 4}):
+        with pytest.raises(StaleError, match="m: is the motion of another trial, or the record was changed"):
+            refuse_other_record(motion, record | change, "m")
 
 
 def test_a_motion_belongs_to_its_scene(played: Played, tmp_path: Path) -> None:

@@ -14,10 +14,12 @@ from pickcli.jobs.executors import ProcessExecutor, SerialExecutor
 from pickcli.jobs.job_run import Build, BuildProgress, RunOptions
 from pickcli.page.html_page import page_bytes
 from pickcli.page.trials_page import trials_page
+from pickcli.trial import trials_folder
 from pickcli.trial.trial_job import TrialJob
 from pickcli.trial.trials_folder import (
     SUMMARY,
     TrialsReport,
+    is_interrupted,
     play_trials,
     read_trials,
     refuse_trials_folder,
@@ -29,11 +31,13 @@ from support.scripted_trials import ScriptedJob
 SEEDS = range(3)
 
 
-def played(job: ScriptedJob, folder: Path, options: RunOptions | None = None) -> TrialsReport:
+def played(
+    job: ScriptedJob, folder: Path, options: RunOptions | None = None, replaced: bool = False
+) -> TrialsReport:
     folder.mkdir(exist_ok=True)
     build = Build(job, replace(options or RunOptions(), output=folder / SUMMARY))
     report = play_trials(build, cast(TrialJob, job), SEEDS, {"seeds": list(SEEDS)})
-    write_trials(folder, report, page_bytes(trials_page(report.records)), replace=False)
+    write_trials(folder, report, page_bytes(trials_page(report.records)), replaced)
     build.finish()
     return report
 
@@ -101,10 +105,32 @@ def test_an_interrupted_run_goes_on_and_ends_in_the_same_figures(tmp_path: Path)
     assert without_clock((folder / SUMMARY).read_text()) == without_clock((whole / SUMMARY).read_text())
 
 
+def test_a_run_that_was_interrupted_as_it_wrote_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job, whole, folder = ScriptedJob(("a", "b")), tmp_path / "whole", tmp_path / "run"
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(trials_folder, "write_text", interrupted)  # the summary is written last
+        played(job, folder)
+    refuse_trials_folder(folder, False, [f"{name}-{seed}" for name in "ab" for seed in SEEDS])
+    assert is_interrupted(folder)
+    played(job, folder, replaced=True)
+    played(job, whole)
+    assert not is_interrupted(folder)
+    assert without_clock((folder / SUMMARY).read_text()) == without_clock((whole / SUMMARY).read_text())
+
+
 def test_a_folder_with_other_files_needs_a_word(tmp_path: Path) -> None:
     (tmp_path / "trials.json.0123456789ab.journal").write_bytes(b"")
     refuse_trials_folder(tmp_path, overwrite=False)
-    (tmp_path / "trials.json").write_text("mine")
+    (tmp_path / "a-0").mkdir()  # of the interrupted run, which had begun to write
+    (tmp_path / "trials.json").write_text("of that run")
+    refuse_trials_folder(tmp_path, overwrite=False, trials=["a-0"])
+    (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match="--overwrite"):
         refuse_trials_folder(tmp_path, overwrite=False)
     refuse_trials_folder(tmp_path, overwrite=True)
