@@ -236,8 +236,9 @@ class QueryAnswer:
 
     @property
     def is_clean(self) -> bool:
-        """Whether all executed motions went as planned."""
-        return all(run.is_clean for run in self.runs)
+        """Whether there was a plan for it, and all executed motions went as planned."""
+        is_unplanned = not self.is_complete and not self.runs
+        return not is_unplanned and all(run.is_clean for run in self.runs)
 
 
 CarryOut: TypeAlias = Callable[[Plan], "Execution"]
@@ -276,7 +277,7 @@ class QuerySequence:
             self.answers.append(answer)
             for k, step in enumerate(query.steps):
                 self._execute(step, answer, derived_seed(self.seed, "query", str(number), str(k)), carry_out)
-                if not answer.is_clean or self.world.held is not None:
+                if not all(run.is_clean for run in answer.runs) or self.world.held is not None:
                     return
             answer.is_complete = True
 

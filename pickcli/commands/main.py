@@ -155,9 +155,11 @@ def main() -> None:
     try:
         code = _flushed(_outcome())
         _log.info("exit code %d after %.3f s", code, time.perf_counter() - began)
+    except KeyboardInterrupt as stop:  # after the command was done
+        code = _stopped(stop)
     finally:
-        hide()
         signal.signal(signal.SIGTERM, before)
+        hide()
     sys.exit(code)
 
 

@@ -193,6 +193,7 @@ def answers_summary(
         "queries": [
             {
                 "query": answer.query.label,
+                "is_complete": answer.is_complete,
                 "is_clean": answer.is_clean,
                 "item": answer.item or None,
                 "item_is_in": answer.item_is_in or None,
@@ -226,8 +227,9 @@ def answers_text(queries: Sequence[MotionQuery], answers: Sequence[QueryAnswer],
 
     lines = []
     for answer in answers:
-        if answer.is_complete and not answer.plans:
-            lines.append(f"{answer.query.label}: the arm is there already, nothing is executed")
+        if not answer.plans and (answer.is_complete or len(queries) > 1):
+            why = "the arm is there already" if answer.is_complete else "no plan"
+            lines.append(f"{answer.query.label}: {why}, nothing is executed")
         for plan, run in zip(answer.plans, answer.runs, strict=False):
             lines += run_lines(plan, run, world)
         if answer.item:

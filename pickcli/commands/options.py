@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
@@ -303,7 +304,9 @@ def refuse_missing(path: Path, suffixes: Collection[str] = ()) -> None:
     if path.exists() or str(path) in known:
         return
     beside = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
-    known += [str(each) for each in beside if (each / "cell.yaml").is_file() or each.suffix in suffixes]
+    known += [str(each) for each in beside if (each / "cell.yaml").is_file()]
+    files = [str(each) for each in beside if each.suffix in suffixes]
+    known += difflib.get_close_matches(str(path), files)
     raise InputError(f"{path}: no such file, and no cell of that name; {suggestion(str(path), known)}")
 
 

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Event, Thread
 
 import click
 
@@ -72,17 +73,38 @@ def duration(seconds: float) -> str:
 
 @contextmanager
 def _lines(label: str) -> Iterator[ProgressObserver]:
-    """Print a line from time to time."""
+    """Print a line from time to time, also while nothing new is reported."""
     began = said = time.monotonic()
+    latest: Progress | None = None
+    has_ended = Event()
 
-    def report(progress: Progress, /) -> None:
+    def say() -> None:
         nonlocal said
         now = time.monotonic()
         if now - said >= LINE_PERIOD:
             said = now
-            click.echo(progress_line(label, progress, now - began), err=True)
+            elapsed = now - began
+            line = (
+                f"{label}: {duration(elapsed)}" if latest is None else progress_line(label, latest, elapsed)
+            )
+            click.echo(line, err=True)
 
-    yield report
+    def report(progress: Progress, /) -> None:
+        nonlocal latest
+        latest = progress
+        say()
+
+    def beat() -> None:
+        while not has_ended.wait(LINE_PERIOD):
+            say()
+
+    beating = Thread(target=beat, daemon=True)
+    beating.start()
+    try:
+        yield report
+    finally:
+        has_ended.set()
+        beating.join()
 
 
 def progress_line(label: str, progress: Progress, elapsed: float) -> str:

@@ -240,6 +240,11 @@ def _lines(report: TrialsReport, output: Path) -> list[str]:
         *_times(summary["motion_s"], clock),
         f"failed in {', '.join(f'{stage} {n}' for stage, n in summary['failed_in'].items())}",
         *(f"missed {each['targets']} times: {each['cause']}" for each in summary["causes"][:MOST_CAUSES]),
+        *(
+            [f"and {more} other causes: see {PAGE}"]
+            if (more := len(summary["causes"]) - MOST_CAUSES) > 0
+            else []
+        ),
         *(f"not played: {name}: {why}" for name, why in report.not_stowed.items()),
     ]
     return [*lines, f"wrote {output / SUMMARY}", f"wrote {output / PAGE}"]

@@ -192,14 +192,22 @@ class TrialOptions:
         Raises:
             InputError: There is no such strategy, or its file is invalid.
         """
+        from pickcli.scene.scene import PoseNoise
         from pickcli.strategy.strategy_file import load_strategy
         from pickcli.trial.played_trial import TrialConditions
         from pickcli.trial.stow_assignment import StowRule
         from pickcli.trial.trial_perception import PerceptionKind
 
         strategy = load_strategy(self.strategy_name)
-        rule, kind = StowRule(self.stow_rule), PerceptionKind(self.perception)
-        return TrialConditions(self.pose_noise, reality, self.pod_shift, rule, strategy, kind)
+        rule, kind, noise = StowRule(self.stow_rule), PerceptionKind(self.perception), self.pose_noise
+        if kind is PerceptionKind.TRUTH:
+            source = click.get_current_context().get_parameter_source("pose_noise")
+            if source is ParameterSource.COMMANDLINE:
+                raise click.UsageError(
+                    "--pose-noise: there are no errors with --perception truth; leave it out"
+                )
+            noise = PoseNoise()
+        return TrialConditions(noise, reality, self.pod_shift, rule, strategy, kind)
 
 
 def refuse_stow_rule(orders: Iterable[Order]) -> None:

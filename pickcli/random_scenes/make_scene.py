@@ -163,7 +163,7 @@ def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
         return ""
     count = f"its {len(items)} items are more than are laid out in one place, {MAX_ITEMS}"
     if volume > volume_inside:
-        count = f"its {len(items)} items take {volume:.0f} litres, the place has {volume_inside:.0f}"
+        count = f"its {len(items)} items take {volume:.1f} litres, the place has {volume_inside:.1f}"
     return f"{bin_name}: {count}; put fewer items there"
 
 

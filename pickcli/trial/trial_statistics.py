@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,11 @@ class TrialStatistics:
     def causes(self) -> list[tuple[int, str]]:
         """Number of missed targets by cause without figures; the most frequent first."""
         counts = Counter(
-            f"{t['outcome']}: {_FIGURE.sub('…', t['reason']) or 'no reason given'}"[:MAX_CAUSE]
+            shorten(
+                f"{t['outcome']}: {_FIGURE.sub('…', t['reason']) or 'no reason given'}",
+                MAX_CAUSE,
+                placeholder=" ...",
+            )
             for t in self.targets
             if t["points"] <= 0
         )

@@ -73,7 +73,8 @@ def summary(result: TrialResult) -> tuple[str, ...]:
     """
     lines = [
         _counted(result),
-        f"{result.clock:.1f} s on the trial's clock, {result.simulated:.1f} s of them simulated motion",
+        f"{result.clock:.1f} s on the trial's clock, {result.simulated:.1f} s of them motion, looks and "
+        "waits",
         f"collisions {result.n_collisions}, limit violations {result.n_limit_violations}, "
         f"drops {len(result.drops)}",
         _seen(result),

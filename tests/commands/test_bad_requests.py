@@ -248,6 +248,13 @@ def test_a_stow_rule_is_for_stows(command: str, out: Path) -> None:
     misused(apc(*words), "--stow-rule is for stow orders, this is a pick order")
 
 
+@pytest.mark.parametrize("command", ["run-trial", "run-trials"])
+def test_true_poses_have_no_errors(command: str, out: Path) -> None:
+    words = (command, "jsk_pick_sample", "--perception", "truth", "--pose-noise", "2,1", "-o", out)
+    misused(apc(*words), "--pose-noise: there are no errors with --perception truth")
+    assert not out.exists()
+
+
 @pytest.mark.parametrize("shift", ["random", "5,0,0"])
 def test_a_pod_that_is_not_there_cannot_be_shifted(shift: str, out: Path) -> None:
     words = ("make-scene", "--cell", "panda_table", "--in", "tray=dove_beauty_bar", "-o", out)

@@ -121,6 +121,10 @@ def test_a_query_without_a_plan_ends_the_sequence_and_what_was_done_is_told(
     assert answer.code == told["exit_code"] == 5 and "goal: collision" in told["error"]["message"]
     assert [len(each["motions"]) for each in told["queries"]] == [1, 0]
     assert told["not_started"] == [f"pick {ITEM} from bin_C to tote"]
+    assert [(each["is_complete"], each["is_clean"]) for each in told["queries"]] == [
+        (True, True),
+        (False, False),
+    ]
     text = apc("execute", *argv)
     assert text.code == 5 and text.out.startswith("move to bin_C: done") and "goal: collision" in text.err
     assert text.out.splitlines()[-1] == f"pick {ITEM} from bin_C to tote: not started"
@@ -130,7 +134,10 @@ def test_if_the_first_query_has_no_plan_the_others_are_told_as_not_started(made:
     none = ("execute", "--scene", made.scene, "--move", "home:tote_10h")
     answer = apc(*none, "--pick", f"bin_C:{ITEM}")
     assert answer.code == 5 and "goal: collision" in answer.err
-    assert answer.out.splitlines() == [f"pick {ITEM} from bin_C to tote: not started"]
+    assert answer.out.splitlines() == [
+        "move from home to tote_10h: no plan, nothing is executed",
+        f"pick {ITEM} from bin_C to tote: not started",
+    ]
     assert apc(*none).out == ""
 
 

@@ -33,6 +33,19 @@ def test_a_log_gets_a_line_per_period(
     assert err.splitlines() == ["building: 2/4, about 11 s left", "building: 4/4, about 0 s left"]
 
 
+def test_a_log_hears_of_long_work_that_reports_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(module, "LINE_PERIOD", 0.05)
+    with progress("playing") as report:
+        time.sleep(0.3)
+        report(Progress(1, 2))
+        time.sleep(0.3)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "playing: 0 s" and lines[-1].startswith("playing: 1/2")
+    assert len([line for line in lines if line.startswith("playing: 1/2")]) > 1
+
+
 def test_times_to_wait_are_told_as_precisely_as_they_interest() -> None:
     assert [duration(s) for s in (0.4, 95.2, 119.9, 120.0, 700.0, 7300.0)] == [
         "0 s", "95 s", "120 s", "2 min", "12 min", "2.0 h"
