@@ -60,6 +60,7 @@ def play_stream_file(
     """
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import read_reality
+    from pickcli.trial.stream_record import stream_record
     from pickcli.trial.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
     from pickcli.trial.trial_folder import refuse_existing_folder
     from pickcli.trial.trial_record import write_record
@@ -83,7 +84,7 @@ def play_stream_file(
     (planning,) = options.planning_contexts([stream.cell])
     with stage("trial"), progress("playing") as report:
         result = play_stream(request, planning, report)
-    record: dict[str, Any] = {"stream": path.name, "seed": seed, **result.record()}
+    record = stream_record(request, result, path)
     folder.mkdir(parents=True, exist_ok=True)
     write_record(folder / RECORD, record, overwrite)
     if as_json:

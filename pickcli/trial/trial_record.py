@@ -191,13 +191,22 @@ def read_record(path: Path) -> dict[str, Any]:
     return record
 
 
-def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
+def package_versions() -> dict[str, str]:
+    """Return the versions of what results depend on.
+
+    Returns:
+        Version of this package, Python and others, by name.
+    """
     versions = {"apc-pick": pickcli.__version__, "python": platform.python_version()}
     for package in _PACKAGES:
         try:
             versions[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
             versions[package] = "not installed"
+    return versions
+
+
+def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -206,7 +215,7 @@ def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
         "cell": result.before.cell.name,
         "cell_fingerprint": result.before.cell.scene_fingerprint,
         "scene_hash": scene_hash(result.before),
-        "versions": versions,
+        "versions": package_versions(),
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -118,6 +119,9 @@ def test_a_stream_is_played(tmp_path: Path) -> None:
     assert played.code == 0 and "1 of 1 items delivered" in played.out
     record = json.loads((out / "trial.json").read_text())
     assert (record["presented"], record["delivered"], record["collisions"]) == (1, 1, 0)
+    made = record["made_from"]
+    assert (made["format"], made["version"], made["seed"]) == ("apc stream trial", 1, 0)
+    assert made["stream_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
     refused(apc("run-trial", path, "-o", out), 3, "exists already")
     misused(apc("run-trial", path, "--pod-shift", "none", "-o", out), "--pod-shift applies to orders")
     misused(
