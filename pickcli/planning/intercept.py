@@ -48,7 +48,6 @@ GENTLER = 2.0  # times the duration of a ramp during which the arm leaves alread
 MOST_PACED = 0.85  # of the limits, for lines on a belt
 KEPT = 0.97  # of the limits of jerk, that a belt which changes its speed may use up beside the lines
 PACED_COMING = 0.9  # of the limits for the way to it, whose time is that of the belt
-PACED_LEAVING = 0.9  # of the limits for the transfer, in which the plan returns from the belt to the clock
 MOST_MEETINGS = 8  # that are tried for one grasp
 DEVIATION = 0.015  # m by which the belt may be off the plan while the arm follows it: 1 to 4 mm are usual
 DEVIATION_COMING = 0.05  # m before that: the whole arm moves, and changes its pace less quickly than a belt
@@ -396,8 +395,6 @@ def _left(
     carried = plan_transfer(after, replace(arrival.reached, taking=left))
     if isinstance(carried, Failures):
         return carried
-    paced = tuple(segment.scaled(PACED_LEAVING) for segment in carried.transfer.segments)
-    carried = replace(carried, transfer=replace(carried.transfer, segments=paced))
     meeting = Meeting(belt.start, belt.tracking, belt.axis, belt.speed, falling, t_contact, after)
     return stitch_tracked(meeting, arrival, taking, carried)
 

@@ -160,5 +160,6 @@ def test_the_file_keeps_the_conveyor() -> None:
 
     plan = belt_pick().plan
     again, _ = parse_plan(json.dumps(plan_to_dict(plan)), "plan.json")
-    assert again.tracking == plan.tracking == LineTracking("belt", 0.33, 0.0, DEVIATION, DEVIATION_COMING)
+    stated = LineTracking("belt", 0.33, 0.0, DEVIATION, DEVIATION_COMING, belt_pick().now)
+    assert again.tracking == plan.tracking == stated
     assert np.array_equal(again.trajectory.positions, plan.trajectory.positions)
