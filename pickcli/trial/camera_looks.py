@@ -210,7 +210,8 @@ class CameraLooks:
             self._seen[name] = self._perceived(name, pictures[name], around, self._seen.get(name))
         for name in self._settle(due):  # again, without what was found elsewhere
             self._seen[name] = self._perceived(name, self._seen[name].pictures, around)
-        self._note(due, true, number)
+        if due:
+            self._note(due, true, number)
         return self._believed(around, outside)
 
     def _due(self, touched: Touched) -> list[str]:

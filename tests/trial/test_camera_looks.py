@@ -125,6 +125,18 @@ def test_only_touched_places_are_looked_into_again_and_what_was_moved_is_looked_
         np.testing.assert_array_equal(a.boxes, b.boxes)
 
 
+def test_what_six_pictures_do_not_show_is_not_looked_for_again(true_scene: Scene) -> None:
+    perception, gone = looks(true_scene), true_scene.without(ITEM)
+    believed = perception.look(gone, 1, Touched())
+    assert ITEM not in {placed.id for placed in believed.items} and perception.refusal(ITEM, "bin_C")
+    assert perception.n_pictures(Touched()) == 3
+    perception.look(gone, 2, Touched())
+    assert perception.n_pictures(Touched()) == 0
+    perception.look(gone, 3, Touched())
+    assert [look.number for look in perception.looks] == [1, 2]
+    assert perception.n_pictures(Touched(frozenset({"bin_C"}))) == 3
+
+
 def test_without_the_pod_in_its_pictures_a_place_is_off_with_the_camera(
     true_scene: Scene, first: tuple[CameraLooks, Scene], monkeypatch: pytest.MonkeyPatch
 ) -> None:

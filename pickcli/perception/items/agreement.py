@@ -3,8 +3,8 @@
 What hides an item, what noise makes of a picture and where a search gets stuck differ from look to look. So a
 pose that two of them found is right, and two poses that differ are a warning that no single look gives. The
 confidence is a logistic model of what the picture says for the pose, as by one look, how sure the other look
-is, and how far both poses are apart. Fitted by ``python -m bench.perceived --seeds 24-39 --looks 3
---calibrate`` to the pairs of looks that agree best.
+is, and how far both poses are apart: ``python -m bench.perceived --seeds 24-39 --sensors ensenso --looks 3
+--calibrate``.
 """
 
 from __future__ import annotations

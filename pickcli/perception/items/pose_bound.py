@@ -6,8 +6,8 @@ regression (Koenker and Bassett 1978) of logarithms of errors. Where usual error
 rarer, too. So there are two classes of poses by the usual error of the surface, each with a factor by which
 99.5 % of its poses had all their errors within bounds that were fitted to other scenes (Mondrian conformal
 prediction, Vovk et al. 2005). Sensors that mix depths at edges have a model of their own:
-``python -m bench.perceived --seeds 10-18 --calibrate``. Of poses that two looks agree on another one, which
-knows how far both are apart: ``--seeds 24-39 --looks 3 --calibrate``.
+``python -m bench.perceived --seeds 10-18 --calibrate``. For poses that two looks of others agree on there is
+one that knows how far both are apart: ``--seeds 24-39 --sensors ensenso --looks 3 --calibrate``.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _MIXED = BoundModel(
     np.array([0.522]),
     np.array([0.904, 4.166]),
 )
-_AGREED_SHARP = BoundModel(
+_AGREED = BoundModel(
     np.array(
         [
             [0.781, 0.374, 0.092, 0.5, 0.242],
@@ -75,7 +75,6 @@ _AGREED_SHARP = BoundModel(
     np.array([0.248, 0.661]),
     np.array([0.716, 1.11, 1.732]),
 )
-_AGREED_MIXED = _AGREED_SHARP
 LEAST_CONFIDENCE_OF_BOUND = 0.99  # below it nothing is said of the error
 LARGEST = PoseNoise(0.015, float(np.radians(8.0)))  # with wider bounds a pose is of no use to a planner
 
@@ -146,11 +145,13 @@ def agreed_bound_of(
     Returns:
         The bounds; None for a pose that is not sure enough, or whose bounds would be wider than ``LARGEST``.
     """
+    if depth_model.mixes_edges:  # none of these has looked from several places
+        return bound_of(item, support, depth_model, confidence)
     if confidence < LEAST_CONFIDENCE_OF_BOUND:
         return None
     no_return = depth_model.no_return.get(item.material, 0.0)
     features = agreed_bound_features(support, no_return, confidence, agreement)
-    return _bound(item, _AGREED_MIXED if depth_model.mixes_edges else _AGREED_SHARP, features)
+    return _bound(item, _AGREED, features)
 
 
 def _bound(item: Item, model: BoundModel, features: Array) -> PoseNoise | None:

@@ -14,7 +14,7 @@ from pickcli.perception.items.agreement import agreed_confidence, matched
 from pickcli.perception.items.item_observation import Agreement
 from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.item_search import PoseEstimate
-from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND
+from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, agreed_bound_of, bound_of
 from pickcli.scene.scene import PoseNoise
 from support.filled_bins import Filled, looked_at, looked_at_aslant
 
@@ -104,3 +104,15 @@ def test_what_is_clear_in_one_look_is_free(filled: Filled) -> None:
     alone, both = (concluded(seen).unknown for seen in ([one], [one, other]))
     volumes = [np.prod(boxes[:, 1] - boxes[:, 0], axis=1).sum() for boxes in (both, alone)]
     assert 0.0 < volumes[0] < volumes[1]
+
+
+def test_sensors_that_mix_edges_keep_their_bounds_by_one_look(looks: tuple[PlaceLook, PlaceLook]) -> None:
+    support = next(iter(looks[0].found.values())).support
+    item, mixing = looks[0].listed[0].item, replace(looks[0].rgbd.depth_model, mixes_edges=True)
+    agreed = agreed_bound_of(item, support, mixing, 0.999, Agreement(0.99, apart(0.2)))
+    assert agreed == bound_of(item, support, mixing, 0.999)
+    sharp = [
+        agreed_bound_of(item, support, looks[0].rgbd.depth_model, 0.999, Agreement(0.99, apart(mm)))
+        for mm in (0.2, 2.0)
+    ]
+    assert sharp[0] is not None and sharp[1] is not None and sharp[0].position < sharp[1].position
