@@ -24,12 +24,14 @@ class RidingItem:
         item: The product.
         stamp: s, time at which the pose holds.
         T_belt_item: (4, 4) pose in the frame of the conveyor, which stands still in the hall.
+        noise: Bounds of the error of the pose; None for those of the stream.
     """
 
     id: str
     item: Item
     stamp: float
     T_belt_item: Array
+    noise: PoseNoise | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +139,7 @@ class ItemStream:
             if self.is_known(riding, t):
                 ahead = pose((self.speed * (t - riding.stamp), 0.0, 0.0))
                 T_world_item = self.carrier.T_world_carrier @ ahead @ riding.T_belt_item
-                noise = grown(self.noise, self.speed_error * abs(t - riding.stamp))
+                noise = grown(riding.noise or self.noise, self.speed_error * abs(t - riding.stamp))
                 placed.append(PlacedItem(riding.id, riding.item, place, T_world_item, noise))
         return Scene(self.cell, self.cell.T_world_pod, tuple(placed), self.noise, self.seed)
 
