@@ -60,6 +60,7 @@ def play_stream_file(
     """
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import read_reality
+    from pickcli.trial.belt_camera import BeltCamera
     from pickcli.trial.stream_record import stream_record
     from pickcli.trial.stream_trial import SPEED_ERROR, StreamTrialRequest, play_stream
     from pickcli.trial.trial_folder import refuse_existing_folder
@@ -78,6 +79,7 @@ def play_stream_file(
         stream,
         PoseNoise() if is_exact else options.pose_noise,
         0.0 if is_exact else SPEED_ERROR,
+        BeltCamera() if options.perception == "camera" else None,
         read_reality(options.reality_path),
         seed,
     )
@@ -102,10 +104,10 @@ def _refuse_options_of_orders(options: TrialOptions) -> None:
     stated = [
         next(opt for param in context.command.params if param.name == name for opt in param.opts)
         for name in OF_ORDERS
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        if _is_stated(name)
     ]
-    if options.perception == "camera":
-        stated.append("--perception camera")
+    if options.perception == "camera" and _is_stated("pose_noise"):
+        raise click.UsageError("--pose-noise: a camera has errors of its own; leave it out")
     if stated:
         verb = "apply" if len(stated) > 1 else "applies"
         raise click.UsageError(f"{' and '.join(stated)} {verb} to orders, not to streams; leave it out")
@@ -130,3 +132,8 @@ def _lines(result: StreamTrialResult, record: dict[str, Any]) -> list[str]:
     others = [each for each in result.items if str(each.outcome) != "delivered"]
     lines += [f"{each.item}: {each.outcome}: {each.reason}" for each in others[:FEW]]
     return [*lines, f"and {len(others) - FEW} more"] if len(others) > FEW else lines
+
+
+def _is_stated(name: str) -> bool:
+    """Whether an option was stated on the command line."""
+    return click.get_current_context().get_parameter_source(name) is ParameterSource.COMMANDLINE

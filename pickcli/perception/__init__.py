@@ -6,6 +6,7 @@ Colour pictures follow from the `looks` of the solids, which for items include a
 `viewpoints` are from where cameras look into a place.
 `items` finds the listed items of a place in one or several pictures with depth and colour.
 `pod_pose` finds the pod: from a `pod_start` by a `pod_fit`, with a `pod_bound` of the error.
+`tracking` follows items on a conveyor.
 A `mount_calibration` finds it in several pictures, and the errors of cameras' mounts with it.
 A `perceived_picture` shows answers over the picture. A `believed_scene` is what all this leaves a robot with.
 """

@@ -19,7 +19,7 @@ PR2_LIKE = SightingNoise(position=0.004, angle=float(np.radians(2.0)), mount=0.0
 
 @dataclass(frozen=True)
 class BeltCamera:
-    """A camera that sees the belt from its infeed to the window, so that the arm is never in its view.
+    """A camera over a conveyor, which sees what comes before it is counted on.
 
     Attributes:
         noise: Errors of what it detects.
@@ -27,6 +27,8 @@ class BeltCamera:
         latency: s from a picture until its detections are known.
         missed: Share of the items in a picture that are not detected.
         reversed: Share of the detections that are turned by half a turn.
+        ahead: m before ``Conveyor.upstream`` from which on it sees: the way in the time until a track is
+            reported, and the query that uses it has ended.
     """
 
     noise: SightingNoise = PR2_LIKE
@@ -34,6 +36,7 @@ class BeltCamera:
     latency: float = 0.15
     missed: float = 0.05
     reversed: float = 0.02
+    ahead: float = 0.7
 
     def stamps(self, after: float, until: float) -> list[float]:
         """Return when pictures are taken.
@@ -46,15 +49,16 @@ class BeltCamera:
             The times in (after, until].
         """
         first, last = int(np.floor(after * self.rate + 1e-9)) + 1, int(np.floor(until * self.rate + 1e-9))
-        return [k / self.rate for k in range(first, last + 1)]
+        return [min(k / self.rate, until) for k in range(first, last + 1)]  # but for rounding
 
-    def sighting(self, true: ItemStream, stamp: float, seed: int) -> Sighting:
+    def sighting(self, true: ItemStream, stamp: float, seed: int, until: float = np.inf) -> Sighting:
         """Take a picture.
 
         Args:
             true: The true stream.
             stamp: s.
             seed: Seed of the trial; an item's error depends on it, the item's id and the stamp only.
+            until: m along the belt, beyond which the arm may hide what is there.
 
         Returns:
             What is detected; every label is the id of the true item.
@@ -68,7 +72,8 @@ class BeltCamera:
             x, y = rng.normal(0.0, self.noise.position, 2) + mount
             yaw = rng.normal(0.0, self.noise.angle) + (np.pi if is_reversed else 0.0)
             travel = true.travel_at(riding, stamp)
-            if is_missed or not true.is_on_belt(riding, stamp) or travel > true.belt.window[0]:
+            is_in_view = -true.belt.upstream - self.ahead <= travel <= min(until, true.belt.length)
+            if is_missed or not is_in_view:
                 continue
             T = riding.T_belt_item.copy()
             T[:3, :3] = rotation_axis_angle((0.0, 0.0, 1.0), yaw) @ T[:3, :3]

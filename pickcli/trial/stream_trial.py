@@ -29,6 +29,8 @@ from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import ROBOT, World
+from pickcli.trial.belt_camera import BeltCamera
+from pickcli.trial.belt_perception import BeltPerception
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.trial.stream_result import ItemOutcome, MeetingRecord, StreamItemResult, StreamTrialResult
 from pickcli.verification.verify import certifier
@@ -51,6 +53,8 @@ class StreamTrialRequest:
         stream: The true stream.
         noise: Bounds of the errors of perceived poses.
         speed_error: m/s, bound of the error of the perceived speed.
+        camera: Camera by whose tracks the items are known, instead of by poses with these errors; None for
+            those.
         reality: Levels of the deviations of the simulated world from its model.
         seed: Seed of all random choices.
     """
@@ -58,6 +62,7 @@ class StreamTrialRequest:
     stream: ItemStream
     noise: PoseNoise = DEFAULT_NOISE
     speed_error: float = SPEED_ERROR
+    camera: BeltCamera | None = None
     reality: Reality = DEFAULT
     seed: int = 0
 
@@ -99,7 +104,8 @@ class _StreamTrial:
 
     def __init__(self, request: StreamTrialRequest, context: PlanningContext) -> None:
         self.request, self.context = request, context
-        self.stream = request.stream
+        self.stream, camera = request.stream, request.camera
+        self.tracks = None if camera is None else BeltPerception(self.stream, camera, request.seed)
         home = context.cell.home
         self.home = Start(home.q, home.tool_state)
         self.arm, self.t, self.look = self.home, 0.0, 0
@@ -169,6 +175,9 @@ class _StreamTrial:
         """
         self.look += 1
         request, true = self.request, self._riding()
+        if self.tracks is not None:
+            known = self.tracks.known(true, self.t, QUERY_CHARGE)
+            return replace(known, items=tuple(each for each in known.items if each.id in self.open))
         t_seen = self.t - QUERY_CHARGE
         seen = perceive(true.scene_at(t_seen), request.noise, request.seed, self.look, request.reality)
         off = derived_rng("belt speed", request.seed, self.look).uniform(-1.0, 1.0) * request.speed_error
@@ -214,6 +223,9 @@ class _StreamTrial:
         t_start = self.t
         self.t += world.t
         self._learn(world, scene, true, item)
+        if self.tracks is not None:
+            self.tracks.hide(t_start, self.t)
+            self.tracks.forget(item.riding.id)
         item.t_end, self.t_end = self.t, self.t
         item.met = watch.measured(t_start)
         self._count(item, run)

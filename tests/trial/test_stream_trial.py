@@ -15,6 +15,7 @@ from pickcli.scene.item_stream import ItemStream
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.world import World
+from pickcli.trial.belt_camera import BeltCamera
 from pickcli.trial.stream_result import ItemOutcome, StreamTrialResult
 from pickcli.trial.stream_trial import MOST_ATTEMPTS, StreamTrialRequest, play_stream
 from support.belt_picks import cell, context
@@ -34,6 +35,12 @@ def test_items_that_come_far_apart_are_delivered(result: StreamTrialResult) -> N
     assert result.is_clean and result.n_stops == 0
     assert [each.outcome for each in result.items] == [ItemOutcome.DELIVERED] * 2
     assert result.n_attempted == 2
+
+
+def test_items_are_met_by_the_tracks_of_a_camera() -> None:
+    seen = play_stream(StreamTrialRequest(of(2, 0.33, (2.0, 2.2)), camera=BeltCamera()), context())
+    assert seen.is_clean and [each.outcome for each in seen.items] == [ItemOutcome.DELIVERED] * 2
+    assert all(each.met is not None and each.met.offset < 0.008 for each in seen.items)
 
 
 def test_the_cup_meets_its_place_at_the_speed_of_the_belt(result: StreamTrialResult) -> None:
