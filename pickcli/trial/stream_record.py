@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -27,11 +28,11 @@ def stream_record(
     Returns:
         Values by name.
     """
-    cell = request.stream.cell
+    cell, camera = request.stream.cell, request.camera
+    noise = {"noise": request.noise.figures, "speed_error_m_s": request.speed_error}
     return {
         **result.record(),
-        "noise": request.noise.figures,
-        "speed_error_m_s": request.speed_error,
+        **(noise if camera is None else {"camera": asdict(camera)}),
         "reality": request.reality.as_dict(),
         "made_from": {
             "format": FORMAT,
