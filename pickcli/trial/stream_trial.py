@@ -16,7 +16,7 @@ import numpy as np
 
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse, pose
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Plan, times_at_work
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.intercept import InterceptQuery, plan_intercept
 from pickcli.planning.planning_context import PlanningContext
@@ -40,6 +40,7 @@ LOOK_AGAIN = 0.1  # s until the next look if nothing can be done: PR2 saw the be
 TRY_AGAIN = 0.5  # s after which an item without a plan is tried again
 TOUCH = 0.001  # m of the cup from its planned place, along its axis, within which it touches the item
 RESTING = 0.003  # m/s of the cup along its axis relative to the item, below which it rests there
+LEAST_SHARE = 0.9  # of the least time that a pick took: a shorter one is not expected
 MOST_ATTEMPTS = 3  # at one item: on a belt that stands it does not leave
 RESET_TIME = 10.0  # s after a protective stop until the arm is at home again, by hand
 SPEED_ERROR = 0.0008  # m/s, standard deviation of the PR2's estimate of its belt's speed, here as a bound
@@ -113,6 +114,7 @@ class _StreamTrial:
         self.decided: dict[str, StreamItemResult] = {}
         self.n_collisions = self.n_limit_violations = self.n_stops = 0
         self.t_end = 0.0
+        self.least_taking = np.inf  # s from when the arm moves until an item is off the belt
         self.planning_ms: list[float] = []
         self.refusing_ms: list[float] = []
 
@@ -123,7 +125,7 @@ class _StreamTrial:
         on_belt = (riding for riding in believed.items if believed.is_on_belt(riding, self.t))
         for riding in sorted(on_belt, key=lambda each: -believed.travel_at(each, self.t)):
             item = self.open[riding.id]
-            if self.t < item.t_next:
+            if self.t < item.t_next or self._is_too_late(believed, riding, item):
                 continue
             plan = self._planned(believed, riding.id)
             if plan is not None:
@@ -132,6 +134,17 @@ class _StreamTrial:
             self.t += QUERY_CHARGE
             item.t_next = self.t + TRY_AGAIN
         self.t += LOOK_AGAIN
+
+    def _is_too_late(self, believed: ItemStream, riding: RidingItem, item: _Item) -> bool:
+        """Whether an item leaves its window sooner than any pick so far took; that needs no query."""
+        if believed.speed == 0.0 or not np.isfinite(self.least_taking):
+            return False
+        left = (believed.belt.window[1] - believed.travel_at(riding, self.t)) / believed.speed
+        if left >= LEAST_SHARE * self.least_taking:
+            return False
+        takes = f"no pick took less than {self.least_taking:.1f} s"
+        item.reason = item.reason or f"too late: it leaves the window in {left:.1f} s, {takes}"
+        return True
 
     def result(self) -> StreamTrialResult:
         """Return the result of a trial whose items are all decided."""
@@ -206,6 +219,10 @@ class _StreamTrial:
             self.refusing_ms.append(1e3 * (time.perf_counter() - began))
             return None
         self.planning_ms.append(plan.statistics["planning_ms"])
+        if plan.tracking is not None:
+            moves = np.flatnonzero(np.abs(plan.trajectory.velocities).max(axis=1) > 0.0)
+            waits = float(plan.trajectory.times[max(0, int(moves[0]) - 1)])
+            self.least_taking = min(self.least_taking, times_at_work(plan.segments)[1] - waits)
         return plan
 
     def _execute(self, item: _Item, plan: Plan) -> None:

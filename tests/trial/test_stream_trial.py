@@ -9,6 +9,7 @@ import pytest
 
 from pickcli.errors import NoPlanError, Reason
 from pickcli.motion.plan import Plan
+from pickcli.planning.intercept import InterceptQuery, plan_intercept
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.random_scenes.make_stream import StreamRequest, make_stream
 from pickcli.scene.item_stream import ItemStream
@@ -108,6 +109,24 @@ def test_an_item_that_was_knocked_off_the_belt_is_decided(monkeypatch: pytest.Mo
     monkeypatch.setattr("pickcli.trial.stream_trial.execute", push)
     result = play_stream(StreamTrialRequest(stream), context())
     assert result.items[1].outcome is ItemOutcome.LOST and "knocked off" in result.items[1].reason
+
+
+def test_an_item_that_leaves_sooner_than_any_pick_takes_costs_no_query(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: dict[str, list[float]] = {}
+
+    def remember(context: PlanningContext, stream: ItemStream, query: InterceptQuery, *rest: Any) -> Plan:
+        left = (stream.belt.window[1] - stream.travel_at(stream.find(query.item), query.now)) / stream.speed
+        asked.setdefault(query.item, []).append(left)
+        return plan_intercept(context, stream, query, *rest)
+
+    monkeypatch.setattr("pickcli.trial.stream_trial.plan_intercept", remember)
+    result = play_stream(StreamTrialRequest(of(4, 0.33, (0.25, 0.3))), context())
+    first, *others = result.items
+    assert first.outcome is ItemOutcome.DELIVERED and len(asked[first.item]) == 1
+    assert all(left > 2.0 for name, every in asked.items() for left in every if name != first.item)
+    assert any(each.reason.startswith("too late: it leaves the window in") for each in others)
 
 
 def test_from_a_belt_that_stands_all_items_are_taken() -> None:
