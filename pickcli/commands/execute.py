@@ -168,6 +168,8 @@ def command(
             emit_json({"driver": driver_name, **execution_summary(plans, runs, world)})
         else:
             click.echo(execution_text(plans, runs, world))
+        if operator is not None and not any(run.operator_stops for run in runs):
+            click.echo("note: the motion ended before --operator-stop", err=True)
         if film is not None and video is not None:  # after the result, which matters more
             film.write(video, overwrite)
             click.echo(f"  wrote {video}", err=as_json)

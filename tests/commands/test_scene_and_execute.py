@@ -145,6 +145,14 @@ def test_execute_runs_the_plan_and_films_it(files: tuple[Path, Path], tmp_path: 
     assert film.read_bytes().startswith(b"GIF8")
 
 
+def test_a_stop_after_the_end_is_told(files: tuple[Path, Path]) -> None:
+    plan, scene = files
+    words = ("execute", plan, "--scene", scene, "--no-verify", "--operator-stop")
+    late, early = apc(*words, "100:101"), apc(*words, "0.2:0.4")
+    assert late.code == 0 and "the motion ended before --operator-stop" in late.err
+    assert early.code == 0 and "--operator-stop" not in early.err
+
+
 def test_what_the_verifier_rejects_is_not_executed(files: tuple[Path, Path], cell: Cell) -> None:
     plan = replace(rail_move(cell, distance=0.6), scene_hash=scene_hash(read_scene(files[1])))
     write_plan(plan, files[0])
