@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -72,6 +73,7 @@ def play_stream_file(
     context = click.get_current_context()
     is_named = context.get_parameter_source("cell_name") is ParameterSource.COMMANDLINE
     arms = ArmRequest(items=options.items_path)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
     stream = StreamOptions(path, None).stream(options.cell_name if is_named else None, arms)
     _ = stream.cell.home  # refused before any work if the cell has none
     is_exact = options.perception == "truth"
@@ -86,7 +88,7 @@ def play_stream_file(
     (planning,) = options.planning_contexts([stream.cell])
     with stage("trial"), progress("playing") as report:
         result = play_stream(request, planning, report)
-    record = stream_record(request, result, path)
+    record = stream_record(request, result, path.name, digest)
     folder.mkdir(parents=True, exist_ok=True)
     write_record(folder / RECORD, record, overwrite)
     if as_json:

@@ -21,7 +21,7 @@ from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import LIMIT_MARGIN
 from pickcli.kinematics.chain import is_planned
-from pickcli.motion.plan import Certify, LineTracking, Plan
+from pickcli.motion.plan import Certify, LineTracking, Plan, times_at_work
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assembly.carried_motion import carried_motion
 from pickcli.planning.assembly.proven_timing import proven_run
@@ -99,10 +99,11 @@ class _Belt:
             stream.conveyor, stream.speed, stream.speed_error, DEVIATION, DEVIATION_COMING, self.now
         )
 
-    @property
-    def known(self) -> float:
-        """S until which it is known what comes onto the belt."""
-        return self.stream.belt.upstream / (self.stream.speed + self.stream.speed_error)
+    def brought_by(self, plan: Plan) -> float:
+        """M that the belt may bring what comes until a plan ends, at the most that it may run."""
+        end, most_speed = plan.trajectory.duration, self.stream.belt.max_speed
+        ahead = self.tracking.off_by(np.array([end]), times_at_work(plan.segments), most_speed)[1]
+        return self.stream.speed * end + float(ahead[0])
 
     def at(self, t: float) -> Scene:
         """Return the scene at a time."""
@@ -335,9 +336,10 @@ def _met(belt: _Belt, window: _Window, start: Start) -> Plan | Failures:
             return failures + Reason("too late", str(window.taking.motion.grasp), late)
         found = _planned(belt, window.taking, start, t_contact)
         if isinstance(found, Plan):
-            if found.trajectory.duration <= belt.known:
+            brought, known = belt.brought_by(found), belt.stream.belt.upstream
+            if brought <= known:
                 return found
-            lasts = f"{found.trajectory.duration:.1f} s, what comes is known for {belt.known:.1f} s"
+            lasts = f"the belt brings {brought:.1f} m meanwhile, what comes is known for {known:.1f} m"
             return failures + Reason("lasts too long", str(window.taking.motion.grasp), lasts)
         if isinstance(found, Failures):
             failures += found

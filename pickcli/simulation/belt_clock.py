@@ -41,7 +41,7 @@ class BeltEncoder(Protocol):
             conveyor: Name of the conveyor.
 
         Returns:
-            m since it was first measured; None if it stands.
+            m since it was first measured; None if it is not measured, as of a belt that stands all the time.
         """
 
     def encoder_latency(self, conveyor: str) -> float:
@@ -87,6 +87,7 @@ class BeltClock:
         self.t_left = self._times[1]
         speed = self._tracking.speed
         self._latency = encoder.encoder_latency(self._tracking.conveyor)
+        self._last = 0.0  # m, last reading
         self._t = -self._latency  # s since the start, of the next reading
         self._start = self._reading() - speed * self._t  # where the belt was at the start
         self._lags, self._belt = np.zeros(3), 0.0
@@ -136,7 +137,9 @@ class BeltClock:
 
     def _reading(self) -> float:
         """M by the encoder."""
-        return self._encoder.belt_travel(self._tracking.conveyor) or 0.0
+        travel = self._encoder.belt_travel(self._tracking.conveyor)
+        self._last = self._last if travel is None else travel
+        return self._last
 
     def _belt_time(self, travel: float) -> float:
         """S of the plan at which its belt would be where the belt is now."""

@@ -65,6 +65,7 @@ class BeltCamera:
         """
         off = derived_rng("belt camera", seed).normal(size=2)
         mount = self.noise.mount * off / max(1.0, float(np.hypot(*off)))
+        view = (-true.belt.upstream - self.ahead, min(until, true.belt.length))
         found = []
         for riding in true.items:
             rng = derived_rng("sighting", seed, riding.id, f"{stamp:.3f}")
@@ -72,14 +73,13 @@ class BeltCamera:
             x, y = rng.normal(0.0, self.noise.position, 2) + mount
             yaw = rng.normal(0.0, self.noise.angle) + (np.pi if is_reversed else 0.0)
             travel = true.travel_at(riding, stamp)
-            is_in_view = -true.belt.upstream - self.ahead <= travel <= min(until, true.belt.length)
-            if is_missed or not is_in_view:
+            if is_missed or not view[0] <= travel <= view[1]:
                 continue
             T = riding.T_belt_item.copy()
             T[:3, :3] = rotation_axis_angle((0.0, 0.0, 1.0), yaw) @ T[:3, :3]
             T[:3, 3] = travel + x, T[1, 3] + y, T[2, 3]
             found.append(Detection(riding.item, T, riding.id))
-        return Sighting(stamp, tuple(found))
+        return Sighting(stamp, tuple(found), view)
 
 
 def encoder_travel(true: ItemStream, t: float) -> float:

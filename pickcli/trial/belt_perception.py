@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import replace
 
 import numpy as np
 
 from pickcli.perception.tracking.belt_tracker import WITHIN, BeltTracker
+from pickcli.perception.tracking.sighting import Sighting
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.trial.belt_camera import BeltCamera, encoder_travel
 
@@ -22,8 +24,9 @@ class BeltPerception:
 
     def __init__(self, true: ItemStream, camera: BeltCamera, seed: int) -> None:
         self._camera, self._seed = camera, seed
-        self._t_read = self._t_seen = 0.0
-        self._hidden = (np.inf, np.inf)  # s between which the arm was over the window
+        self._t_read = self._t_taken = 0.0
+        self._taken: deque[Sighting] = deque()  # pictures whose detections are not known yet
+        self._hidden: list[tuple[float, float]] = []  # s between which the arm is over the window
         self._tracker = BeltTracker(true.belt, camera.noise, 0.0, encoder_travel(true, 0.0))
 
     def known(self, true: ItemStream, t: float, charge: float) -> ItemStream:
@@ -40,14 +43,13 @@ class BeltPerception:
         Returns:
             The tracked items at that time.
         """
+        self.take(true, t)
         for read in (*self._camera.stamps(self._t_read, t), t):
             self._tracker.read_encoder(read, encoder_travel(true, read))
-        for stamp in self._camera.stamps(self._t_seen, t - charge - self._camera.latency):
-            is_hidden = self._hidden[0] <= stamp <= self._hidden[1]
-            until = true.belt.window[0] if is_hidden else np.inf
-            self._tracker.see(self._camera.sighting(true, stamp, self._seed, until))
-            self._t_seen = stamp
         self._t_read = t
+        last = t - charge - self._camera.latency
+        while self._taken and self._taken[0].stamp <= last:
+            self._tracker.see(self._taken.popleft())
         speed, deviation = self._tracker.speed(t)
         error = WITHIN * deviation
         items = tuple(
@@ -59,14 +61,27 @@ class BeltPerception:
         most = min(max(speed, 0.0) + error, true.belt.max_speed)
         return replace(true, items=items, speed=most, speed_error=2.0 * error)
 
+    def take(self, true: ItemStream, t: float) -> None:
+        """Take the pictures until a time, of the stream as it is now; their detections are known later.
+
+        Args:
+            true: The true stream.
+            t: s.
+        """
+        for stamp in self._camera.stamps(self._t_taken, t):
+            is_hidden = any(start <= stamp <= end for start, end in self._hidden)
+            until = true.belt.window[0] if is_hidden else np.inf
+            self._taken.append(self._camera.sighting(true, stamp, self._seed, until))
+        self._t_taken = max(self._t_taken, t)
+
     def hide(self, t_start: float, t_end: float) -> None:
-        """Note when the arm was over the window, and hid what is there.
+        """Note when the arm is over the window, and hides what is there.
 
         Args:
             t_start: s.
             t_end: s.
         """
-        self._hidden = (t_start, t_end)
+        self._hidden.append((t_start, t_end))
 
     def forget(self, item_id: str) -> None:
         """Forget an item that was taken off the belt, or moved on it.

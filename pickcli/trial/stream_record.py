@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from pickcli.trial.stream_result import StreamTrialResult
@@ -16,14 +14,15 @@ VERSION = 1
 
 
 def stream_record(
-    request: StreamTrialRequest, result: StreamTrialResult, stream_file: Path
+    request: StreamTrialRequest, result: StreamTrialResult, stream_name: str, stream_sha256: str
 ) -> dict[str, Any]:
     """Return the record as JSON values; all but ``statistics`` is a function of stream, conditions and seed.
 
     Args:
         request: The stream and the conditions.
         result: The result.
-        stream_file: File of the stream.
+        stream_name: Name of the file of the stream.
+        stream_sha256: Digest of that file as it was read.
 
     Returns:
         Values by name.
@@ -37,8 +36,8 @@ def stream_record(
         "made_from": {
             "format": FORMAT,
             "version": VERSION,
-            "stream": stream_file.name,
-            "stream_sha256": hashlib.sha256(stream_file.read_bytes()).hexdigest(),
+            "stream": stream_name,
+            "stream_sha256": stream_sha256,
             "seed": request.seed,
             "cell": cell.name,
             "cell_fingerprint": cell.scene_fingerprint,

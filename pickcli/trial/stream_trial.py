@@ -42,6 +42,7 @@ TOUCH = 0.001  # m of the cup from its planned place, along its axis, within whi
 RESTING = 0.003  # m/s of the cup along its axis relative to the item, below which it rests there
 LEAST_SHARE = 0.9  # of the least time that a pick took: a shorter one is not expected
 MOST_ATTEMPTS = 3  # at one item: on a belt that stands it does not leave
+MOVED = 0.003  # m by which an item on the belt is off where it rode, from which on its track begins anew
 RESET_TIME = 10.0  # s after a protective stop until the arm is at home again, by hand
 SPEED_ERROR = 0.0008  # m/s, standard deviation of the PR2's estimate of its belt's speed, here as a bound
 
@@ -98,6 +99,7 @@ class _Item:
     t_next: float = 0.0
     t_end: float | None = None
     met: MeetingRecord | None = None
+    was_known: bool = False
 
 
 class _StreamTrial:
@@ -122,6 +124,8 @@ class _StreamTrial:
         """Take the most urgent item that can be met, or let time pass."""
         self._let_go()
         believed = self._perceived()
+        for riding in believed.items:
+            self.open[riding.id].was_known = True
         on_belt = (riding for riding in believed.items if believed.is_on_belt(riding, self.t))
         for riding in sorted(on_belt, key=lambda each: -believed.travel_at(each, self.t)):
             item = self.open[riding.id]
@@ -164,6 +168,8 @@ class _StreamTrial:
         last = self.stream.belt.window[1]
         for item_id, item in list(self.open.items()):
             is_past = self.stream.travel_at(item.riding, self.t) > last
+            if self.stream.speed == 0.0 and not self.stream.is_on_belt(item.riding, self.t):
+                item.reason, is_past = "it is not on the belt, which stands", True
             is_given_up = self.stream.speed == 0.0 and item.t_next > 0.0
             if is_past or is_given_up or item.attempts >= MOST_ATTEMPTS:
                 outcome = ItemOutcome.LOST if item.attempts else ItemOutcome.NOT_ATTEMPTED
@@ -171,7 +177,8 @@ class _StreamTrial:
 
     def _close(self, item_id: str, outcome: ItemOutcome) -> None:
         item = self.open.pop(item_id)
-        reason = item.reason or ("" if outcome is ItemOutcome.DELIVERED else "the arm was busy with others")
+        missed = "the arm was busy with others" if item.was_known else "it was never seen well enough"
+        reason = item.reason or ("" if outcome is ItemOutcome.DELIVERED else missed)
         self.decided[item_id] = StreamItemResult(
             item_id, outcome, item.attempts, reason, item.t_end, item.met
         )
@@ -239,10 +246,10 @@ class _StreamTrial:
         run = execute(plan, world, on_step=watch.after_step)
         t_start = self.t
         self.t += world.t
-        self._learn(world, scene, true, item)
         if self.tracks is not None:
-            self.tracks.hide(t_start, self.t)
-            self.tracks.forget(item.riding.id)
+            self.tracks.take(true, t_start)
+            self.tracks.hide(t_start, self.t + (RESET_TIME if run.stop is not None else 0.0))
+        self._learn(world, scene, true, item)
         item.t_end, self.t_end = self.t, self.t
         item.met = watch.measured(t_start)
         self._count(item, run)
@@ -274,6 +281,10 @@ class _StreamTrial:
         for placed in scene.items:
             other = self.open[placed.id]
             T = T_belt_world @ world.engine.pose(placed.id)
+            ridden = true.travel_at(other.riding, self.t), *other.riding.T_belt_item[1:3, 3]
+            has_moved = float(np.linalg.norm(T[:3, 3] - ridden)) > MOVED
+            if self.tracks is not None and (has_moved or placed.id == taken):
+                self.tracks.forget(placed.id)
             other.riding = replace(other.riding, stamp=self.t, T_belt_item=T)
             is_off = abs(T[1, 3]) > true.belt.width / 2 or T[2, 3] < 0.0
             if is_off and placed.id != taken:

@@ -210,7 +210,9 @@ def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
         yield Reason("not on the belt", where, f"{plan.grasp.item} is not on {tracking.conveyor}")
         return
     known = carrier.conveyor.upstream
-    if (way := (tracking.speed + tracking.speed_error) * plan.trajectory.duration) > known + LENGTH_TOLERANCE:
+    end, most_speed = plan.trajectory.duration, carrier.conveyor.max_speed
+    ahead = tracking.off_by(np.array([end]), times_at_work(plan.segments), most_speed)[1]
+    if (way := tracking.speed * end + float(ahead[0])) > known + LENGTH_TOLERANCE:
         brought = f"the belt brings what was {way:.2f} m before its infeed, {known:.2f} m of that are known"
         yield Reason("lasts too long", where, brought)
     first, last = _times_in_window(plan, scene)

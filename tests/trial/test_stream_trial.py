@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -132,3 +133,14 @@ def test_an_item_that_leaves_sooner_than_any_pick_takes_costs_no_query(
 def test_from_a_belt_that_stands_all_items_are_taken() -> None:
     result = play_stream(StreamTrialRequest(of(2, 0.0, (0.2, 0.3))), context())
     assert result.count(ItemOutcome.DELIVERED) == 2 and result.is_clean
+
+
+@pytest.mark.parametrize("camera", [None, BeltCamera()])
+def test_what_is_not_on_a_belt_that_stands_is_decided(camera: BeltCamera | None) -> None:
+    items = of(1, 0.0, (0.1, 0.2))
+    (riding,) = items.items
+    T = riding.T_belt_item.copy()
+    T[0, 3] = -0.3
+    before = replace(items, items=(replace(riding, T_belt_item=T),))
+    (told,) = play_stream(StreamTrialRequest(before, camera=camera), context()).items
+    assert (told.outcome, told.reason) == (ItemOutcome.NOT_ATTEMPTED, "it is not on the belt, which stands")

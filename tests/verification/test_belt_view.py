@@ -108,7 +108,7 @@ def test_a_box_that_a_faster_belt_brings_under_the_leaving_arm_is_met() -> None:
     assert verify(here, scene).reasons == ()
     carrier = scene.cell.carriers["belt"]
     assert carrier.conveyor is not None
-    fast = replace(carrier, conveyor=replace(carrier.conveyor, max_speed=3.0))
+    fast = replace(carrier, conveyor=replace(carrier.conveyor, max_speed=3.0, length=6.2))
     assert "box" in told(here, replace(scene, cell=replace(scene.cell, own_carriers=(fast,))))
 
 

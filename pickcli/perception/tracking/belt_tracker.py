@@ -22,6 +22,7 @@ LEAST_SIGHTINGS = 3  # until a track is reported (V-C)
 GATE = 4.0  # standard deviations beyond which a detection is another item's
 WITHIN = 4.0  # standard deviations within which the length of an error in three axes is: 99.9 %
 LONGEST_UNSEEN = 0.5  # s after which what was seen less often than LEAST_SIGHTINGS was nothing
+MOST_MISSED = 5  # pictures in a row that should show an item and do not, after which it is gone
 YAWS = 20  # latest ones of an item that are averaged
 
 
@@ -54,6 +55,7 @@ class _Tracked:
     across: Array  # (2,) m, mean of y and z
     t_seen: float
     n: int = 1
+    n_missed: int = 0  # pictures since then that should have shown it
     yaws: deque[float] = field(default_factory=lambda: deque([0.0], maxlen=YAWS))
     labels: Counter[str] = field(default_factory=Counter)
 
@@ -65,7 +67,7 @@ class _Tracked:
     def see(self, detection: Detection, t: float) -> None:
         """Average what the filter does not: place across the belt, height and yaw."""
         T = detection.T_belt_item
-        self.n, self.t_seen = self.n + 1, t
+        self.n, self.t_seen, self.n_missed = self.n + 1, t, 0
         self.across = self.across + (T[1:3, 3] - self.across) / self.n
         turn = T[:3, :3] @ self.R_belt_item.T
         self.yaws.append(float(np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1])))
@@ -133,17 +135,16 @@ class BeltTracker:
 
         Returns:
             The tracks, the one farthest along the belt first. Of two with one label only the one that was
-            seen more often.
+            seen last: the item was moved.
         """
         now = self._at(t)
         found: dict[str, BeltTrack] = {}
-        for k, tracked in enumerate(self._tracked):
-            place, deviation = now.place(k)
-            if tracked.n < LEAST_SIGHTINGS or place > self._belt.length:
-                continue
-            track = BeltTrack(tracked.id, tracked.item, tracked.n, *self._pose(tracked, place, deviation))
-            if track.id not in found or track.n_sightings > found[track.id].n_sightings:
-                found[track.id] = track
+        by_age = sorted(range(len(self._tracked)), key=lambda k: self._tracked[k].t_seen)
+        for k in by_age:
+            tracked, (place, deviation) = self._tracked[k], now.place(k)
+            if tracked.n >= LEAST_SIGHTINGS and place <= self._belt.length:
+                pose = self._pose(tracked, place, deviation)
+                found[tracked.id] = BeltTrack(tracked.id, tracked.item, tracked.n, *pose)
         return tuple(sorted(found.values(), key=lambda track: -float(track.T_belt_item[0, 3])))
 
     def speed(self, t: float) -> tuple[float, float]:
@@ -175,9 +176,10 @@ class BeltTracker:
         return later
 
     def _drop(self, t: float) -> None:
-        """Remove what has left the belt, and what was seen too rarely to be anything."""
+        """Remove what has left the belt, or its place on it, and what was seen too rarely to be anything."""
         is_gone = (
             self._filter.place(k)[0] > self._belt.length
+            or tracked.n_missed >= MOST_MISSED
             or (tracked.n < LEAST_SIGHTINGS and t - tracked.t_seen > LONGEST_UNSEEN)
             for k, tracked in enumerate(self._tracked)
         )
@@ -196,6 +198,10 @@ class BeltTracker:
             len(order), len(seen)
         )
         pairs = {j: order[i] for i, j in aligned(gains)}
+        fits = np.any(gains > 0.0, axis=1)
+        for i, k in enumerate(order):
+            is_in_view = sighting.view[0] <= self._filter.place(k)[0] <= sighting.view[1]
+            self._tracked[k].n_missed += is_in_view and not fits[i]
         for j, k in pairs.items():
             self._filter.see(k, float(seen[j].T_belt_item[0, 3]), self._noise.position)
             self._tracked[k].see(seen[j], sighting.stamp)

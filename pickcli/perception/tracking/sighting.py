@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from pickcli.cell.item import Item
@@ -30,10 +31,12 @@ class Sighting:
     Attributes:
         stamp: s, when the picture was taken; its detections are known later.
         detections: The items.
+        view: m along the belt, between which the picture shows it.
     """
 
     stamp: float
     detections: tuple[Detection, ...]
+    view: tuple[float, float] = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True)

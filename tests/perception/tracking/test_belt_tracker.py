@@ -159,3 +159,25 @@ def test_what_is_out_of_order_is_refused() -> None:
     tracker.see(Sighting(0.5, ()))
     with pytest.raises(InputError, match=r"stamp 0.300 s is out of order"):
         tracker.see(Sighting(0.3, ()))
+
+
+@pytest.mark.parametrize("label", ["", "A7"])
+@pytest.mark.parametrize("shift", [0.03, 0.12])
+def test_an_item_that_was_moved_is_soon_where_it_is_now(label: str, shift: float) -> None:
+    item, tracker = cell().item("dove_beauty_bar"), BeltTracker(belt(), NOISE, 0.0, 0.0)
+    for k in range(1, 41):
+        tracker.read_encoder(k / RATE, 0.033 * k)
+        y = 0.0 if k <= 25 else shift
+        picture = (Detection(item, pose([0.3 + 0.033 * k, y, 0.02]), label),)
+        tracker.see(Sighting(k / RATE, picture))
+    (track,) = tracker.tracks(4.0)
+    assert track.T_belt_item[1, 3] == pytest.approx(shift, abs=1e-6)
+
+
+def test_an_item_that_the_arm_hides_is_not_gone() -> None:
+    item, tracker = cell().item("dove_beauty_bar"), BeltTracker(belt(), NOISE, 0.0, 0.0)
+    for k in range(1, 41):
+        tracker.read_encoder(k / RATE, 0.033 * k)
+        shown = (Detection(item, pose([0.3 + 0.033 * k, 0.0, 0.02])),) if k <= 25 else ()
+        tracker.see(Sighting(k / RATE, shown, (0.0, np.inf if k <= 25 else 1.0)))
+    assert len(tracker.tracks(4.0)) == 1
