@@ -7,7 +7,7 @@ agree on is sure, and known well.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from typing import TypeAlias
@@ -225,20 +225,33 @@ def _are_aside(one: PlaceLook, other: PlaceLook) -> bool:
 
 
 def _agreed_answers(pairs: Sequence[_Pair]) -> tuple[ItemObservation, ...]:
-    """The answers of pairs of looks: of each item by the two that agree best."""
+    """The answers of pairs of looks: of each item by the two that agree best.
+
+    Of copies, which looks may number in any order, each is in another place.
+    """
     listed = pairs[-1][-1].listed
+    items = [each.item for each in listed]
+    found = [
+        _agreed_answer((one, other), at, listed[i])
+        for one, other in pairs
+        for i, at in matched(items, one.poses, other.poses).items()
+    ]
     best: dict[int, ItemObservation] = {}
-    for one, other in pairs:
-        for i, pair in matched([each.item for each in listed], one.poses, other.poses).items():
-            answer = _agreed_answer((one, other), pair, listed[i])
-            if i not in best or answer.confidence > best[i].confidence:
-                best[i] = answer
-    answers = []
-    for i, each in enumerate(listed):
-        refusal = "no two looks find a pose that explains their pictures better"
-        none = ItemObservation(each.id, each.item, None, 0.0, refusal, None, None)
-        answers.append(best.get(i, none))
-    return tuple(answers)
+    for answer in sorted(found, key=lambda each: -each.confidence):
+        copies = [i for i, item in enumerate(items) if item == answer.item]
+        left = [i for i in copies if i not in best]
+        if left and not any(_overlap(answer, best[i]) for i in copies if i in best):
+            best[left[0]] = replace(answer, id=listed[left[0]].id)
+    refusal = "no two looks find a pose that explains their pictures better"
+    none = (ItemObservation(each.id, each.item, None, 0.0, refusal, None, None) for each in listed)
+    return tuple(best.get(i, each) for i, each in enumerate(none))
+
+
+def _overlap(one: ItemObservation, other: ItemObservation) -> bool:
+    """Whether two copies are so near to each other that they are one."""
+    assert one.T_world_item is not None and other.T_world_item is not None
+    apart = float(np.linalg.norm(one.T_world_item[:3, 3] - other.T_world_item[:3, 3]))
+    return apart < float(one.item.shape.extents.min())
 
 
 def _agreed_answer(looks: _Pair, at: tuple[int, int], each: ListedItem) -> ItemObservation:

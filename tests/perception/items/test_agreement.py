@@ -97,6 +97,26 @@ def test_a_third_look_puts_right_what_two_differ_on(looks: tuple[PlaceLook, Plac
     assert answer.confidence == expected.confidence
 
 
+def test_copies_that_looks_number_otherwise_are_each_in_their_own_place(
+    looks: tuple[PlaceLook, PlaceLook],
+) -> None:
+    found = sorted(looks[0].found.keys() & looks[1].found.keys())
+    i, k = sorted(found, key=lambda n: looks[0].listed[n].item.shape.extents.min())[:2]
+    one, other = (replace(look, listed=as_copies(look.listed, i, k)) for look in looks)
+    swapped = replace(other, found=other.found | {i: other.found[k], k: other.found[i]})
+    answers = concluded([swapped, one, other]).items
+    middles = [answers[n].T_world_item for n in (i, k)]
+    assert middles[0] is not None and middles[1] is not None
+    apart_by = np.linalg.norm(middles[0][:3, 3] - middles[1][:3, 3])
+    assert apart_by == pytest.approx(np.linalg.norm(one.poses[i][:3, 3] - one.poses[k][:3, 3]), abs=0.02)
+    assert [answers[n].id for n in (i, k)] == [one.listed[n].id for n in (i, k)]
+
+
+def as_copies(listed: tuple[ListedItem, ...], i: int, k: int) -> tuple[ListedItem, ...]:
+    """The list with the k-th item as a copy of the i-th."""
+    return tuple(replace(each, item=listed[i].item) if n == k else each for n, each in enumerate(listed))
+
+
 def test_what_is_clear_in_one_look_is_free(filled: Filled) -> None:
     """Two looks without any item that is known leave no more unknown than each of them alone."""
     none: list[ListedItem] = []
