@@ -36,7 +36,7 @@ from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
 from pickcli.scene.item_stream import ItemStream, after_travel
 from pickcli.scene.scene import TOTE, Scene
-from pickcli.timing.line_tracking import ramp_time
+from pickcli.timing.line_tracking import MOST_PACE, ramp_time
 
 ALONG = 1e-6  # sine of the angle between belt and axis up to which the axis runs along the belt
 USUAL_ARRIVAL = 2.0  # s from the start until the contact, about which grasps are searched
@@ -204,9 +204,11 @@ def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: Int
     axis, direction = found
     limits = context.arm.limits
     scale = context.cell.speed_scale
-    if stream.speed >= scale * limits.velocity[axis]:
+    if MOST_PACE * stream.speed >= scale * limits.velocity[axis]:
         slow = f"{context.arm.names[axis]} reaches {scale * limits.velocity[axis]:g} m/s"
-        raise never("joint too slow", f"{slow}, the belt runs at {stream.speed:g} m/s")
+        raise never(
+            "joint too slow", f"{slow}, the belt runs at {stream.speed:g} m/s, and the arm catches up"
+        )
     left = scale * float(limits.acceleration[axis]) - stream.belt.max_acceleration
     if left <= 0.0:
         hard = f"{context.arm.names[axis]} accelerates no faster than the belt"

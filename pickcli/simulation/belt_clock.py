@@ -21,10 +21,10 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.motion.plan import Plan, times_at_work
 from pickcli.simulation.online_time_scaling import OnlineTimeScaling
+from pickcli.timing.line_tracking import MOST_PACE
 
 LAG_RATE = 25.0  # 1/s of each lag: 1 mm off a belt that changes its speed at 0.2 m/s2
 CATCH_UP = 10.0  # 1/s at which the plan makes up for time that it is behind the belt, or ahead of it
-MOST_PACE = 1.05  # of the plan's time: its lines have room for that
 COMING_CHANGE = 0.6  # 1/s of the pace while the whole arm moves: a belt that changes by 0.2 m/s2 at 0.33 m/s
 WAITED = 0.01  # s that the plan waits for the belt at least, where it begins to follow it
 AT_REST = 1e-9  # rad/s or m/s of every joint

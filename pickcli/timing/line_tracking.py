@@ -16,6 +16,7 @@ from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 
 RAMP_PIECES = 8  # of a trajectory, in each ramp
+MOST_PACE = 1.05  # of the time of a plan that catches up with the belt: its lines have room for that
 SAME_TIME = 1e-6  # s: nearer points are one
 
 

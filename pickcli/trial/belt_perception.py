@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.perception.tracking.belt_tracker import WITHIN, BeltTracker
-from pickcli.perception.tracking.sighting import Sighting
+from pickcli.perception.tracking.sighting import Detection, Sighting
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.trial.belt_camera import BeltCamera, encoder_travel
 
@@ -90,3 +90,9 @@ class BeltPerception:
             item_id: Its id.
         """
         self._tracker.forget(item_id)
+        self._taken = deque(replace(each, detections=_without(each, item_id)) for each in self._taken)
+
+
+def _without(sighting: Sighting, label: str) -> tuple[Detection, ...]:
+    """Return what a picture shows besides an item."""
+    return tuple(each for each in sighting.detections if each.label != label)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,17 @@ def test_nothing_is_known_before_three_pictures_are_worked_in() -> None:
     early = first + 2.0 / camera.rate
     assert perception.known(true, early + camera.latency + CHARGE, CHARGE).items == ()
     assert perception.known(true, early + 0.3 + camera.latency + CHARGE, CHARGE).items != ()
+
+
+def test_an_item_that_was_moved_is_not_known_by_pictures_from_before() -> None:
+    true, camera = stream(0.33, 63), BeltCamera(missed=0.0)
+    perception, t = BeltPerception(true, camera, 1), 3.0
+    name = perception.known(true, t, CHARGE).items[0].id
+    gone = replace(true, items=tuple(each for each in true.items if each.id != name))
+    perception.take(true, t + 0.5)
+    perception.forget(name)
+    for later in (t + 0.5, t + 0.8, t + 1.1):
+        assert name not in {each.id for each in perception.known(gone, later, CHARGE).items}
 
 
 def test_the_same_seed_sees_the_same() -> None:

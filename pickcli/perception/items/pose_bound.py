@@ -3,7 +3,7 @@
 Of the position, the angle, and what both do to the surface, which is less than each of them could: a box
 that turns about the edge that is seen best has both. Which errors are usual is a linear function, by quantile
 regression (Koenker and Bassett 1978) of logarithms of errors. Where usual errors are small, large ones are
-rarer, too. So there are two classes of poses by the usual error of the surface, each with a factor by which
+rarer, too. So poses have two or three classes by the usual error of the surface, each with a factor by which
 99.5 % of its poses had all their errors within bounds that were fitted to other scenes (Mondrian conformal
 prediction, Vovk et al. 2005). Sensors that mix depths at edges have a model of their own:
 ``python -m bench.perceived --seeds 10-18 --calibrate``. For poses that two looks of others agree on there is
