@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from pickcli.scene.touching import gaps
 from pickcli.statics.supports import Supports
 
 # kg at most that a pushed item has. Dragged along the floor and the lifted item, with a friction of 0.5 on
@@ -18,6 +19,7 @@ from pickcli.statics.supports import Supports
 HEAVIEST = 0.6
 MARGIN = 0.002  # m, besides both pose errors, by which an item beside or below another counts as over it
 REARING_RISE = 0.015  # m by which friction may lift an item that rears up beside the lifted one
+UPRIGHT = 1e-3  # vertical part of a unit normal that rounding leaves it
 N_DIRECTIONS = 36  # horizontal ones, in which an item may be beside the lifted one
 
 
@@ -109,8 +111,22 @@ def _met_above(supports: Supports, item_id: str) -> list[str]:
     return [
         name
         for name in _above(supports, item_id)
-        if name in lying or _is_over(supports, name, item_id, partly=True)
+        if name in lying
+        or (_is_over(supports, name, item_id, partly=True) and not _is_beside(supports, name, item_id))
     ]
+
+
+def _is_beside(supports: Supports, name: str, lower: str) -> bool:
+    """Whether an item passes another one as it rises: an upright plane, or one under that, divides them.
+
+    Solids are convex. Within the errors of their poses the plane counts as upright, and as dividing them.
+    """
+    scene, items, solids = supports.graph.scene, supports.graph.items, supports.graph.solids
+    k, i = supports.graph.index[lower], supports.graph.index[name]
+    found = gaps(solids, np.array([k]), np.array([i]))
+    angle = scene.noise_of(items[lower]).angle + scene.noise_of(items[name]).angle
+    divides = found.width[0] >= -(solids.bound[k] + solids.bound[i] + MARGIN)
+    return bool(divides and found.normal[0, 2] <= np.sin(angle) + UPRIGHT)
 
 
 def _may_bear(supports: Supports, item_id: str) -> Iterator[str]:

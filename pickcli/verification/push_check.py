@@ -24,6 +24,7 @@ from pickcli.verification.hold_choice import load_ratios
 from pickcli.verification.load_check import GRAVITY, held_wrenches
 from pickcli.verification.pile_statics import carriers_of, lying_on
 from pickcli.verification.quintic import positions_at
+from pickcli.verification.separation import overlap
 from pickcli.verification.static_solids import place_at
 from pickcli.verification.straightness_check import SPEED_TOLERANCE, every_millisecond, fastest_tip
 from pickcli.verification.tool_change_check import held_tip_poses
@@ -34,6 +35,8 @@ MOST_LOAD = 0.6  # of what the tool bears, by the item with all that lies on it
 MOST_DESCENT = 0.002  # m: what is below would be pressed, not pushed aside
 OUTWARDS = (SegmentKind.LIFT, SegmentKind.RETREAT)
 N_DIRECTIONS = 360
+DIVIDED = 0.003  # m, besides the errors of both poses, by which solids that a plane divides may overlap
+UPRIGHT = 0.01  # vertical part of the normal of an upright plane, besides the errors of both angles
 
 
 def pushed_by(plan: Plan) -> frozenset[str]:
@@ -187,13 +190,25 @@ class PushedHeap:
         return max((low + long for low, long in zip(lowest, diagonals, strict=True)), default=-np.inf)
 
     def _met(self, pushed: frozenset[str]) -> set[str]:
-        """Return what lies on the taken item, or is higher and partly over it."""
+        """Return what lies on the taken item, or is higher and partly over it, and not beside it."""
         lying = lying_on(self.scene, self.taken.id)
+        others = [self.scene.find(name) for name in sorted(self._higher(pushed))]
         return {
-            name
-            for name in self._higher(pushed)
-            if name in lying or self._is_over(self.scene.find(name), partly=True)
+            each.id
+            for each in others
+            if each.id in lying or (self._is_over(each, partly=True) and not self._is_beside(each))
         }
+
+    def _is_beside(self, other: PlacedItem) -> bool:
+        """Whether the taken item passes another one as it rises, by an upright plane between convex solids.
+
+        The plane may also be under the taken item. Within the errors of poses it counts as dividing them.
+        """
+        taken, scene = self.taken, self.scene
+        deep, way = overlap(taken.item.shape, taken.T_world_item, other.item.shape, other.T_world_item)
+        angle = scene.noise_of(taken).angle + scene.noise_of(other).angle
+        bounds = self._bound(taken) + self._bound(other)
+        return bool(deep <= bounds + DIVIDED and way[2] <= np.sin(angle) + UPRIGHT)
 
     def _higher(self, pushed: frozenset[str]) -> frozenset[str]:
         """Return what lies on the taken item, and the pushed items whose centre is higher.

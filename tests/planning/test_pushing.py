@@ -175,6 +175,31 @@ def test_what_would_be_met_above_counts_though_nothing_touches_it(cell: Cell, he
     assert mass_above(supports_of(heap.moved(replace(book, T_world_item=beside))), BOX) == 0.0
 
 
+def beside(cell: Cell, lean: float) -> Scene:
+    """A tall plank beside the target; it leans over that by an angle in rad."""
+    box, other = (in_tote(cell, name, 0.0, 0.0, 0.0) for name in (BOX, OTHER))
+    size = box.item.shape.extents
+    box = replace(box, T_world_item=in_tote_at(cell, [0.0, 0.0, size[2] / 2 + 0.0002]))
+    shape, R = Shape(ShapeKind.BOX, (0.02, 0.06, 0.2)), rotation_axis_angle((0.0, 1.0, 0.0), -lean)
+    edge = np.array([size[0] / 2 + 0.0005, 0.0, size[2] * np.sign(lean) + 0.0002])
+    middle = edge + R @ [0.01, 0.0, 0.1 - size[2] * np.sign(lean)]
+    T = in_tote_at(cell, middle) @ pose([0.0, 0.0, 0.0], R=R)
+    plank = replace(other, item=replace(other.item, shape=shape), T_world_item=T)
+    return Scene(cell, cell.T_world_pod, (box, plank), PoseNoise(0.002, float(np.radians(1.0))))
+
+
+def test_what_stands_beside_the_target_is_not_met_as_it_rises(cell: Cell) -> None:
+    """Within the errors of poses it is over the target, but the target passes it; unless it leans over."""
+    for lean, is_met in ((0.0, False), (np.radians(1.0), False), (np.radians(6.0), True)):
+        scene = beside(cell, lean)
+        supports, box = supports_of(scene), scene.find(BOX)
+        heap, pushed = PushedHeap(scene, cell.places[TOTE], box), pushable(supports, BOX)
+        assert pushed == {OTHER}
+        mass = scene.find(OTHER).item.heaviest if is_met else 0.0
+        assert mass_above(supports, BOX) == pytest.approx(mass)
+        assert heap.mass_on_it(pushed) == pytest.approx(mass)
+
+
 def test_a_plan_is_the_same_if_there_is_nothing_to_push(
     context: PlanningContext, cell: Cell, home: Start
 ) -> None:
