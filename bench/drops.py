@@ -28,6 +28,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
 from pickcli.cell.tool import ToolState
+from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
@@ -42,7 +43,7 @@ from pickcli.seeds import derived_rng, derived_seed
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.reality import Reality
 from pickcli.simulation.suction import RELEASE_VACUUM
-from pickcli.simulation.vacuum import FULL_VACUUM, VENT_TIME
+from pickcli.simulation.vacuum import VENT_TIME
 from pickcli.simulation.world import TIME_STEP
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.contact_exemptions import releases

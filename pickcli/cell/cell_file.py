@@ -141,7 +141,7 @@ def _cell(
     """Build the cell of one arm, of a robot with its disabled pairs."""
     urdf, disabled = robot
     folder = source.path.parent
-    tool = build_tool(model.tool, model.tip, urdf)
+    tool = build_tool(model.tool, model.tip, urdf, pump_flow(_devices(model).values()))
     cell = Cell(
         name=model.name,
         path=folder,

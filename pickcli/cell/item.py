@@ -14,7 +14,7 @@ from pickcli.name_suggestion import suggestion
 
 OWN_ITEMS = "items of your own: --items"  # hint in errors about unknown items
 REFERENCE_FLOW = 60.0  # l/min of free air of the pump for which item files state seals: a small ejector
-LEAST_SHARE = 0.3  # of full vacuum under a face that counts as sealing: half again what a vacuum switch reads
+LEAST_SHARE = 0.225  # of full vacuum under a face that seals: half again what a vacuum switch must read
 LYING_AXIS_Z = 0.7  # a cylinder rolls if the vertical component of its axis is below this
 
 
@@ -100,7 +100,7 @@ class Item:
         if any(seals.values()):
             return replace(self, seals=seals, why_not="")
         too_little = (
-            f"its faces keep at most {max(kept.values()):.0%} of the vacuum, {LEAST_SHARE:.0%} are needed"
+            f"its faces keep at most {max(kept.values()):.0%} of the vacuum, {LEAST_SHARE:.1%} are needed"
         )
         return replace(self, seals=seals, why_not=self.why_not or too_little)
 
@@ -116,6 +116,24 @@ class Item:
         stated = self.areas.get(face, {})
         ends = [stated.get(axis, (-np.inf, np.inf)) for axis in "xyz"]
         return np.array(ends, dtype=np.float64).T
+
+    def rooms(self, face: str, point: Array) -> Array:
+        """Return how far the edges of the sealing part of a face are from a point on it.
+
+        Args:
+            face: Name of the face.
+            point: (3,) m in the item frame.
+
+        Returns:
+            (2, 2) m to the lower and the upper edge along both axes of a box's face, negative beyond it;
+            infinite on other shapes.
+        """
+        if self.shape.kind is not ShapeKind.BOX:
+            return np.full((2, 2), np.inf)
+        half = self.shape.extents / 2
+        low, high = self.area(face)
+        ends = np.stack([point - np.maximum(low, -half), np.minimum(high, half) - point], axis=1)
+        return np.asarray(np.delete(ends, "xyz".index(face[1]), axis=0))
 
     @property
     def inertia(self) -> Array:

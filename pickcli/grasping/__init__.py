@@ -4,8 +4,8 @@ Read `grasp_method`, the interface of picks to a kind of tool; `method_choice` s
 Each samples grasps of a `grasp_target`, as widely as `search` states.
 
 - `suction_grasping`, by `suction_candidates`: `surfaces` and `region` are the faces of an item, `face_poses`
-  selects poses on them, `cup_press` is how far the cup is pressed on, `press_check` whether the item tips
-  over; `contact_speeds` keeps its results.
+  selects poses on them, `lip_coverage` is what the cup keeps across a narrow one, `cup_press` how far it is
+  pressed on, `press_check` whether the item tips over; `contact_speeds` keeps its results.
 - `region_import` makes seals and areas of an item from KTH's regions, which `box_tsr` reads.
 - `pinch_grasping`, by `pinch_candidates`, from the pairs of opposite places found by `antipodal`.
 

@@ -6,18 +6,21 @@ inverse kinematics and collision checks along every line, is in ``planning``.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.cell.item import LEAST_SHARE
 from pickcli.cell.tool import ACROSS, IN_LINE, Tool
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.grasping.face_poses import face_poses
 from pickcli.grasping.grasp_target import CandidateSet, GraspBatch, GraspTarget
 from pickcli.grasping.holding import HoldLimits, loads_at_rest
+from pickcli.grasping.lip_coverage import bearing_share, is_covered, kept_vacuum
 from pickcli.grasping.search import USUAL, Search
 from pickcli.grasping.surfaces import Face, faces, flat_normal, rolled, tilted, wide_faces
-from pickcli.motion.plan import GraspKind
 
 # A straight lance fits into a bin only with a small tilt (30 degrees: 162 of 360 poses, 60: 54).
 MAX_FRONTAL_TILT = np.radians(30.0)
@@ -70,8 +73,11 @@ def sample_suctions(
             continue
         drawn = _reachable(face, target, tool, rng, search.n_random)
         chosen = face_poses(face, item, target.T_entry_item, search)
-        places = np.concatenate([centre, drawn, chosen])
-        grasps, against = _placements(target, face.name, places, tool, search, most)
+        places = _places(target, face, np.concatenate([centre, drawn, chosen]), tool)
+        if isinstance(places, Reason):
+            rejected.append(places)
+            continue
+        grasps, against = _placements(target, places, tool, search, most)
         found += grasps
         rejected += against
     if not found and not rejected:
@@ -79,12 +85,41 @@ def sample_suctions(
     return CandidateSet(tuple(found), tuple(rejected))
 
 
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Places of the cup on one face.
+
+    Attributes:
+        face: Name of the face.
+        T_item_tip: (P, 4, 4) tool frames in the item's.
+        share: Share of its limits that the cup bears at all of them.
+    """
+
+    face: str
+    T_item_tip: Array
+    share: float
+
+
+def _places(target: GraspTarget, face: Face, T_item_tip: Array, tool: Tool) -> _Places | Reason:
+    """Return places (P, 4, 4) on a face with what the cup bears there, or why it leaks."""
+    item, name, cup, tips = target.item, face.name, tool.cup, T_item_tip[:, :3, 3]
+    if is_covered(item, name, tips[0], cup):  # as at all places of the face
+        return _Places(name, T_item_tip, item.seals[name])
+    kept = min(kept_vacuum(item, name, tip, cup, target.noise) for tip in tips)
+    if kept < LEAST_SHARE:
+        detail = f"narrower than the cup, it keeps {kept:.1%} of the vacuum, {LEAST_SHARE:.1%} are needed"
+        return Reason("does not seal", f"{target.id}, face {name}", detail)
+    least = min(bearing_share(item, name, tip, cup, target.noise) for tip in tips)
+    return _Places(name, T_item_tip, least)
+
+
 def _nothing_to_hold(target: GraspTarget, tool: Tool) -> Reason:
     item = target.item
-    if not wide_faces(item, tool):
-        return Reason(
-            "no face takes the whole cup", target.id, f"its radius is {tool.cup.radius * 1e3:.0f} mm"
+    if not wide_faces(item, tool) and not faces(item, tool):
+        detail = (
+            f"its radius is {tool.cup.radius * 1e3:.0f} mm, and beside open edges the pump keeps too little"
         )
+        return Reason("no face takes the whole cup", target.id, detail)
     if not faces(item, tool):
         return Reason("no face that takes the whole cup seals", target.id, item.seal_source)
     sealing = ", ".join(face.name for face in faces(item, tool))
@@ -121,33 +156,32 @@ def _to_lance(tool: Tool) -> Array:
 
 
 def _placements(
-    target: GraspTarget, face: str, T_item_tip: Array, tool: Tool, search: Search, most: float
+    target: GraspTarget, places: _Places, tool: Tool, search: Search, most: float
 ) -> tuple[list[GraspBatch], list[Reason]]:
-    """Return the grasps at places (P, 4, 4) on one face, and why others have none.
+    """Return the grasps at places on one face, and why others have none.
 
     A place that faces away from every way in is dropped without a reason.
     """
     found: list[GraspBatch] = []
     rejected: list[Reason] = []
-    for kind, (mine, off) in _kinds(target, tool, T_item_tip).items():
+    for kind, (mine, off) in _kinds(target, tool, places.T_item_tip).items():
         if mine.any():
-            batch, against = _of_kind(
-                target, GraspKind(kind, face), T_item_tip[mine], off[mine], tool, search, most
-            )
+            chosen = replace(places, T_item_tip=places.T_item_tip[mine])
+            batch, against = _of_kind(target, kind, chosen, off[mine], tool, search, most)
             found += [] if batch is None else [batch]
             rejected += against
     return found, rejected
 
 
 def _of_kind(
-    target: GraspTarget, of: GraspKind, T_item_tip: Array, off: Array, tool: Tool, search: Search, most: float
+    target: GraspTarget, kind: str, places: _Places, off: Array, tool: Tool, search: Search, most: float
 ) -> tuple[GraspBatch | None, list[Reason]]:
-    """Return the grasps of one kind at places (P, 4, 4), whose axes are off (P,) rad from the ideal."""
-    kind, face, where = of.kind, of.face, f"{target.id}, face {of.face}"
+    """Return the grasps of one kind at P places, whose axes are off (P,) rad from the ideal."""
+    face, T_item_tip, where = places.face, places.T_item_tip, f"{target.id}, face {places.face}"
     tool_state = tool.state_with_lance(IN_LINE if kind == "frontal" else ACROSS)
     if tool_state is None:
         return None, [Reason("no state of the tool for this grasp", where, kind)]
-    bears = HoldLimits(tool.cup.limits, target.item.seals[face])
+    bears = HoldLimits(tool.cup.limits, places.share)
     loads = loads_at_rest(target.item, bears, T_item_tip, target.R_level_item)
     rejected = [
         Reason(

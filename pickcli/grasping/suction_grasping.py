@@ -18,9 +18,11 @@ from pickcli.grasping.cup_press import cup_press, outward_of, overtravels
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
 from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
+from pickcli.grasping.lip_coverage import bearing_share
 from pickcli.grasping.press_check import contact_speed
 from pickcli.grasping.search import Search
 from pickcli.grasping.suction_candidates import sample_suctions
+from pickcli.grasping.surfaces import faces
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PoseNoise
@@ -50,9 +52,9 @@ class SuctionGrasping(GraspMethod):
             item: The item.
 
         Returns:
-            The flag in the list of items.
+            True if it has a face that the cup can be put on and that seals.
         """
-        return item.suction
+        return item.suction and bool(faces(item, self.tool))
 
     def sample(
         self, target: GraspTarget, rng: np.random.Generator, search: Search, most: float
@@ -71,18 +73,19 @@ class SuctionGrasping(GraspMethod):
         return sample_suctions(target, self.tool, rng, search, most)
 
     def bears(self, item: Item, face: str, T_item_tip: Array, noise: PoseNoise = EXACT) -> HoldLimits:
-        """Return what the cup bears at the vacuum that a face keeps, the same at any point of it.
+        """Return what the cup bears at the vacuum that a face keeps.
 
         Args:
             item: The item.
             face: The name of the face under the cup.
             T_item_tip: (4, 4) pose of the tool at the grasp.
-            noise: Unused: a cup lies on the face that it meets.
+            noise: Bounds of the item's pose error; without effect where the whole lip is on the face.
 
         Returns:
             The limits.
         """
-        return HoldLimits(self.tool.cup.limits, item.seals[face])
+        cup = self.tool.cup
+        return HoldLimits(cup.limits, bearing_share(item, face, T_item_tip[:3, 3], cup, noise))
 
     def holding_state(self, grasp: Grasp, item: Item) -> ToolState:
         """Return the state in which the cup approached.

@@ -1,4 +1,4 @@
-"""The suction regions of an item: one task space region per face on which the whole cup fits."""
+"""The suction regions of an item: one task space region per face on which the cup fits, whole or across."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from pickcli.cell.item import Item
+from pickcli.cell.item import LEAST_SHARE, Item
 from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import Tool
 from pickcli.geometry import Array, cross, pose
+from pickcli.grasping.lip_coverage import kept_vacuum
 from pickcli.grasping.region import TaskSpaceRegion
 
+MOST_ALONG = 2.0  # times the cup's radius, from the middle of a narrow face along it
 N_CACHED = 256  # items of a scene, for each of some tools
 
 
@@ -31,16 +33,17 @@ class Face:
 
 
 def faces(item: Item, tool: Tool) -> tuple[Face, ...]:
-    """Find all faces of an item on which the whole cup fits and seals.
+    """Find all faces of an item that the cup can be put on and that seal.
 
     Args:
         item: The item.
         tool: The tool with the cup.
 
     Returns:
-        The faces; () if the item has none.
+        The faces, those that the whole cup fits on first; () if the item has none.
     """
-    return tuple(face for face in wide_faces(item, tool) if item.seals[face.name] > 0.0)
+    wide = tuple(face for face in wide_faces(item, tool) if item.seals[face.name] > 0.0)
+    return wide + narrow_faces(item, tool)
 
 
 @lru_cache(maxsize=N_CACHED)
@@ -60,6 +63,38 @@ def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
     is_box = item.shape.kind is ShapeKind.BOX
     found = _box_faces(item, inset) if is_box else _cylinder_faces(item, inset, tool.cup.stroke)
     return tuple(face for face in found if face is not None)
+
+
+@lru_cache(maxsize=N_CACHED)
+def narrow_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
+    """Find all faces of a box that are narrower than the cup and yet seal across it. Cached.
+
+    The cup is put on the middle line, near the middle of the face, where pose errors shift it least.
+
+    Args:
+        item: The item.
+        tool: The tool with the cup.
+
+    Returns:
+        The faces under which the pump keeps enough vacuum if the pose is exact; () if there are none.
+    """
+    if item.shape.kind is not ShapeKind.BOX:
+        return ()
+    cup = tool.cup
+    inset = cup.radius + item.seal_inset
+    found: list[Face] = []
+    for name, outward, low, high in _rectangles(item):
+        centre, R = (low + high) / 2, into(outward)
+        half = np.abs(R[:, :2].T) @ (high - low) / 2
+        if not half.min() < inset <= half.max() or item.seals[name] <= 0.0:
+            continue
+        if kept_vacuum(item, name, centre, cup) < LEAST_SHARE:
+            continue
+        along = np.where(half < inset, 0.0, np.minimum(half - inset, MOST_ALONG * cup.radius))
+        bounds = np.zeros((6, 2))
+        bounds[:2] = np.stack([-along, along], axis=1)
+        found.append(Face(name, TaskSpaceRegion(pose(centre, R=R), np.eye(4), bounds)))
+    return tuple(found)
 
 
 def sagitta(radius: float, cup_radius: float) -> float:
@@ -103,14 +138,19 @@ def _flat(name: str, outward: Array, low: Array, high: Array, inset: float) -> F
 
 
 def _box_faces(item: Item, inset: float) -> Iterator[Face | None]:
+    for name, outward, low, high in _rectangles(item):
+        yield _flat(name, outward, low, high, inset)
+
+
+def _rectangles(item: Item) -> Iterator[tuple[str, Array, Array, Array]]:
+    """Yield the faces of a box: name, normal, and two opposite corners of the part that seals."""
     half = item.shape.extents / 2
     for name in item.shape.face_names:
         outward = _outward(name)
         low, high = item.area(name)
         low, high = np.maximum(low, -half), np.minimum(high, half)
         on_it = outward != 0.0
-        low, high = np.where(on_it, outward * half, low), np.where(on_it, outward * half, high)
-        yield _flat(name, outward, low, high, inset)
+        yield name, outward, np.where(on_it, outward * half, low), np.where(on_it, outward * half, high)
 
 
 def _cylinder_faces(item: Item, inset: float, stroke: float) -> Iterator[Face | None]:

@@ -13,8 +13,10 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import LEAST_SHARE, Item
 from pickcli.cell.station import Carrier
+from pickcli.cell.tool import Tool
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
+from pickcli.grasping.surfaces import wide_faces
 from pickcli.random_scenes.stable_poses import StablePose, stable_poses
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from pickcli.scene.scene import PoseNoise
@@ -127,7 +129,7 @@ def make_stream(cell: Cell, request: StreamRequest, seed: int, conveyor: str | N
 
 
 def _held_by_their_top(cell: Cell, width: float) -> list[tuple[Item, tuple[StablePose, ...]]]:
-    """Return the items that the cup can hold by their top, each with the sides on which they stand then."""
+    """Return the items whose top takes the whole cup, each with the sides on which they stand then."""
     grip = cell.robot.tool.grip
     pull = float(grip.limit_figures().get("max_pull", np.inf))  # fingers hold by no face
     found = []
@@ -136,7 +138,7 @@ def _held_by_their_top(cell: Cell, width: float) -> list[tuple[Item, tuple[Stabl
             side
             for side, _ in stable_poses(item)
             if not (side.is_on_edge or side.can_roll)
-            and (share := _seal_of_top(item, side)) >= LEAST_SHARE
+            and (share := _seal_of_top(item, side, cell.robot.tool)) >= LEAST_SHARE
             and share * pull >= RESERVE * GRAVITY * item.heaviest
             and float(np.hypot(*item.shape.extents[:2])) <= width - 2.0 * FROM_EDGE
         )
@@ -145,11 +147,13 @@ def _held_by_their_top(cell: Cell, width: float) -> list[tuple[Item, tuple[Stabl
     return found
 
 
-def _seal_of_top(item: Item, side: StablePose) -> float:
-    """Share of full vacuum that the upper face keeps while the item stands on a side."""
+def _seal_of_top(item: Item, side: StablePose, tool: Tool) -> float:
+    """Share of full vacuum that the upper face keeps under the whole cup while the item stands on a side."""
     up = side.R_up_item[2]
     axis = int(np.argmax(np.abs(up)))
-    return item.seals.get(f"{'+' if up[axis] > 0.0 else '-'}{'xyz'[axis]}", 0.0)
+    top = f"{'+' if up[axis] > 0.0 else '-'}{'xyz'[axis]}"
+    is_wide = not tool.grip.holds_by_vacuum or any(face.name == top for face in wide_faces(item, tool))
+    return item.seals.get(top, 0.0) if is_wide else 0.0
 
 
 def _standing(item: Item, side: StablePose, width: float, rng: np.random.Generator) -> Array:

@@ -147,8 +147,9 @@ class _Run(PlanRun[World]):
     def has_hold(self) -> bool:
         """Whether the tool holds the item as well as the plan requires."""
         assert self.plan.grasp is not None
-        seal = self.world.scene.find(self.plan.grasp.item).item.seals.get(self.plan.grasp.face, 0.0)
-        return self.world.tool.has_hold(seal)
+        scene, grasp = self.world.scene, self.plan.grasp
+        placed = scene.find(grasp.item)
+        return self.world.tool.has_hold(grasp, placed, scene.noise_of(placed))
 
     def _releases(self) -> tuple[Release, ...]:
         return tuple(self.world.grip.releases[self.n_releases :])

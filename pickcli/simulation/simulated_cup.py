@@ -6,8 +6,12 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.item import Item
 from pickcli.cell.tool import MOVING, ToolState
+from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.cell.tools.suction_cup import SuctionCup
 from pickcli.geometry import Array
+from pickcli.grasping.lip_coverage import kept_vacuum
+from pickcli.motion.plan import Grasp
+from pickcli.scene.scene import PlacedItem, PoseNoise
 from pickcli.simulation.bellows import Bellows
 from pickcli.simulation.bushing import RIGID, Stiffness
 from pickcli.simulation.engine import Engine
@@ -18,7 +22,7 @@ from pickcli.simulation.servo import CupDrive
 from pickcli.simulation.simulated_tool import SimulatedTool, first_device_of
 from pickcli.simulation.suction import CupModel, Suction
 from pickcli.simulation.thresholds import Thresholds
-from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
+from pickcli.simulation.vacuum import Vacuum
 
 TOOL_FORCE = 20.0  # N or Nm, if the cell states no force for the tool's joint
 TOOL_TOLERANCE = 0.02  # rad or m, tolerance of the position at which the tool has arrived in a state
@@ -100,16 +104,19 @@ class SimulatedCup(SimulatedTool):
         resting = (s for s, at in self.tool.positions.items() if abs(at - position) < TOOL_TOLERANCE)
         return next(resting, MOVING)
 
-    def has_hold(self, seal: float) -> bool:
+    def has_hold(self, grasp: Grasp, placed: PlacedItem, noise: PoseNoise) -> bool:
         """Whether the gauge shows the vacuum that the item's face should keep.
 
         Args:
-            seal: Share of full vacuum that the face should keep.
+            grasp: Grasp of the item.
+            placed: The item where the robot believes it to be.
+            noise: Bounds of the error of that pose.
 
         Returns:
             True if it does.
         """
-        return self._suction.vacuum.cup >= SEALED_VACUUM_SHARE * seal * FULL_VACUUM
+        kept = kept_vacuum(placed.item, grasp.face, grasp.T_item_tip[:3, 3], self._cup, noise)
+        return self._suction.vacuum.cup >= SEALED_VACUUM_SHARE * kept * FULL_VACUUM
 
     def watch(self, thresholds: Thresholds) -> HoldWatch:
         """Create the supervision of the seal.

@@ -7,6 +7,8 @@ from pickcli.cell.item import Item
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.cell.tools.gripper import ParallelGripper
 from pickcli.geometry import Array
+from pickcli.motion.plan import Grasp
+from pickcli.scene.scene import PlacedItem, PoseNoise
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.engine_bodies import ITEM_FRICTION
 from pickcli.simulation.fingers import Fingers
@@ -79,11 +81,13 @@ class SimulatedGripper(SimulatedTool):
         arrived = (s for s in tool.states if abs(tool.position(s) - width) < WIDTH_TOLERANCE)
         return next(arrived, ToolState.of_width(width) if self._fingers.is_holding else MOVING)
 
-    def has_hold(self, seal: float) -> bool:
+    def has_hold(self, grasp: Grasp, placed: PlacedItem, noise: PoseNoise) -> bool:
         """Whether the fingers have stopped.
 
         Args:
-            seal: Ignored.
+            grasp: Ignored.
+            placed: Ignored.
+            noise: Ignored.
 
         Returns:
             True if they do.

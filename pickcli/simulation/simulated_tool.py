@@ -13,6 +13,8 @@ from pickcli.cell.item import Item
 from pickcli.cell.tool import Tool, ToolState
 from pickcli.errors import InputError
 from pickcli.geometry import Array
+from pickcli.motion.plan import Grasp
+from pickcli.scene.scene import PlacedItem, PoseNoise
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.fingers import Fingers
 from pickcli.simulation.grip import Grip, NoGrip
@@ -65,11 +67,13 @@ class SimulatedTool(ABC):
         """
 
     @abstractmethod
-    def has_hold(self, seal: float) -> bool:
+    def has_hold(self, grasp: Grasp, placed: PlacedItem, noise: PoseNoise) -> bool:
         """Whether the tool has taken hold well enough for the lift of a plan.
 
         Args:
-            seal: Share of full vacuum that the item's face should keep; ignored without a cup.
+            grasp: Grasp of the item.
+            placed: The item where the robot believes it to be.
+            noise: Bounds of the error of that pose.
 
         Returns:
             True if it has.
@@ -143,11 +147,13 @@ class BareTool(SimulatedTool):
         """
         return self.tool.default_state
 
-    def has_hold(self, seal: float) -> bool:
+    def has_hold(self, grasp: Grasp, placed: PlacedItem, noise: PoseNoise) -> bool:
         """Whether an item is held: never.
 
         Args:
-            seal: Not used.
+            grasp: Not used.
+            placed: Not used.
+            noise: Not used.
 
         Returns:
             False.

@@ -1,7 +1,8 @@
 """Simulated suction cup: contact of the relaxed bellows, sealing, holding, and release.
 
-Relaxed bellows push on any body that they meet (``bellows``). With the valve open the cup seals if its whole
-rim is on one face that leaks little enough, and cup and face are at rest relative to each other. From then on
+Relaxed bellows push on any body that they meet (``bellows``). With the valve open the cup seals if its rim is
+on one face that leaks little enough, also where it stands over the edges of a box, and cup and face are at
+rest relative to each other. From then on
 the item hangs on the collapsed cup by a bushing (``bushing``), whose wrench is the load.
 """
 
@@ -14,20 +15,21 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import Tool
+from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.geometry import GRAVITY, Array, inverse, length, transform_points
 from pickcli.simulation.bellows import NOTHING, SOLID_DEPTH, Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness
 from pickcli.simulation.cup_friction import CupFriction
 from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.grip import Release
-from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
+from pickcli.simulation.vacuum import Vacuum
 
 MAX_SEAL_GAP = 1.5e-3  # m, largest distance from the tip at which a cup draws a face on
 CONFORMITY = 5e-3  # m, unevenness of a face that the lip follows: 10 degrees of tilt, or a bottle's curvature
 BREAK_TIME = 3 / 240  # s above a limit until the item separates: 3 steps in a row at the measured 240 Hz
 DRAG_REACH = 0.01  # m in front of the cup in which its open flow still moves items
 DRAG_SHARE = 0.05  # share of the closed cup's force, directly at the cup
-SEAL_VACUUM = 12e3  # Pa in the cup from which the sensor reads a hold: three times that of the open flow
+SEAL_VACUUM = 9e3  # Pa in the cup from which the sensor reads a hold: over twice that of the open flow
 HOLD_VACUUM = 6e3  # Pa in the cup from which a face at rest hangs on it
 RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item separates
 SEALING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which it seals
@@ -91,6 +93,22 @@ class CupModel:
     stiffness: Stiffness
 
 
+@dataclass(frozen=True)
+class _Seal:
+    """How well a face closes the cup.
+
+    Attributes:
+        vacuum: Share of full vacuum that the pump can keep: 1 is airtight, 0 is open.
+        lever: Share of the lip's radius that is on the face, the lever of the load limits.
+    """
+
+    vacuum: float
+    lever: float = 1.0
+
+
+OPEN = _Seal(0.0)
+
+
 class Suction:
     """Suction cup of one robot in an engine.
 
@@ -131,7 +149,7 @@ class Suction:
         self.releases: list[Release] = []
         self.contact_points: list[ContactPoint] = []
         self._T_item_tip = np.eye(4)  # tool frame in the held item at the time of sealing
-        self._share = 0.0  # share of full vacuum that the present seal keeps
+        self._sealed = OPEN
         self._bushing: Bushing | None = None
         self._time_over = 0.0
 
@@ -166,7 +184,7 @@ class Suction:
         time_step = self._engine.time_step
         self.contact_points = []
         if self._bushing is not None:
-            self.vacuum.advance(time_step, self._share)
+            self.vacuum.advance(time_step, self._sealed.vacuum)
             self._hang(self._bushing, T_world_tip)
             return
         probe = self._bellows.probe(T_world_tip, DRAG_REACH)
@@ -174,15 +192,16 @@ class Suction:
             self.vacuum.advance(time_step, 0.0)
             self._friction.release()
             return
-        share = self._seal(probe, T_world_tip)
+        seal = self._seal(probe, T_world_tip)
+        share = seal.vacuum
         speed = self._sliding_speed(probe.nearest, T_world_tip) if share > 0.0 else np.inf
         self.vacuum.advance(time_step, share * max(0.0, 1.0 - speed / LEAKING_SPEED) if share > 0.0 else 0.0)
         # Without vacuum the lip sticks to the item in front of it by the force of the bellows alone.
         sticks_to = probe.nearest if self.vacuum.cup <= 0.0 else ""
         self.contact_points = self._bellows.act(T_world_tip, probe, frozenset(self._items), sticks_to)
         pressed = sum(point.force for point in self.contact_points if point.b == sticks_to in self._items)
-        if speed < SEALING_SPEED and self.vacuum.cup >= HOLD_VACUUM:
-            self._attach(probe.nearest, T_world_tip, share)
+        if speed < SEALING_SPEED and min(self.vacuum.cup, share * FULL_VACUUM) >= HOLD_VACUUM:
+            self._attach(probe.nearest, T_world_tip, seal)
         elif self.vacuum.cup > 0.0:
             touching = float((probe.distances[1:] <= 0.0).mean())  # share of the rim
             self._friction.apply(probe.nearest, T_world_tip, touching * self.vacuum.cup * self._area)
@@ -201,7 +220,8 @@ class Suction:
         """
         if self.held is None:
             return
-        ratio = float(self._tool.cup.limits.ratio(self.load.wrench, self.vacuum.cup / FULL_VACUUM))
+        share = self._sealed.lever * self.vacuum.cup / FULL_VACUUM
+        ratio = float(self._tool.cup.limits.ratio(self.load.wrench, share))
         if not self.vacuum.is_valve_open:
             if ratio > 1.0 or self.vacuum.cup < RELEASE_VACUUM:
                 self._detach(t, is_intended=True)
@@ -213,20 +233,29 @@ class Suction:
             self._detach(t, is_intended=False)
             self.vacuum.burst()
 
-    def _seal(self, probe: Probe, T_world_tip: Array) -> float:
-        """Share of full vacuum kept by the face under the whole rim; 0 without such a face."""
+    def _seal(self, probe: Probe, T_world_tip: Array) -> _Seal:
+        """Seal between the face in front of the cup and its rim; that of an open cup without such a face."""
         name = probe.nearest
-        if name not in self._items or any(other != name for other in probe.names):
-            return 0.0
-        if float(probe.distances.min()) > MAX_SEAL_GAP or float(np.ptp(probe.distances)) > CONFORMITY:
-            return 0.0
-        if not self._has_honest_seals:
-            return 1.0
+        on_it = np.array([other == name for other in probe.names])
+        if name not in self._items or not on_it[0] or np.any(probe.distances[~on_it] < MAX_SEAL_GAP):
+            return OPEN
+        met = probe.distances[on_it]
+        if float(met.min()) > MAX_SEAL_GAP or float(np.ptp(met)) > CONFORMITY:
+            return OPEN
         item, T_item_world = self._items[name], inverse(self._engine.pose(name))
-        face = face_at(item.shape, T_item_world[:3] @ T_world_tip[:, 3])
+        tip = T_item_world[:3] @ T_world_tip[:, 3]
+        face = face_at(item.shape, tip)
+        rooms, cup = item.rooms(face, tip), self._tool.cup
+        if float(rooms.min()) < cup.radius:  # air comes in beyond the edges of a box
+            seal = item.seals[face] if self._has_honest_seals else 1.0
+            return _Seal(cup.kept_vacuum(seal, rooms), cup.covered(rooms))
+        if not on_it.all():
+            return OPEN
+        if not self._has_honest_seals:
+            return _Seal(1.0)
         low, high = item.area(face)
         lip = transform_points(T_item_world, self._bellows.points(T_world_tip, probe))
-        return item.seals[face] if np.all((low <= lip) & (lip <= high)) else 0.0
+        return _Seal(item.seals[face]) if np.all((low <= lip) & (lip <= high)) else OPEN
 
     def _sliding_speed(self, item: str, T_world_tip: Array) -> float:
         """Largest speed of any part of the rim relative to the face, in any direction, m/s."""
@@ -244,7 +273,7 @@ class Suction:
         self._engine.wake(item)
         self._engine.apply_force(item, -force * axis, T_world_tip[:3, 3] + distance * axis)
 
-    def _attach(self, name: str, T_world_tip: Array, share: float) -> None:
+    def _attach(self, name: str, T_world_tip: Array, seal: _Seal) -> None:
         T_tip_item = inverse(T_world_tip) @ self._engine.pose(name)
         mass, R = self._engine.mass(name), T_tip_item[:3, :3]
         inertia = R @ (mass * self._items[name].shape.inertia_per_mass) @ R.T
@@ -253,14 +282,14 @@ class Suction:
         )  # fmt: skip
         self._engine.keep_awake(name, on=True)
         self._friction.release()
-        self.held, self._T_item_tip, self._share = name, inverse(T_tip_item), share
+        self.held, self._T_item_tip, self._sealed = name, inverse(T_tip_item), seal
         self.load, self.ratio, self.max_ratio, self._time_over = NO_LOAD, 0.0, 0.0, 0.0
 
     def _detach(self, t: float, is_intended: bool) -> None:
         assert self.held is not None
         self._engine.keep_awake(self.held, on=False)
         self.releases.append(Release(self.held, t, is_intended, self._engine.pose(self.held), self.load))
-        self.held, self._bushing, self._share = None, None, 0.0
+        self.held, self._bushing, self._sealed = None, None, OPEN
 
     def _hang(self, bushing: Bushing, T_world_tip: Array) -> None:
         """Apply the bushing's wrench to the item and the robot."""

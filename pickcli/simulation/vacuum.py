@@ -13,7 +13,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-FULL_VACUUM = 60e3  # Pa that the pump reaches on a closed line
+from pickcli.cell.tools.lip_leak import FULL_VACUUM
+
 LEAK_VACUUM = 4e3  # Pa kept by a running pump with the valve open and the cup unsealed
 LEAK_TIME = 0.05  # s, time constant of venting the line through the open cup
 HOLD_TIME = 20.0  # s, time constant of a closed line with the pump off

@@ -6,14 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pickcli.cell.item import Item
+from pickcli.cell.item import LEAST_SHARE, Item
 from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import MOVING, Tool
+from pickcli.cell.tools.suction_cup import SuctionCup
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, rotation_angle
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.load_check import check_load
 from pickcli.verification.quintic import positions_at
@@ -22,6 +23,7 @@ ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
 MAX_GRASP_OFFSET = 0.002  # m between grasp and tip at contact, across the tool axis
 MAX_GRASP_TURN = np.radians(1.0)  # rad between grasp and tip at contact
 SAME_AXIS = 1e-6  # of a unit vector: between two axes of the place, either kind is accepted
+SAME_EDGE = 1e-6  # m between a lip and the edge that it may reach
 ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, besides what the cup tolerates
 
 
@@ -38,7 +40,8 @@ def check_seal(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...
     """
     assert plan.grasp is not None
     grasp, item = plan.grasp, scene.item(plan.grasp.item)
-    reasons = [*_face(grasp, item), *_seal(grasp, item, scene.cell.robot.tool)]
+    tool, noise = scene.cell.robot.tool, scene.noise_of(scene.instance(grasp.item))
+    reasons = [*_face(grasp, item), *_seal(grasp, item, tool, noise)]
     if grasp.tool_state == MOVING:
         reasons.append(
             Reason("wrong tool state", "grasp", "the cup holds while it stands still, not while it moves")
@@ -57,7 +60,7 @@ def check_seal(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Reason, ...
         reasons += _as_grasped(scene, grasp, inverse(scene.held.T_tip_item), "in the cup")
     if not item.suction:
         reasons.append(Reason("cannot be held by suction", grasp.item, item.why_not))
-    return (*reasons, *check_load(plan, scene, T_tip_item, _share_at(item, grasp)))
+    return (*reasons, *check_load(plan, scene, T_tip_item, _share_at(item, grasp, tool, noise)))
 
 
 def cup_loads(plan: Plan, scene: Scene, wrenches: Array) -> Array:
@@ -72,8 +75,9 @@ def cup_loads(plan: Plan, scene: Scene, wrenches: Array) -> Array:
         The loads (...) as shares of what the cup bears.
     """
     assert plan.grasp is not None
-    share = _share_at(scene.item(plan.grasp.item), plan.grasp)
-    return scene.cell.robot.tool.cup.limits.ratio(wrenches, share)
+    instance, tool = scene.instance(plan.grasp.item), scene.cell.robot.tool
+    share = _share_at(instance.item, plan.grasp, tool, scene.noise_of(instance))
+    return tool.cup.limits.ratio(wrenches, share)
 
 
 def _face(grasp: Grasp, item: Item) -> Iterator[Reason]:
@@ -83,10 +87,13 @@ def _face(grasp: Grasp, item: Item) -> Iterator[Reason]:
         yield Reason("wrong face", "grasp", f"{grasp.face} stated, the tip is on {face}")
 
 
-def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
-    """Check that the tip is on the surface, points inwards, and that the whole cup is inside the face."""
+def _seal(grasp: Grasp, item: Item, tool: Tool, noise: PoseNoise) -> Iterator[Reason]:
+    """Check that the tip is on the surface, points inwards, and that the cup is inside the face.
+
+    It may stand over the edges of a box's face if the pump keeps enough vacuum all the same.
+    """
     tip, axis = grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2]
-    face, off, normal, to_edge = _face_at(item, tip)
+    face, off, normal, _ = _face_at(item, tip)
     if abs(off) > ON_SURFACE:
         yield Reason("grasp off the surface", grasp.item, f"{off * 1e3:.1f} mm")
     if axis @ -normal < np.cos(ON_NORMAL + tool.cup.tilt):
@@ -95,18 +102,57 @@ def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
         )
     if item.seals[face] <= 0.0:
         yield Reason("cup not on a face that seals", grasp.item, f"{face}; {item.seal_source}")
-    inset = tool.cup.radius + item.seal_inset
-    if to_edge < inset - 1e-6:
-        yield Reason(
-            "cup beyond the edge",
-            grasp.item,
-            f"{to_edge * 1e3:.1f} mm from the edge, needs {inset * 1e3:.1f}",
-        )
+    yield from _on_the_face(grasp, item, tool.cup, noise)
 
 
-def _share_at(item: Item, grasp: Grasp) -> float:
-    """Return the share of full vacuum that the face under the cup keeps."""
-    return item.seals[_face_at(item, grasp.T_item_tip[:3, 3])[0]]
+def _on_the_face(grasp: Grasp, item: Item, cup: SuctionCup, noise: PoseNoise) -> Iterator[Reason]:
+    """Check that the whole lip is inside the face, or across one that is too narrow and yet seals enough."""
+    tip, inset = grasp.T_item_tip[:3, 3], cup.radius + item.seal_inset
+    face, _, _, to_edge = _face_at(item, tip)
+    if to_edge >= inset - SAME_EDGE:
+        return
+    beyond = f"{to_edge * 1e3:.1f} mm from the edge, needs {inset * 1e3:.1f}"
+    if item.shape.kind is ShapeKind.BOX:
+        rooms = _rooms(item, face, tip)
+        is_wide = rooms.sum(axis=1) >= 2.0 * inset - SAME_EDGE
+        kept = cup.kept_vacuum(item.seals[face], rooms, _off(tip, noise))
+        if not is_wide.all() and rooms[is_wide].min(initial=inset) >= inset - SAME_EDGE:
+            if kept >= LEAST_SHARE:
+                return
+            beyond = (
+                f"across a face that is too narrow: keeps {kept:.1%} of the vacuum, needs {LEAST_SHARE:.1%}"
+            )
+    yield Reason("cup beyond the edge", grasp.item, beyond)
+
+
+def _share_at(item: Item, grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
+    """Return the share of its limits that the cup bears on the face under it.
+
+    Over the edges of a narrow face the lip leaks, and its lever is as short as the face is narrow.
+    """
+    tip, cup = grasp.T_item_tip[:3, 3], tool.cup
+    face, _, _, to_edge = _face_at(item, tip)
+    if item.shape.kind is not ShapeKind.BOX or to_edge >= cup.radius + item.seal_inset - SAME_EDGE:
+        return item.seals[face]
+    rooms, off = _rooms(item, face, tip), _off(tip, noise)
+    return cup.kept_vacuum(item.seals[face], rooms, off) * cup.covered(rooms, off)
+
+
+def _off(tip: Array, noise: PoseNoise) -> float:
+    """Return how far (m) a cup may be off its place (3,) on the item, by the error of the item's pose."""
+    return float(noise.at(np.asarray(np.linalg.norm(tip))))
+
+
+def _rooms(item: Item, face: str, tip: Array) -> Array:
+    """Return (2, 2) m from a tip (3,) to both ends of the sealing part of a box's face, along its axes."""
+    rooms = []
+    for axis in "xyz":
+        if axis != face[1]:
+            k = "xyz".index(axis)
+            half = float(item.shape.extents[k]) / 2
+            least, greatest = item.areas.get(face, {}).get(axis, (-half, half))
+            rooms.append([tip[k] - max(least, -half), min(greatest, half) - tip[k]])
+    return np.array(rooms)
 
 
 def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:

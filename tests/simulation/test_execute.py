@@ -9,6 +9,7 @@ import pytest
 
 from bench.paces import LAGGING, paused, slowed
 from pickcli.cell.cell import Cell
+from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.commands.execution_report import trouble
 from pickcli.errors import StaleError
 from pickcli.motion.plan import Grasp, Plan
@@ -21,7 +22,6 @@ from pickcli.simulation.servo import IDEAL, Servo
 from pickcli.simulation.simulated_cup import SEALED_VACUUM_SHARE
 from pickcli.simulation.start_check import StartError
 from pickcli.simulation.stream import Pace, full_speed
-from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.simulation.world import ROBOT, World
 from support.pedestal import BuildWorld, cube, evacuate
 from support.rail_pick import GAP, T_LIFT, rail_pick

@@ -9,10 +9,10 @@ import pytest
 
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.geometry import Array
 from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.suction import BREAK_TIME, face_at
-from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.simulation.world import World
 from support.pedestal import STATED_MASS, BuildWorld, cube, evacuate
 from support.tool_states import STRAIGHT
@@ -107,7 +107,7 @@ def test_no_seal_without_vacuum_gap_or_face(build_world: BuildWorld) -> None:
     without_pump.act("valve", "on")
     without_pump.wait(0.5)
     assert without_pump.held is None
-    for world in (build_world(gap=0.003), build_world(shift=(0.01, 0.0))):  # too far; rim over the edge
+    for world in (build_world(gap=0.003), build_world(shift=(0.016, 0.0))):  # too far; over the edge
         evacuate(world)
         world.act("valve", "on")
         world.wait(0.5)
@@ -264,10 +264,26 @@ def test_a_face_holds_as_well_as_it_seals(build_world: BuildWorld, share: float,
         assert world.held is None
 
 
-@pytest.mark.parametrize(("edge", "holds"), [(0.017, True), (0.013, False)])
-def test_the_whole_rim_wants_the_part_that_seals(build_world: BuildWorld, edge: float, holds: bool) -> None:
+@pytest.mark.parametrize(("edge", "holds"), [(0.017, True), (0.013, True), (0.007, False)])
+def test_the_rim_wants_the_part_that_seals(build_world: BuildWorld, edge: float, holds: bool) -> None:
     areas = {"+z": {"y": (-edge, edge)}}
     assert (sealed(build_world(replace(cube(), areas=areas))).held == "cube") is holds
+
+
+@pytest.mark.parametrize(("aside", "kept"), [(0.0, 0.37), (0.002, 0.30)])
+def test_a_lip_over_the_edges_of_a_narrow_face_keeps_what_the_pump_draws(
+    build_world: BuildWorld, aside: float, kept: float
+) -> None:
+    item = cube(size=(0.2, 0.025, 0.016), mass=0.02)
+    world = sealed(build_world(item, shift=(aside, 0.0)), wait=2.0)
+    assert world.held == "cube"
+    assert world.suction.vacuum.cup == pytest.approx(kept * FULL_VACUUM, rel=0.05)
+    world.engine.remove("pedestal")
+    limit = kept * (0.0125 - aside) / 0.015 * world.robot.tool.cup.limits.max_pull
+    push(world, DOWN * (0.9 * limit - 0.2), np.zeros(3), 0.2)
+    assert world.held == "cube"
+    push(world, DOWN * (1.1 * limit - 0.2), np.zeros(3), 0.2)
+    assert world.held is None
 
 
 def test_faces_are_airtight_where_reality_says_so(build_world: BuildWorld) -> None:

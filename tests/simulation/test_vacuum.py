@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.planning.pick_settings import PickSettings
 from pickcli.simulation.suction import RELEASE_VACUUM
-from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
+from pickcli.simulation.vacuum import Vacuum
 
 
 def run(vacuum: Vacuum, duration: float, seal: float = 0.0, step: float = 1e-3) -> None:

@@ -15,12 +15,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.tool import ToolState
+from pickcli.cell.tools.lip_leak import FULL_VACUUM
 from pickcli.errors import StaleError
 from pickcli.files.packed_array import packed
 from pickcli.motion.plan import Plan
 from pickcli.scene.scene import Scene
 from pickcli.simulation.motion_recorder import MotionRecorder
-from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.trial.motion_record import (
     JOINT_BOUND,
     MAX_TEXT,

@@ -250,20 +250,24 @@ DOWN = np.array([0.0, 0.0, -1.0])
 def test_a_tip_may_be_a_millimetre_off_the_surface() -> None:
     thin = item_of(0.2, 0.2, 0.002)  # its surface is 1 mm from its middle
     for z, problem in ((0.002, []), (0.00201, ["grasp off the surface"])):
-        assert whats(_seal(cup_at((0.0, 0.0, z), DOWN), thin, TOOL)) == problem
+        assert whats(_seal(cup_at((0.0, 0.0, z), DOWN), thin, TOOL, PoseNoise())) == problem
 
 
 def test_a_cup_may_be_as_askew_as_it_takes_up_and_a_degree() -> None:
     least = float(np.cos(np.radians(1.0) + TOOL.cup.tilt))
     for c, problem in ((least, []), (least - 1e-12, ["cup not square on the face"])):
         axis = np.array([np.sqrt(1.0 - c * c), 0.0, -c])
-        assert whats(_seal(cup_at((0.0, 0.0, 0.05), axis), item_of(0.2, 0.2, 0.1), TOOL)) == problem
+        assert (
+            whats(_seal(cup_at((0.0, 0.0, 0.05), axis), item_of(0.2, 0.2, 0.1), TOOL, PoseNoise())) == problem
+        )
 
 
 @pytest.mark.parametrize(("beyond", "is_refused"), [(0.0, False), (0.9e-6, False), (1.1e-6, True)])
 def test_a_cup_may_be_a_micrometre_beyond_the_edge(beyond: float, is_refused: bool) -> None:
     grasp = cup_at((0.1 - TOOL.cup.radius + beyond, 0.0, 0.05), DOWN)
-    assert whats(_seal(grasp, item_of(0.2, 0.2, 0.1), TOOL)) == ["cup beyond the edge"] * is_refused
+    assert (
+        whats(_seal(grasp, item_of(0.2, 0.2, 0.1), TOOL, PoseNoise())) == ["cup beyond the edge"] * is_refused
+    )
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.003])

@@ -240,13 +240,13 @@ def test_a_cup_is_on_the_surface_and_square_on_it(
     for off, problem in ((0.0009, []), (-0.0009, []), (0.0011, ["grasp off the surface"]),
                          (-0.0011, ["grasp off the surface"])):  # fmt: skip
         at = tuple(np.array(p) - off * np.array(axis))
-        assert whats(_seal(grasp_on(at, axis), item, TOOL)) == problem
+        assert whats(_seal(grasp_on(at, axis), item, TOOL, PoseNoise())) == problem
     most = TOOL.cup.tilt + np.radians(1.0)
     askew = ["cup not square on the face"]
     for tilt, problem in ((1e-4 - most, []), (most - 1e-4, []), (most + 1e-4, askew), (-most - 1e-4, askew)):
-        assert whats(_seal(grasp_on(p, axis, tilt), item, TOOL)) == problem
+        assert whats(_seal(grasp_on(p, axis, tilt), item, TOOL, PoseNoise())) == problem
     inwards = tuple(-np.array(axis))
-    assert "cup not square on the face" in whats(_seal(grasp_on(p, inwards), item, TOOL))
+    assert "cup not square on the face" in whats(_seal(grasp_on(p, inwards), item, TOOL, PoseNoise()))
 
 
 @pytest.mark.parametrize("inset", [0.0, 0.004])
@@ -259,22 +259,24 @@ def test_the_whole_cup_is_inside_its_face(inset: float) -> None:
     ):
         item = replace(item, seal_inset=inset)
         least = TOOL.cup.radius + inset
-        assert whats(_seal(grasp_on(along(least), axis), item, TOOL)) == []
-        assert whats(_seal(grasp_on(along(least - 1e-4), axis), item, TOOL)) == ["cup beyond the edge"]
+        assert whats(_seal(grasp_on(along(least), axis), item, TOOL, PoseNoise())) == []
+        assert whats(_seal(grasp_on(along(least - 1e-4), axis), item, TOOL, PoseNoise())) == [
+            "cup beyond the edge"
+        ]
 
 
 def test_a_cup_is_on_a_face_and_on_the_part_of_it_that_seals() -> None:
     grasp = grasp_on((0.1, 0.0, 0.0), (-1, 0, 0))
     for share, problem in ((0.1, []), (0.0, ["cup not on a face that seals"])):
         item = replace(BOX, seals={**BOX.seals, "+x": share})
-        assert whats(_seal(grasp, item, TOOL)) == problem
+        assert whats(_seal(grasp, item, TOOL, PoseNoise())) == problem
     beyond = ["cup beyond the edge"]
     for least, greatest, problem in (
         (-0.015, 0.015, []), (-0.0149, 0.05, beyond), (-0.05, 0.0149, beyond),
     ):  # fmt: skip
         for axis in "yz":
             item = replace(BOX, areas={"+x": {axis: (least, greatest)}})
-            assert whats(_seal(grasp, item, TOOL)) == problem
+            assert whats(_seal(grasp, item, TOOL, PoseNoise())) == problem
 
 
 def shifted(xyz: tuple[float, ...], turn: float = 0.0) -> list[str]:

@@ -5,8 +5,13 @@ from __future__ import annotations
 from dataclasses import astuple, dataclass
 from typing import Any
 
+import numpy as np
+
 from pickcli.cell.device import DeviceKind
+from pickcli.cell.item import REFERENCE_FLOW
 from pickcli.cell.tools.cup_limits import CupLimits
+from pickcli.cell.tools.lip_leak import kept_vacuum, open_area
+from pickcli.geometry import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +28,7 @@ class SuctionCup:
         take_up: m at the start of a lift in which the sealed cup stretches until it bears the item's weight.
         take_up_speed: m/s, largest speed in that stretch if the weight bends the cup.
         seal_time: s at rest on the item before it is moved, while the vacuum builds up under the cup.
+        flow: l/min of free air that its pump draws.
     """
 
     radius: float
@@ -34,6 +40,7 @@ class SuctionCup:
     take_up: float
     take_up_speed: float
     seal_time: float
+    flow: float = REFERENCE_FLOW
 
     @property
     def kind(self) -> str:
@@ -79,6 +86,36 @@ class SuctionCup:
     def finger_links(self) -> tuple[str, ...]:
         """Empty: the cup is the last link of the chain."""
         return ()
+
+    def kept_vacuum(self, seal: float, rooms: Array, off: float = 0.0) -> float:
+        """Return the share of full vacuum under the cup on a face that may be narrower than the lip.
+
+        Args:
+            seal: Share that the face keeps under the whole lip.
+            rooms: (A, 2) m from the middle of the lip to both edges of the face, along each of its axes.
+            off: m by which the cup may be off that place along any axis.
+
+        Returns:
+            The least share.
+        """
+        if float(rooms.min()) - off >= self.radius:
+            return seal
+        aside = np.array([-off, off])
+        shifts = [sign * np.outer(axis, aside) for axis in np.eye(len(rooms)) for sign in (1.0, -1.0)]
+        most = max(open_area(self.radius, (rooms + shift).ravel()) for shift in shifts)
+        return kept_vacuum(seal, most, self.flow)
+
+    def covered(self, rooms: Array, off: float = 0.0) -> float:
+        """Return how far a face reaches under the lip, which is the lever of what the cup bears.
+
+        Args:
+            rooms: (A, 2) m from the middle of the lip to both edges of the face, along each of its axes.
+            off: m by which the cup may be off that place along any axis.
+
+        Returns:
+            Share of the lip's radius, in [0, 1].
+        """
+        return float(np.clip((rooms.min() - off) / self.radius, 0.0, 1.0))
 
     def joint_position(self, joint: str, stated: float) -> float:
         """Return the position of the cup's joint, which is the stated one.

@@ -16,13 +16,14 @@ from pickcli.cell.tools.suction_cup import SuctionCup
 from pickcli.geometry import Array, inverse, pose
 
 
-def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) -> Tool:
+def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf, flow: float) -> Tool:
     """Build the tool of an arm.
 
     Args:
         tool: The tool as it stands in the cell file; None without a tool.
         tip: Name of the chain's last link, used as the tip without a tool.
         robot: The robot with the tool.
+        flow: l/min of free air that the pump of a cup draws.
 
     Returns:
         The tool.
@@ -41,7 +42,7 @@ def build_tool(tool: SuctionModel | GripperModel | None, tip: str, robot: Urdf) 
         positions=positions,
         T_lance_tip={s: _T_lance_last(tool, robot, angle) @ T_last_tip for s, angle in positions.items()},
         T_last_tip=T_last_tip,
-        grip=_cup(tool),
+        grip=_cup(tool, flow),
     )
 
 
@@ -74,7 +75,7 @@ def _finger(tool: GripperModel, robot: Urdf, k: int) -> Finger:
     return Finger(link, finger_joint(robot, link).name, side, opening)
 
 
-def _cup(tool: SuctionModel) -> SuctionCup:
+def _cup(tool: SuctionModel, flow: float) -> SuctionCup:
     return SuctionCup(
         radius=tool.cup_radius,
         stroke=tool.cup_stroke,
@@ -90,6 +91,7 @@ def _cup(tool: SuctionModel) -> SuctionCup:
         take_up=tool.take_up,
         take_up_speed=tool.take_up_speed,
         seal_time=tool.seal_time,
+        flow=flow,
     )
 
 

@@ -1,0 +1,64 @@
+"""A lip over open edges: the open area of its disc, and the vacuum at which the pump draws what comes in."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.tools.lip_leak import AMBIENT, DENSITY, FULL_VACUUM, kept_vacuum, open_area
+
+CUP = load_cell("apc2016_delft").robot.tool.cup
+RADII = st.floats(0.002, 0.05)
+FLOWS = st.floats(10.0, 3000.0)
+SEALS = st.floats(0.01, 1.0)
+AREAS = st.floats(1e-7, 2e-3)
+
+
+@given(radius=RADII, share=st.floats(-1.2, 1.2))
+def test_the_open_area_is_that_of_the_points_beyond_the_edge(radius: float, share: float) -> None:
+    x = np.linspace(-radius, radius, 4001)
+    heights = 2.0 * np.sqrt(radius**2 - x**2)
+    beyond = float(np.trapezoid(np.where(x > share * radius, heights, 0.0), x))
+    assert open_area(radius, np.array([share * radius])) == pytest.approx(beyond, abs=2e-3 * radius**2)
+
+
+@given(seal=SEALS, area=AREAS, flow=FLOWS)
+def test_as_much_air_comes_in_as_the_pump_draws(seal: float, area: float, flow: float) -> None:
+    def excess(share: float) -> float:  # m^3/s
+        drop = share * FULL_VACUUM
+        orifice = 0.61 * (1.0 - 0.41 / 1.4 * drop / AMBIENT) * area * np.sqrt(2.0 * drop / DENSITY)
+        return float(orifice + flow / 6e4 * (share * (1.0 - seal) / seal - (1.0 - share)))
+
+    assert kept_vacuum(seal, area, flow) == pytest.approx(brentq(excess, 0.0, 1.0, xtol=1e-12), abs=1e-9)
+
+
+@given(seal=SEALS, area=AREAS, flow=FLOWS, more=st.floats(1.0, 10.0))
+def test_a_wider_gap_costs_vacuum_and_a_pump_of_more_flow_regains_it(
+    seal: float, area: float, flow: float, more: float
+) -> None:
+    kept = kept_vacuum(seal, area, flow)
+    assert 0.0 < kept <= seal
+    assert kept_vacuum(seal, area * more, flow) <= kept + 1e-12
+    assert kept_vacuum(seal, area, flow * more) >= kept - 1e-12
+    assert kept_vacuum(seal, 0.0, flow) == seal
+
+
+@pytest.mark.parametrize(("off", "kept"), [(0.0, 0.37), (0.001, 0.35), (0.002, 0.30), (0.003, 0.22)])
+def test_a_toothbrush_under_the_cup_of_the_cell(off: float, kept: float) -> None:
+    """The figures of docs/formats/items.md: 25 mm wide, under 30 mm at 600 l/min."""
+    rooms = np.array([[0.0125, 0.0125], [0.1, 0.1]])
+    assert CUP.kept_vacuum(1.0, rooms, off) == pytest.approx(kept, abs=0.01)
+
+
+@given(room=st.floats(0.0, 0.015), off=st.floats(0.0, 0.004))
+def test_the_stated_share_is_the_least_of_all_places_within_the_error(room: float, off: float) -> None:
+    rooms = np.array([[0.0125, room + 0.0125], [0.05, 0.05]])
+    stated = CUP.kept_vacuum(0.9, rooms, off)
+    for aside in np.linspace(-off, off, 7):
+        moved = rooms + np.array([[aside, -aside], [0.0, 0.0]])
+        assert CUP.kept_vacuum(0.9, moved) >= stated - 1e-9
+        assert CUP.covered(moved) >= CUP.covered(rooms, off) - 1e-9

@@ -1,0 +1,82 @@
+"""Cups across faces that are narrower than they are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.item import LEAST_SHARE
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import pose
+from pickcli.grasping.grasp_target import GraspTarget
+from pickcli.grasping.lip_coverage import bearing_share, is_covered, kept_vacuum
+from pickcli.grasping.search import USUAL
+from pickcli.grasping.suction_candidates import sample_suctions
+from pickcli.grasping.surfaces import faces, narrow_faces, wide_faces
+from pickcli.scene.scene import PoseNoise
+
+CELL = load_cell("apc2016_delft")
+TOOL, BIN = CELL.robot.tool, CELL.pod.bins["bin_E"]
+BRUSH = CELL.item("oral_b_toothbrush_red")
+FLAT = pose([0.25, 0.0, -0.05], rpy=[0.0, 0.0, 0.3])
+NOISE = PoseNoise(0.002, np.radians(1.0))
+
+
+@given(width=st.floats(0.005, 0.06), length=st.floats(0.04, 0.3))
+def test_a_face_is_wide_or_narrow_or_too_narrow(width: float, length: float) -> None:
+    item = replace(BRUSH, shape=Shape(ShapeKind.BOX, (length, width, 0.01)))
+    inset = TOOL.cup.radius + item.seal_inset
+    wide, narrow = ({face.name for face in found(item, TOOL)} for found in (wide_faces, narrow_faces))
+    assert not wide & narrow
+    assert ("+z" in wide) == (min(width, length) >= 2.0 * inset)
+    if narrow:
+        assert min(width, length) < 2.0 * inset
+        (face,) = (face for face in faces(item, TOOL) if face.name == "+z")
+        tip = face.region.centre()[:3, 3]
+        assert kept_vacuum(item, "+z", tip, TOOL.cup) >= LEAST_SHARE
+
+
+def test_the_cup_is_put_on_the_middle_line_within_what_pose_errors_allow() -> None:
+    target = GraspTarget("brush", BRUSH, FLAT, BIN, NOISE)
+    grasps = sample_suctions(target, TOOL, np.random.default_rng(0), USUAL)
+    assert grasps.grasps
+    for grasp in grasps.grasps:
+        tip = grasp.T_item_tip[:3, 3]
+        assert abs(tip[1]) < 1e-9
+        assert abs(tip[0]) <= 2.0 * TOOL.cup.radius + 1e-9
+        assert kept_vacuum(BRUSH, grasp.face, tip, TOOL.cup, NOISE) >= LEAST_SHARE
+        assert not is_covered(BRUSH, grasp.face, tip, TOOL.cup)
+
+
+def test_too_large_an_error_is_told_with_what_the_pump_keeps() -> None:
+    target = GraspTarget("brush", BRUSH, FLAT, BIN, PoseNoise(0.005, np.radians(1.0)))
+    found = sample_suctions(target, TOOL, np.random.default_rng(0), USUAL)
+    assert not found.grasps
+    (reason,) = found.rejected
+    assert reason.what == "does not seal"
+    assert "narrower than the cup" in reason.detail
+
+
+def test_a_small_pump_holds_no_toothbrush() -> None:
+    tool = load_cell("apc2016_kth_picking", "right").robot.tool
+    assert faces(BRUSH, tool) == ()
+
+
+@given(error=st.floats(0.0, 0.004))
+def test_what_the_cup_bears_falls_with_the_vacuum_and_with_the_width(error: float) -> None:
+    tip, noise = np.array([0.0, 0.0, 0.008]), PoseNoise(error)
+    kept = kept_vacuum(BRUSH, "+z", tip, TOOL.cup, noise)
+    lever = (0.0125 - error) / TOOL.cup.radius
+    assert bearing_share(BRUSH, "+z", tip, TOOL.cup, noise) == pytest.approx(kept * lever)
+
+
+def test_a_covered_lip_keeps_the_seal_whatever_the_error() -> None:
+    item = CELL.item("crayola_24_ct")
+    face = next(face for face in wide_faces(item, TOOL) if item.seals[face.name] > 0.0)
+    tip = face.region.centre()[:3, 3]
+    assert bearing_share(item, face.name, tip, TOOL.cup, NOISE) == item.seals[face.name]
