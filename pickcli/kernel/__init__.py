@@ -1,4 +1,4 @@
-"""The one native module: kinematics, clearance, proven edges; paces along paths; rays of cameras.
+"""The one native module: kinematics, clearance, proven edges; paces along paths; control; rays of cameras.
 
 Everything here works on plain float64 arrays in SI units and knows nothing of cells or items. Frame k of
 a chain is the child link of joint k; the parent of joint k is frame k-1, that of joint 0 the world.
@@ -12,6 +12,7 @@ from pickcli.kernel._kernel import (
     DepthNoise,
     EdgeReport,
     FollowEnd,
+    HierarchySolution,
     JointKind,
     JointState,
     Lighting,
@@ -20,6 +21,7 @@ from pickcli.kernel._kernel import (
     ParabolicSegment,
     ParabolicTrajectory,
     PlacePicture,
+    PriorityLevel,
     RaycastingScene,
     SolidKind,
     Texture,
@@ -39,6 +41,7 @@ from pickcli.kernel._kernel import (
     simd,
     simplified_polyline,
     smoothed_pace,
+    solve_hierarchy,
     steer_fixed_time,
     steer_min_time,
     steer_via,
@@ -54,6 +57,7 @@ __all__ = [
     "DepthNoise",
     "EdgeReport",
     "FollowEnd",
+    "HierarchySolution",
     "JointKind",
     "JointState",
     "Lighting",
@@ -62,6 +66,7 @@ __all__ = [
     "ParabolicSegment",
     "ParabolicTrajectory",
     "PlacePicture",
+    "PriorityLevel",
     "RaycastingScene",
     "SolidKind",
     "Texture",
@@ -81,6 +86,7 @@ __all__ = [
     "simd",
     "simplified_polyline",
     "smoothed_pace",
+    "solve_hierarchy",
     "steer_fixed_time",
     "steer_min_time",
     "steer_via",

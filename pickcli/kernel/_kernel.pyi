@@ -1,5 +1,5 @@
 """
-Kinematics, clearance and proven edges of a serial chain; paces along paths; rays of cameras.
+Kinematics, clearance and proven edges of a serial chain; paces along paths; prioritized control; rays of cameras.
 
 Any array-like goes in; C-contiguous arrays of the named dtype are read in place. Angles in rad, lengths in m.
 Wrong shapes and values raise ValueError naming the argument.
@@ -873,6 +873,49 @@ def jerk_window(segments: Sequence[ParabolicSegment], limits: ParabolicLimits) -
 
     Returns:
         s, a whole number of ticks.
+    """
+
+class PriorityLevel:
+    """Rows lower <= A x <= upper of one priority."""
+
+    def __init__(self, rows: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64]) -> None:
+        """
+        Make a level.
+
+        Args:
+            rows: (m, n).
+            lower: (m,) lower bounds; -1e300 and less are none.
+            upper: (m,) upper bounds; 1e300 and more are none. Rows with two equal bounds are equalities.
+        """
+
+class HierarchySolution:
+    """What a hierarchy of levels has in common."""
+
+    @property
+    def x(self) -> numpy.typing.NDArray[numpy.float64]:
+        """(n,) the solution."""
+
+    @property
+    def violations(self) -> list[numpy.typing.NDArray[numpy.float64]]:
+        """
+        Of each level (m,), how far rows are above their upper bounds, or, negative, below the lower ones.
+        """
+
+    @property
+    def n_iterations(self) -> int:
+        """Changes of the active sets of all levels."""
+
+    @property
+    def failure(self) -> str:
+        """"" if it is solved, else which level is not, and why."""
+
+def solve_hierarchy(levels: Sequence[PriorityLevel], start: numpy.typing.NDArray[numpy.float64]) -> HierarchySolution:
+    """
+    Minimize lexicographically the norms of the levels' violations, those of the first one first.
+
+    Args:
+        levels: Levels of strict priority, the most important one first.
+        start: (n,) where the search begins; where the least norms do not determine x, it stays near.
     """
 
 class DepthNoise:

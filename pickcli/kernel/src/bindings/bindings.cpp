@@ -7,7 +7,7 @@
 #include "simd/dispatch.hpp"
 
 NB_MODULE(_kernel, m) {
-  m.doc() = R"(Kinematics, clearance and proven edges of a serial chain; paces along paths; rays of cameras.
+  m.doc() = R"(Kinematics, clearance and proven edges of a serial chain; paces along paths; prioritized control; rays of cameras.
 
 Any array-like goes in; C-contiguous arrays of the named dtype are read in place. Angles in rad, lengths in m.
 Wrong shapes and values raise ValueError naming the argument.)";
@@ -18,6 +18,7 @@ Wrong shapes and values raise ValueError naming the argument.)";
   apc::bind_timing(m);
   apc::bind_blend(m);
   apc::bind_parabolic(m);
+  apc::bind_control(m);
   apc::bind_rendering(m);
   apc::bind_perception(m);
   m.def("simd", &apc::simd_name,

@@ -1,0 +1,147 @@
+"""Levels of strict priority: answers by hand, conditions of optimality, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import nnls
+
+from pickcli.control.hierarchical_qp import BoundedRows, Hierarchy, solve
+from pickcli.geometry import Array
+
+HELD = 1e-9  # violation from which later levels keep a row where it is
+TOUCHES = 1e-8  # of a bound
+
+
+def rows(*values: list[float]) -> Array:
+    return np.array(values, dtype=np.float64)
+
+
+def unit_box(n: int) -> BoundedRows:
+    return BoundedRows(np.eye(n), np.full(n, -1.0), np.full(n, 1.0))
+
+
+def random_levels(rng: np.random.Generator, n: int) -> list[BoundedRows]:
+    """Velocity limits, obstacles, half of the time in conflict, planes, cones, and a posture."""
+    shift = float(rng.choice([0.5, -0.5]))
+    obstacles = BoundedRows.at_most(rng.normal(size=(20, n)), rng.uniform(0.0, 1.0, 20) + shift)
+    planes = BoundedRows(rng.normal(size=(4, n)), rng.uniform(-2.0, 0.0, 4), rng.uniform(0.0, 1.0, 4))
+    cones = BoundedRows.at_most(rng.normal(size=(2, n)), rng.uniform(-1.0, 1.0, 2))
+    posture = BoundedRows.equal(np.eye(n), rng.uniform(-1.5, 1.5, n))
+    return [unit_box(n), obstacles, planes, cones, posture]
+
+
+def off_optimum(levels: list[BoundedRows], x: Array) -> float:
+    """Largest residual of the levels' conditions of optimality (Karush, Kuhn and Tucker).
+
+    The gradient of each level's violation is balanced by rows that levels before it keep: by those with a
+    violation and equalities in either direction, by those at a bound only away from it.
+    """
+    kept: list[Array] = []
+    worst = 0.0
+    for level in levels:
+        at = level.rows @ x
+        violation = np.maximum(0.0, at - level.upper) - np.maximum(0.0, level.lower - at)
+        gradient = level.rows.T @ violation
+        residual = nnls(np.array(kept).T, -gradient, maxiter=5000)[1] if kept else np.linalg.norm(gradient)
+        worst = max(worst, float(residual))
+        for a, b, v, low, high in zip(level.rows, at, violation, level.lower, level.upper, strict=True):
+            is_held = low == high or abs(v) > HELD
+            kept += [a] if is_held or b >= high - TOUCHES else []
+            kept += [-a] if is_held or b <= low + TOUCHES else []
+    return worst
+
+
+def violations(found: Hierarchy) -> list[float]:
+    return [float(np.linalg.norm(each)) for each in found.violations]
+
+
+def test_a_level_is_met_as_far_as_those_before_it_allow() -> None:
+    """x + y = 3 in the unit square leaves 1 at its corner; y = 0 comes after, and changes nothing."""
+    total = BoundedRows.equal(rows([1.0, 1.0]), np.array([3.0]))
+    levels = [unit_box(2), total, BoundedRows.equal(rows([0.0, 1.0]), np.zeros(1))]
+    found = solve(levels, np.zeros(2))
+    np.testing.assert_allclose(found.x, [1.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(violations(found), [0.0, 1.0, 1.0], atol=1e-12)
+
+
+def test_the_order_of_the_levels_decides() -> None:
+    left, right = (BoundedRows.equal(rows([1.0, 0.0]), np.array([at])) for at in (-1.0, 2.0))
+    for first, second, x in ((left, right, -1.0), (right, left, 2.0)):
+        found = solve([first, second], np.array([0.3, 0.7]))
+        assert found.x == pytest.approx([x, 0.7])
+        assert violations(found) == pytest.approx([0.0, 3.0])
+
+
+def test_rows_of_one_level_in_conflict_share_the_violation() -> None:
+    level = BoundedRows.at_most(rows([1.0], [-1.0]), np.array([-1.0, -2.0]))  # x <= -1 and x >= 2
+    found = solve([level], np.zeros(1))
+    assert found.x == pytest.approx([0.5])
+    assert found.violations[0] == pytest.approx([1.5, 1.5])
+
+
+def test_what_is_free_stays_where_it_began() -> None:
+    start = np.array([0.2, -0.4, 0.9])
+    found = solve([unit_box(3), BoundedRows.at_most(rows([1.0, 0.0, 0.0]), np.array([0.5]))], start)
+    np.testing.assert_array_equal(found.x, start)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1, 2, 3, 8, 16]))
+def test_every_level_is_at_its_optimum(seed: int, n: int) -> None:
+    levels = random_levels(np.random.default_rng(seed), n)
+    found = solve(levels, np.zeros(n))
+    assert off_optimum(levels, found.x) < 1e-6
+    for level, violation in zip(levels, found.violations, strict=True):
+        at = level.rows @ found.x
+        beyond = np.maximum(0.0, at - level.upper) - np.maximum(0.0, level.lower - at)
+        np.testing.assert_allclose(violation, beyond, atol=1e-7)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_rows_that_depend_on_each_other_are_solved_too(seed: int) -> None:
+    """Repeated rows, rows of nothing, and levels that repeat one before them."""
+    rng = np.random.default_rng(seed)
+    levels = random_levels(rng, 6)
+    doubled = levels[1]
+    levels[1] = BoundedRows(
+        np.concatenate([doubled.rows, doubled.rows[:5], np.zeros((2, 6))]),
+        np.concatenate([doubled.lower, doubled.lower[:5], [-1.0, 0.5]]),
+        np.concatenate([doubled.upper, doubled.upper[:5], [1.0, 0.7]]),
+    )
+    levels.insert(3, doubled)
+    levels.insert(4, BoundedRows(np.zeros((0, 6)), np.zeros(0), np.zeros(0)))
+    found = solve(levels, np.zeros(6))
+    assert off_optimum(levels, found.x) < 1e-6
+    assert found.violations[1][-1] == pytest.approx(-0.5)  # 0 x is below 0.5, whatever x is
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_later_levels_cost_earlier_ones_nothing(seed: int) -> None:
+    levels = random_levels(np.random.default_rng(seed), 8)
+    whole = violations(solve(levels, np.zeros(8)))
+    for n in range(1, len(levels)):
+        assert violations(solve(levels[:n], np.zeros(8))) == pytest.approx(whole[:n], abs=1e-7)
+
+
+def test_the_same_problem_gives_the_same_bits() -> None:
+    levels = random_levels(np.random.default_rng(5), 8)
+    first, second = (solve(levels, np.zeros(8)).x for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("level", "text"),
+    [
+        (BoundedRows(np.eye(2), np.ones(2), np.zeros(2)), "lower: row 0 is above its upper bound"),
+        (BoundedRows(np.eye(3), np.zeros(3), np.ones(3)), "rows of level 1 have 3 columns, start has 2"),
+        (BoundedRows(np.eye(2), np.zeros(3), np.ones(2)), "lower: shape (3) instead of (2)"),
+        (BoundedRows(np.full((1, 2), np.nan), np.zeros(1), np.ones(1)), "rows: not finite"),
+        (BoundedRows(np.eye(2), np.full(2, np.nan), np.ones(2)), "lower: not finite"),
+    ],
+)
+def test_mistakes_are_told_by_name(level: BoundedRows, text: str) -> None:
+    with pytest.raises(ValueError) as told:
+        solve([level], np.zeros(2))
+    assert text in str(told.value)
