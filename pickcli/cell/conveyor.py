@@ -38,3 +38,8 @@ class Conveyor:
     def upstream(self) -> float:
         """How far before the infeed the items are known, m: nothing else comes onto the belt before them."""
         return UPSTREAM * self.length
+
+    @property
+    def farthest(self) -> float:
+        """How far the belt carries what is known, m: from the first of it to the outfeed."""
+        return self.upstream + self.length

@@ -96,6 +96,7 @@ def command(
       apc execute plan.json --scene scene.json --operator-stop 2.5:4
       apc execute --scene scene.json --pick bin_C:dove_beauty_bar --move home:bin_C
       apc execute belt.json --stream stream.json --now 5 --video belt.gif
+      apc execute belt.json --stream stream.json --now 5 --operator-stop 3:5
       apc execute --scene filled.json --stow dove_beauty_bar:bin_H
     """
     from pickcli.commands.execution_report import execution_summary, execution_text, trouble
@@ -108,8 +109,6 @@ def command(
     from pickcli.simulation.reality import read_reality
 
     request.refuse_scene(scene_path)
-    if operator_stops and request.stream_path is not None:
-        raise click.UsageError("--operator-stop: not with --stream: the belt would carry items into the arm")
     if bridge and request.stream_path is not None:
         raise click.UsageError("--bridge: not with --stream: the belt would carry the items on meanwhile")
     if driver_name != SIMULATED and (reality_path is not None or video is not None):

@@ -246,6 +246,7 @@ def run_record(run: PlanRecord) -> dict[str, Any]:
         "missed_events": [f"{event.device} {event.action}" for event in run.missed],
         "limit_violations": [str(violation) for violation in run.limit_violations],
         "operator_stops_s": [[stop.begin, stop.end] for stop in run.operator_stops],
+        **({} if run.is_clear is None else {"clear_of_belt": run.is_clear}),
         **_seen_record(run),
     }
 
@@ -285,6 +286,8 @@ def _lines(run: PlanRecord, holder: str) -> list[str]:
         + ("not resumed" if stop.end is None else f"resumed at {stop.end:.3f} s")
         for stop in run.operator_stops
     ]
+    if run.is_clear is not None:
+        lines.append(f"  at rest {'' if run.is_clear else 'not '}clear of all that the belt may bring")
     for fired in run.events:
         reading = "" if fired.reading is None else f": {'held' if fired.reading else 'nothing held'}"
         lines.append(

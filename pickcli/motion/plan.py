@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-import numpy as np
-
 from pickcli.cell.cell import ArmState, Cell
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Failures
@@ -145,15 +143,14 @@ class LineTracking:
     """The running conveyor that a plan takes its item from (FANUC, ABB: line tracking).
 
     The item rides along +x of the conveyor at ``speed`` from the start of the plan on; from the pre-approach
-    to the retreat the arm moves relative to it as if the belt stood. Until then the time of the plan is told
-    by the travel of the belt. After that the belt may do whatever it can.
+    to the retreat the arm moves relative to it as if the belt stood, and the time of the plan is told by the
+    travel of the belt. Before and after that the motion is free wherever the belt brings what rides on it.
 
     Attributes:
         conveyor: Name of the conveyor.
         speed: m/s of the belt.
         speed_error: m/s, bound of the error of the speed.
         deviation: m by which the belt may be ahead of the plan, or behind it, while the tool works on it.
-        deviation_coming: m by which it may be before that, while the arm comes.
         t_stream: s of the stream at which the plan starts.
     """
 
@@ -161,25 +158,20 @@ class LineTracking:
     speed: float
     speed_error: float = 0.0
     deviation: float = 0.0
-    deviation_coming: float = 0.0
     t_stream: float = 0.0
 
-    def off_by(self, t: Array, times: tuple[float, float], most_speed: float) -> tuple[Array, Array]:
-        """Compute how far what rides on the belt may be from where ``speed`` puts it.
+    def brought_by(self, end: float, t_left: float, most_speed: float) -> float:
+        """Compute how far the belt may bring what comes until a plan ends.
 
         Args:
-            t: (N,) s of the plan.
-            times: s of the plan from which the tool works on the belt, and until which it does.
+            end: s of the plan at its end.
+            t_left: s of the plan until which the tool works on the belt.
             most_speed: m/s that the conveyor never exceeds.
 
         Returns:
-            (N,) m behind and (N,) m ahead, at most: after the tool has left it, the belt may have stopped at
-            once, or run on at its greatest speed.
+            m from the start of the plan on.
         """
-        t_works, t_left = times
-        off = np.where(t <= t_works, self.deviation_coming, self.deviation)
-        since = np.maximum(t - t_left, 0.0)
-        return off + self.speed * since, off + (most_speed - self.speed) * since
+        return self.speed * t_left + self.deviation + most_speed * (end - t_left)
 
 
 def times_at_work(segments: Sequence[Segment]) -> tuple[float, float]:

@@ -171,7 +171,6 @@ _LineTracking = _derived(
     speed=_Speed,
     speed_error=Annotated[_Speed, Field(default=0.0)],
     deviation=_Deviation,
-    deviation_coming=_Deviation,
     t_stream=Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1e6, default=0.0)],
 )
 _Plan = _derived(

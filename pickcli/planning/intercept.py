@@ -11,16 +11,17 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import JointType, Limits, Robot
+from pickcli.cell.robot import Limits
 from pickcli.collision.motion_segment import Mode, scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import LIMIT_MARGIN
-from pickcli.kinematics.chain import is_planned
+from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import Certify, LineTracking, Plan, times_at_work
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assembly.carried_motion import carried_motion
@@ -30,15 +31,17 @@ from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_motion import GraspMotion, PickMotion, PlaceMotion, Transfer
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
+from pickcli.planning.stages.reach_table import BeltTimes, too_late_by
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
+from pickcli.scene.belt_sweep import swept_along_belt
 from pickcli.scene.item_stream import ItemStream, after_travel
 from pickcli.scene.scene import TOTE, Scene
-from pickcli.timing.line_tracking import MOST_PACE, ramp_time
+from pickcli.timing.line_tracking import BACK, MOST_PACE, ramp_time
 
-ALONG = 1e-6  # sine of the angle between belt and axis up to which the axis runs along the belt
 USUAL_ARRIVAL = 2.0  # s from the start until the contact, about which grasps are searched
 LATER = 0.01  # s that a meeting is put off beyond the time that the arm needs
 ELSEWHERE = 0.25  # s that a meeting is put off if it cannot be reached for another reason
@@ -48,9 +51,9 @@ GENTLER = 2.0  # times the duration of a ramp during which the arm leaves alread
 MOST_PACED = 0.85  # of the limits, for lines on a belt
 KEPT = 0.97  # of the limits of jerk, that a belt which changes its speed may use up beside the lines
 PACED_COMING = 0.9  # of the limits for the way to it, whose time is that of the belt
+TURNED = 0.35  # s in which a way off the belt turns back, and the axis comes to rest at its end
 MOST_MEETINGS = 8  # that are tried for one grasp
 DEVIATION = 0.015  # m by which the belt may be off the plan while the arm follows it: 1 to 4 mm are usual
-DEVIATION_COMING = 0.05  # m before that: the whole arm moves, and changes its pace less quickly than a belt
 
 
 @dataclass(frozen=True)
@@ -95,19 +98,25 @@ class _Belt:
     def tracking(self) -> LineTracking:
         """The belt as plans state it."""
         stream = self.stream
-        return LineTracking(
-            stream.conveyor, stream.speed, stream.speed_error, DEVIATION, DEVIATION_COMING, self.now
-        )
+        return LineTracking(stream.conveyor, stream.speed, stream.speed_error, DEVIATION, self.now)
 
     def brought_by(self, plan: Plan) -> float:
         """M that the belt may bring what comes until a plan ends, at the most that it may run."""
-        end, most_speed = plan.trajectory.duration, self.stream.belt.max_speed
-        ahead = self.tracking.off_by(np.array([end]), times_at_work(plan.segments), most_speed)[1]
-        return self.stream.speed * end + float(ahead[0])
+        t_left = times_at_work(plan.segments)[1]
+        return self.tracking.brought_by(plan.trajectory.duration, t_left, self.stream.belt.max_speed)
 
     def at(self, t: float) -> Scene:
         """Return the scene at a time."""
         return after_travel(self.start, self.stream.conveyor, self.stream.speed * t)
+
+    @cached_property
+    def coming(self) -> Scene:
+        """The scene at the start with all that the items on the belt may come to."""
+        return swept_along_belt(self.start, self.stream.conveyor)
+
+    def left(self, t: float) -> Scene:
+        """Return the scene with all that they may come to once the tool has left the belt at a time."""
+        return swept_along_belt(self.at(t), self.stream.conveyor, DEVIATION)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +161,14 @@ def plan_intercept(
     if stream.speed == 0.0:
         return plan_pick(context, scene, picked, start, seed, certify=certify)
     belt = _belt(context, stream, scene, query)
+    times = BeltTimes(
+        stream.travel_at(stream.find(query.item), query.now), stream.speed, belt.speed, belt.axis,
+        belt.first, belt.last, belt.ramp,
+    )  # fmt: skip
+    late = too_late_by(context, stream.carrier, scene.find(query.item), start.q, times)
+    if late > 0.0:
+        soon = f"by {1e3 * late:.0f} ms at least, whatever the grasp"
+        raise NoPlanError(_label(query, place), [Reason("too late", query.item, soon)])
     standing = context.checker_for(scene, Mode(start.tool_state))
     if not standing.is_valid(start.q):
         raise NoPlanError(_label(query, place), [standing.explain(start.q).at("start")])
@@ -218,30 +235,6 @@ def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: Int
     return _Belt(stream, query.now, scene, first, last, axis, direction * stream.speed, pace, ramp)
 
 
-def linear_axis(robot: Robot, direction: Array) -> tuple[int, float] | None:
-    """Find the axis that moves the whole arm along a direction.
-
-    Args:
-        robot: The robot.
-        direction: (3,) unit vector in the world.
-
-    Returns:
-        Index of the first planned joint, and 1.0 or -1.0, the sign of its motion along the direction; None if
-        that joint turns, is not parallel to it, or carries less than all bodies of the robot.
-    """
-    T = robot.T_world_base
-    for joint in robot.joints:
-        T = T @ joint.T_parent_joint
-        if is_planned(robot, joint):
-            along = float(T[:3, :3] @ joint.axis @ direction)
-            fixed = robot.links[: robot.links.index(robot.link(joint.child))]
-            if joint.type is not JointType.PRISMATIC or abs(along) < 1.0 - ALONG:
-                return None
-            is_whole = not any(link.bodies for link in fixed)
-            return (robot.joint_names.index(joint.name), float(np.sign(along))) if is_whole else None
-    return None
-
-
 def _windows(
     problem: PickProblem, belt: _Belt, t_planned: float, start: Start
 ) -> tuple[list[_Window], Failures]:
@@ -250,7 +243,8 @@ def _windows(
     found = list[_Window]()
     for motion in grasps:
         unwound = motion.unwound_towards(problem.context.arm.limits, start.q)
-        window = _window(problem, belt, unwound, t_planned)
+        raised = raised_over_belt(problem, unwound, belt.coming, belt.left(t_planned))
+        window = raised if isinstance(raised, Failures) else _window(problem, belt, raised, t_planned)
         if isinstance(window, Failures):
             failures += window
         else:
@@ -277,8 +271,12 @@ def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: f
     ends = motion.end[axis] + v * (taking.lasts + belt.ramp / 2)
     lower, upper = limits.lower[axis] + LIMIT_MARGIN, limits.upper[axis] - LIMIT_MARGIN
     first, last = (lower, upper) if v > 0.0 else (upper, lower)
+    sign = float(np.sign(v))
     earliest = max(belt.first, t_planned + float((first - begins) / v))
-    latest = min(belt.last - taking.lasts, t_planned + float((last - ends) / v))
+    # Stopped where it meets the item, the arm goes back along the lines, and the axis on with the belt.
+    back = motion.start[axis] + v * (inward.trajectory.duration / BACK + TURNED)
+    farthest = sign * max(sign * ends, sign * back)
+    latest = min(belt.last - taking.lasts, t_planned + float((last - farthest) / v))
     if earliest > latest:
         short = f"{context.arm.names[axis]} and the window are {abs(v) * (earliest - latest):.2f} m too short"
         return Failures.of(Reason("out of the window", str(motion.grasp), short))
@@ -373,7 +371,7 @@ def _arrived(belt: _Belt, taking: TimedTaking, start: Start, t_contact: float) -
     ready = along(taking.motion, belt.axis, belt.speed * late)
     if (beyond := _beyond_limits(belt, taking, ready.start)) is not None:
         return Failures.of(beyond)
-    before = _with_scene(problem, belt.at(t_lines - belt.ramp))
+    before = replace(problem, scene=belt.coming)
     reached = next(transits_to_grasps(before, [ready], start))
     if isinstance(reached, Failures):
         return reached
@@ -395,11 +393,14 @@ def _left(
     left = along(taking.motion, belt.axis, belt.speed * (t_after - taking.t_planned))
     if (beyond := _beyond_limits(belt, taking, left.end)) is not None:
         return Failures.of(beyond)
-    after = _with_scene(taking.problem, belt.at(t_after))
+    scene = belt.left(t_contact + taking.lasts)
+    after = replace(taking.problem, scene=scene)
     carried = plan_transfer(after, replace(arrival.reached, taking=left))
     if isinstance(carried, Failures):
         return carried
-    meeting = Meeting(belt.start, belt.tracking, belt.axis, belt.speed, falling, t_contact, after)
+    meeting = Meeting(
+        belt.start, belt.coming, belt.tracking, belt.axis, belt.speed, falling, t_contact, after
+    )
     return stitch_tracked(meeting, arrival, taking, carried)
 
 
@@ -410,8 +411,3 @@ def _beyond_limits(belt: _Belt, taking: TimedTaking, q: Array) -> Reason | None:
     if lower <= q[belt.axis] <= upper:
         return None
     return Reason("joint limit", str(taking.motion.grasp), f"{arm.names[belt.axis]} at {q[belt.axis]:.3f}")
-
-
-def _with_scene(problem: PickProblem, scene: Scene) -> PickProblem:
-    """Return a problem in the scene of another time."""
-    return replace(problem, scene=scene, target=scene.find(problem.target.id))

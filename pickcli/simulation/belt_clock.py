@@ -1,10 +1,11 @@
 """The time of a plan for a running conveyor, as the belt's own travel tells it: the clock is the encoder.
 
-Until the item is off the belt, the plan is where it would be at the travel that the encoder measures: a belt
-that slows down or stops takes the arm along, on the path that was proven. After that, wherever the belt
-carries what rides on it is proven, too, and the plan returns to the clock of the controller. The rate of the
-plan's time changes as quickly as the limits of the joints allow. A belt from which the plan has strayed by
-more than its proof allows is told.
+Until the item is off the belt, the plan is where it would be at the travel that the encoder measures: a
+belt that slows down or stops takes the arm along, on the path that was proven. Before the tool works on the
+belt and after that, wherever the belt carries what rides on it is proven, too; the plan may fall behind the
+belt there, and returns to the clock of the controller once the item is off it. The rate of the plan's time
+changes as quickly as the limits of the joints allow. A belt from which the plan strays while the tool works
+on it is told early enough for a way off within what the proof allows (``belt_way_off``).
 
 Only the deviation of the travel from that of the plan's speed is filtered, by three first-order lags whose
 delay is made up for by the rate of the deviation, so that a steady belt is followed without an error, and
@@ -19,13 +20,16 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import Plan, times_at_work
 from pickcli.simulation.online_time_scaling import OnlineTimeScaling
 from pickcli.timing.line_tracking import MOST_PACE
 
 LAG_RATE = 25.0  # 1/s of each lag: 1 mm off a belt that changes its speed at 0.2 m/s2
 CATCH_UP = 10.0  # 1/s at which the plan makes up for time that it is behind the belt, or ahead of it
-COMING_CHANGE = 0.6  # 1/s of the pace while the whole arm moves: a belt that changes by 0.2 m/s2 at 0.33 m/s
+COMING_CHANGE = 0.6  # 1/s of the pace while the whole arm moves, which is on its way at its own limits
+LEAVE_AT = 0.9  # of the deviation that is proven: the arm leaves a belt that would come to more
+BELT_SHARE = 0.6  # of the limits of the axis, with which it follows a belt that the plan cannot follow
 WAITED = 0.01  # s that the plan waits for the belt at least, where it begins to follow it
 AT_REST = 1e-9  # rad/s or m/s of every joint
 
@@ -66,37 +70,42 @@ class BeltClock:
 
     Attributes:
         t_follows: s of the plan from which the axis follows the belt: where the arm last rests before.
+        t_works: s of the plan from which the tool works on the belt.
         t_left: s of the plan at which the item is off the belt.
         off: m by which the belt is ahead of the plan, negative if it is behind.
-        allowed: m by which it may be behind, as a negative number, and ahead.
+        comes_to: m by which it would be off until the axis has come to its speed on the way off.
+        allowed: m of that from which on the arm leaves it.
+        scaling: The time of the plan.
     """
 
     def __init__(self, plan: Plan, cell: Cell, encoder: BeltEncoder, time_step: float) -> None:
         assert plan.tracking is not None
-        conveyor = cell.carriers[plan.tracking.conveyor].conveyor
-        assert conveyor is not None
-        self._tracking, self._most_speed = plan.tracking, conveyor.max_speed
-        self._times = times_at_work(plan.segments)
+        self._tracking = plan.tracking
+        self.t_works, self.t_left = times_at_work(plan.segments)
         self._encoder, self._time_step = encoder, time_step
         limits = cell.robot.limits
         scaled = replace(limits, acceleration=cell.speed_scale * limits.acceleration)
-        self._scaling = OnlineTimeScaling(plan.trajectory, scaled, time_step)
+        self.scaling = OnlineTimeScaling(plan.trajectory, scaled, time_step)
         times, speeds = plan.trajectory.times, np.abs(plan.trajectory.velocities).max(axis=1)
-        is_before = times < self._times[0]
+        is_before = times < self.t_works
         self.t_follows = float(times[is_before & (speeds <= AT_REST)].max(initial=0.0))
-        self.t_left = self._times[1]
         speed = self._tracking.speed
         self._latency = encoder.encoder_latency(self._tracking.conveyor)
         self._last = 0.0  # m, last reading
         self._t = -self._latency  # s since the start, of the next reading
         self._start = self._reading() - speed * self._t  # where the belt was at the start
-        self._lags, self._belt = np.zeros(3), 0.0
-        self.off, self.allowed = 0.0, (0.0, 0.0)
+        self._lags, self._belt, self._travel = np.zeros(3), 0.0, 0.0
+        self.off, self.comes_to, self.allowed = 0.0, 0.0, LEAVE_AT * self._tracking.deviation
+        belt = cell.carriers[plan.tracking.conveyor]
+        assert belt.conveyor is not None
+        found = linear_axis(cell.robot, belt.T_world_carrier[:3, 0])
+        assert found is not None
+        self._gain = BELT_SHARE * float(scaled.acceleration[found[0]]) - belt.conveyor.max_acceleration
 
     @property
     def is_off(self) -> bool:
-        """Whether the plan has strayed from the belt by more than its proof allows."""
-        return not self.allowed[0] <= self.off <= self.allowed[1]
+        """Whether the plan strays from the belt while the tool works on it."""
+        return self.t_works < self.scaling.t < self.t_left and self.comes_to > self.allowed
 
     def next(self) -> float:
         """Return the time of the plan at the next set point.
@@ -104,23 +113,52 @@ class BeltClock:
         Returns:
             s of the plan.
         """
-        scaling, before = self._scaling, self._belt
+        scaling = self.scaling
         waits = scaling.t <= self.t_follows
-        travel = self._reading() - self._start
-        self._belt = self._belt_time(travel) + self._time_step
+        before, rate = self.measure()
         if scaling.t >= self.t_left:
             wanted = 1.0
         else:
-            rate = (self._belt - before) / self._time_step
-            most = 1.0 if waits else MOST_PACE
-            wanted = min(max(rate + CATCH_UP * (before - scaling.t), 0.0), most)
-        t = scaling.advance(wanted, COMING_CHANGE if waits else np.inf)
+            # The arm comes in its own time, and waits for the belt where it begins to follow that.
+            told = min(max(rate + CATCH_UP * (before - scaling.t), 0.0), MOST_PACE)
+            wanted = 1.0 if waits else told
+        is_beside = waits or scaling.t >= self.t_left
+        t = scaling.advance(wanted, COMING_CHANGE if is_beside else np.inf)
         if waits and t > self.t_follows and self._belt < t - WAITED:
             t = scaling.hold(max(self.t_follows, self._belt))
-        behind, ahead = self._tracking.off_by(np.array([t]), self._times, self._most_speed)
-        self.allowed = -float(behind[0]), float(ahead[0])
-        self.off = travel - self._tracking.speed * (t - scaling.rate * (self._latency + self._time_step))
+        self.off = self.off_at(t, scaling.rate)
+        self.comes_to = abs(self.off) + self._growth(self._tracking.speed * (rate - scaling.rate))
         return t
+
+    def _growth(self, faster: float) -> float:
+        """M by which a belt that is some m/s faster than the plan gets farther off it on the way off."""
+        if faster * self.off <= 0.0:
+            return 0.0
+        return faster**2 / (2.0 * self._gain) if self._gain > 0.0 else float("inf")
+
+    def off_at(self, t: float, rate: float) -> float:
+        """Compute by how much the belt is ahead of where a time of the plan puts it.
+
+        Args:
+            t: s of the plan at the next set point.
+            rate: Of that time.
+
+        Returns:
+            m.
+        """
+        return self._travel - self._tracking.speed * (t - rate * (self._latency + self._time_step))
+
+    def measure(self) -> tuple[float, float]:
+        """Measure the belt, once for each set point.
+
+        Returns:
+            s of the plan at which its belt would have been where the belt was at the last set point, and the
+            rate of that time now.
+        """
+        before = self._belt
+        self._travel = self._reading() - self._start
+        self._belt = self._belt_time(self._travel) + self._time_step
+        return before, (self._belt - before) / self._time_step
 
     def stopping(self) -> float:
         """Return the time of the plan at the next set point of a stop, as quick as the limits allow.
@@ -128,12 +166,12 @@ class BeltClock:
         Returns:
             s of the plan.
         """
-        return self._scaling.advance(0.0, self._scaling.bearable_change)
+        return self.scaling.advance(0.0, self.scaling.bearable_change)
 
     @property
     def rate(self) -> float:
         """Rate of the plan's time at the last set point."""
-        return self._scaling.rate
+        return self.scaling.rate
 
     def _reading(self) -> float:
         """M by the encoder."""

@@ -61,8 +61,9 @@ def execute(
         plan: The plan.
         world: The world.
         pace: Speed of the plan's time; for tests of pauses and slow robots.
-        operator: Whether the operator stops the robot, which then stays at rest on its path and goes on; None
-            for random stops by the level of the world's reality, none while it takes from a running belt.
+        operator: Whether the operator stops the robot, which then stays at rest on its path and goes on; over
+            a running belt it leaves that first, and ends if the item was not met yet. None for random stops
+            by the level of the world's reality.
         on_progress: Called every 0.1 s with the seconds of the plan and its segment.
         on_step: Called after every time step, e.g. to film.
 
@@ -84,7 +85,7 @@ def execute(
 
 def _random_operator(plan: Plan, world: World) -> OperatorSignal:
     share = world.reality.operator_stop_share
-    if share == 0.0 or plan.tracking is not None:
+    if share == 0.0:
         return never
     rng = derived_rng(world.seed, "operator", world.t)
     return signal_of(random_stops(share, plan.trajectory.duration, rng), world.t)

@@ -36,6 +36,7 @@ class OnlineTimeScaling:
     Attributes:
         t: s of the trajectory at the last set point.
         rate: Of its time there.
+        change: Of the rate there, per s.
     """
 
     def __init__(self, trajectory: Trajectory, limits: Limits, time_step: float) -> None:
@@ -54,7 +55,7 @@ class OnlineTimeScaling:
         ]
         self._build_up = float((self._jerk / self._acceleration).min())
         self.t, self.rate = 0.0, 1.0
-        self._change, self._wanted = 0.0, 1.0  # of the rate, per s; the wanted rate before
+        self.change, self._wanted = 0.0, 1.0  # the wanted rate before
 
     def advance(self, wanted: float, most_change: float = np.inf) -> float:
         """Go on to the next set point.
@@ -80,14 +81,24 @@ class OnlineTimeScaling:
         own = a * rate**2, j * rate**3  # at a steady rate
         most_a, most_j = (np.maximum(most, np.abs(each)) for most, each in zip(self._most, own, strict=True))
         change = _clipped(change, own[0], v, most_a)
-        jerk = own[1] + 3.0 * a * rate * self._change
-        further = _clipped((change - self._change) / step, jerk, v, most_j)
-        self._change, self._wanted = self._change + step * further, wanted
-        self.rate = rate + self._change * step
+        jerk = own[1] + 3.0 * a * rate * self.change
+        further = _clipped((change - self.change) / step, jerk, v, most_j)
+        self.change, self._wanted = self.change + step * further, wanted
+        self.rate = rate + self.change * step
         if self.rate <= (RESTING if wanted == 0.0 else 0.0):
-            self.rate = self._change = 0.0
+            self.rate = self.change = 0.0
         self.t = min(self.t + self.rate * step, self._duration)
         return self.t
+
+    def begin(self, t: float, rate: float, change: float = 0.0) -> None:
+        """Go on from a motion that another one has brought to here.
+
+        Args:
+            t: s of the trajectory.
+            rate: Of its time.
+            change: Of the rate, per s.
+        """
+        self.t, self.rate, self.change, self._wanted = t, rate, change, rate
 
     @property
     def bearable_change(self) -> float:
@@ -106,7 +117,7 @@ class OnlineTimeScaling:
         Returns:
             The same.
         """
-        self.t, self.rate, self._change = t, 0.0, 0.0
+        self.t, self.rate, self.change = t, 0.0, 0.0
         return t
 
 

@@ -45,6 +45,8 @@ class PlanRecord:
             one.
         stopping_time: s from the request of a stop to standstill; None without one.
         operator_stops: Stops by the operator, times since ``t_start``.
+        is_clear: Whether the arm rests where nothing that a conveyor may bring touches it, after a stop of a
+            motion that followed one; None without one.
     """
 
     t_start: float
@@ -58,6 +60,7 @@ class PlanRecord:
     path_time: float | None = None
     stopping_time: float | None = None
     operator_stops: tuple[OperatorStop, ...] = ()
+    is_clear: bool | None = None
 
     @property
     def duration(self) -> float:

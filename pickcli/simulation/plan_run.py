@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -24,6 +24,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.progress import Progress, ProgressObserver
 from pickcli.simulation.belt_clock import BeltClock, BeltEncoder
+from pickcli.simulation.belt_way_off import BeltWayOff
 from pickcli.simulation.driver import Driver
 from pickcli.simulation.following import JointFollowing
 from pickcli.simulation.operator_stop import OperatorSignal, OperatorStop, never
@@ -38,6 +39,7 @@ STOPPED_SPEED = 0.02  # rad/s or m/s; a stopping robot is at rest if all joints 
 SEAL_TIME = 1.5  # s beyond the plan's wait on an item; a line that leaked is evacuated to 0.95 in this time
 REST_TOLERANCE = 1e-6  # rad/s or m/s of every joint
 STANDING = 1e-6  # s of the plan in a step: slower, a belt stands
+OWN_PACE = 1e-6  # difference of the rate of the plan's time from 1, which is none
 MOST_HELD = 60.0  # s for which a plan waits for a belt that has stopped
 TRACE_STEPS = 10  # steps between samples of the tool's lag
 PROGRESS_STEPS = 100  # steps between reports of progress
@@ -63,7 +65,8 @@ def drive(
         driver: The driver that carries it out.
         pace: Speed of the plan's time.
         operator: Whether the operator stops the robot, asked at every set point. It stays at rest on its path
-            as long as that is so, and then goes on.
+            as long as that is so, and then goes on; over a running belt it leaves that first, and ends if the
+            item was not met yet.
         on_progress: Called every 100 set points with the seconds of the plan and its segment.
 
     Returns:
@@ -154,21 +157,25 @@ class PlanRun(Generic[D]):
         self.t_sealed = _end_of_sealing(plan)
         self.operator: OperatorSignal = never
         self.operator_stops: list[OperatorStop] = []
+        self.is_clear: bool | None = None  # of all that a belt may bring, at rest after a stop
         self._motion = _Motion(plan.trajectory, lambda t: t)  # that is being sent
         self._clock: BeltClock | None = None  # that tells its time
+        self._is_beside_belt = False  # whether it keeps clear of all that a belt may bring
         self._t_motion = 0.0  # s of it at the last set point
 
     def play(self) -> None:
         """Carry out the plan, and wait until the robot has arrived."""
         self._clock = clock = self._belt_clock()
+        rest: _Motion | None = self._motion
+        begin = 0.0
         if clock is not None:
-            if self.operator is not never:
-                why = "the operator stops no motion that follows a running belt; stop the belt as well"
-                raise InputError(f"{self.plan.query}: {why}")
             self._follow_belt(clock)
-        rest = self._motion if clock is None else None
-        while rest is not None:
-            rest = self._after_operator_stop() if self._send(rest) else None
+            begin = self._t_motion
+        elif self.plan.tracking is not None and self.operator is not never:
+            why = "the operator stops no motion over a belt that no encoder measures"
+            raise InputError(f"{self.plan.query}: {why}; measure its travel, or stop the belt as well")
+        while rest is not None and self.stop is None:
+            rest, begin = self._after_operator_stop() if self._send(rest, begin) else None, 0.0
         if self.stop is not None:
             self.brake(self.stop)
         for _ in range(round(self.end_time / self.driver.time_step)):
@@ -202,6 +209,7 @@ class PlanRun(Generic[D]):
             path_time=self.path_time,
             stopping_time=self._stopping_time(),
             operator_stops=tuple(self.operator_stops),
+            is_clear=self.is_clear,
         )
 
     # What is judged ----------------------------------------------------------------------------------
@@ -266,14 +274,9 @@ class PlanRun(Generic[D]):
             why: The reason.
         """
         if self._clock is not None:
-            while self._clock.rate > 0.0:
-                t_plan = self._clock.stopping()
-                self._set_point(self.plan.trajectory.sample(t_plan)[0], t_plan)
-            self.path_time = self.trace.plan_times[-1]
+            self._stop_at_belt(self._clock, why)
             return
-        halted = self._motion.stopped(self._t_motion, self.driver.cell.robot.limits)
-        self.path_time = halted.end
-        self._send(halted, self._t_motion)
+        self._halt(self._motion)
 
     # How it runs -------------------------------------------------------------------------------------
 
@@ -299,11 +302,21 @@ class PlanRun(Generic[D]):
                 break
         return False
 
+    def _halt(self, motion: _Motion) -> None:
+        """Stop for good on the path of a motion, which is being sent."""
+        halted = motion.stopped(self._t_motion, self.driver.cell.robot.limits)
+        self.path_time = halted.end
+        self._send(halted, self._t_motion)
+        if self._is_beside_belt:
+            self.is_clear = True
+
     def _after_operator_stop(self) -> _Motion | None:
         """Stop on the path until the operator releases the robot; return the rest of the motion."""
         from pickcli.timing.stopping_trajectory import resume
 
-        trajectory, limits, begin = self.plan.trajectory, self.driver.cell.robot.limits, self.driver.t
+        trajectory, limits = self.plan.trajectory, self.driver.cell.robot.limits
+        is_noted = bool(self.operator_stops) and self.operator_stops[-1].end is None
+        begin = self.operator_stops.pop().begin if is_noted else self.driver.t - self.t_start
         if self.trace.plan_times[-1] >= trajectory.duration:
             return None
         halted = self._motion.stopped(self._t_motion, limits)
@@ -311,7 +324,7 @@ class PlanRun(Generic[D]):
         while self.stop is None and self.operator(self.driver.t):
             self._set_point(self.trace.sent[-1], self.trace.plan_times[-1])
         end = None if self.stop is not None else self.driver.t - self.t_start
-        self.operator_stops.append(OperatorStop(begin - self.t_start, end))
+        self.operator_stops.append(OperatorStop(begin, end))
         if self.stop is not None or halted.end >= trajectory.duration:
             return None
         resumed = resume(trajectory, halted.end, limits)
@@ -336,15 +349,72 @@ class PlanRun(Generic[D]):
         return None
 
     def _follow_belt(self, clock: BeltClock) -> None:
-        """Send the set points of a plan whose time is told by the belt, until a stop is requested."""
+        """Send the set points of a plan whose time is told by the belt, until that goes its own way.
+
+        That is where the item is off the belt, and the plan has its own pace again; or a stop is requested.
+        """
         t_plan, trajectory, t_held = 0.0, self.plan.trajectory, 0.0
-        while t_plan < trajectory.duration and self.stop is None:
+        while t_plan < trajectory.duration:
+            self._operator_asks(t_plan)
+            if self.stop is not None:
+                return
             t_next = clock.next()
             t_held = 0.0 if abs(t_next - t_plan) > STANDING else t_held + self.driver.time_step
             self._t_motion = t_plan = t_next
             self._set_point(trajectory.sample(t_plan)[0], t_plan)
             if self.stop is None and (why := self._strayed(clock, t_held)) is not None:
                 self.stop, self.stopped_in = why, self.segment_at(t_plan)
+            if t_plan > clock.t_left and abs(clock.rate - 1.0) < OWN_PACE:
+                self._clock, self._is_beside_belt = None, True
+                return
+
+    def _operator_asks(self, t_plan: float) -> None:
+        """Note whether the operator stops a motion at a belt; until its item is met, that ends the motion.
+
+        From then on the item is taken off the belt before the motion rests.
+        """
+        stops, t = self.operator_stops, self.driver.t - self.t_start
+        is_asked, is_noted = self.operator(self.driver.t), bool(stops) and stops[-1].end is None
+        if is_asked and not is_noted:
+            stops.append(OperatorStop(t, None))
+        if is_noted and not is_asked:
+            stops[-1] = replace(stops[-1], end=t)
+        if is_asked and t_plan < self._t_met:
+            assert self.plan.tracking is not None
+            conveyor = self.plan.tracking.conveyor
+            self.stop = ProtectiveStop(StopCause.OPERATOR, conveyor, 0.0, 0.0, "", self.driver.t)
+            self.stopped_in = self.segment_at(t_plan)
+
+    @property
+    def _t_met(self) -> float:
+        """S of the plan at which the tool may meet the item that it takes."""
+        return next(s.t_start for s in self.plan.segments if s.kind is SegmentKind.CONTACT)
+
+    def _stop_at_belt(self, clock: BeltClock, why: ProtectiveStop) -> None:
+        """Stop on the path where the arm is clear of what the belt may bring, else leave the belt."""
+        t_plan, trajectory = clock.scaling.t, self.plan.trajectory
+        if t_plan <= clock.t_follows:
+            self._is_beside_belt = True
+            self._halt(_Motion(_until(trajectory, clock.t_follows), lambda t: t))
+        elif t_plan < clock.t_left:
+            self._leave_belt(clock, t_plan < self._t_met or why.cause is StopCause.EARLY_CONTACT)
+            self.path_time = self.trace.plan_times[-1]
+        else:
+            while clock.rate > 0.0:
+                t_plan = clock.stopping()
+                self._set_point(trajectory.sample(t_plan)[0], t_plan)
+            self.path_time, self.is_clear = t_plan, True
+
+    def _leave_belt(self, clock: BeltClock, is_back: bool) -> None:
+        """Take the way off the belt, back along the lines to the item or on along those with it."""
+        driver = self.driver
+        for device in driver.cell.devices.values() if is_back else ():
+            if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
+                driver.act(device.name, "off")
+        off = BeltWayOff(self.plan, driver.cell, clock, driver.time_step, is_back)
+        while not off.is_at_rest:
+            self._set_point(off.next(), off.t)
+        self.is_clear = off.is_clear
 
     def _strayed(self, clock: BeltClock, t_held: float) -> ProtectiveStop | None:
         """Stop for a belt that stands for too long (t_held, s), or is not where the plan's proof has it."""
@@ -354,9 +424,8 @@ class PlanRun(Generic[D]):
             return ProtectiveStop(StopCause.BELT, conveyor, t_held, MOST_HELD, "s at rest", now)
         if not clock.is_off:
             return None
-        most = clock.allowed[0] if clock.off < 0.0 else clock.allowed[1]
-        where = f"{conveyor} {'behind' if clock.off < 0.0 else 'ahead of'} the plan"
-        return ProtectiveStop(StopCause.BELT, where, 1e3 * abs(clock.off), 1e3 * abs(most), "mm", now)
+        where = f"{conveyor}, {'behind' if clock.off < 0.0 else 'ahead of'} the plan,"
+        return ProtectiveStop(StopCause.BELT, where, 1e3 * clock.comes_to, 1e3 * clock.allowed, "mm", now)
 
     def segment_at(self, t_plan: float) -> Segment:
         """Return the segment at a time of the plan.
@@ -433,6 +502,13 @@ class PlanRun(Generic[D]):
         commanded = self.arm.tips(np.array(self.trace.commanded), state)
         measured = self.arm.tips(np.array(self.trace.measured), state)
         return float(np.linalg.norm((commanded - measured)[:, :3, 3], axis=1).max())
+
+
+def _until(trajectory: Trajectory, t_end: float) -> Trajectory:
+    """Return the part of a trajectory up to one of its points (s), where it rests."""
+    kept = trajectory.times <= t_end
+    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    return Trajectory(trajectory.joint_names, trajectory.times[kept], *(row[kept] for row in rows))
 
 
 def _end_of_sealing(plan: Plan) -> float | None:

@@ -18,6 +18,7 @@ class StopCause(StrEnum):
     GRASP_LOST = "grasp lost"  # the fingers leave that width while an item is carried
     WRONG_WEIGHT = "wrong weight"  # what is held is lighter or heavier than the item can be
     BELT = "conveyor"  # the belt that the arm follows stands too long, or is off the plan
+    OPERATOR = "operator"  # who stops a motion that has not taken its item off a belt, and cannot go on later
     SENSOR = "sensor"  # the vacuum sensor reads that nothing is held
 
     @property
@@ -64,6 +65,8 @@ class ProtectiveStop:
         return self.cause.is_empty
 
     def __str__(self) -> str:
+        if self.cause is StopCause.OPERATOR:
+            return f"{self.cause}: the item on {self.where} was not taken yet"
         if self.cause is StopCause.SENSOR:
             return f"the {self.where} reads that nothing is held"
         return f"{self.cause}: {self.where} at {self.measured:.4g} {self.unit} (limit {self.threshold:.4g})"

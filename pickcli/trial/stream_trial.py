@@ -246,17 +246,19 @@ class _StreamTrial:
         run = execute(plan, world, on_step=watch.after_step)
         t_start = self.t
         self.t += world.t
+        # Clear of what the belt brings, the empty arm goes on from where it came to rest.
+        goes_on = run.stop is None or (bool(run.is_clear) and world.held is None)
         if self.tracks is not None:
             self.tracks.take(true, t_start)
-            self.tracks.hide(t_start, self.t + (RESET_TIME if run.stop is not None else 0.0))
+            self.tracks.hide(t_start, self.t + (0.0 if goes_on else RESET_TIME))
         self._learn(world, scene, true, item)
         item.t_end, self.t_end = self.t, self.t
         item.met = watch.measured(t_start)
         self._count(item, run)
-        if run.stop is None:
+        self.n_stops += run.stop is not None
+        if goes_on:
             self.arm = Start(world.q.copy(), world.tool_state)
         else:
-            self.n_stops += 1
             self.t, self.arm = self.t + RESET_TIME, self.home
         where = world.placed(plan.grasp.item).location if plan.grasp is not None else ""
         if where == TOTE:

@@ -1,14 +1,16 @@
 """A plan that takes its item from a running conveyor, as seen from the hall and from the belt.
 
 Seen from the belt, what rides on it stands still and the arm travels backwards: one more linear joint below
-its base. Everything that rides on the belt is judged there, everything else in the hall; it occupies all that
-it may have come to, ahead of where the plan states it, or behind. Lines, rests and events are judged relative
-to what the tool works on: to the belt until the transfer begins, to the hall from then on.
+its base. While the tool works on the belt, what rides on it is judged there, as far off the plan as that
+allows, and the hall wherever a way off the belt may have taken the arm along it. Before and after that, the
+arm may have been stopped anywhere: what rides on the belt occupies all that it may come to. Lines, rests
+and events are judged relative to what the tool works on: to the belt until the transfer begins, to the hall
+from then on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -23,6 +25,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.item_stream import after_travel
 from pickcli.scene.scene import Scene
+from pickcli.verification.contact_exemptions import releases
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.moving_parts import Fixture
 from pickcli.verification.static_solids import PlanFixtures
@@ -30,8 +33,6 @@ from pickcli.verification.static_solids import PlanFixtures
 TIME_TOLERANCE = 1e-6  # s
 SPEED_TOLERANCE = 1e-9  # m/s
 LENGTH_TOLERANCE = 1e-6  # m
-SLICE = 0.05  # s of a transfer during which an item occupies all that it may have come to
-SLICE_GROWTH = 0.25  # of the time since the tool has left the belt, by which a slice is longer
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
@@ -42,8 +43,7 @@ class BeltView:
     Attributes:
         scene: The scene with the items where the belt has carried them at the contact.
         seen_scene: That scene with a robot that travels along the belt.
-        seen: The plan as seen from the belt, for that robot; its transfers are cut into slices, within each
-            of which an item occupies all that it may have come to.
+        seen: The plan as seen from the belt, for that robot.
         at_work: The plan as seen from the belt until the transfer begins, and from the hall after that.
         riding: Ids of the items on the belt.
         along: (3,) unit vector in the world, in which the belt runs.
@@ -81,68 +81,95 @@ class BeltView:
         return cls(
             at_contact,
             seen_scene,
-            _with_travel(replace(plan, segments=_sliced(plan.segments, t_left)), robot, travel, speeds),
+            _with_travel(plan, robot, travel, speeds),
             _with_travel(plan, robot, np.where(is_on_belt, travel, 0.0), np.where(is_on_belt, speeds, 0.0)),
             frozenset(placed.id for placed in scene.items if placed.location in carrier.places),
             along,
         )
 
     def in_hall(self, world: PlanFixtures, item: str) -> PlanFixtures:
-        """Return the fixtures without what rides on the belt.
+        """Return what stands in the hall, and what rides on the belt while the tool does not work on it.
 
         Args:
             world: All fixtures.
             item: Id of the item that is taken, which may stand somewhere else after its release.
 
         Returns:
-            The fixtures of the hall.
+            The fixtures. While the tool works on the belt those of the hall are swept against it, as far as
+            the axis along the belt may take the arm; before and after that those on the belt along it.
         """
-        before = tuple(each for each in world.before if each.name not in self.riding)
-        after = world.set_down and tuple(
-            each for each in world.set_down if each.name not in self.riding or each.name == item
-        )
-        return replace(world, before=before, set_down=after)
-
-    def on_belt(self, world: PlanFixtures, item: str) -> RidingFixtures:
-        """Return the fixtures that ride on the belt.
-
-        Args:
-            world: All fixtures of ``seen``.
-            item: Id of the item that is taken, which is gone after its release.
-
-        Returns:
-            The items on the belt, swept in each segment over all that they may have come to.
-        """
-        tracking, segments = self.seen.tracking, self.seen.segments
+        tracking, contact = self.seen.tracking, _contact(self.seen)
         assert tracking is not None
         conveyor = self.scene.cell.carriers[tracking.conveyor].conveyor
         assert conveyor is not None
-        ends = np.array([(s.t_start, s.t_end) for s in segments])
-        off = tracking.off_by(ends, times_at_work(segments), conveyor.max_speed)
-        behind, ahead = (each.max(axis=1).tolist() for each in off)
-        before = tuple(each for each in world.before if each.name in self.riding)
+        t_works, t_left = times_at_work(self.seen.segments)
+        since = tracking.speed * (t_left - contact.t_end) - tracking.deviation
+        coming = self._swept(world, -tracking.speed * contact.t_end, conveyor.farthest)
+        leaving = self._swept(world, since, since + conveyor.farthest)
+        way = _axis_range(self.scene.cell.robot, self.along)
+        hall = tuple(
+            _swept(each, self.along, -way, way) for each in world.before if each.name not in self.riding
+        )
+        still = tuple(each for each in world.before if each.name not in self.riding)
+        kinds = (
+            (still + coming, hall, still + leaving)[_stage(s, t_works, t_left)] for s in world.plan.segments
+        )
         after = world.set_down and tuple(
-            each for each in world.set_down if each.name in self.riding and each.name != item
+            each for each in world.set_down if each.name not in self.riding or each.name == item
         )
-        swept = tuple(
-            tuple(_swept(fixture, self.along, -low, high) for fixture in before)
-            for low, high in zip(behind, ahead, strict=True)
-        )
-        return RidingFixtures(world.plan, before, after, (), swept)
+        return SweptFixtures(world.plan, world.before, after, (), tuple(kinds), leaving)
+
+    def on_belt(self, world: PlanFixtures) -> PlanFixtures:
+        """Return what rides on the belt while the tool works on it.
+
+        Args:
+            world: All fixtures of ``seen``.
+
+        Returns:
+            The items on the belt, swept over all that they may be off the plan; none in other segments.
+        """
+        assert self.seen.tracking is not None
+        off, (t_works, t_left) = self.seen.tracking.deviation, times_at_work(self.seen.segments)
+        riding = self._swept(world, -off, off)
+        swept = (riding if _stage(s, t_works, t_left) == 1 else () for s in world.plan.segments)
+        return SweptFixtures(world.plan, world.before, (), (), tuple(swept))
+
+    def _swept(self, world: PlanFixtures, low: float, high: float) -> tuple[Fixture, ...]:
+        """Return the items on the belt, swept along it from low to high, m."""
+        return tuple(_swept(each, self.along, low, high) for each in world.before if each.name in self.riding)
+
+
+def _stage(segment: Segment, t_works: float, t_left: float) -> int:
+    """Say whether a segment is before the tool works on the belt, 0, while it does, 1, or after that, 2."""
+    middle = (segment.t_start + segment.t_end) / 2
+    return int(middle > t_works) + int(middle > t_left)
+
+
+def _axis_range(robot: Robot, along: Array) -> float:
+    """M over which the robot's axes along the belt may take the arm with it."""
+    limits, T, found = robot.limits, robot.T_world_base[:3, :3], 0.0
+    for joint in robot.joints:
+        T = T @ joint.T_parent_joint[:3, :3]
+        if joint.type is JointType.PRISMATIC and joint.name in robot.joint_names:
+            k = robot.joint_names.index(joint.name)
+            found += abs(float(T @ joint.axis @ along)) * float(limits.upper[k] - limits.lower[k])
+    return found
 
 
 @dataclass(frozen=True, eq=False)
-class RidingFixtures(PlanFixtures):
-    """The items on a belt, each swept along it.
+class SweptFixtures(PlanFixtures):
+    """Fixtures of which some fill more in one segment than in another.
 
     Attributes:
-        swept: The items of every segment.
+        swept: The fixtures of every segment.
+        after: Those on the belt after the release of an item that is set down.
     """
 
     swept: tuple[tuple[Fixture, ...], ...] = ()
+    after: tuple[Fixture, ...] = ()
 
     def of(self, k: int) -> tuple[Fixture, ...]:
-        """Return the items of a segment, without the one that is held or gone.
+        """Return the fixtures of a segment, without an item that is held or gone.
 
         Args:
             k: Index of the segment.
@@ -150,8 +177,10 @@ class RidingFixtures(PlanFixtures):
         Returns:
             The fixtures.
         """
-        here = {fixture.name for fixture in super().of(k)}
-        return tuple(fixture for fixture in self.swept[k] if fixture.name in here)
+        gone = {segment.held for segment in self.plan.segments[: k + 1]}
+        if self.set_down and k > releases(self.plan)[0]:
+            return self.set_down + tuple(each for each in self.after if each.name not in gone)
+        return tuple(fixture for fixture in self.swept[k] if fixture.name not in gone)
 
 
 def _swept(fixture: Fixture, along: Array, low: float, high: float) -> Fixture:
@@ -162,20 +191,6 @@ def _swept(fixture: Fixture, along: Array, low: float, high: float) -> Fixture:
     solid = Solid(body.shape)
     solid.place(body.T_parent_shape)
     return replace(fixture, T_world_shape=body.T_parent_shape, shape=body.shape, solid=solid)
-
-
-def _sliced(segments: Sequence[Segment], t_left: float) -> tuple[Segment, ...]:
-    """Cut the transfers after the tool has left the belt, the more finely the shorter that is ago."""
-    found: list[Segment] = []
-    for segment in segments:
-        t, t_end = segment.t_start, segment.t_end
-        while segment.kind is SegmentKind.TRANSFER and (
-            t + (lasts := SLICE + SLICE_GROWTH * max(0.0, t - t_left)) < t_end - TIME_TOLERANCE
-        ):
-            found.append(replace(segment, t_start=t, t_end=t + lasts))
-            t += lasts
-        found.append(replace(segment, t_start=t))
-    return tuple(found)
 
 
 def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
@@ -210,13 +225,11 @@ def check_tracking(plan: Plan, scene: Scene) -> Iterator[Reason]:
         yield Reason("not on the belt", where, f"{plan.grasp.item} is not on {tracking.conveyor}")
         return
     known = carrier.conveyor.upstream
-    end, most_speed = plan.trajectory.duration, carrier.conveyor.max_speed
-    ahead = tracking.off_by(np.array([end]), times_at_work(plan.segments), most_speed)[1]
-    if (way := tracking.speed * end + float(ahead[0])) > known + LENGTH_TOLERANCE:
+    end, t_left = plan.trajectory.duration, times_at_work(plan.segments)[1]
+    if (way := tracking.brought_by(end, t_left, carrier.conveyor.max_speed)) > known + LENGTH_TOLERANCE:
         brought = f"the belt brings what was {way:.2f} m before its infeed, {known:.2f} m of that are known"
         yield Reason("lasts too long", where, brought)
     first, last = _times_in_window(plan, scene)
-    t_left = times_at_work(plan.segments)[1]
     if not first - TIME_TOLERANCE <= _contact(plan).t_end or not t_left <= last + TIME_TOLERANCE:
         within = f"taken from {_contact(plan).t_end:.3f} to {t_left:.3f} s"
         yield Reason(

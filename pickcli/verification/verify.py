@@ -153,7 +153,7 @@ def _verify_tracked(plan: Plan, scene: Scene, digest: str) -> Verdict:
         return Verdict(None, (Reason("too much motion", "trajectory", "more states than is looked at"),))
     needed = needed_clearance(plan, scene)
     standing = hall.clearance(view.in_hall(hall.world, item), needed)
-    riding = belt.clearance(view.on_belt(belt.world, item), needed)
+    riding = belt.clearance(view.on_belt(belt.world), needed)
     reasons = (
         *ratios.reasons,
         *standing.reasons,

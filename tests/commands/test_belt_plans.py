@@ -102,7 +102,8 @@ def test_a_plan_is_executed_while_the_belt_runs(stream: Path, tmp_path: Path) ->
     assert played.code == 0 and (told["item_is_in"], told["collisions"]) == ("tote", 0)
     assert told["disturbed"] == []  # the others went on with the belt
     stopped = apc("execute", plan, *words, "--operator-stop", "1:2")
-    misused(stopped, "--operator-stop: not with --stream")
+    assert stopped.code == 0 and "operator: the item on belt was not taken yet" in stopped.out
+    assert "at rest clear of all that the belt may bring" in stopped.out and "is in belt" in stopped.out
     misused(apc("execute", plan, *words, "--planned-in", "scene.json"), "--planned-in is for scenes")
     misused(apc("execute", plan, *words, "--bridge"), "--bridge: not with --stream")
     faster = json.loads(stream.read_text()) | {"speed": 0.4}

@@ -14,10 +14,11 @@ from pickcli.cell.data_path import data_path
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import NoPlanError, UnknownNameError
 from pickcli.geometry import pose
+from pickcli.kinematics.linear_axis import linear_axis
 from pickcli.motion.plan import times_at_work
 from pickcli.motion.plan_file import plan_to_dict
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.intercept import InterceptQuery, linear_axis, plan_intercept
+from pickcli.planning.intercept import InterceptQuery, plan_intercept
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext

@@ -91,9 +91,8 @@ def test_whatever_the_belt_does_limits_are_kept_and_what_is_not_proven_is_told(
     while len(found) < 12_000 and found[-1] < trajectory.duration and not clock.is_off:
         encoder.t += STEP
         found.append(clock.next())
-        if found[-1] < clock.t_left and not clock.is_off:
-            most = 0.015 if found[-1] > clock.t_follows + 0.4 else 0.05
-            assert abs(travel(encoder.t) - SPEED * found[-1]) < most + 2e-3
+        if clock.t_works < found[-1] < clock.t_left and not clock.is_off:
+            assert abs(travel(encoder.t) - SPEED * found[-1]) < clock.allowed + 1e-3
     set_points = Stream(np.array(found), trajectory.sample(np.array(found)))
     robot = cell().robot
     assert violations(set_points, robot.joint_names, robot.limits, STEP, cell().speed_scale) == ()
@@ -101,11 +100,29 @@ def test_whatever_the_belt_does_limits_are_kept_and_what_is_not_proven_is_told(
     assert not (clock.is_off and 0.8 * SPEED <= speed <= 1.04 * SPEED)
 
 
-def test_the_plan_waits_where_it_begins_to_follow() -> None:
+def test_the_plan_comes_in_its_own_time_and_waits_where_it_begins_to_follow() -> None:
     clock, t = times(lambda t: 0.5 * SPEED * t, 8000)
-    # Half as fast, the belt takes twice the time; the arm comes with it.
-    assert np.flatnonzero(t >= clock.t_follows)[0] * STEP == pytest.approx(2.0 * clock.t_follows, rel=0.02)
+    # Half as fast, the belt takes twice the time.
+    comes, follows = (np.flatnonzero(t >= clock.t_follows + later)[0] * STEP for later in (-1e-3, 0.01))
+    assert comes == pytest.approx(clock.t_follows, rel=0.02)
+    assert follows == pytest.approx(2.0 * clock.t_follows, rel=0.02)
     assert (np.diff(t) >= 0.0).all()
+
+
+def test_a_belt_that_stops_while_the_arm_comes_costs_only_its_time() -> None:
+    clock, _ = times(lambda t: SPEED * t, 1)
+    stands = changing(clock.t_follows - 1.0, 0.0, 0.5)
+
+    def travel(t: float) -> float:
+        """It stands for two seconds, and runs on."""
+        since = max(0.0, t - clock.t_follows - 2.0)
+        rising = min(since, SPEED / 0.5)
+        return stands(t) + 0.25 * rising**2 + SPEED * (since - rising)
+
+    clock, t = times(travel, 9000)
+    following = (t > clock.t_works) & (t < clock.t_left)
+    off = np.array([travel(s) for s in STEP * np.arange(1, 9001)])[following] - SPEED * t[following]
+    assert following.sum() > 100 and np.abs(off).max() < 6e-3
 
 
 def test_after_the_item_is_off_the_belt_the_plan_returns_to_the_clock() -> None:

@@ -9,12 +9,16 @@ import pytest
 
 from pickcli.errors import InputError
 from pickcli.geometry import pose
+from pickcli.planning.intercept import InterceptQuery, plan_intercept
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.execute import execute
+from pickcli.simulation.operator_stop import OperatorStop, signal_of
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import IDEAL
 from pickcli.simulation.world import World
-from support.belt_picks import belt_pick, home, stream
+from pickcli.verification.verify import verify
+from support.belt_picks import belt_pick, context, home, stream
 
 
 def world(scene: Scene, speed: float) -> World:
@@ -46,21 +50,58 @@ def test_items_that_are_not_on_the_belt_yet_come_onto_it() -> None:
     running.close()
 
 
-@pytest.mark.parametrize("share", [1.15, 0.0])
-def test_a_belt_that_strays_from_the_plan_stops_it_by_name(share: float) -> None:
-    """It changes its speed while the arm comes, by more than that can follow."""
+@pytest.mark.parametrize("t_change", [2.6, 4.2, 4.5])
+def test_a_belt_that_strays_from_the_plan_stops_it_by_name_and_the_arm_leaves_it(t_change: float) -> None:
+    """It becomes faster than the plan can follow: while the arm comes, on its lines, and on the item."""
     pick = belt_pick()
     running = world(pick.scene, 0.33)
 
     def change_speed(at: World) -> None:
-        if at.t == pytest.approx(2.6):
-            at.belts["belt"].change_speed(share * 0.33, 0.5)
+        if at.t == pytest.approx(t_change):
+            at.belts["belt"].change_speed(0.5, 0.5)
 
     run = execute(pick.plan, running, on_step=change_speed)
-    assert run.stop is not None and run.stop.cause is StopCause.BELT
-    assert ("ahead of" if share > 1.0 else "behind") in run.stop.where
-    assert run.limit_violations == () and run.collisions == ()
+    assert run.stop is not None and run.stop.cause is StopCause.BELT and "ahead of" in run.stop.where
+    assert run.limit_violations == () and run.collisions == () and run.is_clear
+    stood_at = running.q
+    running.wait(0.5)
+    assert running.contacts.since(0.0) == () and np.allclose(running.q, stood_at, atol=1e-3)
     running.close()
+
+
+@pytest.mark.parametrize(
+    ("t_stop", "ends"), [(1.0, True), (3.9, True), (4.2, True), (4.5, False), (5.6, False)]
+)
+def test_stopped_by_the_operator_the_arm_leaves_the_belt_and_goes_on_with_the_item(
+    t_stop: float, ends: bool
+) -> None:
+    """Before the item is met, the motion ends: coming, coming up to the speed of the belt, on the lines."""
+    pick = belt_pick()
+    assert pick.plan.grasp is not None
+    running = world(pick.scene, 0.33)
+    run = execute(pick.plan, running, operator=signal_of([OperatorStop(t_stop, t_stop + 2.0)]))
+    assert run.collisions == () and run.limit_violations == ()
+    assert len(run.operator_stops) == 1 and run.operator_stops[0].begin == pytest.approx(t_stop, abs=2e-3)
+    where = running.placed(pick.plan.grasp.item).location
+    if ends:
+        assert run.stop is not None and run.stop.cause is StopCause.OPERATOR and run.is_clear
+        assert where == "belt" and run.operator_stops[0].end is None
+    else:
+        assert run.stop is None and where == "tote"
+        assert run.operator_stops[0].end == pytest.approx(t_stop + 2.0, abs=2e-3)
+    running.close()
+
+
+def test_an_arm_that_was_stopped_over_the_belt_plans_from_there() -> None:
+    pick = belt_pick()
+    running = world(pick.scene, 0.33)
+    execute(pick.plan, running, operator=signal_of([OperatorStop(4.2, 20.0)]))
+    start, t = Start(running.q.copy(), running.tool_state), pick.now + running.t
+    running.close()
+    met = [each for each in pick.stream.items if -0.6 < pick.stream.travel_at(each, t) - 0.6 < 0.6]
+    assert met
+    plan = plan_intercept(context(), pick.stream, InterceptQuery(met[0].id, t), start)
+    assert verify(plan, pick.stream.scene_at(t)).reasons == ()
 
 
 def test_without_an_encoder_an_uncertain_speed_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

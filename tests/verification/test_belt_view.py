@@ -9,15 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pickcli.cell.shapes import box
+from pickcli.cell.station import Obstacles
 from pickcli.geometry import pose
-from pickcli.motion.plan import LineTracking, Plan
+from pickcli.motion.plan import LineTracking, Plan, times_at_work
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.intercept import DEVIATION, DEVIATION_COMING
+from pickcli.planning.intercept import DEVIATION
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import delayed
 from pickcli.verification.verify import verify
-from support.belt_picks import BeltPick, belt_pick
+from support.belt_picks import BeltPick, belt_pick, context
 
 
 def told(plan: Plan, scene: Scene) -> str:
@@ -67,58 +69,67 @@ def test_another_belt_is_rejected(change: Callable[[Plan], Plan], reason: str) -
     assert reason in told(change(pick.plan), pick.scene)
 
 
-def with_box(pick: BeltPick, x: float, y: float) -> Scene:
-    """The scene with a tall box on the belt, some m ahead of and beside the item that is taken."""
+def with_box(pick: BeltPick, x: float, y: float, name: str = "kleenex_tissue_box") -> Scene:
+    """The scene with a box on the belt, by default a tall one, some m ahead of and beside the target."""
     assert pick.plan.grasp is not None
     target = pick.scene.find(pick.plan.grasp.item)
-    item = pick.scene.cell.item("kleenex_tissue_box")
+    item = pick.scene.cell.item(name)
     height = float(item.shape.extents[2])
     T = pose((target.T_world_item[0, 3] + x, target.T_world_item[1, 3] + y, 0.60 + height / 2))
     return replace(pick.scene, items=(*pick.scene.items, PlacedItem("box", item, "belt", T)))
 
 
+LOW = "command_hooks"  # 46 mm, under the arm where it waits and over the top of the target
+
+
 def test_what_rides_beside_the_item_is_met_where_it_is_then() -> None:
     """At its start the plan is far from the box, which the belt brings along."""
     pick = belt_pick()
-    assert "box" in told(pick.plan, with_box(pick, 0.09, 0.0))
+    assert "box" in told(pick.plan, with_box(pick, 0.09, 0.0, LOW))
 
 
-def test_what_rides_farther_ahead_is_not() -> None:
+@pytest.mark.parametrize(("x", "name"), [(2.4, "kleenex_tissue_box"), (-0.4, LOW), (-1.0, LOW)])
+def test_what_rides_far_ahead_or_low_enough_is_not(x: float, name: str) -> None:
     pick = belt_pick()
-    far = with_box(pick, 0.6, 0.0)
+    far = with_box(pick, x, 0.0, name)
     verdict = verify(replace(pick.plan, scene_hash=scene_hash(far)), far)
     assert verdict.reasons == ()
 
 
-@pytest.mark.parametrize("which", ["deviation", "deviation_coming"])
-def test_neighbours_that_a_belt_off_the_plan_brings_nearer_are_kept_away_from(which: str) -> None:
+@pytest.mark.parametrize("x", [0.6, -0.26, -1.0, -3.0])
+def test_what_a_belt_may_bring_under_the_arm_where_it_waits_is_met(x: float) -> None:
+    """At the speed of the plan it is far from the arm all the time."""
+    pick = belt_pick()
+    assert "box" in told(pick.plan, with_box(pick, x, 0.0))
+
+
+def test_neighbours_that_a_belt_off_the_plan_brings_nearer_are_kept_away_from() -> None:
     """The box is far enough from the arm as long as the belt is as near to the plan as that states."""
     pick = belt_pick()
-    scene = with_box(pick, -0.26, 0.0)
+    scene = with_box(pick, -0.26, 0.0, LOW)
     here = replace(pick.plan, scene_hash=scene_hash(scene))
     assert verify(here, scene).reasons == ()
-    assert "box" in told(tracking(**{which: 0.2})(here), scene)
+    assert "box" in told(tracking(deviation=0.2)(here), scene)
 
 
-def test_a_box_that_a_faster_belt_brings_under_the_leaving_arm_is_met() -> None:
-    """After the item is off the belt, the belt may run as fast as it can, or stand."""
+def test_the_hall_is_kept_away_from_wherever_a_way_off_the_belt_takes_the_arm() -> None:
+    """The beam stands where the arm comes to only if it goes on with the belt longer than planned."""
     pick = belt_pick()
-    scene = with_box(pick, -0.26, 0.0)
-    here = replace(pick.plan, scene_hash=scene_hash(scene))
-    assert verify(here, scene).reasons == ()
-    carrier = scene.cell.carriers["belt"]
-    assert carrier.conveyor is not None
-    fast = replace(carrier, conveyor=replace(carrier.conveyor, max_speed=3.0, length=6.2))
-    assert "box" in told(here, replace(scene, cell=replace(scene.cell, own_carriers=(fast,))))
+    _, t_left = times_at_work(pick.plan.segments)
+    tip = context().arm.tip(pick.plan.trajectory.sample(t_left)[0], pick.plan.segments[0].tool_state)
+    x, y, z = (tip[:3, 3] + [0.25, 0.0, 0.0]).tolist()
+    beam = box("beam", (x - 0.03, y - 0.2, z - 0.03), (x + 0.03, y + 0.2, z + 0.03))
+    cell = pick.scene.cell
+    other = replace(pick.scene, cell=replace(cell, obstacles=Obstacles((*cell.obstacles.bodies, beam))))
+    reasons = told(pick.plan, other).splitlines()
+    assert any("beam" in each and "(approach)" in each for each in reasons)
+    assert not any("beam" in each and "(transit)" in each for each in reasons)
 
 
 def test_a_box_in_the_hall_where_the_arm_chases_is_met() -> None:
     """It stands beside the belt, where the item is taken, and would not ride away."""
     pick = belt_pick()
     contact = next(s for s in pick.plan.segments if s.kind is SegmentKind.CONTACT)
-    from pickcli.cell.shapes import box
-    from pickcli.cell.station import Obstacles
-
     assert pick.plan.grasp is not None
     x, y, z = (
         pick.scene.find(pick.plan.grasp.item).T_world_item[:3, 3] + [0.33 * contact.t_end, 0.0, 0.0]
@@ -160,6 +171,6 @@ def test_the_file_keeps_the_conveyor() -> None:
 
     plan = belt_pick().plan
     again, _ = parse_plan(json.dumps(plan_to_dict(plan)), "plan.json")
-    stated = LineTracking("belt", 0.33, 0.0, DEVIATION, DEVIATION_COMING, belt_pick().now)
+    stated = LineTracking("belt", 0.33, 0.0, DEVIATION, belt_pick().now)
     assert again.tracking == plan.tracking == stated
     assert np.array_equal(again.trajectory.positions, plan.trajectory.positions)

@@ -1,8 +1,9 @@
 """Stitching of a pick from a running conveyor, and its proof in space and time.
 
-Every run is timed as if the belt stood, and joined so. Then the axis along the belt gets its motion with the
-belt on top (``timing.line_tracking``). The result is proven free of what stands in the hall as it is, and of
-what rides on the belt as seen from there.
+Every run is timed as if the belt stood, and joined so. Then the axis along the belt gets its motion with
+the belt on top (``timing.line_tracking``). While the tool works on the belt, the result is proven free of
+what rides on it as seen from there, and of the hall wherever along its axis the arm may be on a way off the
+belt; before and after that, of all that what rides on the belt may come to.
 """
 
 from __future__ import annotations
@@ -100,15 +101,17 @@ class Meeting:
 
     Attributes:
         scene: Scene at the start of the plan.
+        coming: That scene with all that the items on the belt may come to.
         tracking: The conveyor.
         axis: Index of the joint along the belt.
         speed: m/s of that joint that keeps up with the belt, negative against its direction.
         falling: How it comes to rest again.
         t_contact: s from the start of the plan at which the contact is made.
-        after: The pick with the belt where it would be if it had come to rest with the arm.
+        after: The pick with all that the items on the belt may come to once the tool has left it.
     """
 
     scene: Scene
+    coming: Scene
     tracking: LineTracking
     axis: int
     speed: float
@@ -151,7 +154,7 @@ def stitch_tracked(
         worst = max(most.velocity, most.acceleration, most.jerk, key=lambda peak: peak.ratio)
         return Failures.of(Reason("joint too slow", str(taking.motion.grasp), str(worst)))
     proofs = _proofs(meeting, taking, carried, timed)
-    unproven = _why_not_free(meeting, proofs, trajectory, segments)
+    unproven = _why_not_free(meeting, taking, proofs, trajectory, segments)
     if unproven is not None:
         return Failures.of(unproven)
     load = _load(meeting, taking, carried, timed, trajectory, segments)
@@ -248,13 +251,14 @@ def _offset(tracked: TrackedMotion, t: float) -> float:
 
 def _proofs(meeting: Meeting, taking: TimedTaking, carried: PickMotion, timed: _TimedParts) -> list[_Proof]:
     """Return what is to be proven, one for each segment of the plan."""
-    before = _segments_of(timed.coming) + _segments_of(timed.tracking)
-    after = _segments_of(timed.leaving)
-    t_after = (timed.tracked.t_leaving + timed.tracked.t_end) / 2
-    scenes = [meeting.after.scene] * (len(after) - timed.n_away) + [carried.placement.scene] * timed.n_away
+    scenes = [meeting.after.scene] * (len(after := _segments_of(timed.leaving)) - timed.n_away)
     return [
-        *(_Proof(taking.problem.scene, taking.t_planned, segment) for segment in before),
-        *(_Proof(scene, t_after, segment) for scene, segment in zip(scenes, after, strict=True)),
+        *(_Proof(meeting.coming, segment) for segment in _segments_of(timed.coming)),
+        *(_Proof(taking.problem.scene, segment) for segment in _segments_of(timed.tracking)),
+        *(
+            _Proof(scene, segment)
+            for scene, segment in zip(scenes + [carried.placement.scene] * timed.n_away, after, strict=True)
+        ),
     ]
 
 
@@ -303,40 +307,54 @@ def _between(trajectory: Trajectory, t_start: float, t_end: float) -> Trajectory
 
 @dataclass(frozen=True, eq=False)
 class _Proof:
-    """A segment, the scene in which it was planned, and the s at which the belt is as in that scene."""
+    """A segment, and the scene in which it was planned."""
 
     scene: Scene
-    t_scene: float
     segment: MotionSegment
 
 
 def _why_not_free(
-    meeting: Meeting, proofs: Sequence[_Proof], trajectory: Trajectory, segments: Sequence[Segment]
-) -> Reason | None:
+    meeting: Meeting, taking: TimedTaking, proofs: Sequence[_Proof], trajectory: Trajectory,
+    segments: Sequence[Segment],
+) -> Reason | None:  # fmt: skip
     """Explain why a motion is not proven free of the hall, or of what rides on the belt at every instant."""
-    context, axis, speed = meeting.after.context, meeting.axis, meeting.speed
-    conveyor = meeting.scene.cell.carriers[meeting.tracking.conveyor].conveyor
-    assert conveyor is not None
-    times, target = times_at_work(segments), {meeting.after.target.id}
-    off = meeting.tracking.off_by(trajectory.times, times, conveyor.max_speed)
-    # As seen from a belt that is behind, the axis is farther along.
-    shifts = (-off[1], off[0]) if speed > 0.0 else (-off[0], off[1])
+    times = times_at_work(segments)
+    context = taking.problem.context
     for proof, segment in zip(proofs, segments, strict=True):
-        mode, span = proof.segment.mode, np.array([segment.t_start, segment.t_end])
-        riding = {item.id for item in proof.scene.in_location(meeting.after.place.name)}
-        others = set(build_world(context.model, proof.scene).names) - riding
-        # What is worked on is met where it is planned to be: displaced, the touch would count as too deep.
-        met = target if times[0] <= segment.t_start < times[1] else set()
-        as_seen = relative_to_belt(trajectory, axis, speed, proof.t_scene)
-        for motion, absent in ((trajectory, riding), *([(as_seen, others | riding - met)] if met else [])):
-            checker = context.checker_for(proof.scene, _without(absent, mode))
-            run = RestingRun(motion, span, np.ones(1))
-            if (unproven := why_not_proven(run, [proof.segment], [checker])) is not None:
-                return unproven
-        checker = context.checker_for(proof.scene, _without(others | met, mode))
-        if (unproven := why_not_swept(as_seen, segment, checker, axis, shifts)) is not None:
+        if times[0] <= segment.t_start < times[1]:
+            unproven = _why_not_free_at_work(meeting, taking, proof, trajectory, segment)
+        else:
+            run = RestingRun(trajectory, np.array([segment.t_start, segment.t_end]), np.ones(1))
+            checker = context.checker_for(proof.scene, proof.segment.mode)
+            unproven = why_not_proven(run, [proof.segment], [checker])
+        if unproven is not None:
             return unproven
     return None
+
+
+def _why_not_free_at_work(
+    meeting: Meeting, taking: TimedTaking, proof: _Proof, trajectory: Trajectory, segment: Segment
+) -> Reason | None:
+    """Explain why a segment is not proven free while the tool works on the belt."""
+    context, axis, mode = taking.problem.context, meeting.axis, proof.segment.mode
+    target = {taking.problem.target.id}
+    riding = {item.id for item in proof.scene.in_location(taking.problem.place.name)}
+    others = set(build_world(context.model, proof.scene).names) - riding
+    as_seen = relative_to_belt(trajectory, axis, meeting.speed, taking.t_planned)
+    # What is worked on is met where it is planned to be: displaced, the touch would count as too deep.
+    run = RestingRun(as_seen, np.array([segment.t_start, segment.t_end]), np.ones(1))
+    met = context.checker_for(proof.scene, _without(others | riding - target, mode))
+    if (unproven := why_not_proven(run, [proof.segment], [met])) is not None:
+        return unproven
+    off = np.full(len(trajectory.times), meeting.tracking.deviation)
+    beside = context.checker_for(proof.scene, _without(others | target, mode))
+    if (unproven := why_not_swept(as_seen, segment, beside, axis, (-off, off))) is not None:
+        return unproven
+    # On a way off the belt the axis goes on with that while the lines are gone back, or on.
+    q, limits = trajectory.positions[:, axis], context.arm.limits
+    anywhere = (limits.lower[axis] - q, limits.upper[axis] - q)
+    hall = context.checker_for(proof.scene, _without(riding, mode))
+    return why_not_swept(trajectory, segment, hall, axis, anywhere)
 
 
 def _without(absent: set[str], mode: Mode) -> Mode:

@@ -4,6 +4,8 @@
   plans for the tool without the arm, before any inverse kinematics; `grasp_motion` proves the lines of one
   grasp.
 - Extraction, in `extraction`: `planned_extraction` and `lift_sampling` if no simple corridor is free.
+- Over a running belt: `reach_table` says at once what is never met, and `belt_raise` lengthens the lines to
+  where the arm may wait whatever comes.
 - Coarse motions: `grasp_transit` to the grasp, and `transfer` with the item to its placement, by ways of
   `item_transfer`.
 - Release, in `placement`: at `drop_placements` from above, else by `set_down`, with `picks_back` from

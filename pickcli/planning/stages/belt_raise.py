@@ -1,0 +1,87 @@
+"""Lines of a grasp on a belt, lengthened upwards to where nothing that the belt may bring touches the arm.
+
+Where they begin and end the arm may stand as long as it likes, whatever the belt does: there it waits for the
+belt, and there its ways off the belt end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cartesian.line import line, shifted
+from pickcli.cartesian.line_following import follow_line
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.errors import Failures, Reason
+from pickcli.geometry import Array
+from pickcli.motion.segment import SegmentKind, SegmentLimits
+from pickcli.planning.pick_motion import GraspMotion
+from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.planning_context import COARSE_RESERVE
+from pickcli.scene.scene import Scene
+
+HIGHEST = 0.4  # m that lines are lengthened at most: the highest item with one of the highest in the cup
+STEP = 0.02  # m between heights that are tried
+
+
+def raised_over_belt(
+    problem: PickProblem, motion: GraspMotion, coming: Scene, leaving: Scene
+) -> GraspMotion | Failures:
+    """Lengthen the lines of a grasp to where the arm may stand whatever the belt brings.
+
+    Args:
+        problem: The pick from the belt.
+        motion: The lines.
+        coming: The scene with all that the items on the belt may come to from the start of the motion on.
+        leaving: The same from when the item is off the belt.
+
+    Returns:
+        The lines, lengthened where needed, or the reasons for failure.
+    """
+    settings, first, last = problem.settings, motion.inward[0], motion.outward[-1]
+    empty = Mode(first.mode.tool_state, reserve=COARSE_RESERVE)
+    down = _up_from(problem, motion.start, first.mode, _checker(problem, coming, empty))
+    if isinstance(down, Failures):
+        return down.within(str(motion.grasp))
+    contacts = problem.contacts.while_transferring()
+    held = Mode(last.mode.tool_state, motion.attached, contacts, COARSE_RESERVE)
+    up = _up_from(problem, motion.end, last.mode, _checker(problem, leaving, held))
+    if isinstance(up, Failures):
+        return up.within(str(motion.grasp))
+    inward, outward = motion.inward, motion.outward
+    if len(down) > 1:
+        limits = SegmentLimits(max_tool_speed=settings.preapproach_speed)
+        inward = (MotionSegment(SegmentKind.PREAPPROACH, down[::-1].copy(), limits, mode=first.mode), *inward)
+    if len(up) > 1:
+        limits = SegmentLimits(max_tool_speed=settings.retreat_speed)
+        outward = (*outward, MotionSegment(SegmentKind.RETREAT, up, limits, mode=last.mode))
+    return replace(motion, inward=inward, outward=outward)
+
+
+def _checker(problem: PickProblem, scene: Scene, mode: Mode) -> SceneChecker:
+    return problem.context.checker_for(scene, mode)
+
+
+def _up_from(problem: PickProblem, q: Array, mode: Mode, free: SceneChecker) -> Array | Failures:
+    """Return the waypoints (N, n) from a configuration (n,) straight up to the first that is free.
+
+    mode: in which the line itself is proven, among the items where they are
+    """
+    if free.is_valid(q):
+        return q[None]
+    arm, state = problem.context.arm, mode.tool_state
+    tip, up = arm.tip(q, state), -problem.T_world_entry[:3, 0]
+    poses = line(tip, shifted(tip, HIGHEST * up), STEP)
+    followed = arm.follow(poses[1:], state, q)
+    higher = followed.configurations
+    is_free = free.are_valid(higher) if len(higher) else np.zeros(0, dtype=bool)
+    if not is_free.any():
+        low = free.explain(higher[-1] if len(higher) else q)
+        why = f"{len(higher) * STEP:.2f} m up, no farther is reached or tried: {low}"
+        what = "not clear of what the belt brings"
+        return Failures.of(Reason(what, "way off the belt", why, low.in_the_way))
+    end = poses[1 + int(np.argmax(is_free))]
+    checker = _checker(problem, problem.scene, mode)
+    return follow_line(arm, checker, tip, end, state, q, "way off the belt")
