@@ -30,6 +30,7 @@ CATCH_UP = 10.0  # 1/s at which the plan makes up for time that it is behind the
 COMING_CHANGE = 0.6  # 1/s of the pace while the whole arm moves, which is on its way at its own limits
 LEAVE_AT = 0.9  # of the deviation that is proven: the arm leaves a belt that would come to more
 BELT_SHARE = 0.6  # of the limits of the axis, with which it follows a belt that the plan cannot follow
+BUILT_UP = 2.2  # times the way in which it comes to that speed: its acceleration has to be built up
 WAITED = 0.01  # s that the plan waits for the belt at least, where it begins to follow it
 AT_REST = 1e-9  # rad/s or m/s of every joint
 
@@ -134,7 +135,7 @@ class BeltClock:
         """M by which a belt that is some m/s faster than the plan gets farther off it on the way off."""
         if faster * self.off <= 0.0:
             return 0.0
-        return faster**2 / (2.0 * self._gain) if self._gain > 0.0 else float("inf")
+        return BUILT_UP * faster**2 / (2.0 * self._gain) if self._gain > 0.0 else float("inf")
 
     def off_at(self, t: float, rate: float) -> float:
         """Compute by how much the belt is ahead of where a time of the plan puts it.

@@ -6,6 +6,7 @@ belt, and there its ways off the belt end.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,12 +43,15 @@ def raised_over_belt(
     """
     settings, first, last = problem.settings, motion.inward[0], motion.outward[-1]
     empty = Mode(first.mode.tool_state, reserve=COARSE_RESERVE)
-    down = _up_from(problem, motion.start, first.mode, _checker(problem, coming, empty))
+    down = _up_from(problem, motion.start, first.mode, [_checker(problem, coming, empty)])
     if isinstance(down, Failures):
         return down.within(str(motion.grasp))
     contacts = problem.contacts.while_transferring()
     held = Mode(last.mode.tool_state, motion.attached, contacts, COARSE_RESERVE)
-    up = _up_from(problem, motion.end, last.mode, _checker(problem, leaving, held))
+    # Without the item, too: if it was not held, it rides on under the tool.
+    unladen = replace(empty, tool_state=last.mode.tool_state)
+    free = [_checker(problem, leaving, mode) for mode in (held, unladen)]
+    up = _up_from(problem, motion.end, last.mode, free)
     if isinstance(up, Failures):
         return up.within(str(motion.grasp))
     inward, outward = motion.inward, motion.outward
@@ -64,21 +68,25 @@ def _checker(problem: PickProblem, scene: Scene, mode: Mode) -> SceneChecker:
     return problem.context.checker_for(scene, mode)
 
 
-def _up_from(problem: PickProblem, q: Array, mode: Mode, free: SceneChecker) -> Array | Failures:
-    """Return the waypoints (N, n) from a configuration (n,) straight up to the first that is free.
+def _up_from(problem: PickProblem, q: Array, mode: Mode, free: Sequence[SceneChecker]) -> Array | Failures:
+    """Return the waypoints (N, n) from a configuration (n,) straight up to the first that all find free.
 
     mode: in which the line itself is proven, among the items where they are
     """
-    if free.is_valid(q):
+    if all(checker.is_valid(q) for checker in free):
         return q[None]
     arm, state = problem.context.arm, mode.tool_state
     tip, up = arm.tip(q, state), -problem.T_world_entry[:3, 0]
     poses = line(tip, shifted(tip, HIGHEST * up), STEP)
     followed = arm.follow(poses[1:], state, q)
     higher = followed.configurations
-    is_free = free.are_valid(higher) if len(higher) else np.zeros(0, dtype=bool)
+    is_free = np.ones(len(higher), dtype=bool)
+    for checker in free if len(higher) else ():
+        is_free &= checker.are_valid(higher)
     if not is_free.any():
-        low = free.explain(higher[-1] if len(higher) else q)
+        highest = higher[-1] if len(higher) else q
+        blocked = next((each for each in free if not each.is_valid(highest)), free[0])
+        low = blocked.explain(highest)
         why = f"{len(higher) * STEP:.2f} m up, no farther is reached or tried: {low}"
         what = "not clear of what the belt brings"
         return Failures.of(Reason(what, "way off the belt", why, low.in_the_way))
