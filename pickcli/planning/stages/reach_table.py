@@ -73,6 +73,8 @@ def too_late_by(
     Returns:
         s, positive if the item can never be met; -inf if the table says nothing.
     """
+    if context.method.closes_at_rest:  # fingers take items from more sides than the named faces
+        return -np.inf
     found = [rows for normal in _normals(placed) if len(rows := _near(context, carrier, -normal, placed)) > 0]
     if not found:
         return -np.inf
@@ -88,9 +90,8 @@ def too_late_by(
     )
     # The axis at the contact: the item's place along the belt less what the arm reaches ahead of the axis.
     ahead = times.travel - rows[:, 0]
-    off = (
-        float(placed.item.shape.reach(placed.T_world_item[:3, :3])[0]) / times.speed
-    )  # of the place on the item
+    # The place on the item is off its middle by less than its half length.
+    off = float(placed.item.shape.reach(placed.T_world_item[:3, :3])[0]) / times.speed
     ends = limits.upper[k] if v > 0.0 else limits.lower[k]
     begins = limits.lower[k] if v > 0.0 else limits.upper[k]
     sign = float(np.sign(v))
