@@ -81,7 +81,7 @@ def believed_scene(cell: Cell, looks: Sequence[Perceived], empty: Collection[str
             unknown.append(never_seen(place, scene.T_world_place(place)))
     return Scene(
         cell, scene.T_world_pod, tuple(items.values()), PoseNoise(), pod_error=scene.pod_error,
-        carriers=scene.carriers, unknown=tuple(space for space in unknown if len(space.boxes)),
+        carriers=scene.carriers, unknown=tuple(space for space in unknown if not space.is_empty),
     )  # fmt: skip
 
 
@@ -151,9 +151,11 @@ def unknown_in(seen: PlaceObservation, place: Place, T_world_about: Array, error
     Returns:
         The space.
     """
-    boxes = seen.unknown.reshape(-1, 2, 3)
     about = (inverse(seen.T_world_place) @ T_world_about)[:3, 3]
-    return UnknownSpace(seen.place, seen.T_world_place, _grown(boxes, about, error, place))
+    unknown, unrecognised = (
+        _grown(boxes.reshape(-1, 2, 3), about, error, place) for boxes in (seen.unknown, seen.unrecognised)
+    )
+    return UnknownSpace(seen.place, seen.T_world_place, unknown, unrecognised)
 
 
 def _grown(boxes: Array, about: Array, error: MountError, place: Place) -> Array:

@@ -203,9 +203,12 @@ class PickProblem:
 
     @cached_property
     def pushed(self) -> frozenset[str]:
-        """Ids of the neighbours that the held target may push aside; none outside of an open box."""
-        if self.neighbours is not Neighbours.PUSH:
-            return frozenset()
+        """Ids of the neighbours that the held target may push aside; none outside of an open box.
+
+        None either in one in which something is that nobody recognised.
+        """
+        if self.neighbours is not Neighbours.PUSH or self.scene.unrecognised_in(self.place.name):
+            return frozenset()  # what is not recognised would be pushed along, who knows where
         return pushable(supports_of(self.scene), self.target.id)
 
     @cached_property

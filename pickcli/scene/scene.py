@@ -329,6 +329,19 @@ class Scene:
         """
         return self.noise_of(instance).bound(instance.item)
 
+    def unrecognised_in(self, place: str) -> tuple[Body, ...]:
+        """Return where something is in a place, or may be, that nobody recognised.
+
+        Args:
+            place: Name of the place.
+
+        Returns:
+            Boxes in the world.
+        """
+        return tuple(
+            body for space in self.unknown if space.place == place for body in space.unrecognised_bodies
+        )
+
     def in_location(self, location: str) -> tuple[PlacedItem, ...]:
         """Return all items in a place.
 

@@ -162,6 +162,7 @@ def check_unknown(source: Source, model: SceneModel, cell: Cell) -> None:
             source.add(("unknown", i, "place"), f"{space.place} stands twice; write all its boxes in one")
         seen.add(space.place)
         check_boxes(source, ("unknown", i, "boxes"), space.boxes)
+        check_boxes(source, ("unknown", i, "unrecognised"), space.unrecognised)
 
 
 def check_boxes(source: Source, key: Key, boxes: Sequence[tuple[Vector, Vector]]) -> None:

@@ -118,7 +118,12 @@ def read_scene(
         held=_held(source, model.held, cell),
         cloud=_cloud(source, model.cloud),
         unknown=tuple(
-            UnknownSpace(each.place, pose_of_model(source, ("unknown", i), each), np.array(each.boxes))
+            UnknownSpace(
+                each.place,
+                pose_of_model(source, ("unknown", i), each),
+                np.array(each.boxes).reshape(-1, 2, 3),
+                np.array(each.unrecognised).reshape(-1, 2, 3),
+            )
             for i, each in enumerate(model.unknown)
         ),
     )
@@ -276,7 +281,10 @@ def _own_noise(scene: Scene, instance: PlacedItem | HeldItem) -> list[Any]:
 
 
 def _unknown_content(space: UnknownSpace) -> list[Any]:
-    return [space.place, _coarse(space.T_world_place), numbers(space.boxes.ravel().tolist())]
+    content = [space.place, _coarse(space.T_world_place), numbers(space.boxes.ravel().tolist())]
+    if len(space.unrecognised):
+        content.append(numbers(space.unrecognised.ravel().tolist()))
+    return content
 
 
 def _cloud_content(cloud: Cloud) -> list[Any]:
@@ -382,7 +390,8 @@ def _to_text(scene: Scene, folder: Path) -> str:
 
 
 def _unknown_values(space: UnknownSpace) -> dict[str, Any]:
-    return {"place": space.place, **pose_values(space.T_world_place), "boxes": space.boxes.tolist()}
+    values = {"place": space.place, **pose_values(space.T_world_place), "boxes": space.boxes.tolist()}
+    return {**values, "unrecognised": space.unrecognised.tolist()} if len(space.unrecognised) else values
 
 
 def _carriers_values(scene: Scene) -> dict[str, Any]:

@@ -106,9 +106,18 @@ class UnknownSpaceModel(ScenePoseModel):
     """Space of a place of which nothing is known, with the pose of the place as it was seen."""
 
     place: Text = Field(description="name of a place: of a bin, or 'tote'")
-    boxes: Annotated[tuple[tuple[Vector, Vector], ...], Len(1, MAX_UNKNOWN)] = Field(
+    boxes: Annotated[tuple[tuple[Vector, Vector], ...], Len(0, MAX_UNKNOWN)] = Field(
         description="boxes, each by its lower and its upper corner [x, y, z] in m in the frame of the place"
     )
+    unrecognised: Annotated[tuple[tuple[Vector, Vector], ...], Len(0, MAX_UNKNOWN)] = Field(
+        default=(), description="boxes alike, in which something is that nobody recognised, or may be"
+    )
+
+    @model_validator(mode="after")
+    def _has_boxes(self) -> UnknownSpaceModel:
+        if not self.boxes and not self.unrecognised:
+            raise ValueError("has no boxes; leave it out")
+        return self
 
 
 class SceneModel(FileModel):

@@ -201,6 +201,9 @@ def why_not_safe(supports: Supports, item_id: str, rim: float) -> str | None:
         The reason; None if it may be pushed.
     """
     graph, lying = supports.graph, loaded_on(supports, item_id)
+    where = graph.items[item_id].location
+    if found := graph.scene.unrecognised_in(where):
+        return f"nobody recognised what is at {found[0].name}; look again"
     placed, mass = graph.items[item_id], _mass_with_all_on_it(supports, item_id)
     if mass > HEAVIEST:
         return f"it may have {mass:.2f} kg with all on it, at most {HEAVIEST}"

@@ -340,7 +340,7 @@ class CameraLooks:
             items += [placed for placed in self._items_in(name) if name in self._may_be_in[placed.id]]
             place = around.cell.places[name]
             space = unknown_in(seen.observed, place, seen.T_world_about, seen.error)
-            unknown += [space] if len(space.boxes) else []
+            unknown += [] if space.is_empty else [space]
         return replace(around, items=tuple(items), unknown=tuple(unknown))
 
     def _items_in(self, name: str) -> list[PlacedItem]:

@@ -127,6 +127,8 @@ class PushedHeap:
     def not_pushable(self, pushed: frozenset[str]) -> Iterator[Reason]:
         """Find pushed items that are elsewhere, heavy, high, or below one that may not be pushed.
 
+        None may be pushed where something is that nobody recognised: it would be pushed along.
+
         Args:
             pushed: Ids of the pushed items.
 
@@ -135,6 +137,8 @@ class PushedHeap:
         """
         here = {placed.id: placed for placed in self.scene.in_location(self.place.name)}
         rim = float((self.scene.T_world_place(self.place) @ self.place.access.T_place_mouth)[2, 3])
+        for body in self.scene.unrecognised_in(self.place.name)[:1]:
+            yield _fault(", ".join(sorted(pushed)), f"nobody recognised what is at {body.name}")
         for name in sorted(pushed):
             placed = here.get(name)
             if placed is None or name == self.taken.id:

@@ -1,4 +1,7 @@
-"""Check that no item is taken away that others rest or lean on, by the statics of the remaining items."""
+"""Check that no item is taken away that others rest or lean on, by the statics of the remaining items.
+
+Nor one that touches what nobody recognised: of that nothing is known but where some of it is.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,10 @@ from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.pile_statics import removal
 from pickcli.verification.push_check import pushed_by
+from pickcli.verification.separation import separation
 
 
 def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
@@ -22,7 +27,8 @@ def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
         scene: The plan's scene.
 
     Returns:
-        One fault for every item that would be lifted, fall or roll away; () for a plan that takes nothing.
+        One fault for every item that would be lifted, fall or roll away, and one if something touches the
+        taken item that nobody recognised; () for a plan that takes nothing.
     """
     if plan.grasp is None or all(segment.kind is not SegmentKind.CONTACT for segment in plan.segments):
         return ()
@@ -35,7 +41,19 @@ def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
             _fault(taken.id, name, "would fall or roll away")
             for name in sorted(effects.falling - effects.lifted - slumping)
         ),
+        *_beside_unrecognised(scene, taken),
     )
+
+
+def _beside_unrecognised(scene: Scene, taken: PlacedItem) -> tuple[Reason, ...]:
+    """Return a fault if boxes in which something is that nobody recognised touch an item, or may."""
+    shape, T = taken.item.shape, taken.T_world_item
+    reach = TOUCH + scene.bound(taken)
+    for body in scene.unrecognised_in(taken.location):
+        if separation(shape, T, body.shape, body.T_parent_shape) <= reach:
+            why = f"{body.name}: nobody recognised what is there, and it may rest or lean on it"
+            return (Reason("takes away what others need", taken.id, why),)
+    return ()
 
 
 def _fault(taken: str, name: str, why: str) -> Reason:

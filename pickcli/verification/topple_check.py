@@ -106,8 +106,10 @@ def _wrong_segments(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _not_toppled(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Iterator[Reason]:
-    """Yield what is heavy, or could leave the box, or carries or supports what may not move."""
+    """Yield what is heavy, or could leave the box, or carries or supports what may not move, or is not known."""
     names = {placed.id for placed in items}
+    for body in scene.unrecognised_in(place.name)[:1]:
+        yield _fault(items[0].id, f"nobody recognised what is at {body.name}")
     rim = float((scene.T_world_place(place) @ place.access.T_place_mouth)[2, 3])
     mass = sum(placed.item.heaviest for placed in items)
     if mass > HEAVIEST:

@@ -10,7 +10,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.errors import InputError, NoPlanError, UnknownNameError
-from pickcli.geometry import pose
+from pickcli.geometry import inverse, pose
 from pickcli.perception.believed_scene import believed_scene
 from pickcli.perception.items.item_observation import ItemObservation, PlaceObservation
 from pickcli.perception.items.perceived_file import Perceived
@@ -172,3 +172,28 @@ def test_planner_and_verifier_keep_out_of_unknown_space(true_scene: Scene) -> No
     assert any("unknown_bin_C_0" in str(reason) for reason in refused.reasons)
     with pytest.raises(NoPlanError, match="unknown_bin_C_0"):
         plan_pick(context, closed, query, start, 1)
+
+
+def test_nothing_is_taken_from_under_what_nobody_recognised(true_scene: Scene) -> None:
+    """By planner and verifier: it lies on the target, and no motion comes near to it."""
+    cell, item = true_scene.cell, true_scene.find(ITEM)
+    context, free = PlanningContext(cell), everywhere_but(true_scene.cell, "bin_C")
+    T_bin_item = inverse(true_scene.T_world_place(cell.places["bin_C"])) @ item.T_world_item
+    top = T_bin_item[:3, 3] + (0.02, 0.0, item.item.shape.reach(T_bin_item[:3, :3])[2])
+    query, start = PickQuery("bin_C", ITEM), Start(cell.home.q, cell.home.tool_state)
+    plan = plan_pick(
+        context, believed_scene(cell, [look(true_scene, exact(true_scene, "bin_C"))], free), query, start, 1
+    )
+    for above, is_on_it in ((0.006, True), (0.05, False)):
+        middle = top + (0.0, 0.0, above)
+        thing = np.array([[middle - (0.02, 0.02, 0.004), middle + (0.02, 0.02, 0.004)]])
+        seen = replace(exact(true_scene, "bin_C"), unrecognised=thing)
+        scene = believed_scene(cell, [look(true_scene, seen)], free)
+        verdict = verify(replace(plan, scene_hash=scene_hash(scene)), scene)
+        told = [str(reason) for reason in verdict.reasons if "nobody recognised" in str(reason)]
+        assert bool(told) is is_on_it is (verdict.certificate is None)
+        if is_on_it:
+            with pytest.raises(NoPlanError, match="what nobody recognised may rest on"):
+                plan_pick(context, scene, query, start, 1)
+        else:
+            assert verify(plan_pick(context, scene, query, start, 1), scene).certificate is not None

@@ -42,6 +42,20 @@ def test_it_comes_back_and_makes_another_scene(scene: Scene, tmp_path: Path) -> 
     assert len({scene_hash(each) for each in (scene, smaller, replace(scene, unknown=()))}) == 3
 
 
+def test_what_is_not_recognised_comes_back_and_makes_another_scene(scene: Scene, tmp_path: Path) -> None:
+    """Also where nothing else of the place is unknown."""
+    path, (space,) = tmp_path / "scene.json", scene.unknown
+    for boxes in (BOXES, np.zeros((0, 2, 3))):
+        with_it = replace(scene, unknown=(replace(space, boxes=boxes, unrecognised=BOXES[1:]),))
+        write_scene(with_it, path, replace=True)
+        back = read_scene(path)
+        np.testing.assert_allclose(back.unknown[0].unrecognised, BOXES[1:])
+        assert len(back.unknown[0].boxes) == len(boxes)
+        assert scene_hash(back) == scene_hash(with_it) != scene_hash(scene)
+        assert [body.name for body in back.unrecognised_in("bin_L")] == ["unrecognised_bin_L_0"]
+        assert not back.unrecognised_in("bin_C")
+
+
 def test_its_bodies_fill_its_boxes(scene: Scene) -> None:
     (space,), (carrier,) = scene.unknown, (each for each in scene.posed_carriers if each.name == UNKNOWN)
     assert len({body.name for body, _ in scene.standing}) == len(scene.standing)
@@ -58,7 +72,9 @@ def test_its_bodies_fill_its_boxes(scene: Scene) -> None:
     ("change", "told"),
     [
         ({"place": "bin_Z"}, "unknown place 'bin_Z'"),
-        ({"boxes": []}, "boxes"),
+        ({"boxes": []}, "has no boxes"),
+        ({"unrecognised": [[[0.2, 0.0, 0.0], [0.1, 0.1, 0.1]]]}, "must be below the second"),
+        ({"unrecognised": [[[0.2, 0.0], [0.1, 0.1, 0.1]]]}, "unrecognised"),
         ({"boxes": [[[0.2, 0.0, 0.0], [0.1, 0.1, 0.1]]]}, "must be below the second"),
         ({"boxes": [[[0.2, 0.0], [0.1, 0.1, 0.1]]]}, "boxes"),
         ({"quaternion": [0.0, 0.0, 0.0, 2.0]}, "expected a length of 1"),

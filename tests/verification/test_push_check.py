@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.errors import NoPlanError
 from pickcli.geometry import GRAVITY, inverse, pose
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
@@ -25,6 +26,7 @@ from pickcli.planning.recovery.retrace import ItemRecovery, StoppedMotion, bring
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
+from pickcli.scene.unknown_space import UnknownSpace
 from pickcli.statics.pushing import mass_above, pushable, riders
 from pickcli.statics.supports import supports_of
 from pickcli.verification.held_pose import pose_in_tool
@@ -122,6 +124,22 @@ def test_what_is_heavy_or_high_may_not_be_pushed(pushing: Plan, heap: Scene) -> 
     assert f"{BOOK}: may not be pushed: it may have 0.66 kg, at most 0.6" in told(pushing, heavy)
     high = heap.moved(replace(book, T_world_item=pose([0.0, 0.0, 0.17]) @ book.T_world_item))
     assert "over the rim of tote" in told(pushing, high)
+
+
+def test_nothing_is_pushed_where_something_is_that_nobody_recognised(
+    cell: Cell, pushing: Plan, heap: Scene
+) -> None:
+    """Planner and verifier: wherever in the box it is."""
+    T = cell.T_world_place(cell.places[TOTE])
+    thing = np.array([[[-0.2, 0.1, 0.0], [-0.19, 0.11, 0.01]]])
+    with_it = replace(heap, unknown=(UnknownSpace(TOTE, T, np.zeros((0, 2, 3)), thing),))
+    assert f"{BOOK}: may not be pushed: nobody recognised what is at unrecognised_tote_0" in told(
+        pushing, with_it
+    )
+    home = cell.configurations["home"]
+    query = PickQuery(TOTE, BOX, neighbours=Neighbours.PUSH)
+    with pytest.raises(NoPlanError, match=f"{BOOK} would fall"):
+        plan_pick(PlanningContext(cell), with_it, query, Start(home.q, home.tool_state))
 
 
 def test_nothing_rides_along(pushing: Plan, heap: Scene) -> None:

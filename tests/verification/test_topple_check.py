@@ -16,6 +16,7 @@ from pickcli.planning.start_state import Start
 from pickcli.planning.topple import TopplingQuery, plan_topple
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
+from pickcli.scene.unknown_space import UnknownSpace
 from pickcli.statics.supports import supports_of
 from pickcli.statics.toppling import Topple, topples
 from pickcli.verification.push_check import HEAVIEST, MOST_SPEED
@@ -60,6 +61,15 @@ def moved(plan: Plan, by: Callable[[Array], Array]) -> Plan:
 
 def test_the_plan_is_accepted(plan: Plan, scene: Scene) -> None:
     assert is_toppling(plan) and verify(plan, scene).reasons == ()
+
+
+def test_nothing_is_toppled_where_something_is_that_nobody_recognised(plan: Plan, scene: Scene) -> None:
+    thing = np.array([[[-0.1, 0.1, 0.0], [-0.09, 0.11, 0.01]]])
+    T = scene.T_world_place(scene.cell.places[CRATE])
+    with_it = replace(scene, unknown=(UnknownSpace(CRATE, T, np.zeros((0, 2, 3)), thing),))
+    assert "may not be toppled: nobody recognised what is at" in told(plan, with_it)
+    found = topples(supports_of(with_it), BOX)
+    assert "nobody recognised what is at" in str(found)
 
 
 def test_without_the_statement_it_is_a_collision(plan: Plan, scene: Scene) -> None:

@@ -116,6 +116,8 @@ class PlaceObservation:
         unknown: (N, 2, 3) m, lower and upper corners of boxes in the place's frame: space that nobody has
             seen, or that holds what no answer with a bound explains.
         error: Bounds of the error of ``T_world_place``.
+        unrecognised: (M, 2, 3) m, boxes alike: what was measured that no answer with a bound explains, and
+            where an item was found that is not sure enough.
     """
 
     place: str
@@ -125,6 +127,7 @@ class PlaceObservation:
     seen: float = 1.0
     unknown: Array = field(default_factory=lambda: np.zeros((0, 2, 3)))
     error: Displacement = UNMOVED
+    unrecognised: Array = field(default_factory=lambda: np.zeros((0, 2, 3)))
 
     @property
     def refused(self) -> tuple[ItemObservation, ...]:

@@ -28,7 +28,7 @@ from pickcli.perception.items.pose_bound import agreed_bound_of, bound_of
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import coarse_view, room_sight
-from pickcli.perception.items.unknown_voxels import unknown_boxes
+from pickcli.perception.items.unknown_voxels import unknown_boxes, unrecognised_boxes
 from pickcli.perception.rendered_scene import RenderedScene
 
 ASIDE = 0.05  # m between cameras, below which two looks err alike, and are no second opinion
@@ -196,9 +196,15 @@ def concluded(looks: Sequence[PlaceLook]) -> PlaceObservation:
     T_place_world = inverse(last.T_world_place)
     explained = [(answers[i].item.shape.inflated(within[i]), T_place_world @ T) for i, T in bounded.items()]
     unknown = unknown_boxes(last.place.room, sights, explained)
+    refused = [
+        (each.item.shape, T_place_world @ each.T_world_item)
+        for i, each in enumerate(answers)
+        if i not in bounded and each.T_world_item is not None
+    ]
     return PlaceObservation(
-        last.place.name, last.T_world_place, answers, left, max(look.seen for look in looks), unknown
-    )
+        last.place.name, last.T_world_place, answers, left, max(look.seen for look in looks), unknown,
+        unrecognised=unrecognised_boxes(last.place.room, sights, refused),
+    )  # fmt: skip
 
 
 def _answers(look: PlaceLook) -> tuple[ItemObservation, ...]:

@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import label, minimum_filter
 
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
-from pickcli.geometry import Array, transform_points
+from pickcli.geometry import Array, inverse, transform_points
 from pickcli.perception.items.place_view import PIXEL
 from pickcli.perception.surface_view import FloatPicture
 
 LEAST_PIXELS = 8  # side by side: fewer that nothing explains are taken for errors of the sensor
+# side by side, 11 by 11 mm of a surface: what shows less is too small for an item, and errors of poses and of
+# colours at the edges of what is recognised are mostly smaller
+LEAST_SURFACE = 32
 _HALF_DIAGONAL = np.sqrt(3.0) / 2
 _NEIGHBOURS = np.ones((3, 3))
 
@@ -65,6 +68,18 @@ class LineOfSight:
         """
         z, _, blocked = self._along_rays(points, width)
         return np.asarray(np.abs(z - blocked) < 2.0 * width)
+
+    @property
+    def unexplained_points(self) -> Array:
+        """(N, 3) m in the place's frame: measured surfaces that nothing explains, but not single pixels.
+
+        Where nothing was measured, though something should have been, a ray does not tell where it is.
+        """
+        labels, _ = label(np.isfinite(self.blocked), _NEIGHBOURS)
+        counts = np.bincount(labels.ravel())
+        is_surface = (labels > 0) & (counts[labels] >= LEAST_SURFACE) & (self.blocked > 0.0)
+        points = self.camera.rays[is_surface] * self.blocked[is_surface, None]
+        return transform_points(inverse(self.T_camera_place), points)
 
     def _along_rays(self, points: Array, width: float) -> tuple[Array, Array, Array]:
         """Depths (N,) of points, of what rays to them met, and from where on these are blocked over a width.

@@ -92,6 +92,7 @@ def perceived_values(perceived: Perceived) -> dict[str, Any]:
                     for part in each.unexplained
                 ],
                 "unknown": each.unknown.tolist(),
+                "unrecognised": each.unrecognised.tolist(),
                 "error": dataclasses.asdict(each.error),
             }
             for each in perceived.places
@@ -147,9 +148,12 @@ def read_perceived(
             UnexplainedPart(part.pixels, np.array(part.low), np.array(part.high)) for part in each.unexplained
         )
         check_boxes(source, ("places", i, "unknown"), each.unknown)
-        unknown = np.array(each.unknown).reshape(-1, 2, 3)
+        check_boxes(source, ("places", i, "unrecognised"), each.unrecognised)
+        unknown, unrecognised = (
+            np.array(boxes).reshape(-1, 2, 3) for boxes in (each.unknown, each.unrecognised)
+        )
         error = Displacement(each.error.x, each.error.y, each.error.yaw)
-        places.append(PlaceObservation(each.place, T, items, left, each.seen, unknown, error))
+        places.append(PlaceObservation(each.place, T, items, left, each.seen, unknown, error, unrecognised))
     T_world_camera = _pose(source, ("camera_pose",), model.camera_pose)
     pod = None if model.pod is None else _pod(source, model.pod, cell)
     source.check()

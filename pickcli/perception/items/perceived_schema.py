@@ -80,6 +80,9 @@ class PerceivedPlaceModel(FileModel):
     unknown: Annotated[tuple[_Box, ...], Len(0, 5000)] = Field(
         description="boxes, each by its lower and its upper corner in the frame of the place"
     )
+    unrecognised: Annotated[tuple[_Box, ...], Len(0, 5000)] = Field(
+        default=(), description="boxes alike, in which something is that nobody recognised, or may be"
+    )
     error: PlaceErrorModel = Field(description="bounds of the error of the pose")
 
 

@@ -61,6 +61,19 @@ class RoomVoxels:
         is_room = (middles[:, 2] > floor) & (middles[:, 2] < ceiling)
         return cls(room.low, sides, counts, middles, is_room)
 
+    def holding(self, points: Array) -> NDArray[np.intp]:
+        """Find the voxels that hold points; what is outside of the box around the room is in none.
+
+        Args:
+            points: (P, 3) m in the place's frame.
+
+        Returns:
+            Indices of voxels.
+        """
+        at = np.floor((points - self.low) / self.sides).astype(np.intp)
+        at = at[((at >= 0) & (at < self.counts)).all(axis=1)]
+        return np.unique(np.ravel_multi_index(tuple(at.T), tuple(self.counts)))
+
     def boxes(self, is_filled: NDArray[np.bool_]) -> Array:
         """Merge voxels into boxes.
 
@@ -97,6 +110,30 @@ def unknown_boxes(
         is_unknown &= ~shape.inflated(width / 2).contains(own)  # or boxes would reach into the answer
         is_unknown &= is_something | ~shape.inflated(RESERVE).contains(own)
     return voxels.boxes(is_unknown)
+
+
+def unrecognised_boxes(
+    room: Room, sights: Sequence[LineOfSight], refused: Sequence[tuple[Shape, Array]]
+) -> Array:
+    """Collect where something is in a room that nobody recognised, or may be.
+
+    Args:
+        room: The room.
+        sights: The rays of each picture of its place.
+        refused: Shapes of items that are not sure enough, with their poses (4, 4) in the place's frame.
+
+    Returns:
+        (N, 2, 3) m, lower and upper corners of boxes in the place's frame: voxels in which something was
+        measured that nothing explains, and those that these shapes reach into.
+    """
+    voxels = RoomVoxels.of(room)
+    is_filled = np.zeros(len(voxels.middles), dtype=bool)
+    for sight in sights:
+        is_filled[voxels.holding(sight.unexplained_points)] = True
+    for shape, T in refused:
+        own = transform_points(inverse(T), voxels.middles)
+        is_filled |= voxels.is_room & shape.inflated(float(voxels.sides.max()) / 2).contains(own)
+    return voxels.boxes(is_filled)
 
 
 def whole_room(room: Room) -> Array:

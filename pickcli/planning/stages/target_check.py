@@ -10,6 +10,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.scene.scene import PlacedItem
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.statics.pushing import riders
+from pickcli.statics.unrecognised import unrecognised_at
 
 
 def check_target(problem: PickProblem) -> Failures:
@@ -21,7 +22,7 @@ def check_target(problem: PickProblem) -> Failures:
     Returns:
         The reasons, with the items that must be cleared first at the head; empty if there are none.
     """
-    return Failures((*_blocking(problem), *_contradictions(problem)))
+    return Failures((*_blocking(problem), *_unrecognised(problem), *_contradictions(problem)))
 
 
 def _blocking(problem: PickProblem) -> tuple[Reason, ...]:
@@ -43,6 +44,16 @@ def _blocking(problem: PickProblem) -> tuple[Reason, ...]:
             if name not in left_out and name not in riding
         ),
     )  # fmt: skip
+
+
+def _unrecognised(problem: PickProblem) -> tuple[Reason, ...]:
+    """Return the nearest thing that nobody recognised, if it may rest on the target or lean on it."""
+    target = problem.target
+    found = unrecognised_at(problem.scene, target.id)
+    if not found:
+        return ()
+    detail = f"what nobody recognised may rest on {target.id} or lean on it; look again"
+    return (Reason("not recognised", "at rest", f"{found[0]}: {detail}"),)
 
 
 def _contradictions(problem: PickProblem) -> tuple[Reason, ...]:

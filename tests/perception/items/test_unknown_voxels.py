@@ -8,11 +8,18 @@ from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, inverse, transform_points
+from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.perception.items.item_observation import PlaceObservation
 from pickcli.perception.items.line_of_sight import LEAST_PIXELS, unexplained_depth
-from pickcli.perception.items.unknown_voxels import VOXEL, merged_boxes, whole_room
-from support.filled_bins import Filled
+from pickcli.perception.items.unknown_voxels import (
+    RESERVE,
+    VOXEL,
+    merged_boxes,
+    unrecognised_boxes,
+    whole_room,
+)
+from pickcli.random_scenes.make_scene import make_scene
+from support.filled_bins import CONTENTS, Filled, looked_at
 
 
 def in_boxes(points: Array, boxes: Array, margin: float = 0.0) -> NDArray[np.bool_]:
@@ -37,12 +44,12 @@ def on_surface(shape: Shape, n: int) -> Array:
 
 
 def explained(observed: PlaceObservation, points: Array) -> NDArray[np.bool_]:
-    """(N,) whether points in the place's frame are in an answer, within its bounds."""
+    """(N,) whether points in the place's frame are in an answer, or so near that what is unseen is free."""
     found = np.zeros(len(points), dtype=bool)
     for answer in observed.items:
         if answer.bound is not None and answer.T_world_item is not None:
             T_item_place = inverse(answer.T_world_item) @ observed.T_world_place
-            shape = answer.item.shape.inflated(answer.bound.bound(answer.item))
+            shape = answer.item.shape.inflated(answer.bound.bound(answer.item) + RESERVE)
             found |= shape.contains(transform_points(T_item_place, points))
     return found
 
@@ -73,13 +80,57 @@ def test_no_body_is_where_nothing_is_believed_to_be(filled: Filled) -> None:
     """Also not that of an item which nobody listed: what is seen of it, and all behind it, is unknown."""
     T_place_world = inverse(filled.scene.T_world_place(filled.place))
     for left_out in (None, *filled.listed):
-        observed = filled.perceived([each for each in filled.listed if each is not left_out])
+        observed = filled.perceived([each for each in filled.listed if each != left_out])
         for placed in filled.scene.in_location(filled.place.name):
             points = transform_points(T_place_world @ placed.T_world_item, on_surface(placed.item.shape, 400))
             room = filled.place.room
             points[:, 2] = np.maximum(points[:, 2], room.floor_at(points[:, 0]) + 1e-3)  # pressed into it
             is_there = in_boxes(points, observed.unknown, VOXEL / 2) | explained(observed, points)
             assert is_there.mean() > 0.98, (left_out, placed.id)
+
+
+def test_what_is_seen_of_an_item_that_is_not_recognised_is_told(filled: Filled) -> None:
+    """What is seen of one that nobody listed, and little else."""
+    T_place_world = inverse(filled.scene.T_world_place(filled.place))
+    T_camera_place = inverse(T_place_world @ filled.rgbd.T_world_camera)
+    told = []
+    for left_out in filled.listed:
+        observed = filled.perceived([each for each in filled.listed if each != left_out])
+        placed = filled.scene.find(left_out.id)
+        refused = [each for each in observed.items if each.bound is None]
+        own = [(each.item.shape, each.T_world_item) for each in refused]
+        truly = [placed, *(filled.scene.find(each.id) for each in refused)]
+        own += [(each.item.shape, each.T_world_item) for each in truly]
+        middles = transform_points(filled.T_world_place, observed.unrecognised.mean(axis=1))
+        is_there = [
+            shape.inflated(2.0 * VOXEL).contains(transform_points(inverse(T), middles))
+            for shape, T in own
+            if T is not None
+        ]
+        assert np.any(is_there, axis=0).mean() > 0.8
+        T = T_place_world @ placed.T_world_item
+        points = transform_points(T_camera_place @ T, on_surface(placed.item.shape, 400))
+        u, v = np.round(filled.rgbd.sensor.camera.project(points)).astype(int).T
+        is_seen = np.abs(filled.rgbd.depth[v, u] - points[:, 2]) < 3e-3
+        seen = transform_points(inverse(T_camera_place), points[is_seen])
+        told.append(in_boxes(seen, observed.unrecognised, 2e-3).mean())
+    assert min(told) > 0.8 and len(told) == len(filled.listed)
+
+
+def test_where_a_refused_item_may_be_is_told(filled: Filled) -> None:
+    """Also where it is hidden, or too thin to be told from what it lies on."""
+    room = filled.place.room
+    shape, middle = Shape(ShapeKind.BOX, (0.1, 0.1, 0.004)), (room.low + room.high) / 2
+    boxes = unrecognised_boxes(room, [], [(shape, pose(tuple(middle)))])
+    points = middle + np.random.default_rng(0).uniform(-0.5, 0.5, (300, 3)) * shape.extents
+    assert in_boxes(points, boxes).all()
+    assert (np.abs(boxes - middle) < shape.extents / 2 + 1.5 * VOXEL).all()
+
+
+def test_where_all_is_recognised_nothing_is_told(cell: Cell) -> None:
+    observed = looked_at(make_scene({"bin_E": CONTENTS[:3]}, cell, seed=5)).perceived()
+    assert [each.bound is None for each in observed.items] == [False] * 3
+    assert len(observed.unrecognised) == 0
 
 
 def test_what_was_seen_through_is_free(filled: Filled) -> None:
