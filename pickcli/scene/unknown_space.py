@@ -19,7 +19,7 @@ class UnknownSpace:
         place: Name of the place.
         T_world_place: (4, 4) pose of its frame as it was seen.
         boxes: (N, 2, 3) m, lower and upper corners in that frame.
-        unrecognised: (M, 2, 3) m, alike: where something stands, lies or leans that nobody recognised, or may.
+        unrecognised: (M, 2, 3) m, alike: where something is that nobody recognised, or may be.
             It may rest on the items that it touches, or hold them.
     """
 

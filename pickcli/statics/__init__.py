@@ -4,6 +4,6 @@ Contacts: `patches` are the areas in which two solids of the `scene` meet, `soli
 they can bear, and `contact_graph` has all of them. `balance` solves the statics of single items, `supports`
 predicts which fall or roll when another is removed, `pushing` which may be pushed aside then and which ride
 along, `toppling` how a push turns an item over, `sliding` how one moves it off others, `landing` whether one
-tips over as it falls onto another, and `balance_warning` warns of those that cannot be at rest. `unrecognised`
-finds what nobody recognised beside an item.
+tips over as it falls onto another, and `balance_warning` warns of those that cannot be at rest.
+`unrecognised` finds what nobody recognised beside an item.
 """

@@ -106,7 +106,7 @@ def _wrong_segments(plan: Plan, scene: Scene) -> Iterator[Reason]:
 
 
 def _not_toppled(scene: Scene, place: Place, items: Sequence[PlacedItem]) -> Iterator[Reason]:
-    """Yield what is heavy, or could leave the box, or carries or supports what may not move, or is not known."""
+    """Yield what is heavy, not known, or could leave the box, or carries or supports what may not move."""
     names = {placed.id for placed in items}
     for body in scene.unrecognised_in(place.name)[:1]:
         yield _fault(items[0].id, f"nobody recognised what is at {body.name}")

@@ -179,14 +179,14 @@ def test_nothing_is_taken_from_under_what_nobody_recognised(true_scene: Scene) -
     cell, item = true_scene.cell, true_scene.find(ITEM)
     context, free = PlanningContext(cell), everywhere_but(true_scene.cell, "bin_C")
     T_bin_item = inverse(true_scene.T_world_place(cell.places["bin_C"])) @ item.T_world_item
-    top = T_bin_item[:3, 3] + (0.02, 0.0, item.item.shape.reach(T_bin_item[:3, :3])[2])
+    top = T_bin_item[:3, 3] + np.array([0.02, 0.0, item.item.shape.reach(T_bin_item[:3, :3])[2]])
     query, start = PickQuery("bin_C", ITEM), Start(cell.home.q, cell.home.tool_state)
     plan = plan_pick(
         context, believed_scene(cell, [look(true_scene, exact(true_scene, "bin_C"))], free), query, start, 1
     )
     for above, is_on_it in ((0.006, True), (0.05, False)):
-        middle = top + (0.0, 0.0, above)
-        thing = np.array([[middle - (0.02, 0.02, 0.004), middle + (0.02, 0.02, 0.004)]])
+        middle, half = top + np.array([0.0, 0.0, above]), np.array([0.02, 0.02, 0.004])
+        thing = np.array([[middle - half, middle + half]])
         seen = replace(exact(true_scene, "bin_C"), unrecognised=thing)
         scene = believed_scene(cell, [look(true_scene, seen)], free)
         verdict = verify(replace(plan, scene_hash=scene_hash(scene)), scene)
