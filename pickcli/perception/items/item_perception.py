@@ -28,10 +28,8 @@ from pickcli.perception.items.pose_bound import agreed_bound_of, bound_of
 from pickcli.perception.items.product_model import product_model
 from pickcli.perception.items.rgbd_picture import RgbdPicture
 from pickcli.perception.items.room_sight import coarse_view, room_sight
-from pickcli.perception.items.unknown_voxels import unknown_boxes, unrecognised_boxes
+from pickcli.perception.items.unknown_voxels import ASIDE, unknown_boxes, unrecognised_boxes
 from pickcli.perception.rendered_scene import RenderedScene
-
-ASIDE = 0.05  # m between cameras, below which two looks err alike, and are no second opinion
 
 
 @dataclass(frozen=True)
@@ -203,7 +201,7 @@ def concluded(looks: Sequence[PlaceLook]) -> PlaceObservation:
     ]
     return PlaceObservation(
         last.place.name, last.T_world_place, answers, left, max(look.seen for look in looks), unknown,
-        unrecognised=unrecognised_boxes(last.place.room, sights, refused),
+        unrecognised=unrecognised_boxes(last.place.room, sights, explained, refused),
     )  # fmt: skip
 
 

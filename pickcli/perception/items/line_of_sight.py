@@ -70,6 +70,11 @@ class LineOfSight:
         return np.asarray(np.abs(z - blocked) < 2.0 * width)
 
     @property
+    def eye(self) -> Array:
+        """(3,) m, the camera's centre in the place's frame."""
+        return np.asarray(inverse(self.T_camera_place)[:3, 3])
+
+    @property
     def unexplained_points(self) -> Array:
         """(N, 3) m in the place's frame: measured surfaces that nothing explains, but not single pixels.
 

@@ -7,10 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.perception.items.item_observation import PlaceObservation
-from pickcli.perception.items.line_of_sight import LEAST_PIXELS, unexplained_depth
+from pickcli.perception.items.line_of_sight import LEAST_PIXELS, LineOfSight, unexplained_depth
 from pickcli.perception.items.unknown_voxels import (
     RESERVE,
     VOXEL,
@@ -121,10 +122,40 @@ def test_where_a_refused_item_may_be_is_told(filled: Filled) -> None:
     """Also where it is hidden, or too thin to be told from what it lies on."""
     room = filled.place.room
     shape, middle = Shape(ShapeKind.BOX, (0.1, 0.1, 0.004)), (room.low + room.high) / 2
-    boxes = unrecognised_boxes(room, [], [(shape, pose(tuple(middle)))])
+    boxes = unrecognised_boxes(room, [], [], [(shape, pose(tuple(middle)))])
     points = middle + np.random.default_rng(0).uniform(-0.5, 0.5, (300, 3)) * shape.extents
     assert in_boxes(points, boxes).all()
     assert (np.abs(boxes - middle) < shape.extents / 2 + 1.5 * VOXEL).all()
+
+
+def test_of_looks_from_several_places_two_have_to_measure_it(cell: Cell) -> None:
+    """A second look from the same place errs as the first does."""
+    room = cell.places["bin_E"].room
+    patch = (room.low + room.high) / 2
+
+    def sight(aside: float, is_seen: bool) -> LineOfSight:
+        """A camera that looks into the room along x, and a surface of 2 cm in its middle."""
+        camera = PinholeCamera(600.0, 600.0, 250.0, 20.0, 500, 40)
+        R = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])  # place to camera
+        eye = patch - (0.6, aside, 0.0)
+        blocked = np.full((40, 500), np.inf, dtype=np.float32)
+        middle = 250 + round(600.0 * -aside / 0.6)
+        if is_seen:
+            blocked[10:30, middle - 10 : middle + 10] = 0.6
+        return LineOfSight(camera, pose(-R @ eye, R=R), np.full((40, 500), 1.0, dtype=np.float32), blocked)
+
+    def told(*sights: LineOfSight) -> bool:
+        boxes = unrecognised_boxes(room, sights, [], [])
+        if len(boxes):
+            assert (np.abs(boxes - patch) < 0.01 + 2.0 * VOXEL).all()
+        return len(boxes) > 0
+
+    assert told(sight(0.0, True))
+    assert told(sight(0.0, True), sight(0.01, False))
+    assert not told(sight(0.0, True), sight(0.2, False))
+    assert not told(sight(0.0, True), sight(0.01, True), sight(0.2, False))
+    assert told(sight(0.0, True), sight(0.2, False), sight(-0.2, False), sight(-0.06, True))
+    assert not told(sight(0.0, False), sight(0.2, False))
 
 
 def test_where_all_is_recognised_nothing_is_told(cell: Cell) -> None:
