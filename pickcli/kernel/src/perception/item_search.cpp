@@ -72,8 +72,7 @@ std::vector<Vec3> near_surface(const Product& product, const Pose& T, const std:
   for (const Vec3& p : points) {
     const Vec3 away = p - T.p;
     if (dot(away, away) > reach * reach) continue;
-    if (std::abs(surface_distance(product.kind, product.half, back * p).distance) < distance)
-      out.push_back(p);
+    if (std::abs(distance_to_surface(product.kind, product.half, back * p)) < distance) out.push_back(p);
   }
   if (out.size() <= kMostPoints) return out;
   for (std::size_t i = 0; i < kMostPoints; ++i) out[i] = out[i * out.size() / kMostPoints];
@@ -340,9 +339,11 @@ Option searched(const PlacePicture& picture, const PlacedProduct& start, const C
   std::vector<Solid> solids;
   for (const PlacedProduct& each : neighbours) solids.push_back(picture.solid(each.product, each.T));
   const SolidKind kind = picture.product(start.product).kind;
-  const auto cost = [&](const Pose& T) {
-    double sum = picture.cost_before(start.product, T, others) +
-                 penalty(picture.penetration(start.product, T), settings);
+  // Solids that reach into each other only cost more: what shows too little already need not be tested for that.
+  const auto cost = [&](const Pose& T, double less_than) {
+    double sum = picture.cost_before(start.product, T, others);
+    if (!(sum < less_than)) return sum;
+    sum += penalty(picture.penetration(start.product, T), settings);
     const Solid own = picture.solid(start.product, T);
     for (const Solid& other : solids) sum += penalty(pair_penetration(own, other), settings);
     return sum;
@@ -364,7 +365,7 @@ Option searched(const PlacePicture& picture, const PlacedProduct& start, const C
     const Vec3 out = (edge & 1 ? -y : y) * T.R.column(b) + (edge & 2 ? -z : z) * T.R.column(c);
     return turned(T, T.R.column(axis), T.p + out, step);
   };
-  Option best{start.T, cost(start.T)};
+  Option best{start.T, cost(start.T, kInfinity)};
   const auto improve = [&](int first, int last, double step) {
     const double before = best.cost;
     for (int direction = first; direction < last; ++direction) {
@@ -372,7 +373,7 @@ Option searched(const PlacePicture& picture, const PlacedProduct& start, const C
       if (direction >= 3 && direction % 3 == 2 && kind == SolidKind::cylinder) continue;
       for (const double sign : {1.0, -1.0}) {
         const Pose T = moved(best.T, direction, sign * step);
-        const double c = cost(T);
+        const double c = cost(T, best.cost);
         if (!(c < best.cost)) continue;
         best = {T, c};
         break;

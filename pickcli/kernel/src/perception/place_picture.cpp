@@ -35,14 +35,14 @@ class RowCaster {
       for (int k = 0; k < n; ++k) depth[k] = cast_round(x[k]);
   }
 
-  //! Cosine between ray and normal where the ray (x, the row's y) enters.
-  float facing(float x, float y, float depth) const {
+  //! Cosine between ray and normal where the ray (x, in the row) enters.
+  //! length: of the ray up to depth 1.
+  float facing(float x, float depth, float length) const {
     float d[3], p[3];
     for (int i = 0; i < 3; ++i) {
       d[i] = base_[i] + x * right_[i];
       p[i] = eye_[i] + depth * d[i];
     }
-    const float length = std::sqrt(x * x + y * y + 1.0f);
     if (kind_ == SolidKind::sphere) return -(p[0] * d[0] + p[1] * d[1] + p[2] * d[2]) / (half_[0] * length);
     if (kind_ == SolidKind::cylinder) {
       const float across = std::sqrt(p[0] * p[0] + p[1] * p[1]);
@@ -173,6 +173,8 @@ PlacePicture::PlacePicture(MeasuredPicture measured, KnownSurface known,
   const PinholeCamera& camera = measured_.camera;
   for (int u = 0; u < camera.width; ++u) x_.push_back(static_cast<float>(camera.x(u)));
   for (int v = 0; v < camera.height; ++v) y_.push_back(static_cast<float>(camera.y(v)));
+  for (const float y : y_)
+    for (const float x : x_) length_.push_back(std::sqrt(x * x + y * y + 1.0f));
   const Returns plain = returns(0.0);
   for (std::size_t i = 0; i < n_pixels(); ++i) {
     if (measured_.share[i] > 0.0f)
@@ -238,7 +240,7 @@ void PlacePicture::each_hit(const Product& product, const Pose& T, const Visit& 
         const std::size_t at = pixel + static_cast<std::size_t>(k);
         // An infinite depth is that of a ray that passes by, and of pixels without anything known.
         if (depth[k] < known_.depth[at] && known_.depth[at] < kInfinity)
-          visit(at, depth[k], caster.facing(x[k], y, depth[k]));
+          visit(at, depth[k], [&, k, at] { return caster.facing(x[k], depth[k], length_[at]); });
       }
     }
 }
@@ -246,10 +248,10 @@ void PlacePicture::each_hit(const Product& product, const Pose& T, const Visit& 
 Sight PlacePicture::sight(int index, const Pose& T) const {
   const Entry& entry = products_[static_cast<std::size_t>(index)];
   Sight out;
-  each_hit(entry.product, T, [&](std::size_t pixel, float depth, float facing) {
+  each_hit(entry.product, T, [&](std::size_t pixel, float depth, const auto& facing) {
     out.pixel.push_back(static_cast<std::int32_t>(pixel));
     out.depth.push_back(depth);
-    out.cost.push_back(cost(pixel, depth, facing, entry.returns, entry.product.colour_costs));
+    out.cost.push_back(cost(pixel, depth, facing(), entry.returns, entry.product.colour_costs));
   });
   return out;
 }
@@ -258,10 +260,10 @@ double PlacePicture::cost_before(int index, const Pose& T, const Composite& othe
   const Entry& entry = products_[static_cast<std::size_t>(index)];
   double sum = 0.0;
   int n = 0;
-  each_hit(entry.product, T, [&](std::size_t pixel, float depth, float facing) {
+  each_hit(entry.product, T, [&](std::size_t pixel, float depth, const auto& facing) {
     if (!(depth < others.depth[pixel])) return;
     ++n;
-    sum += static_cast<double>(cost(pixel, depth, facing, entry.returns, entry.product.colour_costs) -
+    sum += static_cast<double>(cost(pixel, depth, facing(), entry.returns, entry.product.colour_costs) -
                                others.cost[pixel]);
   });
   if (shown) *shown = n;

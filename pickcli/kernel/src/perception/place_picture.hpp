@@ -106,7 +106,7 @@ class PlacePicture {
 
   Returns returns(double no_return) const;
 
-  //! Calls visit(pixel, depth, facing) where a solid is before what is known.
+  //! Calls visit(pixel, depth, facing), with a function for the cosine at which it is met, where a solid is before what is known.
   template <typename Visit>
   void each_hit(const Product& product, const Pose& T_camera_item, const Visit& visit) const;
 
@@ -122,6 +122,7 @@ class PlacePicture {
   std::vector<float> hidden_;            //!< m, by pixel: beyond, the second eye of a stereo camera sees nothing
   std::vector<float> known_costs_;
   std::vector<float> x_, y_;
+  std::vector<float> length_;  //!< by pixel, of its ray up to depth 1
   std::vector<Entry> products_;
 };
 

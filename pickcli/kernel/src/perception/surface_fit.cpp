@@ -40,7 +40,7 @@ class Problem {
     const double s2 = settings_.scale * settings_.scale;
     double sum = 0.0;
     for (const Vec3& p : points_) {
-      const double d = surface_distance(kind_, half_, back * p).distance;
+      const double d = distance_to_surface(kind_, half_, back * p);
       sum += d * d / (s2 + d * d);
     }
     return sum / static_cast<double>(points_.size());

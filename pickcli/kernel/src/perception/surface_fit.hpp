@@ -2,6 +2,8 @@
 //! Poses of solids to points measured on their surfaces: Powell's dogleg on analytic distances.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "geometry/solid.hpp"
@@ -16,6 +18,19 @@ struct SurfaceDistance {
 
 //! Both in the solid's frame. half: of the solid itself; a cylinder's are (r, r, half length).
 SurfaceDistance surface_distance(SolidKind kind, const Vec3& half, const Vec3& point);
+
+//! The same distance alone.
+inline double distance_to_surface(SolidKind kind, const Vec3& half, const Vec3& point) {
+  if (kind == SolidKind::sphere) return norm(point) - half.x;
+  if (kind == SolidKind::cylinder) {
+    const double across = std::sqrt(point.x * point.x + point.y * point.y);
+    const double q = across - half.x, r = std::abs(point.z) - half.z;
+    return q <= 0.0 || r <= 0.0 ? std::max(q, r) : std::sqrt(q * q + r * r);
+  }
+  const Vec3 q{std::abs(point.x) - half.x, std::abs(point.y) - half.y, std::abs(point.z) - half.z};
+  const double d = norm(Vec3{std::max(q.x, 0.0), std::max(q.y, 0.0), std::max(q.z, 0.0)});
+  return d > 0.0 ? d : std::max({q.x, q.y, q.z});
+}
 
 //! What may move in a fit.
 enum class Freedom { upright, all };  //!< position and turns about one direction, or all turns
