@@ -79,16 +79,9 @@ mutants: install
 bench: install
 	$(BIN)/python -m bench
 
-# What cameras see, and what is found in it and planned with it, of fresh seeds: an hour on one core.
+# All that is asked of perception, measured on fresh seeds, in one table.
 bench-perception: install
-	$(BIN)/python -m bench.perception
-	$(BIN)/python -m bench.pod_pose --shifts 200 --seed $(SIGHT)
-	$(BIN)/python -m bench.pod_pose --shifts 200 --seed $(SIGHT) --mount
-	$(BIN)/python -m bench.perceived --seeds $(SIGHT)0-$(SIGHT)7
-	$(BIN)/python -m bench.perceived --seeds $(SIGHT)0-$(SIGHT)7 --sensors ensenso --looks 3
-	$(BIN)/python -m bench.perceived --seeds $(SIGHT)0-$(SIGHT)2 --sensors ensenso --lists
-	$(BIN)/python -m bench.unknown --seeds $(SIGHT)0-$(SIGHT)1 --sensors ensenso kinect_v2
-	$(BIN)/python -m bench.seeing --orders 4 --seed $(SIGHT)1
+	$(BIN)/python -m bench.eyes --seed $(SIGHT)0
 
 # The peers live in an environment of their own. One that does not install becomes a row that says so.
 $(PEERS)/.installed: bench/peers/requirements.txt
