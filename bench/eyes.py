@@ -31,7 +31,6 @@ from bench.perceived import (
     wrong_lists,
 )
 from bench.perception import measure as measure_pictures
-from bench.pod_pose import EXACT
 from bench.pod_pose import measure as measure_pod
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
@@ -40,6 +39,7 @@ from pickcli.errors import InputError
 from pickcli.geometry import inverse
 from pickcli.perception.items.item_perception import ListedItem
 from pickcli.perception.items.unknown_voxels import unknown_boxes
+from pickcli.perception.pod_pose import EXACT
 from pickcli.scene.scene import Scene
 
 N_LOOKS = 3

@@ -123,9 +123,9 @@ def unrecognised_boxes(
 ) -> Array:
     """Collect where something is in a room that nobody recognised, or may be.
 
-    Of 137 recognised items in four scenes 13 touched one that was not. With all measured points, boxes touch
-    26 of them, among these all of the 13; with what looks from two places measured they touch 20, with 12. All
-    four without which something unrecognised would fall are among both.
+    Of 137 recognised items in four scenes 13 touched one that was not. With all measured points, boxes
+    touch 26 of them, among these all of the 13; with what looks from two places measured they touch 20,
+    with 12. All four without which something unrecognised would fall are among both.
 
     Args:
         room: The room.
