@@ -1,19 +1,19 @@
 """How well items are found in pictures, on fresh scenes: how many, how exactly, how often wrongly, how fast.
 
     python -m bench.perceived [--seeds 1000-1005] [--sensors ensenso carmine] [--json FILE]
-    python -m bench.perceived --seeds 1-3 --calibrate
-    python -m bench.perceived --seeds 24-31 --looks 3 --calibrate
+    python -m bench.perceived --seeds 10-18 --calibrate
+    python -m bench.perceived --seeds 24-39 --sensors ensenso --looks 3 --calibrate
     python -m bench.perceived --seeds 1000 --sensors ensenso --lists
 
 Each seed is an order drawn by the rules of 2016 (46 items in 12 bins), stowed by the package's scene maker,
 and printed by a set of prints that no model knows. The camera on the gripper looks once into each bin, as
 each of the sensors. An answer is good within 10 mm and 10 degrees of the truth, symmetries of the shape
-aside, and wrong over 30 mm; a copy of an item may be taken for the other. Seeds 1 to 3 were used for tuning
-and for ``--calibrate``, which fits the confidence to them; figures of others are to be reported. CPU time of
-one thread, without pictures and models. ``--lists`` gives each bin a list with one item too few, which must
-leave something unexplained, and one with an item that is not there, which must be refused. With ``--looks 3``
-the camera looks from both sides, too, and answers are what two of the looks agree on; ``--calibrate`` is then
-for what each two of them say.
+aside, and wrong over 30 mm; a copy of an item may be taken for the other. Seeds 1 to 3 were used for tuning,
+10 to 23 for confidence and bounds by one look, and 24 to 39 for those by several, as ``--calibrate`` prints
+them; figures of other seeds are to be reported. CPU time of one thread, without pictures and models.
+``--lists`` gives each bin a list with one item too few, which must leave something unexplained, and one with
+an item that is not there, which must be refused. With ``--looks 3`` the camera looks from both sides, too, and
+answers are what two of the looks agree on; ``--calibrate`` is then for what each two of them say.
 """
 
 from __future__ import annotations
