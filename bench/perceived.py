@@ -12,8 +12,8 @@ aside, and wrong over 30 mm; a copy of an item may be taken for the other. Seeds
 10 to 23 for confidence and bounds by one look, and 24 to 39 for those by several, as ``--calibrate`` prints
 them; figures of other seeds are to be reported. CPU time of one thread, without pictures and models.
 ``--lists`` gives each bin a list with one item too few, which must leave something unexplained, and one with
-an item that is not there, which must be refused. With ``--looks 3`` the camera looks from both sides, too, and
-answers are what two of the looks agree on; ``--calibrate`` is then for what each two of them say.
+an item that is not there, which must be refused. With ``--looks 3`` the camera looks from both sides, too,
+and answers are what two of the looks agree on; ``--calibrate`` is then for what each two of them say.
 """
 
 from __future__ import annotations
