@@ -75,6 +75,18 @@ class DepthModel:
         noise = noise + self.disparity_error * per_pixel
         return np.asarray(np.hypot(noise, self.disparity_step * per_pixel / np.sqrt(12.0)))
 
+    def step(self, depth: float, fx: float) -> float:
+        """Compute the step of depths to whose multiples it is rounded.
+
+        Args:
+            depth: m.
+            fx: px, focal length along a row.
+
+        Returns:
+            m; 0 if it is not rounded.
+        """
+        return self.disparity_step * depth**2 / (fx * self.baseline) if self.disparity_step else 0.0
+
 
 @dataclass(frozen=True)
 class SensorModel:

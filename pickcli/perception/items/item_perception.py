@@ -265,7 +265,7 @@ def _agreed_answer(looks: _Pair, at: tuple[int, int], each: ListedItem) -> ItemO
     agreement = agreement_with(each.item, T, other.poses[k], other.confidence(k))
     support = one.found[i].support
     confidence = agreed_confidence(support, one.lost(i), len(one.listed), agreement)
-    bound = agreed_bound_of(each.item, support, one.rgbd.depth_model, confidence, agreement)
+    bound = agreed_bound_of(each.item, support, one.rgbd.sensor, confidence, agreement)
     refusal = _refusal(one, T, confidence)
     return ItemObservation(each.id, each.item, T, confidence, refusal, bound, support, agreement)
 

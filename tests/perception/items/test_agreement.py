@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.geometry import pose
 from pickcli.perception.items.agreement import agreed_confidence, matched
 from pickcli.perception.items.item_observation import Agreement
 from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
 from pickcli.perception.items.item_search import PoseEstimate
-from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, agreed_bound_of, bound_of
+from pickcli.perception.items.pose_bound import LEAST_CONFIDENCE_OF_BOUND, agreed_bound_of
 from pickcli.scene.scene import PoseNoise
 from support.filled_bins import Filled, looked_at, looked_at_aslant
 
@@ -126,13 +127,22 @@ def test_what_is_clear_in_one_look_is_free(filled: Filled) -> None:
     assert 0.0 < volumes[0] < volumes[1]
 
 
-def test_sensors_that_mix_edges_keep_their_bounds_by_one_look(looks: tuple[PlaceLook, PlaceLook]) -> None:
-    support = next(iter(looks[0].found.values())).support
-    item, mixing = looks[0].listed[0].item, replace(looks[0].rgbd.depth_model, mixes_edges=True)
-    agreed = agreed_bound_of(item, support, mixing, 0.999, Agreement(0.99, apart(0.2)))
-    assert agreed == bound_of(item, support, mixing, 0.999)
-    sharp = [
-        agreed_bound_of(item, support, looks[0].rgbd.depth_model, 0.999, Agreement(0.99, apart(mm)))
-        for mm in (0.2, 2.0)
-    ]
-    assert sharp[0] is not None and sharp[1] is not None and sharp[0].position < sharp[1].position
+def test_bounds_know_how_far_both_looks_are_apart_and_how_coarsely_depth_is_rounded(
+    looks: tuple[PlaceLook, PlaceLook],
+) -> None:
+    """By sensors that mix depths at edges, too."""
+    support, item = next(iter(looks[0].found.values())).support, looks[0].listed[0].item
+    fine = looks[0].rgbd.sensor
+    assert fine.depth is not None
+
+    def surface(sensor: SensorModel, mm: float) -> float:
+        bound = agreed_bound_of(item, support, sensor, 0.999, Agreement(0.99, apart(mm)))
+        assert bound is not None and bound.displacement is not None
+        return bound.displacement
+
+    mixing = replace(fine, depth=replace(fine.depth, mixes_edges=True))
+    coarse = replace(fine, depth=replace(fine.depth, disparity_step=0.125 * fine.camera.fx / 570.0))
+    assert surface(fine, 0.2) < surface(fine, 2.0)
+    assert surface(mixing, 0.2) == surface(fine, 0.2)
+    assert surface(coarse, 0.2) == pytest.approx(1.22 * surface(fine, 0.2))
+    assert agreed_bound_of(item, support, fine, 0.98, Agreement(0.99, apart(0.2))) is None
