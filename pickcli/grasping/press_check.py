@@ -3,8 +3,7 @@
 A cup from above must press within the item's support. A cup from the side may tip an item that is tall for
 its depth: the item turns about the edge of its footing on the far side. It returns, or is held leaning, as
 long as its centre is not over that edge. An item that needs more force than its weight to tip slides instead;
-below that, sliding is neglected. A wall of its place behind the item holds it, if the item surely meets that
-before it has turned by ``MOST_LEAN``; other solids behind it are not considered as supports.
+below that, sliding is neglected. Solids behind the item are not considered as supports.
 
 Let D be the travel of the cup beyond the face, k the stiffness of its bellows, W the weight, l the lever arm
 of a part of the lip about the edge and d how far the face is back from the edge there, both seen along the
@@ -20,7 +19,7 @@ in the bellows, raises the centre further; so the cup meets slender items more s
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -28,11 +27,10 @@ from numpy.typing import NDArray
 
 from pickcli.cell.tool import Tool
 from pickcli.collision.stage_contacts import PickContacts
-from pickcli.geometry import GRAVITY, Array, rotation_axis_angle
+from pickcli.geometry import GRAVITY, Array
 from pickcli.grasping.cup_press import max_press_depth, overtravel
 from pickcli.motion.plan import Grasp
 from pickcli.scene.scene import PlacedItem
-from pickcli.scene.touching import gaps
 
 EDGE_TOLERANCE = 1e-3  # m that a press from above stays within the edge of the support
 MAX_TILT_SHARE = 0.95  # of the angle at which an item falls over, to which a press may tip it
@@ -40,8 +38,6 @@ MOST_SPEED = 0.8  # of the speed at which a cup throws the item over
 REBOUND = 2.0  # times the cup's speed: speed at which an item leaves undamped bellows
 MOST_FRICTION = 1.1  # of an item on its support: cardboard, plastic and cloth on board have 0.25 to 0.5
 SLOWEST = 0.05  # of the tool's contact speed: a grasp that throws the item over even at that is rejected
-MOST_LEAN = np.radians(7.5)  # turn of an item under a cup from the side; 7.6 degrees were held in simulation
-FACES_IT = np.cos(np.radians(30.0))  # of the angle between a turn's direction and the normal of a wall behind
 LEVEL = np.cos(np.radians(10.0))  # of the angle to the vertical, up to which an item stands on a side
 NO_ARM = 1e-6  # m
 LENGTH_ROUNDING = 1e-6  # m, shorter edges are points
@@ -78,9 +74,8 @@ def contact_speed(contacts: PickContacts, tool: Tool, grasp: Grasp) -> float | N
     if press is None:
         return fastest
     speed = MOST_SPEED * press.throwing_speed
-    if press.tilt <= MAX_TILT_SHARE * press.balance and speed >= SLOWEST * fastest:
-        return min(fastest, speed)
-    return SLOWEST * fastest if _leans_on_wall(contacts, press) else None
+    is_tipped = press.tilt > MAX_TILT_SHARE * press.balance or speed < SLOWEST * fastest
+    return None if is_tipped else min(fastest, speed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,8 +141,6 @@ class _Press:
         weight: N, smallest weight of the item.
         press_depth: m that the cup goes beyond the face at most.
         stiffness: N/m of the bellows.
-        edge: (3,) m in the world, the point of the edge that is nearest to the centre.
-        way: (2,) level unit vector across the edge, in which the item would tip.
     """
 
     inside: float
@@ -160,8 +153,6 @@ class _Press:
     weight: float
     press_depth: float
     stiffness: float
-    edge: Array
-    way: Array
 
     @property
     def tilt(self) -> float:
@@ -242,26 +233,7 @@ def _press(contacts: PickContacts, tool: Tool, grasp: Grasp) -> _Press | None:
     weight, press_depth = target.item.lightest * GRAVITY, max_press_depth(grasp, tool, noise)
     back = -float(to_tip[first] @ (*(tip[:2, 2] @ ways[first] * ways[first]), tip[2, 2]))
     arm, cup = float(arms[first]), tool.cup
-    return _Press(
-        b, z, arm, back, cup.radius, balance, inertia, weight, press_depth, cup.stiffness, edges[first],
-        ways[first],
-    )  # fmt: skip
-
-
-def _leans_on_wall(contacts: PickContacts, press: _Press) -> bool:
-    """Whether an item that turns over an edge surely meets a wall of its place before it has turned far."""
-    graph, target = contacts.supports.graph, contacts.target
-    solids, k = graph.solids, graph.index[target.id]
-    walls = np.array([i for i, name in enumerate(solids.names) if name not in graph.items])
-    x, y = press.way
-    R, turned = rotation_axis_angle(np.array([-y, x, 0.0]), MOST_LEAN), solids.T.copy()
-    turned[k, :3, :3] = R @ solids.T[k, :3, :3]
-    turned[k, :3, 3] = press.edge + R @ (solids.T[k, :3, 3] - press.edge)
-    before = gaps(solids, np.full(len(walls), k), walls)
-    after = gaps(replace(solids, T=turned), np.full(len(walls), k), walls)
-    errors = solids.bound[k] + solids.bound[walls]
-    meets = (before.width >= -errors) & (after.width < -errors)
-    return bool((meets & (after.normal[:, :2] @ press.way >= FACES_IT)).any())
+    return _Press(b, z, arm, back, cup.radius, balance, inertia, weight, press_depth, cup.stiffness)
 
 
 def _underside(target: PlacedItem, points: Array) -> Array:

@@ -12,8 +12,6 @@ anywhere, within pose errors. Between the last bearing line and the next, bisect
 inside. Against a press from above, the support is enlarged by horizontal pose errors, so that a refused press
 tips the item for any of them.
 
-A wall of the item's place behind it holds it, if the item surely enters that as it turns a little.
-
 An item that does not stand by its weight is held from the side, which vertical lines do not show: it is not
 judged.
 """
@@ -28,7 +26,7 @@ from numpy.typing import NDArray
 
 from pickcli.cell.shapes import Shape
 from pickcli.errors import Reason
-from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle
+from pickcli.geometry import GRAVITY, Array, inverse
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
@@ -36,11 +34,8 @@ from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.quintic import positions_at
 from pickcli.verification.ray_casting import cast_rays
-from pickcli.verification.separation import overlap
 from pickcli.verification.straightness_check import fastest_tip
 
-MOST_LEAN = np.radians(8.0)  # turn of an item under a press from the side, until which a wall holds it
-FACES_IT = 0.8  # cosine of the angle between the way of that turn and the way out of the wall
 N_LINES = 41  # along each side of the item's footprint
 EDGE_WIDTH = 1e-3  # m, width of the edge of a support
 N_HALVINGS = 6  # of the gap between two lines, to find the edge in it
@@ -173,8 +168,6 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
     first = int(np.argmin(lasts))  # the edge over which the least force tips it
     if lasts[first] >= MOST_FRICTION:
         return False
-    if _leans_on_wall(scene, placed, edges[first], ways[first]):
-        return False
     noise, arm = scene.noise_of(placed), np.linalg.norm(np.cross(point - centre, press.tip[:3, 2]))
     depth = press.depth + float(noise.at(np.array(arm)))
     most = float(np.arctan2(-centres[first, 0], centres[first, 1])) - noise.angle
@@ -188,21 +181,6 @@ def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
     turn = REBOUND * press.speed / lowest
     thrown, energy = _energy(placed, centre - edges[first], ways[first]) * turn**2, work + relaxed
     return bool(np.all(np.diff(energy) < 0.0) or thrown > MOST_THROWN * (energy[-1] - energy.min()))
-
-
-def _leans_on_wall(scene: Scene, placed: PlacedItem, edge: Array, way: Array) -> bool:
-    """Whether an item that turns about an edge (3,) in a level direction (2,) surely meets a wall soon."""
-    R = rotation_axis_angle((-way[1], way[0], 0.0), MOST_LEAN)
-    T = pose(edge) @ pose(R=R) @ pose(-edge) @ placed.T_world_item
-    for carrier in scene.posed_carriers:
-        for body in carrier.bodies:
-            T_body = carrier.T_world_carrier @ body.T_parent_shape
-            before, _ = overlap(placed.item.shape, placed.T_world_item, body.shape, T_body)
-            deep, out = overlap(placed.item.shape, T, body.shape, T_body)
-            errors = scene.bound(placed) + carrier.uncertainty(body)
-            if before <= errors + TOUCH and deep > errors and out[:2] @ way >= FACES_IT:
-                return True
-    return False
 
 
 def _energy(placed: PlacedItem, from_edge: Array, way: Array) -> float:

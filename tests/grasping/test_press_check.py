@@ -73,21 +73,6 @@ def test_what_the_push_alone_tips_over_is_not_pressed_on(cell: Cell) -> None:
         assert (contact_speed(*pressed(cell, upright(cell, depth), 0.06, noise)) is None) is is_tipped
 
 
-@pytest.mark.parametrize(("off_wall", "is_held"), [(0.001, True), (0.004, True), (0.03, False)])
-def test_a_wall_behind_holds_what_would_fall_over(cell: Cell, off_wall: float, is_held: bool) -> None:
-    """A slender box before the back of its bin, so far off that, turned by 7.5 degrees, it would be in it."""
-    noise, depth = PoseNoise(0.001, float(np.radians(0.5))), 0.008
-    x = float(cell.pod.bins[BIN].room.high[0]) - off_wall - depth / 2
-    item = at(cell, "box", shaped(cell, (depth, 0.08, TALL), mass=0.1), x, 0.0, TALL / 2)
-    problem, grasp = pressed(cell, item, 0.06, noise)
-    speed = contact_speed(problem, grasp)
-    assert (speed is not None) is is_held
-    push, cup = overtravel(grasp, cell.robot.tool, noise), cell.robot.tool.cup
-    tip = item.T_world_item @ grasp.T_item_tip @ pose((0.0, 0.0, push))
-    press = Press(tip, push, cup.stiffness, speed or cup.contact_speed, cup.radius)
-    assert falls_over(problem.scene, item, press) is not is_held
-
-
 def test_the_greatest_press_depth_is_that_on_an_item_that_is_nearer_than_it_is_seen(cell: Cell) -> None:
     noise, tool = PoseNoise(0.002, 0.0), cell.robot.tool
     problem, grasp = pressed(cell, upright(cell, 0.02), 0.06, noise)
