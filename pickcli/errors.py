@@ -267,7 +267,8 @@ class NoPlanError(ApcError):
         Returns:
             The error, with the reasons and blockers of all; a NoExtractionError if all errors are.
         """
-        lines = [f"{each}{'' if error is None else f': {error.summary()}'}" for each, error in alternatives]
+        told = ((each, "" if error is None else error.summary()) for each, error in alternatives)
+        lines = [each if why in each else f"{each}: {why}" for each, why in told]  # none is told twice
         errors = [error for _, error in alternatives if error is not None]
         is_stuck = bool(errors) and all(isinstance(error, NoExtractionError) for error in errors)
         reasons = (reason for error in errors for reason in error.reasons)

@@ -18,7 +18,7 @@ from pickcli.geometry import Array
 from pickcli.grasping.face_poses import face_poses
 from pickcli.grasping.grasp_target import CandidateSet, GraspBatch, GraspTarget
 from pickcli.grasping.holding import HoldLimits, loads_at_rest
-from pickcli.grasping.lip_coverage import bearing_share, is_covered, kept_vacuum
+from pickcli.grasping.lip_coverage import bearing_share, kept_vacuum
 from pickcli.grasping.search import USUAL, Search
 from pickcli.grasping.surfaces import Face, faces, flat_normal, rolled, tilted, wide_faces
 
@@ -92,25 +92,28 @@ class _Places:
     Attributes:
         face: Name of the face.
         T_item_tip: (P, 4, 4) tool frames in the item's.
-        share: Share of its limits that the cup bears at all of them.
+        share: (P,) shares of its limits that the cup bears there.
     """
 
     face: str
     T_item_tip: Array
-    share: float
+    share: Array
+
+    def select(self, chosen: NDArray[np.bool_]) -> _Places:
+        """Return some of the places, by a mask (P,)."""
+        return _Places(self.face, self.T_item_tip[chosen], self.share[chosen])
 
 
 def _places(target: GraspTarget, face: Face, T_item_tip: Array, tool: Tool) -> _Places | Reason:
-    """Return places (P, 4, 4) on a face with what the cup bears there, or why it leaks."""
+    """Return those of places (P, 4, 4) on a face that seal at the largest error; or why none does."""
     item, name, cup, tips = target.item, face.name, tool.cup, T_item_tip[:, :3, 3]
-    if is_covered(item, name, tips[0], cup):  # as at all places of the face
-        return _Places(name, T_item_tip, item.seals[name])
-    kept = min(kept_vacuum(item, name, tip, cup, target.noise) for tip in tips)
-    if kept < LEAST_SHARE:
-        detail = f"narrower than the cup, it keeps {kept:.1%} of the vacuum, {LEAST_SHARE:.1%} are needed"
+    kept = np.array([kept_vacuum(item, name, tip, cup, target.noise) for tip in tips])
+    share = np.array([bearing_share(item, name, tip, cup, target.noise) for tip in tips])
+    found = _Places(name, T_item_tip, share).select(kept >= LEAST_SHARE)
+    if len(found.share) == 0:
+        detail = f"beside its edges the pump keeps {kept.max():.1%} of the vacuum, needs {LEAST_SHARE:.1%}"
         return Reason("does not seal", f"{target.id}, face {name}", detail)
-    least = min(bearing_share(item, name, tip, cup, target.noise) for tip in tips)
-    return _Places(name, T_item_tip, least)
+    return found
 
 
 def _nothing_to_hold(target: GraspTarget, tool: Tool) -> Reason:
@@ -166,7 +169,7 @@ def _placements(
     rejected: list[Reason] = []
     for kind, (mine, off) in _kinds(target, tool, places.T_item_tip).items():
         if mine.any():
-            chosen = replace(places, T_item_tip=places.T_item_tip[mine])
+            chosen = places.select(mine)
             batch, against = _of_kind(target, kind, chosen, off[mine], tool, search, most)
             found += [] if batch is None else [batch]
             rejected += against
@@ -181,8 +184,13 @@ def _of_kind(
     tool_state = tool.state_with_lance(IN_LINE if kind == "frontal" else ACROSS)
     if tool_state is None:
         return None, [Reason("no state of the tool for this grasp", where, kind)]
-    bears = HoldLimits(tool.cup.limits, places.share)
-    loads = loads_at_rest(target.item, bears, T_item_tip, target.R_level_item)
+    at_full = HoldLimits(tool.cup.limits)
+    loads = [
+        replace(load, ratio=load.ratio / share)
+        for load, share in zip(
+            loads_at_rest(target.item, at_full, T_item_tip, target.R_level_item), places.share, strict=True
+        )
+    ]
     rejected = [
         Reason(
             "does not hold", where,

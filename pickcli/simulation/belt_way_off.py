@@ -84,7 +84,7 @@ class BeltWayOff:
     @property
     def is_at_rest(self) -> bool:
         """Whether the arm is at rest."""
-        return self._slows and self._belt.rate == 0.0
+        return self.is_clear and self._slows and self._belt.rate == 0.0
 
     def next(self) -> Array:
         """Return the next set point.
@@ -93,10 +93,11 @@ class BeltWayOff:
             (n,) configuration.
         """
         before, rate = self._clock.measure()
+        if not self.is_clear:
+            self._follow_lines()  # also near the end of the axis: on the lines is no place to stay
         if self._slows:
             self._belt.advance(0.0)
             return self._point()
-        self._follow_lines()
         self._belt.advance(max(0.0, rate + CATCH_UP * (before - self._u - self._belt.t)))
         self.off = self._clock.off_at(self._u + self._belt.t, self._belt.rate)
         q = self._point()
@@ -129,16 +130,21 @@ class BeltWayOff:
         """Let the axis come to rest from now on."""
         now, self._slows = self._belt, True
         self._u += now.t
-        self._belt = self._belt_scaling(1.0)
+        self._belt = self._belt_scaling(self._axis_share)
         self._belt.begin(0.0, now.rate, now.change)
 
     def _is_near_end(self, at: float) -> bool:
         """Whether the axis, at a position (m), has to come to rest before its end."""
         k, limits = self._axis, self._limits
         v = self._speed * self._belt.rate
-        needs = abs(v) * (abs(v) / float(limits.acceleration[k]) + SLOWING) + BEFORE_END
+        needs = abs(v) * (abs(v) / (self._axis_share * float(limits.acceleration[k])) + SLOWING) + BEFORE_END
         left = limits.upper[k] - at if v > 0.0 else at - limits.lower[k]
         return bool(left < needs)
+
+    @property
+    def _axis_share(self) -> float:
+        """Share of its limits with which the axis may come to rest: the lines have the rest."""
+        return 1.0 if self.is_clear else BELT_SHARE
 
     @property
     def _beside_the_belt(self) -> Limits:

@@ -106,33 +106,34 @@ def _seal(grasp: Grasp, item: Item, tool: Tool, noise: PoseNoise) -> Iterator[Re
 
 
 def _on_the_face(grasp: Grasp, item: Item, cup: SuctionCup, noise: PoseNoise) -> Iterator[Reason]:
-    """Check that the whole lip is inside the face, or across one that is too narrow and yet seals enough."""
+    """Check that the lip is inside the face, or across a narrow one, and seals at the largest pose error."""
     tip, inset = grasp.T_item_tip[:3, 3], cup.radius + item.seal_inset
     face, _, _, to_edge = _face_at(item, tip)
-    if to_edge >= inset - SAME_EDGE:
-        return
-    beyond = f"{to_edge * 1e3:.1f} mm from the edge, needs {inset * 1e3:.1f}"
+    is_inside = to_edge >= inset - SAME_EDGE
     if item.shape.kind is ShapeKind.BOX:
         rooms = _rooms(item, face, tip)
         is_wide = rooms.sum(axis=1) >= 2.0 * inset - SAME_EDGE
+        is_inside = is_inside or bool(
+            not is_wide.all() and rooms[is_wide].min(initial=inset) >= inset - SAME_EDGE
+        )
         kept = cup.kept_vacuum(item.seals[face], rooms, _off(tip, noise))
-        if not is_wide.all() and rooms[is_wide].min(initial=inset) >= inset - SAME_EDGE:
-            if kept >= LEAST_SHARE:
-                return
-            beyond = (
-                f"across a face that is too narrow: keeps {kept:.1%} of the vacuum, needs {LEAST_SHARE:.1%}"
-            )
-    yield Reason("cup beyond the edge", grasp.item, beyond)
+        if is_inside and kept < min(LEAST_SHARE, item.seals[face]):
+            told = f"beside the edges the pump keeps {kept:.1%} of the vacuum, needs {LEAST_SHARE:.1%}"
+            yield Reason("cup beyond the edge", grasp.item, told)
+    if not is_inside:
+        told = f"{to_edge * 1e3:.1f} mm from the edge, needs {inset * 1e3:.1f}"
+        yield Reason("cup beyond the edge", grasp.item, told)
 
 
 def _share_at(item: Item, grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
     """Return the share of its limits that the cup bears on the face under it.
 
-    Over the edges of a narrow face the lip leaks, and its lever is as short as the face is narrow.
+    Over the edges of a box's face, where pose errors may lead it, the lip leaks, and its lever is as short as
+    the face reaches under it.
     """
     tip, cup = grasp.T_item_tip[:3, 3], tool.cup
-    face, _, _, to_edge = _face_at(item, tip)
-    if item.shape.kind is not ShapeKind.BOX or to_edge >= cup.radius + item.seal_inset - SAME_EDGE:
+    face = _face_at(item, tip)[0]
+    if item.shape.kind is not ShapeKind.BOX:
         return item.seals[face]
     rooms, off = _rooms(item, face, tip), _off(tip, noise)
     return cup.kept_vacuum(item.seals[face], rooms, off) * cup.covered(rooms, off)

@@ -54,11 +54,19 @@ def test_a_toothbrush_under_the_cup_of_the_cell(off: float, kept: float) -> None
     assert CUP.kept_vacuum(1.0, rooms, off) == pytest.approx(kept, abs=0.01)
 
 
-@given(room=st.floats(0.0, 0.015), off=st.floats(0.0, 0.004))
-def test_the_stated_share_is_the_least_of_all_places_within_the_error(room: float, off: float) -> None:
-    rooms = np.array([[0.0125, room + 0.0125], [0.05, 0.05]])
-    stated = CUP.kept_vacuum(0.9, rooms, off)
-    for aside in np.linspace(-off, off, 7):
-        moved = rooms + np.array([[aside, -aside], [0.0, 0.0]])
+@given(
+    width=st.floats(0.02, 0.04),
+    length=st.floats(0.03, 0.08),
+    at=st.floats(-0.003, 0.003),
+    off=st.floats(0.0, 0.004),
+)
+def test_the_stated_share_is_a_lower_bound_for_all_places_within_the_error(
+    width: float, length: float, at: float, off: float
+) -> None:
+    rooms = np.array([[width / 2 + at, width / 2 - at], [length / 2, length / 2]])
+    stated, covered = CUP.kept_vacuum(0.9, rooms, off), CUP.covered(rooms, off)
+    for way in np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False):
+        aside = off * np.array([np.cos(way), np.sin(way)])
+        moved = rooms + np.outer(aside, [1.0, -1.0])
         assert CUP.kept_vacuum(0.9, moved) >= stated - 1e-9
-        assert CUP.covered(moved) >= CUP.covered(rooms, off) - 1e-9
+        assert CUP.covered(moved) >= covered - 1e-9

@@ -117,6 +117,18 @@ def test_rows_that_depend_on_each_other_are_solved_too(seed: int) -> None:
     assert found.violations[1][-1] == pytest.approx(-0.5)  # 0 x is below 0.5, whatever x is
 
 
+@given(st.integers(0, 2**32 - 1), st.integers(2, 7), st.floats(0.0, 2.0))
+def test_rows_that_an_earlier_level_settles_take_no_freedom(seed: int, n: int, off: float) -> None:
+    """A level that repeats the rows of the first one, with other values too, leaves all else to the third."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(int(rng.integers(1, n)), n))
+    b = rng.normal(size=len(A))
+    again = BoundedRows.equal(-2.0 * A, -2.0 * (b + off))
+    found = solve([BoundedRows.equal(A, b), again, BoundedRows.equal(np.eye(n), np.zeros(n))], np.ones(n))
+    np.testing.assert_allclose(found.x, np.linalg.pinv(A) @ b, atol=1e-6 * (1.0 + np.abs(found.x).max()))
+    np.testing.assert_allclose(found.violations[0], 0.0, atol=1e-7)
+
+
 @given(st.integers(0, 2**32 - 1))
 def test_later_levels_cost_earlier_ones_nothing(seed: int) -> None:
     levels = random_levels(np.random.default_rng(seed), 8)
@@ -137,6 +149,10 @@ def test_the_same_problem_gives_the_same_bits() -> None:
         (BoundedRows(np.eye(2), np.ones(2), np.zeros(2)), "lower: row 0 is above its upper bound"),
         (BoundedRows(np.eye(3), np.zeros(3), np.ones(3)), "rows of level 1 have 3 columns, start has 2"),
         (BoundedRows(np.eye(2), np.zeros(3), np.ones(2)), "lower: shape (3) instead of (2)"),
+        (
+            BoundedRows.equal(np.ones((1, 2)), np.array([np.inf])),
+            "row 0 has an infinite bound",
+        ),
         (BoundedRows(np.full((1, 2), np.nan), np.zeros(1), np.ones(1)), "rows: not finite"),
         (BoundedRows(np.eye(2), np.full(2, np.nan), np.ones(2)), "lower: not finite"),
     ],

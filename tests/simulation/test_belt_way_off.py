@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+from pickcli.cell.cell import Cell
 from pickcli.geometry import Array
 from pickcli.simulation.belt_clock import BeltClock
 from pickcli.simulation.belt_way_off import BeltWayOff
@@ -57,10 +58,15 @@ def begun(travel: Travel, into: float) -> tuple[FakeEncoder, BeltClock, list[Arr
 
 
 def left(
-    encoder: FakeEncoder, clock: BeltClock, points: list[Array], times: list[float], is_back: bool
+    encoder: FakeEncoder,
+    clock: BeltClock,
+    points: list[Array],
+    times: list[float],
+    is_back: bool,
+    of: Cell | None = None,
 ) -> tuple[BeltWayOff, float]:
     """The way off from there, and the most m that the arm was off the belt on its lines."""
-    off, most = BeltWayOff(belt_pick().plan, cell(), clock, STEP, is_back), 0.0
+    off, most = BeltWayOff(belt_pick().plan, of or cell(), clock, STEP, is_back), 0.0
     while not off.is_at_rest and len(points) < 30_000:
         encoder.t += STEP
         points.append(off.next())
@@ -117,3 +123,18 @@ def test_a_belt_that_stands_is_left_as_well() -> None:
     off, _ = left(encoder, clock, points, times, is_back=True)
     assert off.is_clear
     assert_within_limits(points, times)
+
+
+@pytest.mark.parametrize("into", [0.5, 0.7, 0.9])
+@pytest.mark.parametrize("ahead", [0.10, 0.14, 0.20])
+def test_near_the_end_of_its_axis_the_arm_goes_on_along_its_lines(into: float, ahead: float) -> None:
+    """The axis comes to rest before its end, the lines do not stop with it, and all limits hold."""
+    encoder, clock, points, times = begun(lambda t: SPEED * t, into)
+    robot = cell().robot
+    upper = robot.limits.upper.copy()
+    upper[0] = points[-1][0] + ahead
+    short = replace(cell(), robot=replace(robot, limits=replace(robot.limits, upper=upper)))
+    off, _ = left(encoder, clock, points, times, is_back=False, of=short)
+    assert off.is_clear and off.t == pytest.approx(clock.t_left, abs=1e-9)
+    assert_within_limits(points, times)
+    assert max(q[0] for q in points) <= upper[0] + 1e-3

@@ -26,18 +26,19 @@ N_HALVINGS = 40  # of the interval that holds the share
 LITRES_PER_MINUTE = 1e-3 / 60.0  # m^3/s
 
 
-def open_area(radius: float, rooms: Array) -> float:
+def open_area(radius: float, rooms: Array) -> Array:
     """Return the area of a lip's disc beyond the edges of a face.
 
     Args:
         radius: m, of the lip.
-        rooms: (E,) m from the middle of the lip to each edge, negative if it is beyond the edge.
+        rooms: (..., E) m from the middle of the lip to each edge, negative if it is beyond the edge.
 
     Returns:
-        m^2. Corners, where two edges meet, are counted twice.
+        (...) m^2. Corners, where two edges meet, are counted twice.
     """
     d = np.clip(rooms, -radius, radius)
-    return float((radius**2 * np.arccos(d / radius) - d * np.sqrt(radius**2 - d**2)).sum())
+    segments = radius**2 * np.arccos(d / radius) - d * np.sqrt(radius**2 - d**2)
+    return np.asarray(segments.sum(axis=-1))
 
 
 def kept_vacuum(seal: float, area: float, flow: float) -> float:

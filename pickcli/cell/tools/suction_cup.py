@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -93,16 +94,17 @@ class SuctionCup:
         Args:
             seal: Share that the face keeps under the whole lip.
             rooms: (A, 2) m from the middle of the lip to both edges of the face, along each of its axes.
-            off: m by which the cup may be off that place along any axis.
+            off: m by which the cup may be off that place, in any direction.
 
         Returns:
-            The least share.
+            A lower bound of the share.
         """
         if float(rooms.min()) - off >= self.radius:
             return seal
         aside = np.array([-off, off])
-        shifts = [sign * np.outer(axis, aside) for axis in np.eye(len(rooms)) for sign in (1.0, -1.0)]
-        most = max(open_area(self.radius, (rooms + shift).ravel()) for shift in shifts)
+        ways = np.array([*product((-1.0, 0.0, 1.0), repeat=len(rooms))])
+        shifted = rooms + ways[..., None] * aside  # along all axes at once: no direction opens more
+        most = float(open_area(self.radius, shifted.reshape(len(ways), -1)).max())
         return kept_vacuum(seal, most, self.flow)
 
     def covered(self, rooms: Array, off: float = 0.0) -> float:

@@ -91,7 +91,7 @@ def too_late_by(
     # The axis at the contact: the item's place along the belt less what the arm reaches ahead of the axis.
     ahead = times.travel - rows[:, 0]
     # The place on the item is off its middle by less than its half length.
-    off = float(placed.item.shape.reach(placed.T_world_item[:3, :3])[0]) / times.speed
+    off = float(_halves(placed, carrier)[0]) / times.speed
     ends = limits.upper[k] if v > 0.0 else limits.lower[k]
     begins = limits.lower[k] if v > 0.0 else limits.upper[k]
     sign = float(np.sign(v))
@@ -119,12 +119,18 @@ def _around() -> list[Array]:
     return [np.array([np.cos(a), np.sin(a), 0.0]) for a in angles]
 
 
+def _halves(placed: PlacedItem, carrier: Carrier) -> Array:
+    """Return half extents (3,) in m of an item along the axes of the belt."""
+    R = carrier.T_world_carrier[:3, :3].T @ placed.T_world_item[:3, :3]
+    return placed.item.shape.reach(R)
+
+
 def _near(context: PlanningContext, carrier: Carrier, direction: Array, placed: PlacedItem) -> Array:
     """Return the rows of the table for a direction (3,) of the tool near an item."""
     across = float(
         (placed.T_world_item[:3, 3] - carrier.T_world_carrier[:3, 3]) @ carrier.T_world_carrier[:3, 1]
     )
-    half = placed.item.shape.reach(placed.T_world_item[:3, :3])
+    half = _halves(placed, carrier)
     top = float(placed.T_world_item[2, 3] - carrier.T_world_carrier[2, 3] + half[2])
     directions = [DOWN, *_around()]
     rows = [

@@ -36,6 +36,8 @@ void make_level(PriorityLevel* self, nb::handle rows_in, nb::handle lower_in, nb
   for (std::size_t i = 0; i < level.lower.size(); ++i)
     if (!(level.lower[i] <= level.upper[i]))
       throw nb::value_error(("lower: row " + std::to_string(i) + " is above its upper bound").c_str());
+    else if (level.lower[i] == HUGE_VAL || level.upper[i] == -HUGE_VAL)
+      throw nb::value_error(("lower, upper: row " + std::to_string(i) + " has an infinite bound that nothing meets").c_str());
   new (self) PriorityLevel(std::move(level));
 }
 

@@ -33,12 +33,11 @@ void reflect(const PivotedQr& qr, std::size_t k, double* x, std::size_t stride) 
   for (std::size_t i = k + 1; i < m; ++i) x[i * stride] -= along * qr.R(i, k);
 }
 
-PivotedQr pivoted_qr(const Matrix& A, double rank_tolerance) {
+PivotedQr pivoted_qr(const Matrix& A, double smallest) {
   const std::size_t m = A.n_rows, n = A.n_columns, most = std::min(m, n);
   PivotedQr qr{A, std::vector<double>(most), std::vector<double>(most), std::vector<std::size_t>(n), 0};
   std::iota(qr.order.begin(), qr.order.end(), std::size_t{0});
   Matrix& R = qr.R;
-  double largest = 0.0;
   for (std::size_t k = 0; k < most; ++k) {
     std::size_t pivot = k;
     double squares = -1.0;
@@ -46,8 +45,7 @@ PivotedQr pivoted_qr(const Matrix& A, double rank_tolerance) {
       const double left = squared_below(R, k, j);
       if (left > squares) squares = left, pivot = j;
     }
-    if (k == 0) largest = std::sqrt(squares);
-    if (!(std::sqrt(squares) > rank_tolerance * largest)) return qr;
+    if (!(std::sqrt(squares) > smallest)) return qr;
     if (pivot != k) {
       for (std::size_t i = 0; i < m; ++i) std::swap(R(i, k), R(i, pivot));
       std::swap(qr.order[k], qr.order[pivot]);
@@ -85,11 +83,17 @@ Matrix product(const Matrix& A, const Matrix& B) {
   return C;
 }
 
-std::vector<double> least_squares(const Matrix& A, const double* b, double rank_tolerance) {
+double largest_row(const Matrix& A) {
+  double squares = 0.0;
+  for (std::size_t i = 0; i < A.n_rows; ++i) squares = std::max(squares, dot(A.row(i), A.row(i), A.n_columns));
+  return std::sqrt(squares);
+}
+
+std::vector<double> least_squares(const Matrix& A, const double* b, double smallest) {
   const std::size_t n = A.n_columns;
   std::vector<double> x(n, 0.0);
   if (A.n_rows == 0 || n == 0) return x;
-  const PivotedQr qr = pivoted_qr(A, rank_tolerance);
+  const PivotedQr qr = pivoted_qr(A, smallest);
   const std::size_t r = qr.rank;
   if (r == 0) return x;
   std::vector<double> c(b, b + A.n_rows);
@@ -119,9 +123,9 @@ std::vector<double> least_squares(const Matrix& A, const double* b, double rank_
   return x;
 }
 
-Matrix null_space(const Matrix& A, double rank_tolerance) {
+Matrix null_space(const Matrix& A, double smallest) {
   const std::size_t n = A.n_columns;
-  const PivotedQr qr = pivoted_qr(transposed(A), rank_tolerance);
+  const PivotedQr qr = pivoted_qr(transposed(A), smallest);
   Matrix basis(n, n - qr.rank);
   for (std::size_t j = 0; j < basis.n_columns; ++j) {
     double* column = basis.values.data() + j;

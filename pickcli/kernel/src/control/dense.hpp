@@ -32,11 +32,14 @@ Matrix transposed(const Matrix& A);
 Matrix product(const Matrix& A, const Matrix& B);
 
 //! The x (n,) of least norm among those that minimize the norm of A x - b, b (m,).
-//! Directions in which A is smaller than `rank_tolerance` of its largest pivot count as its null space.
+//! Directions in which A is not over `smallest` count as its null space.
 //! After Golub and Van Loan, Matrix Computations, 4th edition, section 5.5.
-std::vector<double> least_squares(const Matrix& A, const double* b, double rank_tolerance);
+std::vector<double> least_squares(const Matrix& A, const double* b, double smallest);
 
-//! An orthonormal basis (n, n - rank) of the null space of A (m, n).
-Matrix null_space(const Matrix& A, double rank_tolerance);
+//! An orthonormal basis (n, n - rank) of the null space of A (m, n), of directions in which it is not over `smallest`.
+Matrix null_space(const Matrix& A, double smallest);
+
+//! The largest norm of a row.
+double largest_row(const Matrix& A);
 
 }  // namespace apc

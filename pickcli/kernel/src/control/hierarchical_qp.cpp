@@ -7,7 +7,7 @@
 namespace apc {
 namespace {
 
-constexpr double kRank = 1e-9;        // of the largest pivot: smaller ones count as dependent
+constexpr double kRank = 1e-9;        // of the largest row before it was projected: less counts as dependent
 constexpr double kFeasible = 1e-10;   // violation from which a row is one of the least squares
 constexpr double kOptimal = 1e-9;     // multiplier from which a row is let go
 constexpr double kHeld = 1e-9;        // violation from which later levels keep a row where it is
@@ -51,7 +51,7 @@ class LevelSearch {
  public:
   LevelSearch(const Rows& level, const Rows& kept, const Matrix& Z)
       : level_(level), kept_(kept), Z_(Z), levelZ_(product(level.a, Z)), keptZ_(product(kept.a, Z)),
-        is_square_(level.size()), is_working_(kept.size()) {}
+        smallest_(kRank * largest_row(level.a)), smallest_kept_(kRank * largest_row(kept.a)), is_square_(level.size()), is_working_(kept.size()) {}
 
   //! Improve x to the optimum; false if the iterations do not end.
   bool run(std::vector<double>& x, std::size_t& n_iterations) {
@@ -94,9 +94,9 @@ class LevelSearch {
     std::vector<double> wanted;
     for (std::size_t i = 0; i < level_.size(); ++i)
       if (is_square_[i]) squares.append(levelZ_.row(i)), wanted.push_back(-excess[i]);
-    if (working_.empty()) return least_squares(squares, wanted.data(), kRank);
-    const Matrix N = null_space(selected(keptZ_, working_), kRank);
-    const std::vector<double> y = least_squares(product(squares, N), wanted.data(), kRank);
+    if (working_.empty()) return least_squares(squares, wanted.data(), smallest_);
+    const Matrix N = null_space(selected(keptZ_, working_), smallest_kept_);
+    const std::vector<double> y = least_squares(product(squares, N), wanted.data(), smallest_);
     for (std::size_t i = 0; i < p.size(); ++i) p[i] = dot(N.row(i), y.data(), y.size());
     return p;
   }
@@ -136,13 +136,14 @@ class LevelSearch {
     for (std::size_t i = 0; i < level_.size(); ++i)
       if (is_square_[i])
         for (std::size_t j = 0; j < gradient.size(); ++j) gradient[j] -= excess[i] * levelZ_(i, j);
-    return least_squares(transposed(selected(keptZ_, working_)), gradient.data(), kRank);
+    return least_squares(transposed(selected(keptZ_, working_)), gradient.data(), smallest_kept_);
   }
 
   const Rows& level_;
   const Rows& kept_;
   const Matrix& Z_;
   Matrix levelZ_, keptZ_;
+  double smallest_, smallest_kept_;  // of their projected rows: less is rounding
   std::vector<std::uint8_t> is_square_, is_working_;
   std::vector<std::size_t> working_;  // rows of kept_ that hold as equalities
 };
@@ -170,7 +171,7 @@ void keep(const PriorityLevel& level, const std::vector<double>& violation, Rows
     if (std::isfinite(level.upper[i])) kept.add(row, level.upper[i], 1.0);
     if (std::isfinite(level.lower[i])) kept.add(row, level.lower[i], -1.0);
   }
-  if (held.n_rows > 0 && Z.n_columns > 0) Z = product(Z, null_space(product(held, Z), kRank));
+  if (held.n_rows > 0 && Z.n_columns > 0) Z = product(Z, null_space(product(held, Z), kRank * largest_row(held)));
 }
 
 Matrix identity(std::size_t n) {
@@ -181,6 +182,8 @@ Matrix identity(std::size_t n) {
 
 //! Which level is further from its bounds at the end than when it was solved, "" if none is.
 std::string spoilt(const std::vector<PriorityLevel>& levels, const HierarchySolution& found) {
+  for (double each : found.x)
+    if (!std::isfinite(each)) return "its solution is not finite";
   for (std::size_t p = 0; p < levels.size(); ++p) {
     const std::vector<double> now = levels[p].violation(found.x);
     for (std::size_t i = 0; i < now.size(); ++i)
