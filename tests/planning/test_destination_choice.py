@@ -55,3 +55,10 @@ def test_alternatives_none_of_which_leads_out_of_the_place_keep_that_type() -> N
     error = NoPlanError.of_alternatives("pick", [("left", STUCK), ("right", STUCK), ("third", None)])
     assert isinstance(error, NoExtractionError)
     assert not isinstance(NoPlanError.of_alternatives("pick", [("left", None)]), NoExtractionError)
+
+
+def test_a_reason_that_stands_in_an_alternative_is_not_told_twice() -> None:
+    error = NoPlanError("pick", [Reason("cannot be held", "glue")])
+    told = [("arm left: glue: cannot be held", error), ("arm right", error)]
+    both = NoPlanError.of_alternatives("pick", told)
+    assert str(both).count("cannot be held") == 2

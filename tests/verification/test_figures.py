@@ -14,13 +14,14 @@ from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
+from pickcli.grasping.lip_coverage import bearing_share
 from pickcli.motion.event import Anchor, AnchorKind
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.verification.event_check import check_io
-from pickcli.verification.grasp_check import _face_at, _meets, _seal
+from pickcli.verification.grasp_check import _face_at, _meets, _seal, _share_at
 from pickcli.verification.joint_limit_check import check_limits
 from pickcli.verification.release_check import _dropped, _off_floor
 from pickcli.verification.structure_check import check_structure
@@ -277,6 +278,23 @@ def test_a_cup_is_on_a_face_and_on_the_part_of_it_that_seals() -> None:
         for axis in "yz":
             item = replace(BOX, areas={"+x": {axis: (least, greatest)}})
             assert whats(_seal(grasp, item, TOOL, PoseNoise())) == problem
+
+
+@given(
+    width=st.floats(0.02, 0.06),
+    x=st.floats(-0.08, 0.08),
+    y=st.floats(-0.012, 0.012),
+    pressed=st.floats(0.0, 0.005),
+    error=st.floats(0.0, 0.004),
+)
+def test_planner_and_verifier_let_a_cup_bear_the_same_wherever_it_is_pressed(
+    width: float, x: float, y: float, pressed: float, error: float
+) -> None:
+    """The planner describes holds by where the pressed lip is, the verifier by the grasp on the face."""
+    item = replace(BOX, shape=Shape(ShapeKind.BOX, (0.2, width, 0.02)), areas={})
+    noise, grasp = PoseNoise(error, np.radians(1.0)), grasp_on((x, y, 0.01), (0, 0, -1))
+    planned = bearing_share(item, "+z", np.array([x, y, 0.01 - pressed]), TOOL.cup, noise)
+    assert _share_at(item, grasp, TOOL, noise) == pytest.approx(planned, rel=1e-9)
 
 
 def shifted(xyz: tuple[float, ...], turn: float = 0.0) -> list[str]:
