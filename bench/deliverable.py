@@ -22,6 +22,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import GRAVITY, inverse
 from pickcli.grasping.antipodal import pinches
 from pickcli.grasping.grasp_target import GraspTarget
+from pickcli.grasping.lip_coverage import bearing_share
 from pickcli.grasping.method_choice import grasp_method
 from pickcli.grasping.search import WIDE_SEARCH
 from pickcli.grasping.suction_candidates import HOLDS
@@ -74,7 +75,8 @@ def is_holdable(item: Item, tools: Iterable[Tool]) -> bool:
 
 def _seals(item: Item, tool: Tool) -> bool:
     wrench = np.array([0.0, 0.0, -GRAVITY * item.mass, 0.0, 0.0, 0.0])
-    shares = (item.seals[face.name] for face in faces(item, tool))
+    places = ((face.name, face.region.centre()[:3, 3]) for face in faces(item, tool))
+    shares = (bearing_share(item, face, tip, tool.cup) for face, tip in places)
     return any(float(tool.cup.limits.ratio(wrench, share)) <= 1.0 for share in shares)
 
 

@@ -70,7 +70,8 @@ def _stacks(*stacks: tuple[str, ...]) -> Scene:
 
 
 @pytest.mark.parametrize(("name", "holds"), [
-    ("crayola_24_ct", True), ("oral_b_toothbrush_green", False), ("fitness_gear_3lb_dumbbell", False),
+    ("crayola_24_ct", True), ("oral_b_toothbrush_green", True), ("fiskars_scissors_red", False),
+    ("fitness_gear_3lb_dumbbell", False),
 ])  # fmt: skip
 def test_is_holdable_says_what_a_cup_can_carry(name: str, holds: bool) -> None:
     assert deliverable.is_holdable(CELL.item(name, 2016), [CELL.robot.tool]) == holds
