@@ -36,7 +36,11 @@ def random_levels(rng: np.random.Generator, n: int, is_in_conflict: bool) -> lis
 
 
 def off_optimum(levels: list[BoundedRows], x: Array) -> float:
-    """Return the largest residual of the conditions of optimality of any level."""
+    """Return the largest residual of the conditions of optimality of any level.
+
+    The gradient of each level's violation is balanced by rows that levels before it keep: by those with a
+    violation and equalities in either direction, by those at a bound only away from it.
+    """
     kept: list[Array] = []
     worst = 0.0
     for level in levels:
