@@ -21,7 +21,7 @@ from pickcli.collision.collision_world import KERNEL_KINDS, build_world
 from pickcli.collision.kernel_validator import KernelValidator, KernelWorld
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
-from pickcli.geometry import Array, inverse, pose
+from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.kernel import Chain, Checker, JointKind
 from pickcli.scene.scene import Scene
 
@@ -34,6 +34,21 @@ PUSH_TOLERANCE = 0.0005  # m that an item may come nearer to neighbours that it 
 ROLLING_LEAD = 0.03
 # m on top of the clearance: an arm follows a straight line only approximately
 LINE_FOLLOWING_RESERVE = 0.0012
+
+
+@dataclass(frozen=True, eq=False)
+class ToolSpheres:
+    """Spheres that cover a tool without its arm.
+
+    Attributes:
+        centers: (S, 3) m, in a frame of the tool.
+        radii: (S,) m.
+        frames: (S,) whether each belongs to the lance or to the cup, which may touch other solids.
+    """
+
+    centers: Array
+    radii: Array
+    frames: NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +192,7 @@ class FreeToolChecker(KernelValidator):
         # The axes of the lance become x, y, z of the revolute joints: x into the bin, and z away from where a
         # cup across the lance points, so that yaw and pitch stay far from their singularities.
         self._R_axes, self._R_tool = R_world_axes, model.robot.tool.R_tip_lance(tool_state)
+        self._model, self._tool_state = model, tool_state
         world = build_world(model, scene)
         kernel = _floating_tool(model, tool_state, R_world_axes.tobytes()).bare()
         contacts = contacts.of_present
@@ -185,6 +201,26 @@ class FreeToolChecker(KernelValidator):
         tool = model.robot.tool
         parts = (*[""] * LANCE, tool.lance_link, " or ".join(tool.contact_links))
         super().__init__(world, parts, model.cell.clearance, model.cell.clearance, clear, None)
+
+    def spheres(self, T_tip_palm: Array) -> ToolSpheres:
+        """Return the spheres of the tool.
+
+        Args:
+            T_tip_palm: (4, 4) a frame of the tool.
+
+        Returns:
+            The spheres in that frame.
+        """
+        centers, radii, frames = _tool_spheres(self._model, self._tool_state)
+        T_palm_level = inverse(pose(R=self._R_tool.T) @ T_tip_palm)
+        return ToolSpheres(transform_points(T_palm_level, centers), radii, frames)
+
+    @property
+    def depth(self) -> float:
+        """Distance in m from the front of the lance or hand to the tip, along the tool's axis."""
+        centers, radii, frames = _tool_spheres(self._model, self._tool_state)
+        ahead = (centers @ self._R_tool.T)[:, 2] + radii
+        return max(0.0, -float(ahead[frames == LANCE].max()))
 
     def displacements(self, T_world_tip: Array) -> Array:
         """Return displacements of the free tool for poses of the tool frame.

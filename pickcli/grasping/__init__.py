@@ -7,6 +7,8 @@ Each samples grasps of a `grasp_target`, as widely as `search` states.
   selects poses on them, `lip_coverage` is what the cup keeps across a narrow one, `cup_press` how far it is
   pressed on, `press_check` whether the item tips over; `contact_speeds` keeps its results.
 - `region_import` makes seals and areas of an item from KTH's regions, which `box_tsr` reads.
+- `envelope` is the set of poses from which an object is grasped: `finger_envelopes` are those of a shape,
+  `cup_envelopes` those of an item, `envelope_truncation` is what a scene leaves of one.
 - `pinch_grasping`, by `pinch_candidates`, from the pairs of opposite places found by `antipodal`.
 
 For all of them, `holding` compares the wrench of gravity and motion with what the tool bears.

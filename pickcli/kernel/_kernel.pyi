@@ -918,6 +918,142 @@ def solve_hierarchy(levels: Sequence[PriorityLevel], start: numpy.typing.NDArray
         start: (n,) where the search begins; where the least norms do not determine x, it stays near.
     """
 
+class ReferenceKind(enum.IntEnum):
+    """From what a distance is measured."""
+
+    PLANE = 0
+    """A plane: signed, positive on the side of its normal."""
+
+    LINE = 1
+    """A line, e.g. the axis of a cylinder."""
+
+    POINT = 2
+    """A point, e.g. the centre of a sphere."""
+
+class PoseConstraintKind(enum.IntEnum):
+    """
+    What a constraint on the pose of a tool bounds.
+
+    d is the distance of the tool's origin from the reference, n the unit normal there, away from the reference.
+    """
+
+    DISTANCE_AT_MOST = 0
+    """d - bound."""
+
+    DISTANCE_AT_LEAST = 1
+    """bound - d."""
+
+    TOOL_TO_FIXED = 2
+    """bound - (R tool) . fixed."""
+
+    TOOL_TO_NORMAL = 3
+    """bound - (R tool) . n."""
+
+    NORMAL_TO_FIXED = 4
+    """bound - n . fixed."""
+
+class PoseConstraint:
+    """An inequality e(T) <= 0 on the pose of a tool in an object's frame."""
+
+    def __init__(self, kind: PoseConstraintKind, reference: ReferenceKind, origin: numpy.typing.NDArray[numpy.float64], axis: numpy.typing.NDArray[numpy.float64], tool: numpy.typing.NDArray[numpy.float64], fixed: numpy.typing.NDArray[numpy.float64], bound: float) -> None:
+        """
+        Make a constraint.
+
+        Args:
+            kind: What is bounded.
+            reference: Kind of the reference.
+            origin: (3,) m, a point of it in the object frame.
+            axis: (3,) unit, normal of the plane or direction of the line; anything for a point.
+            tool: (3,) unit, a direction in the tool frame.
+            fixed: (3,) unit, a direction in the object frame.
+            bound: m for distances, else the cosine of the largest angle.
+        """
+
+def pose_constraint_values(constraints: Sequence[PoseConstraint], T_object_tool: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Values of constraints at poses.
+
+    Args:
+        constraints: m of them.
+        T_object_tool: (N, 4, 4).
+
+    Returns:
+        (N, m) m or cosines; a constraint is met where its value is not over 0.
+    """
+
+def pose_constraint_gradients(constraints: Sequence[PoseConstraint], T_object_tool: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Gradients of constraints at a pose.
+
+    Args:
+        constraints: m of them.
+        T_object_tool: (4, 4).
+
+    Returns:
+        (m, 6) derivatives by the velocity of the tool's origin in m, and by its angular velocity in rad, both along
+        the axes of the object frame.
+    """
+
+def project_to_constraints(constraints: Sequence[PoseConstraint], chain: Chain, T_last_tip: numpy.typing.NDArray[numpy.float64], T_world_object: numpy.typing.NDArray[numpy.float64], seeds: numpy.typing.NDArray[numpy.float64], reference: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], max_iterations: int = 40) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int32]]:
+    """
+    Configurations near a reference whose tool poses meet all constraints, each by a descent from a seed.
+
+    By a descent along the constraints, each step a hierarchical QP of limits, constraints and distance.
+    Deterministic: the same arguments give the same bits.
+
+    Args:
+        constraints: What the pose of the tip in the object frame has to meet.
+        chain: The arm.
+        T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+        T_world_object: (4, 4), m.
+        seeds: (K, n) where the descents begin, in rad or m.
+        reference: (n,) to which the distance is measured.
+        lower: (n,) limits that all configurations keep.
+        upper: (n,) limits that all configurations keep.
+        weights: (n,) > 0, cost of the squared distance of each joint.
+        max_iterations: Of each descent.
+
+    Returns:
+        (K, n) the configurations, (K,) their weighted distances from the reference, and (K,) 1 where all
+        constraints are met, else 0.
+    """
+
+class SurfaceKind(enum.IntEnum):
+    """What the palm of a tool is about, and its coordinates."""
+
+    PLANE = 0
+    """x, y, z."""
+
+    CYLINDER = 1
+    """Azimuth, height, distance from the axis."""
+
+    SPHERE = 2
+    """Azimuth, elevation, distance from the middle."""
+
+def prove_pose_blocks(checker: Checker, surface: SurfaceKind, T_world_surface: numpy.typing.NDArray[numpy.float64], wanted: numpy.typing.NDArray[numpy.float64], R_nominal: numpy.typing.NDArray[numpy.float64], cone: float, centers: numpy.typing.NDArray[numpy.float64], radii: numpy.typing.NDArray[numpy.float64], frames: numpy.typing.NDArray[numpy.int32], low: numpy.typing.NDArray[numpy.float64], high: numpy.typing.NDArray[numpy.float64], margin: float, smallest: float, most_cells: int) -> numpy.typing.NDArray[numpy.int32]:
+    """
+    Prove a tool without its arm free at every pose of blocks of an envelope.
+
+    Args:
+        checker: Its world, and which solids each frame may touch.
+        surface: What the palm is about.
+        T_world_surface: (4, 4) frame of the surface, m.
+        wanted: (3,) unit, in the world: the axis across the normal from which roll is measured.
+        R_nominal: (3, 3) the tool in the frame of that axis and the approach.
+        cone: rad, half of the opening of the approach's cone.
+        centers: (S, 3) m, spheres of the tool in the frame of the palm.
+        radii: (S,) m.
+        frames: (S,) of each sphere.
+        low: (M, 6) least coordinates of the surface, roll and rotation vector across the normal, in m and rad.
+        high: (M, 6) the greatest ones.
+        margin: m, kept from everything.
+        smallest: m of clearance beyond the margin that is not looked for.
+        most_cells: Into which a block is divided.
+
+    Returns:
+        (M,) 1 where a block is proven free, else 0.
+    """
+
 class DepthNoise:
     """
     Coefficients of a depth sensor.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +13,7 @@ from pickcli.cell.robot import JointType, Limits, Robot
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.kernel import Chain, FollowEnd
+from pickcli.kernel import Chain, FollowEnd, PoseConstraint, project_to_constraints
 from pickcli.kinematics.chain import build_chain, is_planned
 from pickcli.kinematics.follow import HALF_WAY, Deviation, FollowResult
 from pickcli.kinematics.manipulability import yoshikawa
@@ -35,6 +37,21 @@ _FOLLOW_REASONS = {
     FollowEnd.LIMIT: "joint limit",
     FollowEnd.OFF_LINE: "leaves the line",
 }
+
+
+@dataclass(frozen=True, eq=False)
+class ToolGoal:
+    """Inequalities on where a frame of the tool is relative to an object.
+
+    Attributes:
+        constraints: They are met where their values are not over 0.
+        T_world_object: (4, 4) pose of the object.
+        T_tip_palm: (4, 4) pose of the frame relative to the tool frame.
+    """
+
+    constraints: Sequence[PoseConstraint]
+    T_world_object: Array
+    T_tip_palm: Array
 
 
 class Arm:
@@ -195,6 +212,30 @@ class Arm:
         for j in np.flatnonzero(self._is_prismatic):
             seeds[:, j] = lower[j] + rng.permutation(strata) * (upper[j] - lower[j])
         return self._in_turn_of(np.zeros(self.n), self.solve(T_world_tip, tool_state, seeds))
+
+    def nearest(
+        self, goal: ToolGoal, tool_state: ToolState, seeds: Array, reference: Array, most_iterations: int = 40
+    ) -> tuple[Array, Array]:
+        """Find configurations near a reference whose tool pose meets all inequalities of a goal.
+
+        Args:
+            goal: The inequalities.
+            tool_state: State of the tool.
+            seeds: (K, n) where the descents begin, e.g. solutions of inverse kinematics for poses of the
+                goal.
+            reference: (n,) configuration.
+            most_iterations: Of one descent.
+
+        Returns:
+            (M, n) configurations within limits, the one nearest to the reference first, and their (M,)
+            distances from it, weighted by ``weights``; a descent that does not reach the goal yields none.
+        """
+        Q, distances, are_met = project_to_constraints(
+            goal.constraints, self.chain(tool_state), self._T_last_tip @ goal.T_tip_palm, goal.T_world_object,
+            seeds, reference, self._lower, self._upper, self.weights, most_iterations,
+        )  # fmt: skip
+        order = np.argsort(np.where(are_met == 1, distances, np.inf), kind="stable")[: int(are_met.sum())]
+        return Q[order], distances[order]
 
     def along_rails(self, q: Array, k: int) -> Array:
         """Return a configuration with its prismatic joints in the middles of k parts of their ranges.
