@@ -50,6 +50,7 @@ ALL_ROUND, BEHIND = (0.0, 2 * np.pi), (-np.pi / 2, np.pi / 2)  # rad, of neighbo
 N_NEIGHBOURS = 6
 N_FIXED = 8
 PLACE = "mat_front"
+KINDS = ("free", "behind", "all round", "plank")
 POST = 0.3  # m, on posts of which height the cans stand, so that the hand can come level
 GAP = 1e-3  # m, between what stands on each other
 N_TRIED = 1000  # poses of each truncated envelope
@@ -80,8 +81,15 @@ def _placed(cell: Cell, name: str, shape: Shape, x: float, y: float, z: float) -
     return PlacedItem(name, item, PLACE, pose((x, y, mat + z + GAP)))
 
 
-def scene_of(cell: Cell, rng: np.random.Generator, kind: str) -> Scene:
-    """Draw a scene of one kind, the target first."""
+def scene_of(bench: Bench, rng: np.random.Generator, kind: str) -> Scene:
+    """Draw a scene of one kind, the target first, in which the arm stands free."""
+    while True:
+        scene = _scene(bench.cell, rng, kind)
+        if SceneChecker(bench.model, scene, bench.state).is_valid(bench.home):
+            return scene
+
+
+def _scene(cell: Cell, rng: np.random.Generator, kind: str) -> Scene:
     x, y = 0.46 + rng.uniform(-0.06, 0.06), rng.uniform(-0.12, 0.12)
     items = [can(cell, "target", x, y)]
     low, high = BEHIND if kind == "behind" else ALL_ROUND
@@ -188,11 +196,11 @@ def main() -> None:
     bench = Bench()
     table = Table("scene", "way", "solved", "travel, rad", "of 8 fixed, common", "s, median")
     n = n_colliding = 0
-    for kind in ("free", "behind", "all round", "plank"):
+    for kind in KINDS:
         rows = {name: Row() for name in ("region", "8 fixed", "1 fixed")}
         rng = np.random.default_rng([options.seed, len(kind)])
         for k in range(options.scenes):
-            scene = scene_of(bench.cell, rng, kind)
+            scene = scene_of(bench, rng, kind)
             bench.play(scene, options.seed, rows, k)
             if k % 10 == 0:
                 tried, found = bench.colliding(scene, np.random.default_rng(k))

@@ -1,4 +1,5 @@
-"""Prioritized control: what is to be reached, in levels of which none costs one before it.
+"""Prioritized control: the motion of the next instant from tasks in levels of strict priority.
 
-`hierarchical_qp` finds the joint velocities of one step, by the kernel.
+Read `roll_out`, the controller alone from period to period, then the `tasks` of its stack, then
+`hierarchical_qp`, which solves their rows.
 """

@@ -192,7 +192,7 @@ class Envelope:
 
     @property
     def most_roll(self) -> float:
-        """Largest roll in rad of a pose in the envelope: a tilt turns the aligned axis by at most its angle."""
+        """Largest roll of a pose in rad: a tilt turns the aligned axis by at most its own angle."""
         return np.pi if self.alignment is None else min(np.pi, self.alignment.angle + self.cone)
 
     @property

@@ -413,6 +413,22 @@ class Checker:
     def clearances(self, Q: numpy.typing.NDArray[numpy.float64], max_distance: float = 1.0) -> numpy.typing.NDArray[numpy.float64]:
         """The distances (N,) in m that clearance finds at each of Q (N, n)."""
 
+    def near_pairs(self, q: numpy.typing.NDArray[numpy.float64], influence: float) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.int32]]:
+        """
+        Pairs of frames and solids or other frames that are near each other, with gradients of their distances.
+
+        Args:
+            q: (n,) configuration.
+            influence: m, beyond which no pair counts.
+
+        Returns:
+            (K,) signed distances in m, of the few nearest spheres of a frame with each solid; (K, n) their gradients, in m per rad or m; and (K, 3)
+            frame, kind (a ContactKind) and index of each pair, as in EdgeReport.
+
+        Raises:
+            ValueError: A solid is held.
+        """
+
     def clearest(self, Q: numpy.typing.NDArray[numpy.float64], n_most: int, max_distance: float = 1.0) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float64]]:
         """
         The configurations with the largest clearances, in a fraction of the time that all clearances take.

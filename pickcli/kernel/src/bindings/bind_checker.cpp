@@ -6,6 +6,7 @@
 
 #include "bindings/arrays.hpp"
 #include "collision/checker.hpp"
+#include "collision/near_pairs.hpp"
 
 namespace apc {
 namespace {
@@ -206,6 +207,23 @@ nb::object clearances(const Checker& checker, nb::handle Q_in, double max_distan
   return to_numpy(std::move(out), {n_rows});
 }
 
+nb::tuple pairs_near(const Checker& checker, nb::handle q_in, double influence) {
+  const Doubles q(q_in, "q", {checker.n()});
+  check_range(q, "q");
+  check_max_distance(influence);
+  const std::vector<NearPair> found = near_pairs(checker, q.data(), influence);
+  const std::size_t K = found.size(), n = static_cast<std::size_t>(checker.n());
+  std::vector<double> distances, gradients;
+  std::vector<std::int32_t> parts;
+  for (const NearPair& pair : found) {
+    distances.push_back(pair.contact.distance);
+    gradients.insert(gradients.end(), pair.gradient.begin(), pair.gradient.end());
+    parts.insert(parts.end(), {pair.contact.frame, static_cast<int>(pair.contact.kind), pair.contact.index});
+  }
+  return nb::make_tuple(to_numpy(std::move(distances), {K}), to_numpy(std::move(gradients), {K, n}),
+                        to_numpy(std::move(parts), {K, 3}));
+}
+
 nb::tuple clearest(const Checker& checker, nb::handle Q_in, int n_most, double max_distance) {
   const Doubles Q(Q_in, "Q", {kAny, checker.n()});
   check_range(Q, "Q");
@@ -361,6 +379,21 @@ Returns:
       .def("clearances", &clearances, "Q"_a, "max_distance"_a = 1.0,
            nb::sig("def clearances(self, Q: " APC_F64 ", max_distance: float = 1.0) -> " APC_F64),
            "The distances (N,) in m that clearance finds at each of Q (N, n).")
+      .def("near_pairs", &pairs_near, "q"_a, "influence"_a,
+           nb::sig("def near_pairs(self, q: " APC_F64 ", influence: float) -> tuple[" APC_F64 ", " APC_F64 ", " APC_I32
+                   "]"),
+           R"(Pairs of frames and solids or other frames that are near each other, with gradients of their distances.
+
+Args:
+    q: (n,) configuration.
+    influence: m, beyond which no pair counts.
+
+Returns:
+    (K,) signed distances in m, of the few nearest spheres of a frame with each solid; (K, n) their gradients, in m per rad or m; and (K, 3)
+    frame, kind (a ContactKind) and index of each pair, as in EdgeReport.
+
+Raises:
+    ValueError: A solid is held.)")
       .def("clearest", &clearest, "Q"_a, "n_most"_a, "max_distance"_a = 1.0,
            nb::sig("def clearest(self, Q: " APC_F64 ", n_most: int, max_distance: float = 1.0) -> tuple[" APC_I32
                    ", " APC_F64 "]"),

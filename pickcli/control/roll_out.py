@@ -1,0 +1,200 @@
+"""Roll-out of a stack of tasks: the controller alone, period by period, each step with a proof.
+
+Source: Krug et al., RA-L 2016, section III-B. Their controller knows no future: a roll-out ends where nothing
+    gets
+better any more, and says so; region queries and planners take over there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from pickcli.collision.motion_validator import MotionValidator
+from pickcli.control.hierarchical_qp import BoundedRows, solve
+from pickcli.control.tasks.task import ControlState, Task
+from pickcli.errors import NoPlanError
+from pickcli.geometry import Array
+
+PERIOD = 0.01  # s
+NO_PROGRESS = 0.2  # s without a smaller error: a local minimum
+LEAST_PROGRESS = 0.01  # of the error, by which it has to shrink in that time
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Tasks in levels of strict priority.
+
+    Attributes:
+        levels: The tasks of each level, the most important level first.
+        goal: Index of the level whose tasks end the roll-out when they are met.
+        deceleration: (n,) rad/s^2 or m/s^2, with which the joints brake.
+    """
+
+    levels: tuple[tuple[Task, ...], ...]
+    goal: int
+    deceleration: Array
+
+    def braked(self, state: ControlState) -> Array:
+        """Return the joint rates (n,) of a period in which every joint brakes."""
+        change = self.deceleration * state.period
+        return np.asarray(state.dq - np.clip(state.dq, -change, change))
+
+
+@dataclass(frozen=True, eq=False)
+class ControlScene:
+    """What the controller knows at an instant.
+
+    Attributes:
+        stack: The tasks, with the object where it is seen now.
+        validator: Proves the straight step of a period free.
+    """
+
+    stack: Stack
+    validator: MotionValidator
+
+
+class End(Enum):
+    """How a roll-out ended."""
+
+    REACHED = "reached"
+    LOCAL_MINIMUM = "local minimum"
+    NOT_PROVEN = "step not proven free"
+    NOT_SOLVED = "hierarchy not solved"
+    OUT_OF_TIME = "out of time"
+
+
+@dataclass(frozen=True, eq=False)
+class RollOut:
+    """What a controller did.
+
+    Attributes:
+        end: How it ended.
+        Q: (N + 1, n) configurations, a period apart.
+        errors: By task, (N + 1,) its error.
+        slack: (N, levels) norm of what each level gave way, per s.
+        period: s.
+    """
+
+    end: End
+    Q: Array
+    errors: dict[str, Array]
+    slack: Array
+    period: float
+
+    @property
+    def duration(self) -> float:
+        """Duration in s."""
+        return self.period * (len(self.Q) - 1)
+
+
+def roll_out(
+    scene_at: Callable[[float], ControlScene], start: Array, most_seconds: float, period: float = PERIOD
+) -> RollOut:
+    """Let a controller run from rest until its goal is met, or nothing gets better.
+
+    A step that is not proven free is halved, and again; where not even a small one is, the roll-out ends. So
+    does one that a level of the hierarchy is not solved for.
+
+    Args:
+        scene_at: What is known at a time in s from the start.
+        start: (n,) configuration, free.
+        most_seconds: s after which it ends.
+        period: s between two instants of control.
+
+    Returns:
+        The roll-out.
+    """
+    q, dq = np.array(start, dtype=float), np.zeros(len(start))
+    record = _Record(period, [q], [], [])
+    best, since, stack = np.inf, 0.0, None
+    for i in range(int(np.ceil(most_seconds / period)) + 1):
+        now, state = scene_at(i * period), ControlState(q, dq, period)
+        left = record.note(now.stack, state)
+        if left <= 0.0:
+            return record.ended(End.REACHED)
+        if left < (1.0 - LEAST_PROGRESS) * best or now.stack is not stack:
+            best, since, stack = left, i * period, now.stack
+        if i * period - since > NO_PROGRESS:
+            return record.ended(End.LOCAL_MINIMUM)
+        try:
+            step = control_step(now.stack, state)
+        except NoPlanError:
+            return record.ended(End.NOT_SOLVED)
+        proven = _proven(now, state, step.dq)
+        if proven is None:
+            return record.ended(End.NOT_PROVEN)
+        q, dq = q + period * proven, proven
+        record.Q.append(q)
+        record.slack.append(step.slack)
+    return record.ended(End.OUT_OF_TIME)
+
+
+@dataclass(frozen=True, eq=False)
+class _Record:
+    """What a roll-out did so far."""
+
+    period: float
+    Q: list[Array]
+    errors: list[dict[str, float]]
+    slack: list[Array]
+
+    def note(self, stack: Stack, state: ControlState) -> float:
+        """Note the errors of all tasks; return the largest of those that are the goal."""
+        self.errors.append({task.name: task.error(state) for level in stack.levels for task in level})
+        return max(self.errors[-1][task.name] for task in stack.levels[stack.goal])
+
+    def ended(self, end: End) -> RollOut:
+        errors = {name: np.array([each[name] for each in self.errors]) for name in self.errors[0]}
+        slack = np.array(self.slack).reshape(len(self.slack), -1)
+        return RollOut(end, np.stack(self.Q), errors, slack, self.period)
+
+
+@dataclass(frozen=True, eq=False)
+class ControlStep:
+    """Answer of a controller at one instant.
+
+    Attributes:
+        dq: (n,) joint rates for the next period, in rad/s or m/s.
+        slack: (levels,) norm of what each level gives way, per s.
+    """
+
+    dq: Array
+    slack: Array
+
+
+def control_step(stack: Stack, state: ControlState) -> ControlStep:
+    """Solve a stack at one instant.
+
+    Args:
+        stack: The tasks.
+        state: The robot now.
+
+    Returns:
+        The joint rates, and what each level gives way.
+
+    Raises:
+        NoPlanError: The hierarchical QP was not solved.
+    """
+    levels = [_joined([task.rows(state) for task in level]) for level in stack.levels]
+    solved = solve(levels, state.dq)
+    return ControlStep(solved.x, np.array([np.linalg.norm(each) for each in solved.violations]))
+
+
+def _joined(rows: Sequence[BoundedRows]) -> BoundedRows:
+    return BoundedRows(
+        np.concatenate([each.rows for each in rows]),
+        np.concatenate([each.lower for each in rows]),
+        np.concatenate([each.upper for each in rows]),
+    )
+
+
+def _proven(now: ControlScene, state: ControlState, dq: Array) -> Array | None:
+    """Return rates whose step is proven free: dq, or what hard braking leaves of the last ones; else None."""
+    for rates in (dq, now.stack.braked(state)):
+        if now.validator.is_valid_edge(state.q, state.q + state.period * rates):
+            return rates
+    return None

@@ -1,0 +1,34 @@
+"""Task that draws the joints to a configuration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.control.hierarchical_qp import BoundedRows
+from pickcli.control.tasks.task import ControlState, Task
+from pickcli.geometry import Array
+
+
+@dataclass(frozen=True, eq=False)
+class PostureTask(Task):
+    """Draws the joints to a configuration.
+
+    Attributes:
+        name: Name of the task in its stack.
+        q: (n,) the configuration.
+        gain: 1/s.
+    """
+
+    name: str
+    q: Array
+    gain: float
+
+    def rows(self, state: ControlState) -> BoundedRows:
+        """Return one equality for each joint."""
+        return BoundedRows.equal(np.eye(len(self.q)), self.gain * (self.q - state.q))
+
+    def error(self, state: ControlState) -> float:
+        """Return the largest distance of a joint from the configuration, in rad or m."""
+        return float(np.abs(self.q - state.q).max())

@@ -1,0 +1,185 @@
+"""Tasks: their rows are the derivatives of their errors, and limits hold at every instant of a roll-out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.control.roll_out import ControlScene, End, RollOut, Stack, roll_out
+from pickcli.control.tasks.joint_limit_task import JointLimitTask
+from pickcli.control.tasks.obstacle_task import ObstacleTask
+from pickcli.control.tasks.posture_task import PostureTask
+from pickcli.control.tasks.task import ControlState, stopping_rate
+from pickcli.control.tasks.tool_task import ToolTask
+from pickcli.geometry import Array, inverse, pose
+from pickcli.kinematics.arm import Arm, ToolGoal
+from support.cans import CanScene, can
+
+PERIOD = 0.01
+SIDE = 1  # of the envelopes: the hand turned over, which the arm reaches without turning its wrist far
+
+
+@pytest.fixture(scope="module")
+def table() -> Cell:
+    return load_cell("panda_table")
+
+
+@pytest.fixture(scope="module")
+def arm(table: Cell) -> Arm:
+    return Arm(table.robot)
+
+
+@pytest.fixture(scope="module")
+def scene(table: Cell) -> CanScene:
+    return CanScene(table, (can(table, "n", 0.46, 0.3), can(table, "m", 0.75, -0.2)))
+
+
+def tool_task(scene: CanScene, arm: Arm, T_world_item: Array | None = None) -> ToolTask:
+    envelope = scene.envelopes[SIDE]
+    T = scene.target.T_world_item if T_world_item is None else T_world_item
+    return ToolTask("envelope", arm, scene.state, ToolGoal(envelope.constraints, T, envelope.T_tip_palm), 3.0)
+
+
+def obstacle_task(scene: CanScene, table: Cell) -> ObstacleTask:
+    return ObstacleTask("obstacles", scene.arm, 0.008, 0.005, 0.06, 10.0, table.robot.limits.acceleration)
+
+
+def control_scene(scene: CanScene, arm: Arm, table: Cell, T: Array | None = None) -> ControlScene:
+    home = table.configurations["home"].q
+    levels = (
+        (JointLimitTask("limits", table.robot.limits),),
+        (obstacle_task(scene, table),),
+        (tool_task(scene, arm, T),),
+        (PostureTask("posture", home, 0.3),),
+    )
+    return ControlScene(Stack(levels, 2, table.robot.limits.acceleration), scene.arm)
+
+
+@pytest.fixture(scope="module")
+def reached(scene: CanScene, arm: Arm, table: Cell) -> RollOut:
+    now = control_scene(scene, arm, table)
+    return roll_out(lambda _: now, table.configurations["home"].q, 10.0, PERIOD)
+
+
+def test_rows_of_the_tool_are_derivatives_of_the_terms(scene: CanScene, arm: Arm) -> None:
+    task, h = tool_task(scene, arm), 1e-6
+    rng = np.random.default_rng(0)
+    for q in arm.random_seeds(rng, 10):
+        rows = task.rows(ControlState(q, np.zeros(arm.n), PERIOD))
+        goal = task.goal
+
+        def terms(q: Array) -> Array:
+            tip = inverse(scene.target.T_world_item) @ arm.tip(q, scene.state)
+            return np.asarray(scene.envelopes[SIDE].terms(tip[None])[0])
+
+        slopes = np.stack([(terms(q + h * e) - terms(q - h * e)) / (2 * h) for e in np.eye(arm.n)], axis=1)
+        assert np.abs(rows.rows - slopes).max() < 1e-6
+        assert np.allclose(rows.upper, -task.gain * (terms(q) + task.inside))
+        assert len(goal.constraints) == len(rows.rows)
+
+
+def test_rows_of_obstacles_are_derivatives_of_distances(scene: CanScene, arm: Arm) -> None:
+    """Where the nearest sphere does not change, the distance of a pair changes as its row says."""
+    rng, h, n_compared = np.random.default_rng(1), 1e-6, 0
+    for q in arm.random_seeds(rng, 40):
+        distances, gradients, parts = scene.arm.kernel.near_pairs(q, 0.2)
+        step = rng.normal(size=arm.n)
+        ahead, behind = (scene.arm.kernel.near_pairs(q + s * h * step, 0.2) for s in (1, -1))
+        if not (np.array_equal(parts, ahead[2]) and np.array_equal(parts, behind[2])):
+            continue
+        slope = (ahead[0] - behind[0]) / (2 * h)
+        is_smooth = np.abs(ahead[0] + behind[0] - 2 * distances) < 1e-10
+        assert np.abs(slope - gradients @ step)[is_smooth].max(initial=0.0) < 1e-4
+        n_compared += int(is_smooth.sum())
+    assert n_compared > 100
+
+
+def test_the_least_of_near_distances_is_the_clearance(scene: CanScene, arm: Arm) -> None:
+    """Between links the clearance also counts tighter spheres, so it may be more."""
+    for q in arm.random_seeds(np.random.default_rng(2), 40):
+        distances, _, parts = scene.arm.kernel.near_pairs(q, 1.0)
+        least, *_ = scene.arm.kernel.clearance(q, 1.0)
+        assert distances.min() <= least + 1e-9
+        if parts[int(np.argmin(distances)), 1] == 0:
+            assert distances.min() == pytest.approx(least, abs=1e-9)
+
+
+def test_rates_and_accelerations_hold_at_every_instant(table: Cell, reached: RollOut) -> None:
+    limits = table.robot.limits
+    assert reached.end is End.REACHED
+    rates = np.diff(reached.Q, axis=0) / PERIOD
+    assert (np.abs(rates) <= limits.velocity + 1e-9).all()
+    changes = np.diff(np.vstack([np.zeros(len(limits.velocity)), rates]), axis=0) / PERIOD
+    assert (np.abs(changes) <= limits.acceleration * (1 + 1e-6)).all()
+    assert (limits.lower <= reached.Q).all() and (limits.upper >= reached.Q).all()
+
+
+def test_every_step_is_free_and_the_goal_is_in_the_envelope(
+    scene: CanScene, arm: Arm, reached: RollOut
+) -> None:
+    assert scene.arm.first_blocked_edge(reached.Q) == -1
+    tip = inverse(scene.target.T_world_item) @ arm.tip(reached.Q[-1], scene.state)
+    assert scene.envelopes[SIDE].contains(tip[None]).all()
+    assert reached.errors["envelope"][-1] == 0.0 and reached.errors["envelope"][0] > 0.0
+    assert reached.duration == pytest.approx(PERIOD * (len(reached.Q) - 1))
+
+
+def test_the_same_roll_out_twice_is_the_same_to_the_bit(
+    scene: CanScene, arm: Arm, table: Cell, reached: RollOut
+) -> None:
+    now = control_scene(scene, arm, table)
+    again = roll_out(lambda _: now, table.configurations["home"].q, 10.0, PERIOD)
+    assert np.array_equal(again.Q, reached.Q)
+
+
+def test_a_target_that_moves_is_followed(scene: CanScene, arm: Arm, table: Cell, reached: RollOut) -> None:
+    moved = scene.target.T_world_item @ pose((0.015, -0.01, 0.005), rpy=(0.04, -0.03, 0.3))
+    before, after = control_scene(scene, arm, table), control_scene(scene, arm, table, moved)
+    when = 0.7 * reached.duration
+    found = roll_out(lambda t: before if t < when else after, table.configurations["home"].q, 10.0, PERIOD)
+    assert found.end is End.REACHED
+    tip = inverse(moved) @ arm.tip(found.Q[-1], scene.state)
+    assert scene.envelopes[SIDE].contains(tip[None]).all()
+
+
+def test_what_cannot_be_reached_ends_in_a_local_minimum(scene: CanScene, arm: Arm, table: Cell) -> None:
+    far = scene.target.T_world_item.copy()
+    far[:3, 3] += (1.0, 0.0, 0.5)
+    now = control_scene(scene, arm, table, far)
+    found = roll_out(lambda _: now, table.configurations["home"].q, 20.0, PERIOD)
+    assert found.end in (End.LOCAL_MINIMUM, End.NOT_PROVEN)
+    assert scene.arm.first_blocked_edge(found.Q) == -1
+    assert found.slack[-1, 2] > 0.0  # the level of the envelope gave way
+
+
+def test_a_joint_stops_before_its_limit_from_any_rate_that_the_task_lets_it_have(table: Cell) -> None:
+    limits = table.robot.limits
+    task = JointLimitTask("limits", limits)
+    q, dq = (limits.lower + limits.upper) / 2, np.zeros(7)
+    for _ in range(1000):  # as fast as the task lets it towards the upper limits
+        dq = task.rows(ControlState(q, dq, PERIOD)).upper
+        q = q + PERIOD * dq
+        assert (q <= limits.upper + 1e-9).all()
+    assert np.abs(q - limits.upper).max() < 1e-3
+
+
+def test_a_rate_from_which_something_stops_does_stop_within_the_distance() -> None:
+    rng = np.random.default_rng(5)
+    for distance, deceleration in rng.uniform((0.001, 0.5), (0.5, 10.0), (200, 2)):
+        left, rate = distance, float(stopping_rate(np.array([distance]), np.array([deceleration]), PERIOD)[0])
+        while rate > 0.0:
+            left -= rate * PERIOD
+            assert left >= -1e-9
+            rate = max(0.0, rate - deceleration * PERIOD)
+
+
+def test_nothing_moves_where_the_first_level_leaves_no_room(table: Cell) -> None:
+    slow = replace(table.robot.limits, velocity=np.full(7, 1e-12))
+    rows = JointLimitTask("limits", slow).rows(
+        ControlState(table.configurations["home"].q, np.zeros(7), PERIOD)
+    )
+    assert np.abs(rows.upper).max() <= 1e-12
