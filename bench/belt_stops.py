@@ -67,6 +67,7 @@ class Stopped:
 
     stops: what was stopped, at ``t`` s of the plan, in ``phase`` of it
     cause: of a stop that ended the motion, "" if it went on
+    off: what was amiss on the way off the belt
     clear: whether the arm rested clear of what the belt brings after that
     ends: where the target came to
     torn: whether the target was lost from the cup
@@ -78,6 +79,7 @@ class Stopped:
     t: float
     phase: str
     cause: str
+    off: tuple[str, ...]
     clear: bool | None
     ends: str
     torn: bool
@@ -148,7 +150,8 @@ def stop(context: PlanningContext, pick: Pick, what: str) -> Stopped:
     collisions, releases = world.contacts.since(0.0), world.grip.releases
     world.close()
     return Stopped(
-        what, pick.seed, t, _phase(plan, t), "" if run.stop is None else str(run.stop), run.is_clear, where,
+        what, pick.seed, t, _phase(plan, t), "" if run.stop is None else str(run.stop),
+        tuple(map(str, run.stops_on_way_off)), run.is_clear, where,
         any(not each.is_wanted for each in releases), knocked,
         tuple(f"{c.a} and {c.b}, {1e3 * c.depth:.1f} mm" for c in collisions),
         tuple(map(str, run.limit_violations)),
@@ -190,12 +193,13 @@ def table(found: Sequence[Stopped]) -> str:
         some = [each for each in found if each.stops == what]
         ends = Counter(each.ends for each in some)
         causes = Counter(each.cause.split(":")[0] for each in some if each.cause)
+        off = Counter(each.split(":")[0] for one in some for each in one.off)
         lines.append(
             f"{what}: {len(some)} stops; {sum(bool(s.collisions) for s in some)} with collisions, "
             f"{sum(bool(s.limits) for s in some)} with broken limits, {sum(s.torn for s in some)} torn off, "
             f"{sum(s.knocked > 0 for s in some)} moved others, "
             f"{sum(s.clear is False for s in some)} not clear; "
-            f"ends {dict(ends)}; ended early {dict(causes)}"
+            f"ends {dict(ends)}; ended early {dict(causes)}; on the way off {dict(off)}"
         )
     return "\n".join(lines)
 

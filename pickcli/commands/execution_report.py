@@ -247,6 +247,7 @@ def run_record(run: PlanRecord) -> dict[str, Any]:
         "limit_violations": [str(violation) for violation in run.limit_violations],
         "operator_stops_s": [[stop.begin, stop.end] for stop in run.operator_stops],
         **({} if run.is_clear is None else {"clear_of_belt": run.is_clear}),
+        **({"way_off_stops": [str(stop) for stop in run.stops_on_way_off]} if run.stops_on_way_off else {}),
         **_seen_record(run),
     }
 
@@ -286,6 +287,7 @@ def _lines(run: PlanRecord, holder: str) -> list[str]:
         + ("not resumed" if stop.end is None else f"resumed at {stop.end:.3f} s")
         for stop in run.operator_stops
     ]
+    lines += [f"  on the way off the belt: {stop}" for stop in run.stops_on_way_off]
     if run.is_clear is not None:
         lines.append(f"  at rest {'' if run.is_clear else 'not '}clear of all that the belt may bring")
     for fired in run.events:

@@ -83,8 +83,8 @@ def driven(driver: Driver, operator: OperatorSignal | None) -> Callable[[Plan, P
     Returns:
         Function of a plan and an observer of its progress.
     """
+    from pickcli.simulation.drive import drive
     from pickcli.simulation.operator_stop import never
-    from pickcli.simulation.plan_run import drive
 
     return lambda plan, report: drive(plan, driver, operator=operator or never, on_progress=report)
 

@@ -86,6 +86,10 @@ class BeltWayOff:
         """Whether the arm is at rest."""
         return self.is_clear and self._slows and self._belt.rate == 0.0
 
+    def turn_back(self) -> None:
+        """Go back along the lines from now on."""
+        self._is_back = True
+
     def next(self) -> Array:
         """Return the next set point.
 

@@ -15,10 +15,10 @@ from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array
 from pickcli.kinematics.continuous_joints import unwound_towards
 from pickcli.motion.plan import Plan
+from pickcli.simulation.drive import drive
 from pickcli.simulation.driver import Driver
 from pickcli.simulation.guarded_driver import period_fault
 from pickcli.simulation.plan_record import PlanRecord
-from pickcli.simulation.plan_run import drive
 from pickcli.simulation.start_check import START_TOLERANCE, check_start
 
 STANDING_TIME = 0.2  # s during which it is commanded to stand

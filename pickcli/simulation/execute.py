@@ -6,20 +6,20 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from pickcli.cell.device import DeviceKind
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.progress import ProgressObserver
 from pickcli.seeds import derived_rng
+from pickcli.simulation.belt_run import HARD, BeltRun
 from pickcli.simulation.braking import Return
 from pickcli.simulation.contact_guard import ContactGuard
 from pickcli.simulation.execution import Execution, Fall
 from pickcli.simulation.grip import Release
 from pickcli.simulation.operator_stop import OperatorSignal, never, random_stops, signal_of
 from pickcli.simulation.places import bounds
-from pickcli.simulation.plan_run import PlanRun
+from pickcli.simulation.plan_run import PathMotion
 from pickcli.simulation.planned_contacts import PlannedContacts
-from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
+from pickcli.simulation.protective_stop import ProtectiveStop
 from pickcli.simulation.start_check import at_the_robot, check_start
 from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.supervision import Supervisor
@@ -28,7 +28,6 @@ from pickcli.simulation.world import World
 
 FALL_TIME = 0.6  # s of simulation at the end if an item was lost and is falling
 CONTACT_TIME_MARGIN = 0.02  # s of the plan by which allowed contacts outlast the segment that plans them
-MOST_BRAKING = 1.0  # s, upper bound of the time in which the heaviest joint stops from full speed
 RETURN_TIME = 0.3  # s for the return onto the path, from rest to rest
 YIELD_TIME = 0.5  # s after a contact in which the robot may move back along its path until nothing presses
 YIELD_PACE = 0.1  # speed of that motion, as a share of the plan's
@@ -91,7 +90,7 @@ def _random_operator(plan: Plan, world: World) -> OperatorSignal:
     return signal_of(random_stops(share, plan.trajectory.duration, rng), world.t)
 
 
-class _Run(PlanRun[World]):
+class _Run(BeltRun[World]):
     """Run of a plan in the simulated world, which has more measurements than a driver."""
 
     def __init__(
@@ -128,13 +127,16 @@ class _Run(PlanRun[World]):
     @property
     def end_time(self) -> float:
         """Duration of the end, longer if an item falls. Planned contacts may continue meanwhile."""
-        has_lost = self.stop is not None and self.stop.cause.has_lost_item
+        stops = self.stops_on_way_off if self.stop is None else (self.stop, *self.stops_on_way_off)
+        has_lost = any(stop.cause.has_lost_item for stop in stops)
         return FALL_TIME if has_lost else super().end_time
 
     def before_set_point(self, t_plan: float) -> None:
         """Allow the contacts of all segments between the measured and the commanded time."""
-        behind = min(self.tracker.progress, t_plan) - CONTACT_TIME_MARGIN
-        first, last = bisect_left(self._ends, behind), bisect_right(self._starts, t_plan)
+        # Back along its lines the robot comes from later segments.
+        ahead = max(self.progress, t_plan) if self.stop is not None else t_plan
+        behind = min(self.progress, t_plan) - CONTACT_TIME_MARGIN
+        first, last = bisect_left(self._ends, behind), bisect_right(self._starts, ahead)
         if (first, last) != self._allowed_in:
             self._allowed_in, now = (first, last), self.plan.segments[first:last]
             self.world.planned = PlannedContacts.of(self.plan, now, self.world.robot.tool)
@@ -157,7 +159,7 @@ class _Run(PlanRun[World]):
 
     def reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
         """Check supervision and contact guard, then the hold, then the sensor, then the weight."""
-        segment = self.segment_at(min(self.tracker.progress, t_plan))
+        segment = self.segment_at(min(self.progress, t_plan))
         if self.world.reality.supervision and (
             stop := self.supervisor.motion(command, segment) or self.guard.update(segment)
         ):
@@ -168,39 +170,34 @@ class _Run(PlanRun[World]):
 
     def brake(self, why: ProtectiveStop) -> None:
         """Stop on the planned path; after a contact or following error as hard as possible."""
-        if why.cause in (StopCause.CONTACT, StopCause.FOLLOWING_ERROR):
-            self._brake_hard()
+        if why.cause in HARD:
+            at = min(self.progress, self.trace.plan_times[-1])
+            self.brake_beside(PathMotion(self.plan.trajectory, lambda t: t), at)
             return
-        is_released = why.cause in (StopCause.SEAL_LOST, StopCause.NOT_SEALED, StopCause.EARLY_CONTACT)
-        for device in self.world.scene.cell.devices.values():
-            if is_released and device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
-                self.world.act(device.name, "off")
+        self.release(why.cause)
         super().brake(why)
 
-    def _brake_hard(self) -> None:
+    def brake_beside(self, motion: PathMotion, at: float) -> None:
         """Brake every joint with the full torque of its motor, even if that leaves the path.
 
         Then lead the arm back onto the path, and back along it while something presses. A held item stays
         held.
         """
-        world, trajectory = self.world, self.plan.trajectory
-        self.n_judged = len(self.trace.sent)
-        progress = min(self.tracker.progress, self.trace.plan_times[-1])
-        t_end = world.t + MOST_BRAKING
-        while self.t_standing is None and world.t < t_end:
-            self._follow(world.q, progress)
-        led = Return(trajectory, progress, world.q, RETURN_TIME)
+        world = self.world
+        super().brake_beside(motion, at)
+        led = Return(motion.trajectory, at, world.q, RETURN_TIME)
         while not led.is_on_path:
-            self._follow(led.advance(world.time_step), led.path_time)
+            self.send_beside(led.advance(world.time_step), motion.path_time(led.path_time))
         t_end, t_free = world.t + YIELD_TIME, world.t + FREE_TIME
         while world.t < min(t_end, t_free):
-            self._follow(led.back(world.time_step, YIELD_PACE), led.path_time)
+            q = led.back(world.time_step, YIELD_PACE)
+            self.send_beside(q, motion.path_time(led.path_time))
             if self.supervisor.pressing() > FREE_FORCE_SHARE:
                 t_free = world.t + FREE_TIME
-        self.path_time = led.path_time
+        self.path_time = motion.path_time(led.path_time)
 
-    def _follow(self, q: Array, t_plan: float) -> None:
-        """Send one set point of a stop."""
+    def send_beside(self, q: Array, t_plan: float) -> None:
+        """Send a set point of a stop beside the path, and measure what presses."""
         self.trace.sent.append(q)
         self.trace.plan_times.append(t_plan)
         self.world.command(q)

@@ -47,6 +47,7 @@ class PlanRecord:
         operator_stops: Stops by the operator, times since ``t_start``.
         is_clear: Whether the arm rests where nothing that a conveyor may bring touches it, after a stop of a
             motion that followed one; None without one.
+        stops_on_way_off: What was judged to be amiss on the way off a conveyor, after the stop.
     """
 
     t_start: float
@@ -61,6 +62,7 @@ class PlanRecord:
     stopping_time: float | None = None
     operator_stops: tuple[OperatorStop, ...] = ()
     is_clear: bool | None = None
+    stops_on_way_off: tuple[ProtectiveStop, ...] = ()
 
     @property
     def duration(self) -> float:
@@ -83,7 +85,7 @@ class PlanRecord:
 
         None without either.
         """
-        if self.stop is not None and self.stop.is_empty:
+        if self.stop is not None and any(each.is_empty for each in (self.stop, *self.stops_on_way_off)):
             return False
         readings = [fired.reading for fired in self.events if fired.reading is not None]
         return readings[-1] if readings else None
@@ -105,4 +107,5 @@ class PlanRecord:
         if self.stopped:
             where = f" in {self.stopped_in}" if self.stopped_in else ""
             parts.append(f"stopped{where}: {self.stopped}")
+        parts += [f"on the way off the conveyor: {stop}" for stop in self.stops_on_way_off]
         return "; ".join(parts)

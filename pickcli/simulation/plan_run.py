@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import Limits
-from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import EventTracker
 from pickcli.kinematics.arm import Arm
@@ -23,14 +22,11 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.progress import Progress, ProgressObserver
-from pickcli.simulation.belt_clock import BeltClock, BeltEncoder
-from pickcli.simulation.belt_way_off import BeltWayOff
 from pickcli.simulation.driver import Driver
 from pickcli.simulation.following import JointFollowing
 from pickcli.simulation.operator_stop import OperatorSignal, OperatorStop, never
 from pickcli.simulation.plan_record import FiredEvent, PlanRecord
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
-from pickcli.simulation.start_check import at_the_robot, check_start
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
 from pickcli.simulation.trigger import TriggerDistance
 
@@ -38,51 +34,10 @@ END_TIME = 0.1  # s after the last set point, in which the servo arrives and the
 STOPPED_SPEED = 0.02  # rad/s or m/s; a stopping robot is at rest if all joints are slower
 SEAL_TIME = 1.5  # s beyond the plan's wait on an item; a line that leaked is evacuated to 0.95 in this time
 REST_TOLERANCE = 1e-6  # rad/s or m/s of every joint
-STANDING = 1e-6  # s of the plan in a step: slower, a belt stands
-OWN_PACE = 1e-6  # difference of the rate of the plan's time from 1, which is none
-MOST_HELD = 60.0  # s for which a plan waits for a belt that has stopped
 TRACE_STEPS = 10  # steps between samples of the tool's lag
 PROGRESS_STEPS = 100  # steps between reports of progress
 
 D = TypeVar("D", bound=Driver)
-
-
-def drive(
-    plan: Plan,
-    driver: Driver,
-    *,
-    pace: Pace = full_speed,
-    operator: OperatorSignal = never,
-    on_progress: ProgressObserver | None = None,
-) -> PlanRecord:
-    """Carry out a plan, to its end or to a stop on its path.
-
-    On the item the robot waits until a sensor says that it is held, at most ``SEAL_TIME`` longer than
-    planned. It stops if a joint does not follow, or if an event reads that nothing is held.
-
-    Args:
-        plan: The plan.
-        driver: The driver that carries it out.
-        pace: Speed of the plan's time.
-        operator: Whether the operator stops the robot, asked at every set point. It stays at rest on its path
-            as long as that is so, and then goes on; over a running belt it leaves that first, and ends if the
-            item was not met yet.
-        on_progress: Called every 100 set points with the seconds of the plan and its segment.
-
-    Returns:
-        The record of the execution.
-
-    Raises:
-        StaleError: The plan is for another cell.
-        StartError: The robot is not where the plan begins.
-        InputError: The tool is in another state than at the start of the plan.
-    """
-    plan = at_the_robot(plan, driver)
-    check_start(plan, driver)
-    run = PlanRun(plan, driver, pace, on_progress)
-    run.operator = operator
-    run.play()
-    return run.record()
 
 
 @dataclass
@@ -97,10 +52,12 @@ class _Trace:
 
 
 @dataclass(frozen=True, eq=False)
-class _Motion:
+class PathMotion:
     """A motion along the plan's path.
 
-    path_times: the plan's times (N,) s at times (N,) s of the trajectory
+    Attributes:
+        trajectory: The motion.
+        path_times: Returns the plan's times (N,) s at times (N,) s of the trajectory.
     """
 
     trajectory: Trajectory
@@ -109,14 +66,33 @@ class _Motion:
     @property
     def end(self) -> float:
         """Time of the plan at the end, s."""
-        return float(self.path_times(np.array([self.trajectory.duration]))[0])
+        return self.path_time(self.trajectory.duration)
 
-    def stopped(self, at: float, limits: Limits) -> _Motion:
-        """Return this motion with the fastest stop that is requested at a time (s) of it."""
+    def path_time(self, t: float) -> float:
+        """Return the time of the plan at one of the motion.
+
+        Args:
+            t: s of the motion.
+
+        Returns:
+            s of the plan.
+        """
+        return float(self.path_times(np.array([t]))[0])
+
+    def stopped(self, at: float, limits: Limits) -> PathMotion:
+        """Return this motion with the fastest stop.
+
+        Args:
+            at: s of the motion at which it is requested.
+            limits: Limits of the joints.
+
+        Returns:
+            The motion, which ends at rest.
+        """
         from pickcli.timing.stopping_trajectory import stop
 
         halted = stop(self.trajectory, at, limits)
-        return _Motion(halted.trajectory, lambda t: self.path_times(halted.path_times(t)))
+        return PathMotion(halted.trajectory, lambda t: self.path_times(halted.path_times(t)))
 
 
 class PlanRun(Generic[D]):
@@ -157,23 +133,13 @@ class PlanRun(Generic[D]):
         self.t_sealed = _end_of_sealing(plan)
         self.operator: OperatorSignal = never
         self.operator_stops: list[OperatorStop] = []
-        self.is_clear: bool | None = None  # of all that a belt may bring, at rest after a stop
-        self._motion = _Motion(plan.trajectory, lambda t: t)  # that is being sent
-        self._clock: BeltClock | None = None  # that tells its time
-        self._is_beside_belt = False  # whether it keeps clear of all that a belt may bring
-        self._t_motion = 0.0  # s of it at the last set point
+        self.motion = PathMotion(plan.trajectory, lambda t: t)  # that is being sent
+        self.t_motion = 0.0  # s of it at the last set point
 
     def play(self) -> None:
         """Carry out the plan, and wait until the robot has arrived."""
-        self._clock = clock = self._belt_clock()
-        rest: _Motion | None = self._motion
-        begin = 0.0
-        if clock is not None:
-            self._follow_belt(clock)
-            begin = self._t_motion
-        elif self.plan.tracking is not None and self.operator is not never:
-            why = "the operator stops no motion over a belt that no encoder measures"
-            raise InputError(f"{self.plan.query}: {why}; measure its travel, or stop the belt as well")
+        rest: PathMotion | None = self.motion
+        begin = self.before_own_pace()
         while rest is not None and self.stop is None:
             rest, begin = self._after_operator_stop() if self._send(rest, begin) else None, 0.0
         if self.stop is not None:
@@ -209,8 +175,15 @@ class PlanRun(Generic[D]):
             path_time=self.path_time,
             stopping_time=self._stopping_time(),
             operator_stops=tuple(self.operator_stops),
-            is_clear=self.is_clear,
         )
+
+    def before_own_pace(self) -> float:
+        """Carry out what does not go at the plan's own pace; called before all else.
+
+        Returns:
+            s of the plan from which it does.
+        """
+        return 0.0
 
     # What is judged ----------------------------------------------------------------------------------
 
@@ -227,6 +200,11 @@ class PlanRun(Generic[D]):
         """
         sensors = (d for d in self.driver.cell.devices.values() if d.kind is DeviceKind.SENSOR)
         return all(self.driver.act(sensor.name, sensor.actions[0]) for sensor in sensors)
+
+    @property
+    def progress(self) -> float:
+        """S of the plan where the robot is by its measured joints."""
+        return self.tracker.progress
 
     def reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
         """Decide after a step whether to stop the motion.
@@ -273,14 +251,11 @@ class PlanRun(Generic[D]):
         Args:
             why: The reason.
         """
-        if self._clock is not None:
-            self._stop_at_belt(self._clock, why)
-            return
-        self._halt(self._motion)
+        self.halt(self.motion)
 
     # How it runs -------------------------------------------------------------------------------------
 
-    def _send(self, motion: _Motion, begin: float = 0.0, is_held: bool = False) -> bool:
+    def _send(self, motion: PathMotion, begin: float = 0.0, is_held: bool = False) -> bool:
         """Send the set points of a motion from a time (s) on; return whether the operator interrupts it.
 
         is_held: whether it brings the robot to rest for the operator already
@@ -288,7 +263,7 @@ class PlanRun(Generic[D]):
         is_braking, trace, driver = self.stop is not None, self.trace, self.driver
         t = len(trace.sent) * driver.time_step
         commands = stream(motion.trajectory, driver.time_step, self.pace, begin, t)
-        self._motion, plan_times = motion, motion.path_times(commands.plan_times).tolist()
+        self.motion, plan_times = motion, motion.path_times(commands.plan_times).tolist()
         times = zip(commands.plan_times.tolist(), plan_times, strict=True)
         for q, (t_motion, t_plan) in zip(commands.points, times, strict=True):
             if trace.sent and not (is_braking or is_held) and self.operator(driver.t):
@@ -296,21 +271,23 @@ class PlanRun(Generic[D]):
             if self._lifts_off(t_plan):
                 self._wait_for_hold()
             if self.stop is None or is_braking:
-                self._t_motion = t_motion
-                self._set_point(q, t_plan)
+                self.t_motion = t_motion
+                self.set_point(q, t_plan)
             if self.stop is not None and not is_braking:
                 break
         return False
 
-    def _halt(self, motion: _Motion) -> None:
-        """Stop for good on the path of a motion, which is being sent."""
-        halted = motion.stopped(self._t_motion, self.driver.cell.robot.limits)
-        self.path_time = halted.end
-        self._send(halted, self._t_motion)
-        if self._is_beside_belt:
-            self.is_clear = True
+    def halt(self, motion: PathMotion) -> None:
+        """Stop for good on the path.
 
-    def _after_operator_stop(self) -> _Motion | None:
+        Args:
+            motion: The motion that is being sent.
+        """
+        halted = motion.stopped(self.t_motion, self.driver.cell.robot.limits)
+        self.path_time = halted.end
+        self._send(halted, self.t_motion)
+
+    def _after_operator_stop(self) -> PathMotion | None:
         """Stop on the path until the operator releases the robot; return the rest of the motion."""
         from pickcli.timing.stopping_trajectory import resume
 
@@ -319,113 +296,16 @@ class PlanRun(Generic[D]):
         begin = self.operator_stops.pop().begin if is_noted else self.driver.t - self.t_start
         if self.trace.plan_times[-1] >= trajectory.duration:
             return None
-        halted = self._motion.stopped(self._t_motion, limits)
-        self._send(halted, self._t_motion, is_held=True)
+        halted = self.motion.stopped(self.t_motion, limits)
+        self._send(halted, self.t_motion, is_held=True)
         while self.stop is None and self.operator(self.driver.t):
-            self._set_point(self.trace.sent[-1], self.trace.plan_times[-1])
+            self.set_point(self.trace.sent[-1], self.trace.plan_times[-1])
         end = None if self.stop is not None else self.driver.t - self.t_start
         self.operator_stops.append(OperatorStop(begin, end))
         if self.stop is not None or halted.end >= trajectory.duration:
             return None
         resumed = resume(trajectory, halted.end, limits)
-        return _Motion(resumed.trajectory, resumed.path_times)
-
-    def _belt_clock(self) -> BeltClock | None:
-        """Return what tells the plan's time by a running conveyor; None without one that is measured.
-
-        Raises InputError if the plan needs one.
-        """
-        tracking, encoder = self.plan.tracking, self.driver
-        if tracking is None:
-            return None
-        if isinstance(encoder, BeltEncoder) and encoder.belt_travel(tracking.conveyor) is not None:
-            return BeltClock(self.plan, encoder.cell, encoder, encoder.time_step)
-        off = tracking.speed_error * self.plan.trajectory.duration
-        if off > tracking.deviation:
-            why = f"without an encoder the belt may be {1e3 * off:.1f} mm off, {1e3 * tracking.deviation:.1f}"
-            raise InputError(
-                f"{self.plan.query}: {why} are proven; measure its travel, or state its speed better"
-            )
-        return None
-
-    def _follow_belt(self, clock: BeltClock) -> None:
-        """Send the set points of a plan whose time is told by the belt, until that goes its own way.
-
-        That is where the item is off the belt, and the plan has its own pace again; or a stop is requested.
-        """
-        t_plan, trajectory, t_held = 0.0, self.plan.trajectory, 0.0
-        while t_plan < trajectory.duration:
-            self._operator_asks(t_plan)
-            if self.stop is not None:
-                return
-            t_next = clock.next()
-            t_held = 0.0 if abs(t_next - t_plan) > STANDING else t_held + self.driver.time_step
-            self._t_motion = t_plan = t_next
-            self._set_point(trajectory.sample(t_plan)[0], t_plan)
-            if self.stop is None and (why := self._strayed(clock, t_held)) is not None:
-                self.stop, self.stopped_in = why, self.segment_at(t_plan)
-            if t_plan > clock.t_left and abs(clock.rate - 1.0) < OWN_PACE:
-                self._clock, self._is_beside_belt = None, True
-                return
-
-    def _operator_asks(self, t_plan: float) -> None:
-        """Note whether the operator stops a motion at a belt; until its item is met, that ends the motion.
-
-        From then on the item is taken off the belt before the motion rests.
-        """
-        stops, t = self.operator_stops, self.driver.t - self.t_start
-        is_asked, is_noted = self.operator(self.driver.t), bool(stops) and stops[-1].end is None
-        if is_asked and not is_noted:
-            stops.append(OperatorStop(t, None))
-        if is_noted and not is_asked:
-            stops[-1] = replace(stops[-1], end=t)
-        if is_asked and t_plan < self._t_met:
-            assert self.plan.tracking is not None
-            conveyor = self.plan.tracking.conveyor
-            self.stop = ProtectiveStop(StopCause.OPERATOR, conveyor, 0.0, 0.0, "", self.driver.t)
-            self.stopped_in = self.segment_at(t_plan)
-
-    @property
-    def _t_met(self) -> float:
-        """S of the plan at which the tool may meet the item that it takes."""
-        return next(s.t_start for s in self.plan.segments if s.kind is SegmentKind.CONTACT)
-
-    def _stop_at_belt(self, clock: BeltClock, why: ProtectiveStop) -> None:
-        """Stop on the path where the arm is clear of what the belt may bring, else leave the belt."""
-        t_plan, trajectory = clock.scaling.t, self.plan.trajectory
-        if t_plan <= clock.t_follows:
-            self._is_beside_belt = True
-            self._halt(_Motion(_until(trajectory, clock.t_follows), lambda t: t))
-        elif t_plan < clock.t_left:
-            self._leave_belt(clock, t_plan < self._t_met or why.cause is StopCause.EARLY_CONTACT)
-            self.path_time = self.trace.plan_times[-1]
-        else:
-            while clock.rate > 0.0:
-                t_plan = clock.stopping()
-                self._set_point(trajectory.sample(t_plan)[0], t_plan)
-            self.path_time, self.is_clear = t_plan, True
-
-    def _leave_belt(self, clock: BeltClock, is_back: bool) -> None:
-        """Take the way off the belt, back along the lines to the item or on along those with it."""
-        driver = self.driver
-        for device in driver.cell.devices.values() if is_back else ():
-            if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
-                driver.act(device.name, "off")
-        off = BeltWayOff(self.plan, driver.cell, clock, driver.time_step, is_back)
-        while not off.is_at_rest:
-            self._set_point(off.next(), off.t)
-        self.is_clear = off.is_clear
-
-    def _strayed(self, clock: BeltClock, t_held: float) -> ProtectiveStop | None:
-        """Stop for a belt that stands for too long (t_held, s), or is not where the plan's proof has it."""
-        assert self.plan.tracking is not None
-        conveyor, now = self.plan.tracking.conveyor, self.driver.t
-        if t_held >= MOST_HELD:
-            return ProtectiveStop(StopCause.BELT, conveyor, t_held, MOST_HELD, "s at rest", now)
-        if not clock.is_off:
-            return None
-        where = f"{conveyor}, {'behind' if clock.off < 0.0 else 'ahead of'} the plan,"
-        return ProtectiveStop(StopCause.BELT, where, 1e3 * clock.comes_to, 1e3 * clock.allowed, "mm", now)
+        return PathMotion(resumed.trajectory, resumed.path_times)
 
     def segment_at(self, t_plan: float) -> Segment:
         """Return the segment at a time of the plan.
@@ -461,7 +341,13 @@ class PlanRun(Generic[D]):
         if self.on_step is not None:
             self.on_step(driver)
 
-    def _set_point(self, q: Array, t_plan: float) -> None:
+    def set_point(self, q: Array, t_plan: float) -> None:
+        """Send a set point, wait for a period, and judge what was measured.
+
+        Args:
+            q: (n,) configuration.
+            t_plan: s of the plan.
+        """
         self.trace.sent.append(q)
         self.trace.plan_times.append(t_plan)
         self.before_set_point(t_plan)
@@ -481,7 +367,7 @@ class PlanRun(Generic[D]):
         driver, q, t_plan = self.driver, self.trace.sent[-1], self.trace.plan_times[-1]
         t_end = driver.t + SEAL_TIME
         while driver.t < t_end and not self.has_hold():
-            self._set_point(q, t_plan)
+            self.set_point(q, t_plan)
             if self.stop is not None:
                 return
 
@@ -502,13 +388,6 @@ class PlanRun(Generic[D]):
         commanded = self.arm.tips(np.array(self.trace.commanded), state)
         measured = self.arm.tips(np.array(self.trace.measured), state)
         return float(np.linalg.norm((commanded - measured)[:, :3, 3], axis=1).max())
-
-
-def _until(trajectory: Trajectory, t_end: float) -> Trajectory:
-    """Return the part of a trajectory up to one of its points (s), where it rests."""
-    kept = trajectory.times <= t_end
-    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
-    return Trajectory(trajectory.joint_names, trajectory.times[kept], *(row[kept] for row in rows))
 
 
 def _end_of_sealing(plan: Plan) -> float | None:

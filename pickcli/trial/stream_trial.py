@@ -275,7 +275,7 @@ class _StreamTrial:
         self.n_collisions += len(run.collisions)
         self.n_limit_violations += len(run.limit_violations)
         if run.stop is not None:
-            item.reason = str(run.stop)
+            item.reason = "; on the way off: ".join(map(str, (run.stop, *run.stops_on_way_off)))
 
     def _learn(self, world: World, scene: Scene, true: ItemStream, item: _Item) -> None:
         """Note where the items truly are after a motion; those that it knocked off the belt are lost."""

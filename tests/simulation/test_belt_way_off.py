@@ -138,3 +138,20 @@ def test_near_the_end_of_its_axis_the_arm_goes_on_along_its_lines(into: float, a
     assert off.is_clear and off.t == pytest.approx(clock.t_left, abs=1e-9)
     assert_within_limits(points, times)
     assert max(q[0] for q in points) <= upper[0] + 1e-3
+
+
+@pytest.mark.parametrize("more", [1, 60, 200])
+def test_a_way_on_along_the_lines_can_be_turned_back(more: int) -> None:
+    """As soon as it has begun, and at speed; it ends where the lines begin, within all limits."""
+    encoder, clock, points, times = begun(lambda t: SPEED * t, 0.5)
+    off = BeltWayOff(belt_pick().plan, cell(), clock, STEP, is_back=False)
+    for k in range(30_000):
+        if k == more:
+            off.turn_back()
+        encoder.t += STEP
+        points.append(off.next())
+        times.append(off.t)
+        if off.is_at_rest:
+            break
+    assert off.is_clear and off.t == pytest.approx(clock.t_works, abs=1e-9)
+    assert_within_limits(points, times)

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
+from pickcli.simulation.drive import drive
 from pickcli.simulation.execute import execute
 from pickcli.simulation.operator_stop import OperatorStop, signal_of
-from pickcli.simulation.plan_run import END_TIME, drive
+from pickcli.simulation.plan_run import END_TIME
 from pickcli.simulation.planned_contacts import PlannedContacts
 from pickcli.simulation.recorder import Recorder
 from pickcli.timing.stopping_trajectory import resume, stop

@@ -13,8 +13,9 @@ from pickcli.errors import StaleError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.progress import Progress
+from pickcli.simulation.drive import drive
 from pickcli.simulation.following import JointFollowing
-from pickcli.simulation.plan_run import END_TIME, REST_TOLERANCE, SEAL_TIME, drive
+from pickcli.simulation.plan_run import END_TIME, REST_TOLERANCE, SEAL_TIME
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.recorder import Recorder
 from pickcli.simulation.start_check import StartError
