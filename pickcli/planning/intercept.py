@@ -10,6 +10,7 @@ the lift.
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,7 +18,7 @@ import numpy as np
 
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import Limits
-from pickcli.collision.motion_segment import Mode, scaled_segments
+from pickcli.collision.motion_segment import Mode, MotionSegment, scaled_segments
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import LIMIT_MARGIN
@@ -34,7 +35,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.belt_raise import raised_over_belt
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
-from pickcli.planning.stages.reach_table import BeltTimes, too_late_by
+from pickcli.planning.stages.reach_table import BeltTimes, least_times, too_late_by
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
 from pickcli.scene.belt_sweep import swept_along_belt
@@ -52,6 +53,7 @@ MOST_PACED = 0.85  # of the limits, for lines on a belt
 KEPT = 0.97  # of the limits of jerk, that a belt which changes its speed may use up beside the lines
 PACED_COMING = 0.9  # of the limits for the way to it, whose time is that of the belt
 TURNED = 0.35  # s in which a way off the belt turns back, and the axis comes to rest at its end
+WIDELY = 0.25  # s too late at one place of the belt, which is too late at all: the lines are the same
 MOST_MEETINGS = 8  # that are tried for one grasp
 DEVIATION = 0.015  # m by which the belt may be off the plan while the arm follows it: 1 to 4 mm are usual
 
@@ -165,33 +167,79 @@ def plan_intercept(
         stream.travel_at(stream.find(query.item), query.now), stream.speed, belt.speed, belt.axis,
         belt.first, belt.last, belt.ramp,
     )  # fmt: skip
-    late = too_late_by(context, stream.carrier, scene.find(query.item), start.q, times)
+    late = too_late_by(context, stream.carrier, scene, scene.find(query.item), start.q, times)
     if late > 0.0:
-        soon = f"by {1e3 * late:.0f} ms at least, whatever the grasp"
+        soon = f"by {1e3 * late:.0f} ms at least, as the arm takes items there"
         raise NoPlanError(_label(query, place), [Reason("too late", query.item, soon)])
     standing = context.checker_for(scene, Mode(start.tool_state))
     if not standing.is_valid(start.q):
         raise NoPlanError(_label(query, place), [standing.explain(start.q).at("start")])
     failures = Failures()
     soonest = min(belt.last, max(belt.first, USUAL_ARRIVAL))
-    for share in WHERE_PLANNED:
-        t_planned = soonest + share * (belt.last - soonest)
-        problem = PickProblem.of(context, belt.at(t_planned), picked, seed)
-        windows, against = _windows(problem, belt, t_planned, start)
-        failures += against
-        grasped = time.perf_counter()
-        for window in sorted(windows, key=lambda each: _arrival(context, belt, each, start)):
-            plan = _met(belt, window, start)
-            if not isinstance(plan, Failures):
-                plan = plan.with_statistics(
-                    grasps_ms=1e3 * (grasped - began), planning_ms=1e3 * (time.perf_counter() - began)
-                )
-                certified = plan if certify is None else certify(plan)
-                if not isinstance(certified, Failures):
-                    return certified
-                plan = certified
-            failures += plan
+    # As the table has it; other configurations are for what the arm cannot take so at all.
+    for by_named in (True, False) if context.configurations_at(context.cell.places[place]) else (False,):
+        has_grasp = False
+        for share in WHERE_PLANNED:
+            t_planned = soonest + share * (belt.last - soonest)
+            problem = PickProblem.of(context, belt.at(t_planned), picked, seed)
+            problem = replace(problem, by_named=by_named)
+            grasps, against = feasible_grasps(problem, ())
+            has_grasp, failures = has_grasp or bool(grasps), failures + against
+            timely, against, least_delay = _timely(belt, problem, t_planned, grasps, start)
+            failures += against
+            if grasps and least_delay > WIDELY:
+                break
+            windows, against = _windows(problem, timely, belt, t_planned, start)
+            failures += against
+            grasped = time.perf_counter()
+            for window in sorted(windows, key=lambda each: _arrival(context, belt, each, start)):
+                plan = _met(belt, window, start)
+                if not isinstance(plan, Failures):
+                    plan = plan.with_statistics(
+                        grasps_ms=1e3 * (grasped - began), planning_ms=1e3 * (time.perf_counter() - began)
+                    )
+                    certified = plan if certify is None else certify(plan)
+                    if not isinstance(certified, Failures):
+                        return certified
+                    plan = certified
+                failures += plan
+        if has_grasp:
+            break
     raise NoPlanError(_label(query, place), failures)
+
+
+def _timely(
+    belt: _Belt, problem: PickProblem, t_planned: float, grasps: Sequence[GraspMotion], start: Start
+) -> tuple[list[GraspMotion], Failures, float]:
+    """Return the grasps that the arm may be in time for, the reasons against others, and the least delay (s).
+
+    By bounds of their lines, at much less effort than by timing them; lines that are lengthened, and their
+    acceleration, take longer still.
+    """
+    context, timely, failures, least = problem.context, list[GraspMotion](), Failures(), np.inf
+    taking = context.method.rests(context.cell.devices, context.settings.release_time).taking
+    for motion in grasps:
+        near = motion.unwound_towards(context.arm.limits, start.q)
+        reached = float(least_times(context, start.q, near.start[None], belt.axis)[0])
+        inward, outward = (_least_time(context, part) for part in (near.inward, near.outward))
+        latest = _between(belt, context, near, t_planned, (inward, taking + outward))[1]
+        late = reached + belt.ramp + inward - latest
+        least = min(least, late)
+        if late > 0.0:
+            failures += Reason("too late", str(motion.grasp), f"by {1e3 * late:.0f} ms at least")
+        else:
+            timely.append(motion)
+    return timely, failures, least
+
+
+def _least_time(context: PlanningContext, segments: Sequence[MotionSegment]) -> float:
+    """Bound the duration (s) of straight lines by the greatest speeds of the tool."""
+    total = 0.0
+    for segment in segments:
+        tips = context.arm.tips(segment.waypoints[[0, -1]], segment.mode.tool_state)[:, :3, 3]
+        if segment.limits.max_tool_speed is not None:
+            total += float(np.linalg.norm(tips[1] - tips[0])) / segment.limits.max_tool_speed
+    return total
 
 
 def _label(query: InterceptQuery, place: str) -> str:
@@ -236,11 +284,10 @@ def _belt(context: PlanningContext, stream: ItemStream, scene: Scene, query: Int
 
 
 def _windows(
-    problem: PickProblem, belt: _Belt, t_planned: float, start: Start
+    problem: PickProblem, grasps: Sequence[GraspMotion], belt: _Belt, t_planned: float, start: Start
 ) -> tuple[list[_Window], Failures]:
-    """Find grasps with the belt where it is at a time, and when the arm can follow their lines."""
-    grasps, failures = feasible_grasps(problem, ())
-    found = list[_Window]()
+    """Find when the arm can follow the lines of grasps, planned with the belt where it is at a time (s)."""
+    found, failures = list[_Window](), Failures()
     for motion in grasps:
         unwound = motion.unwound_towards(problem.context.arm.limits, start.q)
         raised = raised_over_belt(problem, unwound, belt.coming, belt.left(t_planned))
@@ -265,22 +312,37 @@ def _window(problem: PickProblem, belt: _Belt, motion: GraspMotion, t_planned: f
         return outward
     rests = context.method.rests(context.cell.devices, context.settings.release_time)
     taking = TimedTaking(problem, t_planned, motion, inward, outward, rests.taking)
+    lasting = inward.trajectory.duration, taking.lasts
+    earliest, latest = _between(belt, context, motion, t_planned, lasting)
+    if earliest > latest:
+        lacking = abs(belt.speed) * (earliest - latest)
+        short = f"{context.arm.names[belt.axis]} and the window are {lacking:.2f} m too short"
+        return Failures.of(Reason("out of the window", str(motion.grasp), short))
+    return _Window(taking, earliest, latest)
+
+
+def _between(
+    belt: _Belt, context: PlanningContext, motion: GraspMotion, t_planned: float, lasting: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the s between which contact may be made, by the window and the axis.
+
+    motion: lines, planned with the belt where it is at t_planned (s)
+    lasting: s of them until the contact, and from there until the item is off the belt
+    """
+    inward, lasts = lasting
     v, axis, limits = belt.speed, belt.axis, context.arm.limits
     # The axis begins and ends its way along the belt half a ramp's travel before and after the lines.
-    begins = motion.start[axis] - v * (inward.trajectory.duration + belt.ramp / 2)
-    ends = motion.end[axis] + v * (taking.lasts + belt.ramp / 2)
+    begins = motion.start[axis] - v * (inward + belt.ramp / 2)
+    ends = motion.end[axis] + v * (lasts + belt.ramp / 2)
     lower, upper = limits.lower[axis] + LIMIT_MARGIN, limits.upper[axis] - LIMIT_MARGIN
     first, last = (lower, upper) if v > 0.0 else (upper, lower)
     sign = float(np.sign(v))
     earliest = max(belt.first, t_planned + float((first - begins) / v))
     # Stopped where it meets the item, the arm goes back along the lines, and the axis on with the belt.
-    back = motion.start[axis] + v * (inward.trajectory.duration / BACK + TURNED)
+    back = motion.start[axis] + v * (inward / BACK + TURNED)
     farthest = sign * max(sign * ends, sign * back)
-    latest = min(belt.last - taking.lasts, t_planned + float((last - farthest) / v))
-    if earliest > latest:
-        short = f"{context.arm.names[axis]} and the window are {abs(v) * (earliest - latest):.2f} m too short"
-        return Failures.of(Reason("out of the window", str(motion.grasp), short))
-    return _Window(taking, earliest, latest)
+    latest = min(belt.last - lasts, t_planned + float((last - farthest) / v))
+    return earliest, latest
 
 
 def _paced(motion: GraspMotion, pace: float) -> GraspMotion:

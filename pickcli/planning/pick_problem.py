@@ -99,6 +99,8 @@ class PickProblem:
         neighbours: How motions inside the place treat other items.
         seed: Seed of all random choices.
         shift: Way of the target, if it is moved within its place.
+        by_named: Whether the arm takes the target only as inverse kinematics leads there from the
+            configurations that the cell names for the place, and not from others, too.
     """
 
     context: PlanningContext
@@ -109,6 +111,7 @@ class PickProblem:
     neighbours: Neighbours = Neighbours.AVOID
     seed: int = 0
     shift: ShiftCorridor | None = None
+    by_named: bool = False
 
     @classmethod
     def of(cls, context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:

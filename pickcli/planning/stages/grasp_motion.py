@@ -92,10 +92,15 @@ def plan_motion_down(back: PickProblem, ways: ToolLines, T_over: Array, q: Array
 
 
 def _seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
-    """Return configurations in front of the place, the first also moved along the rails, and random ones."""
+    """Return configurations in front of the place; the first also moved along the rails, and random ones.
+
+    Those only if the problem does not want the named ones alone.
+    """
     arm, fronts = problem.context.arm, problem.context.configurations_at(problem.place)
     if not fronts:  # then all are random
         return arm.random_seeds(rng, N_SEEDS)
+    if problem.by_named:
+        return np.array(fronts)
     elsewhere = arm.along_rails(fronts[0], N_ALONG)
     return np.vstack([fronts, elsewhere, arm.random_seeds(rng, N_SEEDS - 1 - len(elsewhere))])
 

@@ -1,0 +1,113 @@
+"""How soon it is told that an item on a running belt cannot be met any more, and whether that is true.
+
+    python -m bench.belt_never [--items 100] [--seed 0] [--speed 0.33] [--gap 0.25,0.60] [--checked 20]
+
+Items of dense streams, each in a stream of its own seed, anywhere in the last ``LATEST`` s of the window; the
+arm is over the tote. Of those without a plan it prints how long the answer took in processor time, with
+percentiles, and how many answers came by the table alone (``reach_table``) and by the bounds of lines. The
+table is filled beforehand by as many other items. The first of those that were told by bounds are searched
+once more without any bound: a plan would contradict what was said.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass
+from unittest import mock
+
+import numpy as np
+
+from pickcli.cell.cell_file import load_cell
+from pickcli.errors import NoPlanError
+from pickcli.planning import intercept
+from pickcli.planning.intercept import InterceptQuery, plan_intercept
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.start_state import Start
+from pickcli.random_scenes.make_stream import StreamRequest, make_stream
+from pickcli.scene.item_stream import ItemStream
+from pickcli.seeds import derived_rng
+
+CELL, START, N_ITEMS = "conveyor_sia20", "drop_01", 8
+LATEST = 4.5  # s before an item leaves the window, from which on it is asked for
+AT_ONCE = "as the arm takes items there"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """An item that was asked for, and the answer.
+
+    left: s until it left the window
+    ms: of processor time
+    why: there is no plan; "" if there is one
+    """
+
+    stream: ItemStream
+    query: InterceptQuery
+    left: float
+    ms: float
+    why: str
+
+
+def ask(context: PlanningContext, speed: float, gap: tuple[float, float], seed: int) -> Asked:
+    """Ask for an item of the stream of a seed."""
+    stream = make_stream(context.cell, StreamRequest(N_ITEMS, speed, gap), seed)
+    draw = derived_rng("never", seed)
+    item, left = stream.items[int(draw.integers(2, N_ITEMS - 2))], float(draw.uniform(0.0, LATEST))
+    on_belt = stream.belt.window[1] - left * speed - float(item.T_belt_item[0, 3])
+    query = InterceptQuery(item.id, item.stamp + on_belt / speed)
+    began = time.process_time()
+    why = answer(context, stream, query)
+    return Asked(stream, query, left, 1e3 * (time.process_time() - began), why)
+
+
+def answer(context: PlanningContext, stream: ItemStream, query: InterceptQuery) -> str:
+    """Return why there is no plan; "" if there is one."""
+    start = context.cell.configurations[START]
+    try:
+        plan_intercept(context, stream, query, Start(start.q, start.tool_state))
+    except NoPlanError as error:
+        return str(error)
+    return ""
+
+
+def is_true(context: PlanningContext, asked: Asked) -> bool:
+    """Whether the search without any bound finds no plan either."""
+    with (
+        mock.patch.object(intercept, "too_late_by", lambda *args: -np.inf),
+        mock.patch.object(intercept, "least_times", lambda *args: np.array([-np.inf])),
+    ):
+        return answer(context, asked.stream, asked.query) != ""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--items", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--speed", type=float, default=0.33)
+    parser.add_argument("--gap", default="0.25,0.60", help="LO,HI in m")
+    parser.add_argument("--checked", type=int, default=20, help="answers that are searched once more")
+    options = parser.parse_args()
+    context, (low, high) = PlanningContext(load_cell(CELL)), map(float, options.gap.split(","))
+    for k in range(options.items):
+        ask(context, options.speed, (low, high), options.seed + options.items + k)
+    asked = [ask(context, options.speed, (low, high), options.seed + k) for k in range(options.items)]
+    never = [each for each in asked if each.why]
+    told = [each for each in never if AT_ONCE in each.why]
+    print(f"{len(asked)} items, {len(never)} without a plan, {len(told)} of these told by the table")
+    for name, some in (("all", never), ("told by the table", told)):
+        ms = np.array([each.ms for each in some])
+        shares = " / ".join(f"{np.percentile(ms, share):.1f}" for share in (50, 90, 99)) if some else "-"
+        within = int((ms <= 10.0).sum())
+        print(f"{name}: {shares} ms at the median, 90 and 99 of 100; {within} within 10 ms")
+    bounded = [each for each in never if "at least" in each.why][: options.checked]
+    wrong = [each for each in bounded if not is_true(context, each)]
+    print(f"searched once more without bounds: {len(bounded)}, with a plan {len(wrong)}")
+    for each in wrong:
+        print(f"  {each.query}, {each.left:.2f} s left: {each.why}")
+
+
+if __name__ == "__main__":
+    main()
