@@ -162,15 +162,7 @@ def plan_intercept(
     picked = PickQuery(place, query.item, query.into)
     if stream.speed == 0.0:
         return plan_pick(context, scene, picked, start, seed, certify=certify)
-    belt = _belt(context, stream, scene, query)
-    times = BeltTimes(
-        stream.travel_at(stream.find(query.item), query.now), stream.speed, belt.speed, belt.axis,
-        belt.first, belt.last, belt.ramp,
-    )  # fmt: skip
-    late = too_late_by(context, stream.carrier, scene, scene.find(query.item), start.q, times)
-    if late > 0.0:
-        soon = f"by {1e3 * late:.0f} ms at least, as the arm takes items there"
-        raise NoPlanError(_label(query, place), [Reason("too late", query.item, soon)])
+    belt = _belt_in_time(context, stream, scene, query, start)
     standing = context.checker_for(scene, Mode(start.tool_state))
     if not standing.is_valid(start.q):
         raise NoPlanError(_label(query, place), [standing.explain(start.q).at("start")])
@@ -182,30 +174,102 @@ def plan_intercept(
         for share in WHERE_PLANNED:
             t_planned = soonest + share * (belt.last - soonest)
             problem = PickProblem.of(context, belt.at(t_planned), picked, seed)
-            problem = replace(problem, by_named=by_named)
-            grasps, against = feasible_grasps(problem, ())
-            has_grasp, failures = has_grasp or bool(grasps), failures + against
-            timely, against, least_delay = _timely(belt, problem, t_planned, grasps, start)
-            failures += against
-            if grasps and least_delay > WIDELY:
+            tried = _tried(replace(problem, by_named=by_named), belt, t_planned, start, certify, began)
+            if tried.plan is not None:
+                return tried.plan
+            failures, has_grasp = failures + tried.failures, has_grasp or tried.has_grasp
+            if tried.delay > WIDELY:
                 break
-            windows, against = _windows(problem, timely, belt, t_planned, start)
-            failures += against
-            grasped = time.perf_counter()
-            for window in sorted(windows, key=lambda each: _arrival(context, belt, each, start)):
-                plan = _met(belt, window, start)
-                if not isinstance(plan, Failures):
-                    plan = plan.with_statistics(
-                        grasps_ms=1e3 * (grasped - began), planning_ms=1e3 * (time.perf_counter() - began)
-                    )
-                    certified = plan if certify is None else certify(plan)
-                    if not isinstance(certified, Failures):
-                        return certified
-                    plan = certified
-                failures += plan
         if has_grasp:
             break
     raise NoPlanError(_label(query, place), failures)
+
+
+def why_never(
+    context: PlanningContext, stream: ItemStream, query: InterceptQuery, start: Start
+) -> NoPlanError | None:
+    """Tell by bounds alone, in about a millisecond, that there is no plan.
+
+    Args:
+        context: The cell and its models.
+        stream: The items on a conveyor that runs.
+        query: The requested pick.
+        start: Configuration and tool state in which the robot is at rest.
+
+    Returns:
+        The error that ``plan_intercept`` would raise; None if a search may find a plan.
+    """
+    try:
+        _belt_in_time(context, stream, stream.scene_at(query.now), query, start)
+    except NoPlanError as error:
+        return error
+    return None
+
+
+def _belt_in_time(
+    context: PlanningContext, stream: ItemStream, scene: Scene, query: InterceptQuery, start: Start
+) -> _Belt:
+    """Describe the belt for a query; raise NoPlanError if bounds tell that the item cannot be met."""
+    belt, placed = _belt(context, stream, scene, query), scene.find(query.item)
+    times = BeltTimes(
+        stream.travel_at(stream.find(query.item), query.now), stream.speed, belt.speed, belt.axis,
+        belt.first, belt.last, belt.ramp,
+    )  # fmt: skip
+    late = too_late_by(context, stream.carrier, scene, placed, start.q, times)
+    if late > 0.0:
+        soon = f"by {1e3 * late:.0f} ms at least, as the arm takes items there"
+        place = next(iter(stream.carrier.places))
+        raise NoPlanError(_label(query, place), [Reason("too late", query.item, soon)])
+    return belt
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """What came of the grasps with the belt at one place.
+
+    plan: certified, if certificates are wanted; None without one
+    failures: reasons against the others
+    has_grasp: whether the arm can take the item at all
+    delay: s by which all grasps are too late at least; -inf if not all are, or for other reasons
+    """
+
+    plan: Plan | None
+    failures: Failures
+    has_grasp: bool = True
+    delay: float = -np.inf
+
+
+def _tried(
+    problem: PickProblem,
+    belt: _Belt,
+    t_planned: float,
+    start: Start,
+    certify: Certify | None,
+    began: float,
+) -> _Tried:
+    """Try the grasps with the belt where it is at a time (s), until there is a plan.
+
+    began: when the query did, by the clock of its statistics
+    """
+    grasps, failures = feasible_grasps(problem, ())
+    timely, against, delay = _timely(belt, problem, t_planned, grasps, start)
+    windows, others = _windows(problem, timely, belt, t_planned, start)
+    failures, grasped = failures + against + others, time.perf_counter()
+    arrivals = [_arrival(problem.context, belt, window, start) for window in windows]
+    for k in sorted(range(len(windows)), key=arrivals.__getitem__):
+        plan = _met(belt, windows[k], start, arrivals[k])
+        if not isinstance(plan, Failures):
+            took = 1e3 * (grasped - began), 1e3 * (time.perf_counter() - began)
+            plan = plan.with_statistics(grasps_ms=took[0], planning_ms=took[1])
+            plan = plan if certify is None else certify(plan)
+        if not isinstance(plan, Failures):
+            return _Tried(plan, failures)
+        failures += plan
+    if len(windows) == len(timely) > 0:
+        delay = min(t - window.latest for t, window in zip(arrivals, windows, strict=True))
+    elif timely or not grasps:
+        delay = -np.inf
+    return _Tried(None, failures, bool(grasps), delay)
 
 
 def _timely(
@@ -389,9 +453,9 @@ def _arrival(context: PlanningContext, belt: _Belt, window: _Window, start: Star
     return max(window.earliest, moved, *pumps)
 
 
-def _met(belt: _Belt, window: _Window, start: Start) -> Plan | Failures:
-    """Plan the earliest meeting that the arm is in time for."""
-    t_contact, failures = _arrival(window.taking.problem.context, belt, window, start), Failures()
+def _met(belt: _Belt, window: _Window, start: Start, t_contact: float) -> Plan | Failures:
+    """Plan the earliest meeting that the arm is in time for, from the s of contact that are estimated."""
+    failures = Failures()
     for _ in range(MOST_MEETINGS):
         if t_contact > window.latest:
             late = f"by {1e3 * (t_contact - window.latest):.0f} ms"

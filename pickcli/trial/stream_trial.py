@@ -18,7 +18,7 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse, pose
 from pickcli.motion.plan import Plan, times_at_work
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.intercept import InterceptQuery, plan_intercept
+from pickcli.planning.intercept import InterceptQuery, plan_intercept, why_never
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.progress import Progress, ProgressObserver, nobody
@@ -140,15 +140,21 @@ class _StreamTrial:
         self.t += LOOK_AGAIN
 
     def _is_too_late(self, believed: ItemStream, riding: RidingItem, item: _Item) -> bool:
-        """Whether an item leaves its window sooner than any pick so far took; that needs no query."""
-        if believed.speed == 0.0 or not np.isfinite(self.least_taking):
+        """Whether an item leaves its window sooner than any pick so far took, or than any can by bounds.
+
+        Both are told at once, at no charge.
+        """
+        if believed.speed == 0.0:
             return False
         left = (believed.belt.window[1] - believed.travel_at(riding, self.t)) / believed.speed
-        if left >= LEAST_SHARE * self.least_taking:
-            return False
-        takes = f"no pick took less than {self.least_taking:.1f} s"
-        item.reason = item.reason or f"too late: it leaves the window in {left:.1f} s, {takes}"
-        return True
+        if left < LEAST_SHARE * self.least_taking < np.inf:
+            takes = f"no pick took less than {self.least_taking:.1f} s"
+            item.reason = item.reason or f"too late: it leaves the window in {left:.1f} s, {takes}"
+            return True
+        never = why_never(self.context, believed, InterceptQuery(riding.id, self.t), self.arm)
+        if never is not None:
+            item.reason = item.reason or str(never)
+        return never is not None
 
     def result(self) -> StreamTrialResult:
         """Return the result of a trial whose items are all decided."""

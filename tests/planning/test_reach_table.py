@@ -12,7 +12,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.planning import intercept
-from pickcli.planning.intercept import InterceptQuery, plan_intercept
+from pickcli.planning.intercept import InterceptQuery, plan_intercept, why_never
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.reach_table import too_late_by
@@ -20,7 +20,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.item_stream import ItemStream, RidingItem
 from support.belt_picks import cell, context, home, stream
 
-AT_ONCE, BOUNDED = "at least, as the arm takes items there", "ms at least"
+AT_ONCE, LATE = "at least, as the arm takes items there", "too late"
 
 
 def at(k: int, travel: float, speed: float) -> tuple[ItemStream, str]:
@@ -56,10 +56,11 @@ def test_never_is_not_said_where_the_whole_search_finds_a_plan(
         if travel < 0.3:
             continue
         told = answer(k, travel, speed, start)
-        if isinstance(told, str) and BOUNDED in told:
+        if isinstance(told, str) and LATE in told:
             n_said += 1
             with monkeypatch.context() as patch:
                 patch.setattr(intercept, "too_late_by", lambda *args: -np.inf)
+                patch.setattr(intercept, "WIDELY", np.inf)
                 patch.setattr(intercept, "least_times", lambda *args: np.array([-np.inf]))
                 assert isinstance(answer(k, travel, speed, start), str)
     assert n_said > 0
@@ -118,3 +119,16 @@ def test_what_is_about_to_leave_the_window_is_too_late_by_what_is_missing() -> N
     assert isinstance(near, str) and isinstance(far, str) and AT_ONCE in near and AT_ONCE in far
     by = [float(told.split("by ")[1].split(" ms")[0]) for told in (near, far)]
     assert by[0] - by[1] == pytest.approx(1e3 * 0.2 / 0.33, abs=2.0)
+
+
+@pytest.mark.parametrize("travel", [1.0, 2.8, 3.0])
+def test_what_is_never_met_is_told_without_a_search(travel: float) -> None:
+    """With room to meet it, shortly before the end of the window, and past that."""
+    items, name = at(1, travel, 0.33)
+    told, asked = (
+        why_never(context(), items, InterceptQuery(name, 0.0), home()),
+        answer(1, travel, 0.33, home()),
+    )
+    assert (told is None) == isinstance(asked, Plan) == (travel == 1.0)
+    if told is not None:
+        assert str(told) == asked
