@@ -80,6 +80,18 @@ def while_coming_free(
     return AllowedContacts(free.item, free.tool, opening_pairs=opening_pairs)
 
 
+def at_object(item: str) -> AllowedContacts:
+    """Return the contacts of an empty tool at an object that its cup or fingers may touch anywhere.
+
+    Args:
+        item: Id of the object.
+
+    Returns:
+        The contacts.
+    """
+    return AllowedContacts(tool=((item, None),))
+
+
 def while_toppling(pushed: frozenset[str]) -> AllowedContacts:
     """Return the contacts of the empty tool that pushes an item over, and of its way back from there.
 

@@ -20,6 +20,7 @@ from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.envelope import Envelope
 from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import Hold, HoldLimits
 from pickcli.grasping.search import Search
@@ -140,6 +141,18 @@ class GraspMethod(ABC):
 
         Returns:
             Candidates, and why others were dropped.
+        """
+
+    @abstractmethod
+    def envelopes(self, item: Item, depth: float) -> tuple[Envelope, ...]:
+        """Return the envelopes in which the tool can grasp an item.
+
+        Args:
+            item: The item.
+            depth: m, from the front of the hand or lance to the tip.
+
+        Returns:
+            The envelopes, in the item's frame; () if there is none.
         """
 
     @abstractmethod

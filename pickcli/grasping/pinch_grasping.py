@@ -16,6 +16,8 @@ from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array
 from pickcli.grasping.antipodal import limits_of, width_of
+from pickcli.grasping.envelope import Envelope
+from pickcli.grasping.finger_envelopes import FingerReach, finger_envelopes
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
 from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
@@ -50,6 +52,10 @@ class PinchGrasping(GraspMethod):
             True if they do.
         """
         return float(min(item.shape.extents)) < max(self.tool.positions.values())
+
+    def envelopes(self, item: Item, depth: float) -> tuple[Envelope, ...]:
+        """Return the envelopes in which the fingers enclose an item (see ``GraspMethod``)."""
+        return finger_envelopes(item.shape, FingerReach.of(self.tool, self.gripper, depth))
 
     def sample(
         self, target: GraspTarget, rng: np.random.Generator, search: Search, most: float

@@ -14,7 +14,9 @@ from pickcli.cell.tool import ToolState
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.geometry import Array
+from pickcli.grasping.cup_envelopes import cup_envelopes
 from pickcli.grasping.cup_press import cup_press, outward_of, overtravels
+from pickcli.grasping.envelope import Envelope
 from pickcli.grasping.grasp_method import GraspMethod, GraspModes, GraspTimes
 from pickcli.grasping.grasp_target import EXACT, CandidateSet, GraspTarget
 from pickcli.grasping.holding import HoldLimits
@@ -55,6 +57,10 @@ class SuctionGrasping(GraspMethod):
             True if it has a face that the cup can be put on and that seals.
         """
         return item.suction and bool(faces(item, self.tool))
+
+    def envelopes(self, item: Item, depth: float) -> tuple[Envelope, ...]:
+        """Return the envelopes in which the cup seals on an item (see ``GraspMethod``)."""
+        return cup_envelopes(item, self.tool)
 
     def sample(
         self, target: GraspTarget, rng: np.random.Generator, search: Search, most: float

@@ -1,0 +1,141 @@
+"""``apc show-envelope``: a page of the envelopes of an item, and of what a scene leaves of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell
+from pickcli.commands.command import Command, emit_json
+from pickcli.commands.named_item import find_item, year_option
+from pickcli.commands.option_types import refuse_suffix
+from pickcli.commands.options import (
+    json_option,
+    output_option,
+    refuse_output,
+    seed_option,
+)
+from pickcli.commands.scene_options import open_scene, scene_or_cell_options
+
+if TYPE_CHECKING:
+    from pickcli.page.envelope_page import EnvelopeRow
+    from pickcli.scene.scene import PlacedItem, Scene
+
+N_REACHED = 200  # poses of an envelope that the arm is tried at
+
+
+@click.command("show-envelope", cls=Command)
+@click.argument("item_name", metavar="ITEM")
+@year_option
+@scene_or_cell_options
+@arm_option("the preferred one")
+@output_option("page, an .html file")
+@seed_option
+@json_option
+def command(
+    item_name: str, year: int | None, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
+    arm: str | None, output: Path, overwrite: bool, seed: int, as_json: bool,
+) -> None:  # fmt: skip
+    """Make a page of the envelopes of an item: the sets of poses from which the tool can grasp it.
+
+    In a scene, each is truncated to the largest part in which the tool without the arm is proven free at
+    every pose, and the share of that part is estimated that the arm reaches.
+
+    \b
+    Example:
+      apc show-envelope dasani_water_bottle --cell apc2016_delft -o bottle.html
+      apc show-envelope kleenex_tissue_box --scene scene.json -o box.html
+    """
+    from pickcli.files.atomic_write import write_bytes
+    from pickcli.page.envelope_page import envelope_page
+    from pickcli.page.html_page import page_bytes
+
+    refuse_suffix(output, (".html",), "a page")
+    refuse_output(output, overwrite, scene_path, cell_name, items_path)
+    request = ArmRequest(arm, items=items_path)
+    scene, target = _found(item_name, year, scene_path, cell_name, request)
+    rows = _rows(scene, target, seed, is_in_scene=scene_path is not None)
+    others = [each for each in scene.items if each.id != target.id]
+    content = page_bytes(envelope_page(target, others, rows))
+    write_bytes(output, content, overwrite)
+    if as_json:
+        told = {"path": str(output), "item": target.id, "bytes": len(content)}
+        emit_json(told | {"envelopes": [_as_json(row) for row in rows]})
+        return
+    for row in rows:
+        click.echo(_as_text(row))
+    click.echo(f"wrote {output}: {len(rows)} envelopes, {len(content) / 1e6:.2f} MB")
+
+
+def _found(
+    name: str, year: int | None, scene_path: Path | None, cell_name: str | None, request: ArmRequest
+) -> tuple[Scene, PlacedItem]:
+    """Return the item in its scene; without one, by itself in the first place of a cell."""
+    from pickcli.geometry import pose
+    from pickcli.scene.scene import PlacedItem, empty_scene
+
+    if scene_path is not None:
+        if year is not None:
+            raise click.UsageError("--year is for items without a scene; leave it out with --scene")
+        scene = open_scene(scene_path, cell_name, request)
+        return scene, scene.instance(name)
+    if cell_name is None:
+        raise click.UsageError("no surroundings: name a scene with --scene, or a cell with --cell")
+    item = find_item(name, year, request.items)
+    cell = open_cell(cell_name, request)
+    cell.require_places()
+    item = cell.items[item.name, item.year]  # as it seals under the cell's pump
+    place = next(iter(cell.places.values()))
+    T = cell.T_world_place(place) @ pose((place.room.low + place.room.high) / 2)
+    return empty_scene(cell), PlacedItem(item.name, item, place.name, T)
+
+
+def _rows(scene: Scene, target: PlacedItem, seed: int, is_in_scene: bool) -> list[EnvelopeRow]:
+    from pickcli.grasping.envelope_truncation import truncated
+    from pickcli.page.envelope_page import EnvelopeRow
+    from pickcli.planning.item_envelopes import ItemEnvelopes
+    from pickcli.planning.planning_context import PlanningContext
+    from pickcli.seeds import derived_rng
+
+    context = PlanningContext(scene.cell)
+    found = ItemEnvelopes.of(context, scene, target)
+    if not is_in_scene:
+        return [EnvelopeRow(envelope) for envelope in found.envelopes]
+    rows = []
+    for envelope in found.envelopes:
+        left = truncated(envelope, target.T_world_item, found.tool)
+        rng = derived_rng("reached", envelope.name, seed)
+        reached = found.reached(context, left.envelope, N_REACHED, rng) if left.envelope is not None else 0.0
+        rows.append(EnvelopeRow(envelope, left, reached))
+    return rows
+
+
+def _as_json(row: EnvelopeRow) -> dict[str, object]:
+    envelope, left = row.envelope, row.truncation
+    told: dict[str, object] = {
+        "name": envelope.name, "about": envelope.surface.name.lower(),
+        "low": envelope.low.tolist(), "high": envelope.high.tolist(), "cone": float(envelope.cone),
+        "depth": envelope.depth,
+    }  # fmt: skip
+    if left is not None:
+        part = left.envelope
+        told |= {
+            "kept": left.kept, "cone_share": left.cone_share, "reached": row.reached,
+            "kept_low": None if part is None else part.low.tolist(),
+            "kept_high": None if part is None else part.high.tolist(),
+            "against": None if left.against is None else str(left.against),
+        }  # fmt: skip
+    return told
+
+
+def _as_text(row: EnvelopeRow) -> str:
+    left = row.truncation
+    if left is None:
+        return f"{row.envelope.name}"
+    why = "" if left.against is None else f"; in the way: {left.against}"
+    if left.envelope is None:
+        return f"{row.envelope.name}: nothing is proven free{why}"
+    kept = f"{left.kept:.0%} of it with {left.cone_share:.0%} of its cones is proven free"
+    return f"{row.envelope.name}: {kept}, of which the arm reaches {row.reached:.0%}{why}"
