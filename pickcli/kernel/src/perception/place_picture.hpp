@@ -8,6 +8,7 @@
 #include "geometry/solid.hpp"
 #include "rendering/depth_noise.hpp"
 #include "rendering/pinhole_camera.hpp"
+#include "simd/simd8_hypothesis.hpp"
 
 namespace apc {
 
@@ -49,7 +50,7 @@ struct Sight {
   std::vector<float> depth, cost;
 };
 
-//! Depth and cost of every pixel with some items in the place.
+//! Depth and cost of every pixel with some items in the place, and some entries more (simd8_hypothesis.hpp).
 struct Composite {
   std::vector<float> depth, cost;
   std::vector<std::int32_t> owner;  //!< which of the items, -1: what is known
@@ -63,7 +64,7 @@ class PlacePicture {
   int add(Product product);
   const Product& product(int index) const { return products_[static_cast<std::size_t>(index)].product; }
   int n_products() const { return static_cast<int>(products_.size()); }
-  std::size_t n_pixels() const { return measured_.depth.size(); }
+  std::size_t n_pixels() const { return measured_.colour.size(); }
   int n_labels() const { return n_labels_; }
 
   //! Depth and cost of every pixel if only what is known were there; infinite depth where nothing is known.
@@ -93,22 +94,23 @@ class PlacePicture {
   }
 
  private:
-  static constexpr int kFacings = 64;
-
   //! Costs of an answer and of none, by the cosine at which a surface is met.
   struct Returns {
-    float some[kFacings], none[kFacings];
+    float some[simd8::kFacings], none[simd8::kFacings];
   };
   struct Entry {
     Product product;
     Returns returns;
+    std::vector<float> colour;  //!< cost by pixel
   };
 
   Returns returns(double no_return) const;
 
-  //! Calls visit(pixel, depth, facing), with a function for the cosine at which it is met, where a solid is before what is known.
-  template <typename Visit>
-  void each_hit(const Product& product, const Pose& T_camera_item, const Visit& visit) const;
+  simd8::Hypothesis hypothesis(const Entry& entry, const Pose& T_camera_item) const;
+  simd8::PlaceData data() const;
+
+  //! Length of arrays by pixel of which eight entries are read at once.
+  std::size_t padded() const { return n_pixels() + simd8::kLanes; }
 
   float cost(std::size_t pixel, float depth, float facing, const Returns& returns,
              const std::vector<float>& colour_costs) const;

@@ -13,12 +13,16 @@ struct Build {
   simd8::Test test;
   simd8::Cast cast;
   simd8::FillNormals fill_normals;
+  simd8::CostBefore cost_before;
+  simd8::ShowRow show_row;
 };
 
 constexpr Build kBaseline{"baseline", simd8::baseline::test, simd8::baseline::cast,
-                          simd8::baseline::fill_normals};
+                          simd8::baseline::fill_normals, simd8::baseline::cost_before,
+                          simd8::baseline::show_row};
 #ifdef APC_HAS_AVX2_BUILD
-constexpr Build kAvx2{"avx2", simd8::avx2::test, simd8::avx2::cast, simd8::avx2::fill_normals};
+constexpr Build kAvx2{"avx2", simd8::avx2::test, simd8::avx2::cast, simd8::avx2::fill_normals,
+                      simd8::avx2::cost_before, simd8::avx2::show_row};
 #endif
 
 std::atomic<const Build*> g_build{nullptr};  //!< null: not chosen yet
@@ -53,6 +57,10 @@ simd8::Test collision_test() { return build().test; }
 simd8::Cast ray_cast() { return build().cast; }
 
 simd8::FillNormals normals_filler() { return build().fill_normals; }
+
+simd8::CostBefore picture_cost() { return build().cost_before; }
+
+simd8::ShowRow row_shower() { return build().show_row; }
 
 const char* simd_name() { return build().name; }
 

@@ -26,6 +26,9 @@ APC_INLINE Mask equal(Mask a, Mask b) { return (Mask)_mm256_cmpeq_epi32((__m256i
 APC_INLINE V larger(V a, V b) { return (V)_mm256_max_ps((__m256)a, (__m256)b); }
 APC_INLINE V smaller(V a, V b) { return (V)_mm256_min_ps((__m256)a, (__m256)b); }
 APC_INLINE V square_root(V a) { return (V)_mm256_sqrt_ps((__m256)a); }
+APC_INLINE V gathered(const float* table, Mask at) {
+  return (V)_mm256_i32gather_ps(table, (__m256i)at, sizeof(float));
+}
 
 #elif defined(__SSE2__)
 
@@ -114,6 +117,15 @@ APC_INLINE float largest(V a) {
   a = larger(a, APC_SHUFFLE(a, 1, 0, 3, 2, 5, 4, 7, 6));
   return a[0];
 }
+
+#if !defined(__AVX2__)
+//! Entries of a table.
+APC_INLINE V gathered(const float* table, Mask at) {
+  V out{};
+  for (int i = 0; i < 8; ++i) out[i] = table[at[i]];
+  return out;
+}
+#endif
 
 //! The lanes whose bit is set.
 APC_INLINE Mask lanes(int set) {
