@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "simd/dispatch.hpp"
+
 namespace apc {
 namespace {
 
@@ -15,83 +17,112 @@ using Vector6 = std::array<double, 6>;
 
 double sign_of(double x) { return x < 0.0 ? -1.0 : 1.0; }
 
-//! Rows of derivatives, with turns in m at the solid's reach, and sums over all points.
+//! Sums over all points, with turns in m at the solid's reach.
 struct NormalEquations {
   double cost = 0.0;
   Vector6 gradient{};
   std::array<Vector6, 6> H{};
 };
 
-//! The problem of one fit. A change is (move, turn * reach), the turn about the solid's centre.
+//! The problem of one fit. A change is (move, turn * reach) along the solid's axes, the turn about its centre;
+//! an upright one is (move, turn * reach about up).
 class Problem {
  public:
-  Problem(SolidKind kind, const Vec3& half, const std::vector<Vec3>& points, const FitSettings& settings)
-      : kind_(kind),
-        half_(half),
-        points_(points),
-        settings_(settings),
+  Problem(SolidKind kind, const Vec3& half, const std::vector<Vec3>& points, const Pose& start,
+          const FitSettings& settings)
+      : settings_(settings),
         reach_(norm(half)),
-        n_(settings.freedom == Freedom::upright ? 4 : 6) {}
+        n_(settings.freedom == Freedom::upright ? 4 : 6),
+        n_points_(static_cast<int>(points.size())),
+        origin_(start.p),
+        sum_(fit_sums()),
+        sum_cost_(fit_cost()) {
+    const std::size_t padded = points.size() + simd8::kLanes;
+    for (std::vector<float>* each : {&x_, &y_, &z_}) each->resize(padded, 0.0f);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Vec3 p = points[i] - origin_;
+      x_[i] = static_cast<float>(p.x);
+      y_[i] = static_cast<float>(p.y);
+      z_[i] = static_cast<float>(p.z);
+    }
+    solid_.kind = kind;
+    write(half, solid_.half);
+    solid_.scale2 = static_cast<float>(settings.scale * settings.scale);
+    solid_.reach = static_cast<float>(reach_);
+  }
 
   int size() const { return n_; }
 
-  double cost(const Pose& T) const {
-    const Pose back = inverse(T);
-    const double s2 = settings_.scale * settings_.scale;
-    double sum = 0.0;
-    for (const Vec3& p : points_) {
-      const double d = distance_to_surface(kind_, half_, back * p);
-      sum += d * d / (s2 + d * d);
-    }
-    return sum / static_cast<double>(points_.size());
-  }
+  double cost(const Pose& T) const { return sum_cost_(at(T), points()) / n_points_; }
 
   NormalEquations equations(const Pose& T) const {
+    simd8::FitSums sums;
+    sum_(at(T), points(), sums);
     NormalEquations out;
-    const Pose back = inverse(T);
-    const double s2 = settings_.scale * settings_.scale;
-    for (const Vec3& p : points_) {
-      const SurfaceDistance found = surface_distance(kind_, half_, back * p);
-      const double d = found.distance, sum = s2 + d * d, w = s2 * s2 / (sum * sum);
-      out.cost += d * d / sum;
-      const Vec3 normal = T.R * found.gradient, turn = cross(p - T.p, normal);
-      Vector6 row{-normal.x, -normal.y, -normal.z, 0.0, 0.0, 0.0};
-      if (n_ == 4) {
-        row[3] = -dot(turn, settings_.up) / reach_;
-      } else {
-        row[3] = -turn.x / reach_;
-        row[4] = -turn.y / reach_;
-        row[5] = -turn.z / reach_;
-      }
-      for (int i = 0; i < n_; ++i) {
-        const auto a = static_cast<std::size_t>(i);
-        out.gradient[a] += w * d * row[a];
-        for (std::size_t b = 0; b <= a; ++b) out.H[a][b] += w * row[a] * row[b];
-      }
+    out.cost = sums.cost / n_points_;
+    for (std::size_t a = 0; a < 6; ++a) {
+      out.gradient[a] = sums.gradient[a];
+      for (std::size_t b = 0; b <= a; ++b) out.H[a][b] = out.H[b][a] = sums.H[a][b];
     }
-    out.cost /= static_cast<double>(points_.size());
-    for (std::size_t a = 0; a < 6; ++a)
-      for (std::size_t b = a + 1; b < 6; ++b) out.H[a][b] = out.H[b][a];
-    return out;
+    return n_ == 4 ? upright(out, transposed(T.R) * settings_.up) : out;
   }
 
   Pose moved(const Pose& T, const Vector6& step) const {
-    const Vec3 turn =
-        n_ == 4 ? (step[3] / reach_) * settings_.up : (1.0 / reach_) * Vec3{step[3], step[4], step[5]};
+    const Vec3 turn = n_ == 4 ? (step[3] / reach_) * settings_.up
+                              : (1.0 / reach_) * (T.R * Vec3{step[3], step[4], step[5]});
     const double angle = norm(turn);
     Pose out = T;
     if (angle > 0.0) out.R = rotation((1.0 / angle) * turn, angle) * T.R;
-    out.p = T.p + Vec3{step[0], step[1], step[2]};
+    out.p = T.p + T.R * Vec3{step[0], step[1], step[2]};
     return out;
   }
 
  private:
-  SolidKind kind_;
-  Vec3 half_;
-  const std::vector<Vec3>& points_;
+  static void write(const Vec3& v, float* out) {
+    out[0] = static_cast<float>(v.x);
+    out[1] = static_cast<float>(v.y);
+    out[2] = static_cast<float>(v.z);
+  }
+
+  simd8::FitPoints points() const { return {x_.data(), y_.data(), z_.data(), n_points_}; }
+
+  simd8::FitSolid at(const Pose& T) const {
+    simd8::FitSolid out = solid_;
+    const Mat3 R = transposed(T.R);
+    const Vec3 t = R * (origin_ - T.p);
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        out.R[i][k] = static_cast<float>(R(static_cast<int>(i), static_cast<int>(k)));
+    write(t, out.t);
+    return out;
+  }
+
+  //! Of turns about one axis only, which is given in the solid's frame.
+  static NormalEquations upright(const NormalEquations& all, const Vec3& up) {
+    const std::array<double, 3> axis{up.x, up.y, up.z};
+    NormalEquations out;
+    out.cost = all.cost;
+    for (std::size_t a = 0; a < 3; ++a) {
+      out.gradient[a] = all.gradient[a];
+      out.gradient[3] += axis[a] * all.gradient[3 + a];
+      for (std::size_t b = 0; b < 3; ++b) {
+        out.H[a][b] = all.H[a][b];
+        out.H[3][a] += axis[b] * all.H[3 + b][a];
+        out.H[3][3] += axis[a] * axis[b] * all.H[3 + a][3 + b];
+      }
+      out.H[a][3] = out.H[3][a];
+    }
+    return out;
+  }
+
   const FitSettings& settings_;
   double reach_;
-  int n_;
+  int n_, n_points_;
+  Vec3 origin_;
+  std::vector<float> x_, y_, z_;
+  simd8::FitSolid solid_{};
+  simd8::SumFit sum_;
+  simd8::SumFitCost sum_cost_;
 };
 
 double length(const Vector6& v) {
@@ -190,7 +221,7 @@ SurfaceDistance surface_distance(SolidKind kind, const Vec3& half, const Vec3& p
 SurfaceFit fit_surface(SolidKind kind, const Vec3& half, const std::vector<Vec3>& points, const Pose& start,
                        const FitSettings& settings) {
   if (points.empty()) return {start, 0.0, 0};
-  const Problem problem(kind, half, points, settings);
+  const Problem problem(kind, half, points, start, settings);
   SurfaceFit fit{start, 0.0, 0};
   NormalEquations at = problem.equations(fit.T);
   fit.cost = at.cost;

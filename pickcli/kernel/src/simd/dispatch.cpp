@@ -15,14 +15,18 @@ struct Build {
   simd8::FillNormals fill_normals;
   simd8::CostBefore cost_before;
   simd8::ShowRow show_row;
+  simd8::SumFit sum_fit;
+  simd8::SumFitCost sum_fit_cost;
 };
 
 constexpr Build kBaseline{"baseline", simd8::baseline::test, simd8::baseline::cast,
                           simd8::baseline::fill_normals, simd8::baseline::cost_before,
-                          simd8::baseline::show_row};
+                          simd8::baseline::show_row, simd8::baseline::sum_fit,
+                          simd8::baseline::sum_fit_cost};
 #ifdef APC_HAS_AVX2_BUILD
 constexpr Build kAvx2{"avx2", simd8::avx2::test, simd8::avx2::cast, simd8::avx2::fill_normals,
-                      simd8::avx2::cost_before, simd8::avx2::show_row};
+                      simd8::avx2::cost_before, simd8::avx2::show_row, simd8::avx2::sum_fit,
+                      simd8::avx2::sum_fit_cost};
 #endif
 
 std::atomic<const Build*> g_build{nullptr};  //!< null: not chosen yet
@@ -61,6 +65,10 @@ simd8::FillNormals normals_filler() { return build().fill_normals; }
 simd8::CostBefore picture_cost() { return build().cost_before; }
 
 simd8::ShowRow row_shower() { return build().show_row; }
+
+simd8::SumFit fit_sums() { return build().sum_fit; }
+
+simd8::SumFitCost fit_cost() { return build().sum_fit_cost; }
 
 const char* simd_name() { return build().name; }
 

@@ -5,3 +5,4 @@
 #include "simd/simd8_rays_impl.hpp"
 #include "simd/simd8_normals_impl.hpp"
 #include "simd/simd8_hypothesis_impl.hpp"
+#include "simd/simd8_fit_impl.hpp"
