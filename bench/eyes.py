@@ -160,6 +160,7 @@ def table_rows() -> dict[tuple[str, str], Callable[[Sensed], str]]:
         ),
         ("an unlisted item: said so", "80 %"): lambda of: said(of, "well seen"),
         ("a missing item: said so", "80 %"): lambda of: said(of, "item listed"),
+        ("the right list, all found: more is said to be there", ""): lambda of: said(of, "right list"),
     }
 
 

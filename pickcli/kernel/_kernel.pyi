@@ -1377,6 +1377,19 @@ class PlacePicture:
             which the picture is explained better with it than without; the mean cost of the colours of supported pixels.
         """
 
+    def costs(self, product: int, T_camera_item: numpy.typing.NDArray[numpy.float64], placed: tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float64]]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Tell what an item costs at several poses, beside what it hides there.
+
+        Args:
+            product: Index of the item.
+            T_camera_item: (N, 4, 4) poses.
+            placed: Indices (M,) and poses (M, 4, 4) of other items that are there.
+
+        Returns:
+            (N,) costs of the picture with the item, less that without it; penetrations cost nothing here.
+        """
+
     def composed(self, products: numpy.typing.NDArray[numpy.int32], T_camera_item: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float32], numpy.typing.NDArray[numpy.float32]]:
         """
         Render placed items before what is known.

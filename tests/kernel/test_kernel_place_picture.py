@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pickcli.geometry import Array, pose, rotation_angle
-from pickcli.kernel import DepthNoise, PlacePicture, RaycastingScene, SolidKind
+from pickcli.kernel import DepthNoise, PlacePicture, RaycastingScene, SolidKind, set_simd, simd
 
 INTRINSICS, SIZE = np.array([300.0, 300.0, 79.5, 59.5]), np.array([160, 120], dtype=np.int32)
 NOISE = DepthNoise(least=0.1, greatest=3.0, incidence_from=1.1, incidence_to=1.4, constant=0.001)
@@ -123,6 +123,48 @@ def test_a_pose_that_is_turned_about_an_edge_comes_back(axis: int, edge: tuple[i
     (found,) = picture.refined(np.array([BOX], dtype=np.int32), start[None], None, steps, 0.001, 2)
     assert np.linalg.norm(found[:3, 3] - T[:3, 3]) < 0.001
     assert rotation_angle(found[:3, :3].T @ T[:3, :3]) < np.radians(0.6)
+
+
+@pytest.mark.parametrize("kind", SOLIDS)
+def test_what_an_item_costs_is_by_how_much_the_picture_does(kind: int) -> None:
+    """At many poses, behind and before another item: by whole pictures, and by the item's pixels alone."""
+    rng, other = np.random.default_rng(kind), (kind + 1) % 3
+    picture = picture_of(cast((kind, other))[0])
+    placed = np.array([other], dtype=np.int32), SOLIDS[other][1][None]
+    poses = np.array(
+        [
+            SOLIDS[kind][1] @ pose(rng.uniform(-0.03, 0.03, 3), rpy=tuple(rng.uniform(-1, 1, 3)))
+            for _ in range(30)
+        ]
+    )
+    without = picture.composed(*placed)[2].sum(dtype=np.float64)
+    expected = [
+        picture.composed(np.append(placed[0], np.int32(kind)), np.concatenate([placed[1], T[None]]))[2].sum(
+            dtype=np.float64
+        )
+        - without
+        for T in poses
+    ]
+    np.testing.assert_allclose(picture.costs(kind, poses, placed), expected, rtol=1e-4, atol=1e-3)
+
+
+@pytest.mark.parametrize("kind", SOLIDS)
+def test_both_builds_give_the_same_bytes(kind: int) -> None:
+    """Odd windows at the edges of the picture, missing depth, and fits of many points among them."""
+    fastest, found = simd(), []
+    measured = cast((BOX, CYLINDER, SPHERE))[0]
+    picture = picture_of(
+        measured, share=(np.arange(measured.size) % 7 > 0).astype(np.float32).reshape(measured.shape)
+    )
+    rng, T = np.random.default_rng(3), SOLIDS[kind][1]
+    poses = np.array([T, *(T @ pose(rng.uniform(-0.15, 0.15, 3)) for _ in range(40))])
+    nothing = np.zeros(0, dtype=np.int32), np.zeros((0, 4, 4))
+    for build in ("baseline", fastest):
+        set_simd(build)
+        own = picture.candidates(kind, poses, UP, np.array([0.008, 0.004]), (10, 5), nothing)
+        seen = picture.composed(np.array([kind], dtype=np.int32), T[None])
+        found.append([part.tobytes() for part in (picture.costs(kind, poses, nothing), *own, *seen)])
+    assert found[0] == found[1]
 
 
 def test_what_gives_no_depth_is_explained_by_what_seldom_does() -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_opening, label, uniform_filter
+from scipy.ndimage import binary_opening, label, maximum_filter, minimum_filter, uniform_filter
 
 from pickcli.cell.place import Place
 from pickcli.cell.sensors.sensor_model import DepthModel
@@ -112,7 +112,6 @@ class ItemSearch:
         self._place, self._models, self._depth_model = place, models, depth_model
         self._T_camera_place, self._view = view.T_camera_place, view
         self._thin = view.thinned
-        self._rays = self._thin.camera.rays @ inverse(view.T_camera_place)[:3, :3].T
         self._points, self._normals = self._thin.points, self._thin.normals
         costs = known_and_item_costs(place.carrier, models)
         labels = colour_labels(self._thin.colour)
@@ -149,13 +148,12 @@ class ItemSearch:
 
     def _spread(self, placed: NDArray[np.int32], poses: Array, k: int) -> PoseSpread:
         """How far one of the poses may be off, all others being right."""
-
-        def cost(T: Array) -> float:
-            moved = poses.copy()
-            moved[k] = T
-            return float(self._fine.composed(placed, moved)[2].sum(dtype=np.float64))
-
-        return pose_spread(self._models[placed[k]].item.shape, poses[k], cost)
+        others = np.arange(len(placed)) != k
+        return pose_spread(
+            self._models[placed[k]].item.shape,
+            poses[k],
+            lambda moved: self._fine.costs(int(placed[k]), moved, (placed[others], poses[others])),
+        )
 
     def unexplained(self, found: Mapping[int, Array]) -> tuple[UnexplainedPart, ...]:
         """Collect parts of the picture that neither the known place nor items explain.
@@ -170,7 +168,7 @@ class ItemSearch:
             The parts, the largest first; where no depth was measured the surface behind tells where.
         """
         _, points, is_before, is_odd = self._left(found, _UNEXPLAINED)
-        labels, n_parts = label(binary_opening(is_before, np.ones((3, 3))) | is_odd)
+        labels, n_parts = label(_opened(is_before, 3) | is_odd)
         own = [points[labels == part] for part in range(1, n_parts + 1)]
         parts = [
             UnexplainedPart(len(each), each.min(axis=0), each.max(axis=0))
@@ -194,9 +192,7 @@ class ItemSearch:
         for i, T_camera_item in found.items():
             T_item_place = inverse(T_camera_item) @ self._T_camera_place
             shape = self._models[i].item.shape.inflated(within[i])
-            is_before &= ~shape.contains(
-                transform_points(T_item_place, points.reshape(-1, 3)).reshape(points.shape)
-            )
+            is_before[is_before] = ~shape.contains(transform_points(T_item_place, points[is_before]))
         with np.errstate(invalid="ignore"):
             met = np.where(view.depth > depth, view.depth, depth)
         met = np.where(np.isfinite(depth), met, 0.0).astype(np.float32)
@@ -216,12 +212,12 @@ class ItemSearch:
         poses = np.array([found[int(i)] for i in placed]).reshape(-1, 4, 4)
         owner, depth, cost = self._fine.composed(placed, poses)
         room, view = self._place.room, self._view
-        points = np.where(np.isfinite(view.depth)[..., None], view.points, view.known_points)
+        points = view.surface_points
         with np.errstate(invalid="ignore"):
             is_before = (view.depth < depth - thickness) & np.isfinite(depth)
             is_inside = ((points > room.low - _AROUND) & (points < room.high + _AROUND)).all(axis=-1)
         is_odd = (uniform_filter(cost, _ODD_AREA) > _ODD) & (owner < 0)
-        is_odd = binary_opening(is_odd & is_inside, np.ones((_ODD_AREA, _ODD_AREA)))
+        is_odd = _opened(is_odd & is_inside, _ODD_AREA)
         return depth, points, is_before & is_inside, is_odd
 
     def _with_new(
@@ -234,6 +230,8 @@ class ItemSearch:
     ) -> list[Array]:
         """Options with new ones among what is placed, and the refined poses of what is."""
         out: list[Array] = []
+        # What nothing explains is the same for all items that are not placed.
+        opened: dict[bytes, _Open] = {}
         for i, model in enumerate(self._models):
             first = next(k for k, other in enumerate(self._models) if other.item == model.item)
             if not len(placed) and first < i:
@@ -242,18 +240,22 @@ class ItemSearch:
             new = options[i]
             if not is_settled[i]:
                 others = placed != i
-                new = np.concatenate([new, self._candidates(i, placed[others], poses[others], n_seeds)])
+                key = placed[others].tobytes()
+                if key not in opened:
+                    opened[key] = self._open(placed[others], poses[others], n_seeds)
+                new = np.concatenate([new, self._candidates(i, placed[others], poses[others], opened[key])])
             out.append(np.concatenate([new, poses[placed == i]]))
         return out
 
-    def _candidates(self, i: int, placed: NDArray[np.int32], poses: Array, n_seeds: int) -> Array:
+    def _candidates(self, i: int, placed: NDArray[np.int32], poses: Array, left: _Open) -> Array:
         """(N, 4, 4) options of an item among others that are placed, in the camera's frame."""
         model, T, room = self._models[i], self._T_camera_place, self._place.room
         shape, eye = model.item.shape, inverse(T)[:3, 3]
-        left = self._open(placed, poses, n_seeds)
         starts = [
             face_starts(shape, left.points, left.normals, room),
-            part_starts(shape, eye, self._rays, binary_opening(left.is_open & self._is_own_colour[i]), room),
+            part_starts(
+                shape, eye, self._thin.rays, binary_opening(left.is_open & self._is_own_colour[i]), room
+            ),
         ]
         if self._lost(i) > _OFTEN_LOST:
             starts.append(blind_starts(shape, eye, left.rays, room))
@@ -274,7 +276,7 @@ class ItemSearch:
                 axis=-1
             )
         is_open = (uniform_filter(cost, 3) > _THINNED * _BADLY_EXPLAINED) & (owner < 0)
-        points, rays = self._points[is_item], self._rays[is_open & (self._thin.share < _LOST_SHARE)]
+        points, rays = self._points[is_item], self._thin.rays[is_open & (self._thin.share < _LOST_SHARE)]
         chosen = spread_points(points, _POINT_SPACING, most)
         return _Open(
             points[chosen],
@@ -295,6 +297,12 @@ class ItemSearch:
     def _lost(self, i: int) -> float:
         """Share of an item's surface from which nothing comes back."""
         return self._depth_model.no_return.get(self._models[i].item.material, 0.0)
+
+
+def _opened(is_set: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
+    """The pixels of squares, so many px wide, of which all pixels are set: along rows, then along columns."""
+    eroded = minimum_filter(is_set.view(np.uint8), width, mode="constant", cval=0)
+    return np.asarray(maximum_filter(eroded, width, mode="constant", cval=0).view(np.bool_))
 
 
 def _support(row: Array, margin: float, spread: PoseSpread) -> Support:

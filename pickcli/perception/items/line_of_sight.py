@@ -43,31 +43,20 @@ class LineOfSight:
     explained: FloatPicture
     blocked: FloatPicture
 
-    def clear(self, points: Array, width: float) -> NDArray[np.bool_]:
-        """Find cubes that rays went through before they met anything.
+    def cubes(self, points: Array, width: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Tell what is known of cubes.
 
         Args:
             points: (N, 3) m, their middles in the place's frame.
             width: m, of the cubes.
 
         Returns:
-            (N,) True if the middle was seen through, and nothing unexplained is in or before any of its rays.
+            (N,) which are clear: the middle was seen through, and nothing unexplained is in or before any of
+            their rays; and (N,) in or right behind which something was measured that nothing explains.
         """
         z, explained, blocked = self._along_rays(points, width)
-        return np.asarray((z < explained) & (z + width * _HALF_DIAGONAL < blocked))
-
-    def at_unexplained(self, points: Array, width: float) -> NDArray[np.bool_]:
-        """Find cubes in which, or right behind which, something was measured that nothing explains.
-
-        Args:
-            points: (N, 3) m, their middles in the place's frame.
-            width: m, of the cubes.
-
-        Returns:
-            (N,) True if a ray was blocked there.
-        """
-        z, _, blocked = self._along_rays(points, width)
-        return np.asarray(np.abs(z - blocked) < 2.0 * width)
+        is_clear = (z < explained) & (z + width * _HALF_DIAGONAL < blocked)
+        return np.asarray(is_clear), np.asarray(np.abs(z - blocked) < 2.0 * width)
 
     @property
     def eye(self) -> Array:

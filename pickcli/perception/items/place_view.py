@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from pickcli.cell.place import Place
 from pickcli.cell.sensors.pinhole_camera import PinholeCamera
 from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.perception.items.rgbd_picture import RgbdPicture
+from pickcli.perception.procedural_texture import ColourPicture
 from pickcli.perception.rendered_scene import RenderedScene
 from pickcli.perception.surface_view import FloatPicture, SurfaceView
 
@@ -52,13 +54,18 @@ class PlaceView:
         return self._points_at(self.depth)
 
     @property
-    def known_points(self) -> Array:
-        """(height, width, 3) points of what is known, m in the place's frame; NaN where nothing is."""
-        return self._points_at(self.known.depth)
+    def surface_points(self) -> Array:
+        """(height, width, 3) measured points, known ones where none are, m in the place's frame."""
+        return self._points_at(np.where(np.isfinite(self.depth), self.depth, self.known.depth))
+
+    @cached_property
+    def rays(self) -> Array:
+        """(height, width, 3) rays through the middles of all pixels in the place's frame, of depth 1."""
+        # Row by row: one large product would wake up the threads of BLAS.
+        return np.asarray(self.camera.rays @ self.T_camera_place[:3, :3])
 
     def _points_at(self, depth: FloatPicture) -> Array:
-        points = self.camera.rays * depth[..., None]
-        return transform_points(inverse(self.T_camera_place), points.reshape(-1, 3)).reshape(points.shape)
+        return np.asarray(inverse(self.T_camera_place)[:3, 3] + self.rays * depth[..., None])
 
     @property
     def normals(self) -> Array:
@@ -121,7 +128,7 @@ def view_of_place(
     )  # fmt: skip
     rows, columns = slice(v0, v0 + height * size), slice(u0, u0 + width * size)
     depth, share = _medians(_blocks(rgbd.depth[rows, columns], size))
-    colour = _blocks(rgbd.colour[rows, columns].astype(np.float32), size).mean(axis=2)
+    colour = _means(rgbd.colour[rows, columns], size)
     view = known.seen_by(camera, rgbd.T_world_camera)
     rays = camera.rays
     facing = -(view.normals * rays).sum(axis=-1) / np.linalg.norm(rays, axis=-1)
@@ -159,6 +166,14 @@ def _blocks(picture: Array | FloatPicture, size: int) -> Array:
     return np.asarray(parts.reshape(height, width, size * size, *rest))
 
 
+def _means(colour: ColourPicture, size: int) -> Array:
+    """(height, width, 3) mean colour of each block."""
+    height, width = colour.shape[0] // size, colour.shape[1] // size
+    of_rows = colour.reshape(height, size, width * size * 3).sum(axis=1, dtype=np.uint32)
+    sums = of_rows.reshape(height, width, size, 3).sum(axis=2, dtype=np.uint32)
+    return np.asarray(sums / size**2)
+
+
 def _medians(blocks: Array) -> tuple[FloatPicture, FloatPicture]:
     """Medians of what was measured, and the shares that were."""
     ordered = np.sort(blocks, axis=2)  # NaN last
@@ -186,7 +201,7 @@ def _in_shadow(view: SurfaceView, known: RenderedScene, baseline: float) -> NDAr
 def _of_place(view: SurfaceView, place: Place, T_world_place: Array) -> SurfaceView:
     """The view with NaN where what is known is outside of the place."""
     T_place_camera = inverse(T_world_place) @ view.T_world_camera
-    points = transform_points(T_place_camera, view.points.reshape(-1, 3)).reshape(view.points.shape)
+    points = transform_points(T_place_camera, view.points)
     low, high = place.room.low - _BEYOND, place.room.high + _BEYOND
     with np.errstate(invalid="ignore"):
         is_inside = ((points >= low) & (points <= high)).all(axis=-1)

@@ -37,13 +37,13 @@ class PoseSpread:
     surface: float
 
 
-def pose_spread(shape: Shape, T: Array, cost: Callable[[Array], float]) -> PoseSpread:
+def pose_spread(shape: Shape, T: Array, costs: Callable[[Array], Array]) -> PoseSpread:
     """Compute how far a pose may be off.
 
     Args:
         shape: The item's shape.
         T: (4, 4) the pose.
-        cost: Returns what a picture costs with the item at a pose (4, 4), in nats.
+        costs: Returns what a picture costs (N,) with the item at poses (N, 4, 4), in nats, up to a constant.
 
     Returns:
         The spread.
@@ -51,15 +51,14 @@ def pose_spread(shape: Shape, T: Array, cost: Callable[[Array], float]) -> PoseS
     radius = shape.bounding_radius
     n = 3 + _AXES_THAT_SHOW.get(shape.kind, 3)
     steps = STEP * np.eye(n)
-    least = cost(T)
-    one_way = np.array([[cost(_moved(T, sign * step, radius)) - least for sign in (1, -1)] for step in steps])
-    second = np.diag(one_way.sum(axis=1)) / STEP**2
-    for a in range(n):
-        for b in range(a):
-            mixed = sum(
-                i * k * cost(_moved(T, i * steps[a] + k * steps[b], radius)) for i in (1, -1) for k in (1, -1)
-            )
-            second[a, b] = second[b, a] = mixed / (4.0 * STEP**2)
+    one_way = [sign * step for step in steps for sign in (1, -1)]
+    pairs = [(a, b) for a in range(n) for b in range(a)]
+    mixed = [i * steps[a] + k * steps[b] for a, b in pairs for i in (1, -1) for k in (1, -1)]
+    found = costs(np.array([T, *(_moved(T, step, radius) for step in (*one_way, *mixed))]))
+    of_one, of_mixed = found[1 : 2 * n + 1].reshape(n, 2), found[2 * n + 1 :].reshape(len(pairs), 4)
+    second = np.diag(of_one.sum(axis=1) - 2.0 * found[0]) / STEP**2
+    for (a, b), four in zip(pairs, of_mixed @ [1.0, -1.0, -1.0, 1.0], strict=True):
+        second[a, b] = second[b, a] = four / (4.0 * STEP**2)
     values, vectors = np.linalg.eigh(second)
     covariance = (vectors / np.maximum(values, LARGEST**-2)) @ vectors.T
     corners = np.array(list(product((-0.5, 0.5), repeat=3))) * shape.extents

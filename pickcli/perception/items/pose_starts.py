@@ -28,12 +28,15 @@ def spread_points(points: Array, spacing: float, most: int) -> list[int]:
     """
     if not len(points):
         return []
-    chosen = [int(np.argmin(points[:, 0]))]
-    distances = np.linalg.norm(points - points[chosen[0]], axis=1)
-    while len(chosen) < most and distances.max() > spacing:
-        chosen.append(int(np.argmax(distances)))
-        distances = np.minimum(distances, np.linalg.norm(points - points[chosen[-1]], axis=1))
-    return chosen
+    x, y, z = np.ascontiguousarray(points.T)
+    chosen, squares = [int(np.argmin(x))], np.full(len(points), np.inf)
+    while True:
+        last = chosen[-1]
+        np.minimum(squares, (x - x[last]) ** 2 + (y - y[last]) ** 2 + (z - z[last]) ** 2, out=squares)
+        farthest = int(np.argmax(squares))
+        if len(chosen) >= most or squares[farthest] <= spacing**2:
+            return chosen
+        chosen.append(farthest)
 
 
 def face_starts(shape: Shape, seeds: Array, normals: Array, room: Room) -> Array:

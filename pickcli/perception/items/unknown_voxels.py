@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +48,9 @@ class RoomVoxels:
     is_room: NDArray[np.bool_]
 
     @classmethod
+    @lru_cache(maxsize=64)
     def of(cls, room: Room) -> RoomVoxels:
-        """Divide a room.
+        """Divide a room; cached.
 
         Args:
             room: The room.
@@ -106,8 +108,9 @@ def unknown_boxes(
     width = float(voxels.sides.max())
     is_unknown, is_something = voxels.is_room.copy(), np.zeros(len(voxels.middles), dtype=bool)
     for sight in sights:
-        is_unknown &= ~sight.clear(voxels.middles, width)
-        is_something |= sight.at_unexplained(voxels.middles, width)
+        is_clear, is_held = sight.cubes(voxels.middles, width)
+        is_unknown &= ~is_clear
+        is_something |= is_held
     for shape, T in explained:
         own = transform_points(inverse(T), voxels.middles)
         is_unknown &= ~shape.inflated(width / 2).contains(own)  # or boxes would reach into the answer
@@ -197,17 +200,24 @@ def merged_boxes(is_filled: NDArray[np.bool_]) -> NDArray[np.intp]:
     Returns:
         (N, 2, 3) first indices, and those after the last ones. Each filled cell is in one box, no other is.
     """
-    left, found = is_filled.copy(), []
-    for x, y, z in np.argwhere(is_filled).tolist():
-        if not left[x, y, z]:
-            continue
+    n_x, n_y, n_z = is_filled.shape
+    along_x, along_y = n_y * n_z, n_z
+    left, found = bytearray(is_filled.tobytes()), []
+    first = left.find(1)
+    while first >= 0:
+        x, y, z = first // along_x, first // along_y % n_y, first % n_z
         x1, y1, z1 = x + 1, y + 1, z + 1
-        while x1 < left.shape[0] and left[x1, y, z]:
+        while x1 < n_x and left[first + (x1 - x) * along_x]:
             x1 += 1
-        while y1 < left.shape[1] and left[x:x1, y1, z].all():
+        end = first + (x1 - x) * along_x
+        while y1 < n_y and 0 not in left[first + (y1 - y) * along_y : end + (y1 - y) * along_y : along_x]:
             y1 += 1
-        while z1 < left.shape[2] and left[x:x1, y:y1, z1].all():
+        rows = [first + k * along_y for k in range(y1 - y)]
+        while z1 < n_z and not any(0 in left[row + z1 - z : end + z1 - z : along_x] for row in rows):
             z1 += 1
-        left[x:x1, y:y1, z:z1] = False
+        for i in range(first, end, along_x):
+            for row in range(i, i + (y1 - y) * along_y, along_y):
+                left[row : row + z1 - z] = bytes(z1 - z)
         found.append(((x, y, z), (x1, y1, z1)))
+        first = left.find(1, first)
     return np.array(found, dtype=np.intp).reshape(-1, 2, 3)

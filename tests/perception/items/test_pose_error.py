@@ -95,10 +95,11 @@ def test_the_spread_of_the_surface_is_that_of_its_corners(shape: Shape) -> None:
     corners = np.array(list(product((-0.5, 0.5), repeat=3))) * shape.extents
     at = transform_points(TRUE, corners)
 
-    def cost(T: Array) -> float:
-        return float(np.sum((transform_points(T, corners) - at) ** 2)) / 2.0 / 0.001**2
+    def costs(poses: Array) -> Array:
+        off = np.array([transform_points(T, corners) - at for T in poses])
+        return np.asarray((off**2).sum(axis=(1, 2)) / 2.0 / 0.001**2)
 
-    spread = pose_spread(shape, TRUE, cost)
+    spread = pose_spread(shape, TRUE, costs)
     assert spread.position == pytest.approx(0.001 / np.sqrt(8), rel=0.02)
     assert spread.surface >= spread.position
     assert spread.surface <= spread.position + spread.angle * shape.bounding_radius * 1.02

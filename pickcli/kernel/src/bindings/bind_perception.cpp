@@ -242,6 +242,15 @@ nb::object evidence_of(const PlacePicture& self, nb::handle products_in, nb::han
   return to_numpy(std::move(out), {found.size(), 7});
 }
 
+nb::object costs_of(const PlacePicture& self, int product, nb::handle poses_in, const nb::tuple& placed_in) {
+  const std::vector<Pose> poses = to_poses(poses_in, "T_camera_item");
+  const Composite others = composed(self, to_placed(self, placed_in[0], placed_in[1]), -1);
+  std::vector<double> costs;
+  for (const Pose& T : poses) costs.push_back(self.cost_before(to_product(self, product), T, others));
+  const std::size_t n = costs.size();
+  return to_numpy(std::move(costs), {n});
+}
+
 nb::tuple composed_of(const PlacePicture& self, nb::handle products_in, nb::handle poses_in) {
   Composite all = composed(self, to_placed(self, products_in, poses_in), -1);
   const std::size_t H = static_cast<std::size_t>(self.height()), W = static_cast<std::size_t>(self.width());
@@ -392,6 +401,18 @@ Returns:
     (N, 7) pixels that would show it if nothing but what is known were before it; of these those that no other item
     hides; of these those in which its surface, something behind it, and something before it was measured; the gain by
     which the picture is explained better with it than without; the mean cost of the colours of supported pixels.)")
+      .def("costs", &costs_of, "product"_a, "T_camera_item"_a, "placed"_a,
+           nb::sig("def costs(self, product: int, T_camera_item: " APC_F64 ", placed: tuple[" APC_I32
+                   ", " APC_F64 "]) -> " APC_F64),
+           R"(Tell what an item costs at several poses, beside what it hides there.
+
+Args:
+    product: Index of the item.
+    T_camera_item: (N, 4, 4) poses.
+    placed: Indices (M,) and poses (M, 4, 4) of other items that are there.
+
+Returns:
+    (N,) costs of the picture with the item, less that without it; penetrations cost nothing here.)")
       .def("composed", &composed_of, "products"_a, "T_camera_item"_a,
            nb::sig("def composed(self, products: " APC_I32 ", T_camera_item: " APC_F64 ") -> tuple[" APC_I32
                    ", " APC_F32 ", " APC_F32 "]"),
