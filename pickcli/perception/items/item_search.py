@@ -58,6 +58,7 @@ _BADLY_EXPLAINED = 0.8  # nats of a pixel
 _UNEXPLAINED = 0.012  # m before what is explained, of points that nothing explains
 _THIN = 0.005  # m before it, of points that block the sight
 _ODD, _ODD_AREA = 1.4, 7  # nats of a pixel in the mean over so many px square
+_SPARSE, _MOSTLY = 0.2, 0.6  # shares of an area, and of what was measured in it, that are before
 _LEAST_PART = 130  # pixels of 2 mm, of a part that is told
 _NEAR, _COARSELY_NEAR = 0.006, 0.01  # m between a surface and what was measured of it
 _SETTLED, _OFF = 0.5, 0.1  # shares of what an item shows that are supported at least, and off at most
@@ -168,7 +169,8 @@ class ItemSearch:
             The parts, the largest first; where no depth was measured the surface behind tells where.
         """
         _, points, is_before, is_odd = self._left(found, _UNEXPLAINED)
-        labels, n_parts = label(_opened(is_before, 3) | is_odd)
+        is_sparse = _sparsely_measured(is_before, np.isfinite(self._view.depth))
+        labels, n_parts = label(_opened(is_before, 3) | is_sparse | is_odd)
         own = [points[labels == part] for part in range(1, n_parts + 1)]
         parts = [
             UnexplainedPart(len(each), each.min(axis=0), each.max(axis=0))
@@ -297,6 +299,18 @@ class ItemSearch:
     def _lost(self, i: int) -> float:
         """Share of an item's surface from which nothing comes back."""
         return self._depth_model.no_return.get(self._models[i].item.material, 0.0)
+
+
+def _sparsely_measured(is_before: NDArray[np.bool_], is_measured: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Areas in which most of the little that was measured is before what is explained: clear items are so.
+
+    Where nothing came back a pixel tells nothing, so neighbours tell for it.
+    """
+    before, measured = (
+        uniform_filter(each.astype(np.float32), _ODD_AREA) for each in (is_before, is_measured)
+    )
+    is_dense = (before > _SPARSE) & (before > _MOSTLY * measured)
+    return _opened(is_dense & (is_before | ~is_measured), _ODD_AREA)
 
 
 def _opened(is_set: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:

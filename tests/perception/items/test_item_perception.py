@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import InputError
 from pickcli.geometry import inverse, pose
 from pickcli.perception.items.item_perception import ListedItem
 from pickcli.perception.items.perceived_file import Perceived, perceived_values
 from pickcli.perception.items.symmetry import turn_between
+from pickcli.random_scenes.make_scene import make_scene
 from support.filled_bins import Filled, looked_at
 
 
@@ -68,6 +70,18 @@ def test_what_is_there_but_not_listed_is_told(filled: Filled) -> None:
         middle = (observed.unexplained[0].low + observed.unexplained[0].high) / 2
         placed = inverse(filled.T_world_place) @ filled.scene.find(item_id).T_world_item
         assert np.linalg.norm(middle[:2] - placed[:2, 3]) < 0.15
+
+
+def test_a_clear_item_that_is_not_listed_is_told_by_the_little_that_comes_back(cell: Cell) -> None:
+    """Nothing comes back from 85 % of it; colours alone would not tell."""
+    seen = looked_at(make_scene({"bin_E": ("command_hooks", "rawlings_baseball")}, cell, seed=5))
+    listed = [each for each in seen.listed if each.id == "rawlings_baseball"]
+    observed = seen.perceived(listed)
+    assert observed.has_unlisted
+    middle = (observed.unexplained[0].low + observed.unexplained[0].high) / 2
+    placed = inverse(seen.T_world_place) @ seen.scene.find("command_hooks").T_world_item
+    assert np.linalg.norm(middle[:2] - placed[:2, 3]) < 0.15
+    assert seen.perceived().unexplained == ()
 
 
 def test_an_empty_bin_has_nothing_to_be_found(filled: Filled) -> None:
