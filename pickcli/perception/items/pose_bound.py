@@ -24,6 +24,7 @@ from pickcli.cell.sensors.sensor_model import DepthModel, SensorModel
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import Array
 from pickcli.perception.items.item_observation import Agreement, Support
+from pickcli.perception.items.symmetry import unlikeness
 from pickcli.scene.scene import PoseNoise
 
 ROUNDING = 0.05  # mm, or degrees, below which errors are alike
@@ -165,5 +166,7 @@ def _bound(item: Item, model: BoundModel, features: Array, wider: float = 1.0) -
     position, angle, displacement = (wider * model.bounds(features[None])[0]).tolist()
     if item.shape.kind is ShapeKind.SPHERE:  # its turns do not show
         angle = 0.0
-    bound = PoseNoise(1e-3 * position, float(np.radians(angle)), 1e-3 * max(position, displacement))
+    # Sides that are nearly equal may be exchanged in all looks alike, whatever their poses vary by.
+    surface = 1e-3 * max(position, displacement) + unlikeness(item.shape)
+    bound = PoseNoise(1e-3 * position, float(np.radians(angle)), surface)
     return None if bound.position > LARGEST.position or bound.angle > LARGEST.angle else bound

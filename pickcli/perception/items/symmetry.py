@@ -36,6 +36,20 @@ def symmetries(shape: Shape) -> tuple[Array, ...]:
     )  # fmt: skip
 
 
+def unlikeness(shape: Shape) -> float:
+    """Compute by how much sides differ that may be taken for each other.
+
+    Args:
+        shape: A box, cylinder or sphere.
+
+    Returns:
+        m by which the surface is elsewhere if two of them are exchanged; 0 where none are but equal ones.
+    """
+    if shape.kind is not ShapeKind.BOX:
+        return 0.0
+    return max(_exchange(shape, S) for S in symmetries(shape))
+
+
 def turn_between(shape: Shape, R: Array, R_true: Array) -> float:
     """Compute the least angle between two orientations of a shape.
 
@@ -100,7 +114,12 @@ def _alike(shape: Shape, R: Array, R_true: Array) -> Iterator[tuple[Array, float
             axis = turn / sine if sine > 0.0 else np.eye(3)[0]
             yield rotation_axis_angle(axis, np.arctan2(sine, cosine)).T @ R, 0.0
         else:
-            yield R_true @ S, float(np.linalg.norm(np.abs(S) @ shape.extents - shape.extents)) / 2
+            yield R_true @ S, _exchange(shape, S)
+
+
+def _exchange(shape: Shape, S: Array) -> float:
+    """By how much (m) corners of a box are elsewhere if it is turned by one of its symmetries (3, 3)."""
+    return float(np.linalg.norm(np.abs(S) @ shape.extents - shape.extents)) / 2
 
 
 @cache

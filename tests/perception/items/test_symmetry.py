@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, rotation_axis_angle, rotation_rpy
-from pickcli.perception.items.symmetry import symmetries, turn_between
+from pickcli.geometry import Array, pose, rotation_axis_angle, rotation_rpy
+from pickcli.perception.items.symmetry import displacement_between, symmetries, turn_between, unlikeness
 
 BRICK = Shape(ShapeKind.BOX, (0.2, 0.1, 0.05))
 COLUMN = Shape(ShapeKind.BOX, (0.1, 0.1, 0.3))
@@ -34,6 +34,17 @@ def test_symmetries_are_a_group_that_keeps_the_shape(shape: Shape, n: int) -> No
 def test_sides_that_differ_little_count_as_equal() -> None:
     assert len(symmetries(Shape(ShapeKind.BOX, (0.101, 0.1, 0.3)))) == 8
     assert len(symmetries(Shape(ShapeKind.BOX, (0.104, 0.1, 0.3)))) == 4
+
+
+def test_what_exchanged_sides_move_is_known() -> None:
+    """The surface is off by no more than that, and by as much after one of the exchanges."""
+    nearly = Shape(ShapeKind.BOX, (0.0985, 0.1, 0.3))
+    T = pose((0.2, 0.1, 0.4), R=rotation_rpy(0.3, -1.0, 2.0))
+    off = [displacement_between(nearly, T @ pose(np.zeros(3), R=S), T) for S in symmetries(nearly)]
+    assert max(off) <= unlikeness(nearly) == pytest.approx(0.0015 / np.sqrt(2))
+    corner = np.abs(nearly.extents - nearly.extents[[1, 0, 2]]) / 2
+    assert unlikeness(nearly) == pytest.approx(np.linalg.norm(corner))
+    assert [unlikeness(shape) for shape in (BRICK, COLUMN, CUBE, CAN, BALL)] == [0.0] * 5
 
 
 @pytest.mark.parametrize("shape", [BRICK, COLUMN, CUBE, CAN, BALL])
