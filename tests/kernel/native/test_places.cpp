@@ -48,7 +48,7 @@ PlacePicture random_picture(test::Random& random) {
 }
 
 Pose before_camera(test::Random& random) {
-  Pose T = random.pose(0.3);
+  Pose T = random.pose(0.15);
   T.p.z = random.between(0.0, 0.7);
   return T;
 }
