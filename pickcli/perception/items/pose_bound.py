@@ -166,7 +166,9 @@ def _bound(item: Item, model: BoundModel, features: Array, wider: float = 1.0) -
     position, angle, displacement = (wider * model.bounds(features[None])[0]).tolist()
     if item.shape.kind is ShapeKind.SPHERE:  # its turns do not show
         angle = 0.0
-    # Sides that are nearly equal may be exchanged in all looks alike, whatever their poses vary by.
-    surface = 1e-3 * max(position, displacement) + unlikeness(item.shape)
-    bound = PoseNoise(1e-3 * position, float(np.radians(angle)), surface)
+    # Sides that are nearly equal may be exchanged in all looks alike, whatever their poses vary by. Faces
+    # that are seen stay where they are: the middle moves by half the difference, faces behind by all of it.
+    off = unlikeness(item.shape)
+    surface = 1e-3 * max(position, displacement) + 2.0 * off
+    bound = PoseNoise(1e-3 * position + off, float(np.radians(angle)), surface)
     return None if bound.position > LARGEST.position or bound.angle > LARGEST.angle else bound

@@ -11,7 +11,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.sensors.sensor_model import SensorModel
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import pose
+from pickcli.geometry import Array, pose
 from pickcli.perception.items.agreement import agreed_confidence, matched
 from pickcli.perception.items.item_observation import Agreement
 from pickcli.perception.items.item_perception import ListedItem, PlaceLook, concluded
@@ -149,14 +149,15 @@ def test_bounds_know_how_far_both_looks_are_apart_and_how_coarsely_depth_is_roun
     assert agreed_bound_of(item, support, fine, 0.98, Agreement(0.99, apart(0.2))) is None
 
 
-def test_bounds_of_the_surface_cover_sides_that_are_exchanged(looks: tuple[PlaceLook, PlaceLook]) -> None:
-    """Both looks may exchange them alike: 62 by 60 mm are no 61 by 61."""
+def test_bounds_cover_sides_that_are_exchanged(looks: tuple[PlaceLook, PlaceLook]) -> None:
+    """Both looks may exchange them alike, and keep the faces that they see: 62 by 60 mm are no 61 by 61."""
     support, sensor = next(iter(looks[0].found.values())).support, looks[0].rgbd.sensor
 
-    def surface(sides: tuple[float, float]) -> float:
+    def bounds(sides: tuple[float, float]) -> Array:
         item = replace(looks[0].listed[0].item, shape=Shape(ShapeKind.BOX, (*sides, 0.12)))
         bound = agreed_bound_of(item, support, sensor, 0.999, Agreement(0.99, apart(0.2)))
         assert bound is not None and bound.displacement is not None
-        return bound.displacement
+        return np.array([bound.position, bound.displacement, bound.angle])
 
-    assert surface((0.062, 0.060)) == pytest.approx(surface((0.061, 0.061)) + 0.002 / np.sqrt(2))
+    middle, behind = np.hypot(0.001, 0.001), np.hypot(0.002, 0.002)
+    np.testing.assert_allclose(bounds((0.062, 0.060)) - bounds((0.061, 0.061)), [middle, behind, 0.0])
