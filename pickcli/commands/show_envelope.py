@@ -80,7 +80,7 @@ def _found(
         if year is not None:
             raise click.UsageError("--year is for items without a scene; leave it out with --scene")
         scene = open_scene(scene_path, cell_name, request)
-        return scene, scene.instance(name)
+        return scene, scene.find(name)
     if cell_name is None:
         raise click.UsageError("no surroundings: name a scene with --scene, or a cell with --cell")
     item = find_item(name, year, request.items)
