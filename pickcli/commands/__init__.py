@@ -9,7 +9,7 @@ Read in this order:
   `plan_stow`, `plan_shift`, `plan_topple`, `plan_move`, `verify`, `execute`, `check_driver`, `export` and
   `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for many.
 - Content and checks of files: `inspect`, `show`, `show_strategy` and `check`.
-- Items: `show_grasps` and `import_tsr`, with the `named_item` of both.
+- Items: `show_grasps`, `show_envelope` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,
   `artifact_options`, `scene_options`, `stream_options`, `plan_options`, `build_options`, `trial_options`,
   `pod_shift`, `operator_stop_option`; `logs` has --verbose and --debug.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,7 +90,8 @@ def _found(
     item = cell.items[item.name, item.year]  # as it seals under the cell's pump
     place = next(iter(cell.places.values()))
     T = cell.T_world_place(place) @ pose((place.room.low + place.room.high) / 2)
-    return empty_scene(cell), PlacedItem(item.name, item, place.name, T)
+    target = PlacedItem(item.name, item, place.name, T)
+    return replace(empty_scene(cell), items=(target,)), target
 
 
 def _rows(scene: Scene, target: PlacedItem, seed: int, is_in_scene: bool) -> list[EnvelopeRow]:
@@ -99,23 +101,26 @@ def _rows(scene: Scene, target: PlacedItem, seed: int, is_in_scene: bool) -> lis
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.seeds import derived_rng
 
-    context = PlanningContext(scene.cell)
-    found = ItemEnvelopes.of(context, scene, target)
+    context, tool = PlanningContext(scene.cell), scene.cell.robot.tool
+    states = [tool.default_state] if tool.grip.takes_widths else list(tool.states)
+    in_states = [ItemEnvelopes.of(context, scene, target, state) for state in states]
     if not is_in_scene:
-        return [EnvelopeRow(envelope) for envelope in found.envelopes]
+        return [EnvelopeRow(envelope, str(states[0])) for envelope in in_states[0].envelopes]
     rows = []
-    for envelope in found.envelopes:
-        left = truncated(envelope, target.T_world_item, found.tool)
-        rng = derived_rng("reached", envelope.name, seed)
-        reached = found.reached(context, left.envelope, N_REACHED, rng) if left.envelope is not None else 0.0
-        rows.append(EnvelopeRow(envelope, left, reached))
+    for k, envelope in enumerate(in_states[0].envelopes):
+        left = [truncated(found.envelopes[k], target.T_world_item, found.tool) for found in in_states]
+        best = max(range(len(states)), key=lambda i: left[i].kept * left[i].cone_share)
+        rng, part, reached = derived_rng("reached", envelope.name, seed), left[best].envelope, 0.0
+        if part is not None:
+            reached = in_states[best].reached(context, part, N_REACHED, rng)
+        rows.append(EnvelopeRow(envelope, str(states[best]), left[best], reached))
     return rows
 
 
 def _as_json(row: EnvelopeRow) -> dict[str, object]:
     envelope, left = row.envelope, row.truncation
     told: dict[str, object] = {
-        "name": envelope.name, "about": envelope.surface.name.lower(),
+        "name": envelope.name, "tool_state": row.tool_state, "about": envelope.surface.name.lower(),
         "low": envelope.low.tolist(), "high": envelope.high.tolist(), "cone": float(envelope.cone),
         "depth": envelope.depth,
     }  # fmt: skip
@@ -138,4 +143,6 @@ def _as_text(row: EnvelopeRow) -> str:
     if left.envelope is None:
         return f"{row.envelope.name}: nothing is proven free{why}"
     kept = f"{left.kept:.0%} of it with {left.cone_share:.0%} of its cones is proven free"
-    return f"{row.envelope.name}: {kept}, of which the arm reaches {row.reached:.0%}{why}"
+    return (
+        f"{row.envelope.name}, tool {row.tool_state}: {kept}, of which the arm reaches {row.reached:.0%}{why}"
+    )

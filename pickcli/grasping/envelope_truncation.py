@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.grasping.envelope import Envelope
+from pickcli.grasping.envelope import Alignment, Envelope
 from pickcli.kernel import SurfaceKind, prove_pose_blocks
 
 SHARES = (0.25, 0.5, 0.75, 1.0)  # of the cones' angles that are tried, rising: each contains those before
@@ -27,6 +27,7 @@ NO_RANGE = 1e-3  # m or rad that is not divided
 LEAST_BLOCKS = 3  # along a coordinate that has a range
 SMALLEST = 1e-3  # m of clearance that is not looked for
 MOST_CELLS = 3_000  # of a block; one that is not proven by then counts as blocked
+N_WINDOWS = 8  # of a free roll
 N_EXPLAINED = 100  # poses of the whole envelope, at which what is in the way is looked up
 ANGLES = {
     SurfaceKind.PLANE: 0,
@@ -56,8 +57,9 @@ class Truncation:
 def truncated(envelope: Envelope, T_world_object: Array, tool: FreeToolChecker) -> Truncation:
     """Truncate an envelope to a scene.
 
-    Of the parts that are boxes in the envelope's coordinates, the largest is kept: by the share of each
-    coordinate's range, times the share of the angles of the cones, squared for the approach's.
+    If its roll is free, windows of it are tried as well, each as an alignment. Of the parts that are boxes in
+    the envelope's coordinates, the largest is kept: by the share of each coordinate's range, times the share
+    of the angles of the cones, squared for the approach's, and of the window.
 
     Args:
         envelope: The envelope, not empty.
@@ -68,6 +70,28 @@ def truncated(envelope: Envelope, T_world_object: Array, tool: FreeToolChecker) 
         The part of it in which the tool keeps the cell's clearance at every pose, and what stands against the
         rest.
     """
+    found, most = _largest_part(envelope, T_world_object, tool)
+    for window in _windows(envelope):
+        part, size = _largest_part(window, T_world_object, tool)
+        if size / N_WINDOWS > most:
+            found, most = part, size / N_WINDOWS
+    return replace(found, against=_most_in_the_way(envelope, T_world_object, tool))
+
+
+def _windows(envelope: Envelope) -> Iterator[Envelope]:
+    """Yield parts of an envelope whose roll is free, in each of which it is bounded."""
+    if envelope.alignment is not None:
+        return
+    for k in range(N_WINDOWS):
+        angle = 2 * np.pi * k / N_WINDOWS
+        tool_axis = np.array([np.cos(angle), np.sin(angle), 0.0])
+        yield replace(envelope, alignment=Alignment(tool_axis, envelope.roll_from, np.pi / N_WINDOWS))
+
+
+def _largest_part(
+    envelope: Envelope, T_world_object: Array, tool: FreeToolChecker
+) -> tuple[Truncation, float]:
+    """Return the largest part that is proven free, without what is in the way, and its size as a share."""
     found, most = Truncation(None, 0.0, 0.0, None), 0.0
     blocks = _Blocks.of(envelope)
     are_free = np.ones(blocks.shape, dtype=bool)
@@ -79,7 +103,7 @@ def truncated(envelope: Envelope, T_world_object: Array, tool: FreeToolChecker) 
             if kept * orientations > most:
                 most = kept * orientations
                 found = Truncation(envelope.within(low, high, share), kept, share, None)
-    return replace(found, against=_most_in_the_way(envelope, T_world_object, tool))
+    return found, most
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,11 +38,13 @@ class EnvelopeRow:
 
     Attributes:
         envelope: The whole envelope.
+        tool_state: State of the tool in which most of it is left.
         truncation: What the scene leaves of it; None without a scene.
         reached: Share of it that the arm reaches; of what is left of it, in a scene. None without one.
     """
 
     envelope: Envelope
+    tool_state: str
     truncation: Truncation | None = None
     reached: float | None = None
 
@@ -109,7 +111,15 @@ def _table(rows: Sequence[EnvelopeRow]) -> PageTable:
         kept = "" if left is None else f"{left.kept:.0%}" if left.envelope is not None else "nothing"
         share = "" if left is None or left.envelope is None else f"{left.cone_share:.0%}"
         reached = "" if row.reached is None else f"{row.reached:.0%}"
-        return row.envelope.name, str(row.envelope.surface.name).lower(), cone, kept, share, reached
+        return (
+            row.envelope.name,
+            row.tool_state,
+            str(row.envelope.surface.name).lower(),
+            cone,
+            kept,
+            share,
+            reached,
+        )
 
-    header = ("from", "about", "cone, degrees", "kept", "of the cones", "reached")
+    header = ("from", "tool", "about", "cone, degrees", "kept", "of the cones", "reached")
     return PageTable("Envelopes", header, tuple(cells(row) for row in rows))

@@ -38,13 +38,16 @@ class ItemEnvelopes:
     arm: SceneChecker
 
     @classmethod
-    def of(cls, context: PlanningContext, scene: Scene, target: PlacedItem) -> ItemEnvelopes:
-        """Make the envelopes of an item.
+    def of(
+        cls, context: PlanningContext, scene: Scene, target: PlacedItem, state: ToolState
+    ) -> ItemEnvelopes:
+        """Make the envelopes of an item for one state of the tool.
 
         Args:
             context: The cell and its models.
             scene: The scene.
             target: The item, in it.
+            state: State of the tool.
 
         Returns:
             The envelopes.
@@ -52,7 +55,7 @@ class ItemEnvelopes:
         Raises:
             NoPlanError: The tool cannot grasp it from any side.
         """
-        state, contacts = context.cell.robot.tool.default_state, at_object(target.id)
+        contacts = at_object(target.id)
         axes = context.cell.T_world_place(context.cell.places[target.location])[:3, :3]
         tool = context.checkers.tool(scene, state, axes, contacts)
         envelopes = context.method.envelopes(target.item, tool.depth)

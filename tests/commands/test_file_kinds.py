@@ -92,6 +92,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "cache": {},
     "show-strategy": {"strategy_name": STRATEGY},
     "show-grasps": {"cell_name": CELL, "items_path": ITEMS},
+    "show-envelope": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "import-tsr": {"path": TSRS, "items_path": ITEMS},
     "inspect": {"path": None, "cell_name": CELL, "items_path": ITEMS},
     "show": {
@@ -164,7 +165,7 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["scene_path"] = files[TRIALS] / IN_TOTE
     needed = {"scene_path", "urdf"} - ({"scene_path"} if name == "stream_path" else set())
     right |= {"now": 5, "bin_name": None} if name == "stream_path" else {}
-    if command == "show-grasps":
+    if command in ("show-envelope", "show-grasps"):
         right["output"] = out.with_suffix(".html")
     if command == "render":
         right |= {"name": "hand", "output": out.with_suffix(".png")}

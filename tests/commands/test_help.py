@@ -38,6 +38,7 @@ RANDOM = {
     "render",
     "execute",
     "run-trial",
+    "show-envelope",
     "show-grasps",
     "suggest-configurations",
     "suggest-mount",
