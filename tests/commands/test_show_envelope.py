@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from support.command_line import apc, refused
+from support.command_line import apc, misused, refused
 
 
 @pytest.fixture(scope="module")
@@ -53,16 +53,13 @@ def test_the_same_page_comes_again(soap_in_bin: Path, tmp_path: Path) -> None:
 def test_mistakes_are_told_and_nothing_is_written(soap_in_bin: Path, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     output = ("-o", page)
-    refused(
-        apc("show-envelope", "dove_beauty_bar", *output),
-        2,
-        "name a scene with --scene, or a cell with --cell",
+    misused(
+        apc("show-envelope", "dove_beauty_bar", *output), "name a scene with --scene, or a cell with --cell"
     )
     refused(apc("show-envelope", "soap", "--cell", "panda_table", *output), 3, "unknown item 'soap'")
     refused(apc("show-envelope", "soap", "--scene", soap_in_bin, *output), 3, "unknown item 'soap'")
     in_scene = ("--scene", soap_in_bin, "--year", 2016)
-    told = apc("show-envelope", "dove_beauty_bar", *in_scene, *output)
-    assert told.code == 2 and "leave it out with --scene" in told.err
+    misused(apc("show-envelope", "dove_beauty_bar", *in_scene, *output), "leave it out with --scene")
     png = ("-o", tmp_path / "p.png")
     refused(apc("show-envelope", "dove_beauty_bar", "--cell", "panda_table", *png), 3, "written as .html")
     heavy = ("fitness_gear_3lb_dumbbell", "--cell", "apc2016_delft")
