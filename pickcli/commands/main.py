@@ -60,7 +60,7 @@ COMMANDS: dict[str, str] = {
     "show": "Make a page that shows a cell, scene, plan, trial, roadmap or database in 3-D.",
     "show-strategy": "Show the behaviour tree by which trials are played, or list the strategies.",
     "show-grasps": "Make a page of an item with its regions and candidate grasps.",
-    "show-envelope": "Make a page of the envelopes of an item: the sets of poses from which the tool can grasp it.",
+    "show-envelope": "Make a page of the envelopes of an item: poses from which the tool can grasp it.",
     "import-tsr": "Convert KTH's task space regions to a file of items.",
     "inspect": "Show what is in a roadmap, database, plan, scene, stream, cell or file of perceived items.",
 }

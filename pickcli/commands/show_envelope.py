@@ -39,7 +39,7 @@ def command(
     item_name: str, year: int | None, scene_path: Path | None, cell_name: str | None, items_path: Path | None,
     arm: str | None, output: Path, overwrite: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
-    """Make a page of the envelopes of an item: the sets of poses from which the tool can grasp it.
+    """Make a page of the envelopes of an item: poses from which the tool can grasp it.
 
     In a scene, each is truncated to the largest part in which the tool without the arm is proven free at
     every pose, and the share of that part is estimated that the arm reaches.
