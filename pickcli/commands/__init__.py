@@ -6,8 +6,9 @@ Read in this order:
 - A new cell: `init`, `suggest_mount`, `suggest_configurations`.
 - Offline: `build_roadmap`, `build_trajectories`, `refresh`, `cache`; `compare_planners` beside them.
 - Online: `make_order`, `make_scene`, `make_stream`, `render`, `locate_pod`, `perceive`, `believe`,
-  `plan_stow`, `plan_shift`, `plan_topple`, `plan_move`, `verify`, `execute`, `check_driver`, `export` and
-  `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for many.
+  `plan_stow`, `plan_shift`, `plan_topple`, `plan_move`, `verify`, `execute`, `check_driver`,
+  `export`, `roll_out` and `run_trial`; `explain_stow` before a stow; `run_trials` and `compare_trials` for
+  many.
 - Content and checks of files: `inspect`, `show`, `show_strategy` and `check`.
 - Items: `show_grasps`, `show_envelope` and `import_tsr`, with the `named_item` of both.
 - Options that commands share: `options` with `option_types`; `arm_options` with the `configuration_option`,

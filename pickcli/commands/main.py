@@ -37,6 +37,7 @@ COMMANDS: dict[str, str] = {
     "make-order": "Draw a random order by the official rules.",
     "make-scene": "Place items in bins and other places, at rest.",
     "make-stream": "Draw a random stream: items that come along a conveyor.",
+    "roll-out": "Let a controller bring the tool into an envelope of an item, and show how its tasks fare.",
     "render": "Render what a camera of the cell sees of a scene.",
     "locate-pod": "Estimate where the pod stands from one depth picture, with bounds of the error.",
     "perceive": "Find the listed items of bins in one look of a camera.",

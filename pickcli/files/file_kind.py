@@ -48,6 +48,7 @@ SENSOR = FileKind("a sensor", "those of data/sensors are examples")
 PERCEIVED = FileKind("a file of perceived items", "apc perceive writes one")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 STRATEGY = FileKind("a strategy", "those of data/strategies are examples")
+STACK = FileKind("a stack of tasks", "those of data/stacks are examples")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
 JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
@@ -65,6 +66,7 @@ KINDS = (
     PERCEIVED,
     REALITY,
     STRATEGY,
+    STACK,
     URDF,
     SRDF,
     JOINT_LIMITS,
@@ -80,6 +82,7 @@ _BY_FORMAT = {
     b"perceived": PERCEIVED,
     b"reality": REALITY,
     b"strategy": STRATEGY,
+    b"stack": STACK,
 }
 _KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
 _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)

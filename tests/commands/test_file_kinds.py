@@ -23,6 +23,7 @@ from pickcli.files.file_kind import (
     SCENE,
     SENSOR,
     SRDF,
+    STACK,
     STORE,
     STRATEGY,
     STREAM,
@@ -91,6 +92,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "refresh": {"path": STORE, "cell_name": CELL},
     "cache": {},
     "show-strategy": {"strategy_name": STRATEGY},
+    "roll-out": {"stack_name": STACK, "scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "show-grasps": {"cell_name": CELL, "items_path": ITEMS},
     "show-envelope": {"scene_path": SCENE, "cell_name": CELL, "items_path": ITEMS},
     "import-tsr": {"path": TSRS, "items_path": ITEMS},
@@ -146,6 +148,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
         PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
         ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf, TRIALS: folder,
         TSRS: tsrs, STRATEGY: data_path() / "strategies" / "delft.yaml",
+        STACK: data_path() / "stacks" / "grasp.yaml",
         SENSOR: data_path() / "sensors" / "carmine.yaml",
     }  # fmt: skip
 
@@ -165,6 +168,8 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         right["scene_path"] = files[TRIALS] / IN_TOTE
     needed = {"scene_path", "urdf"} - ({"scene_path"} if name == "stream_path" else set())
     right |= {"now": 5, "bin_name": None} if name == "stream_path" else {}
+    if command == "roll-out":
+        right |= {"item_name": ITEM, "output": out.with_suffix(".csv")}
     if command in ("show-envelope", "show-grasps"):
         right["output"] = out.with_suffix(".html")
     if command == "render":

@@ -37,6 +37,7 @@ RANDOM = {
     "plan-move",
     "render",
     "execute",
+    "roll-out",
     "run-trial",
     "show-envelope",
     "show-grasps",
