@@ -22,6 +22,7 @@ MIRRORED = {
     "make_stream": "the command and the function that it calls",
     "make_scene": "the command and the function that it calls",
     "pod_shift": "the command's options and what they ask for",
+    "roll_out": "the command and the function that it calls",
     "verify": "the command and the function that it calls",
 }
 

@@ -30,7 +30,7 @@ Gain = Annotated[float, Field(gt=0, le=1000)]
 Distance = Annotated[float, Field(ge=0, le=1)]
 
 
-class JointLimitModel(FileModel):
+class JointLimitTaskModel(FileModel):
     """Limits of positions, rates and accelerations."""
 
     kind: Literal["joint_limits"] = Field(description="'joint_limits'")
@@ -39,7 +39,7 @@ class JointLimitModel(FileModel):
     )
 
 
-class ObstacleModel(FileModel):
+class ObstacleTaskModel(FileModel):
     """Distances from what is near."""
 
     kind: Literal["obstacles"] = Field(description="'obstacles'")
@@ -49,7 +49,7 @@ class ObstacleModel(FileModel):
     gain: Gain = Field(description="1/s")
 
 
-class EnvelopeModel(FileModel):
+class EnvelopeTaskModel(FileModel):
     """The envelope of the item that is grasped."""
 
     kind: Literal["envelope"] = Field(description="'envelope'")
@@ -59,7 +59,7 @@ class EnvelopeModel(FileModel):
     )
 
 
-class PostureModel(FileModel):
+class PostureTaskModel(FileModel):
     """A configuration to which the joints are drawn."""
 
     kind: Literal["posture"] = Field(description="'posture'")
@@ -68,7 +68,8 @@ class PostureModel(FileModel):
 
 
 TaskModel = Annotated[
-    JointLimitModel | ObstacleModel | EnvelopeModel | PostureModel, Field(discriminator="kind")
+    JointLimitTaskModel | ObstacleTaskModel | EnvelopeTaskModel | PostureTaskModel,
+    Field(discriminator="kind"),
 ]
 
 
@@ -159,8 +160,8 @@ class StackFile:
         """
         limits = controlled.arm.limits
         make: dict[type[FileModel], Callable[..., Task]] = {
-            JointLimitModel: lambda m: JointLimitTask(m.kind, limits, m.speed_scale),
-            ObstacleModel: lambda m: ObstacleTask(
+            JointLimitTaskModel: lambda m: JointLimitTask(m.kind, limits, m.speed_scale),
+            ObstacleTaskModel: lambda m: ObstacleTask(
                 m.kind,
                 controlled.validator,
                 m.wanted,
@@ -169,10 +170,10 @@ class StackFile:
                 m.gain,
                 limits.acceleration,
             ),
-            EnvelopeModel: lambda m: ToolTask(
+            EnvelopeTaskModel: lambda m: ToolTask(
                 m.kind, controlled.arm, controlled.tool_state, goal, m.gain, m.inside
             ),
-            PostureModel: lambda m: PostureTask(m.kind, self._named(controlled, m.to), m.gain),
+            PostureTaskModel: lambda m: PostureTask(m.kind, self._named(controlled, m.to), m.gain),
         }
         levels = tuple(tuple(make[type(task)](task) for task in level.tasks) for level in self.model.levels)
         at = next(i for i, names in enumerate(self.task_names) if self.model.goal in names)
