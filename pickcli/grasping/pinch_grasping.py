@@ -54,7 +54,15 @@ class PinchGrasping(GraspMethod):
         return float(min(item.shape.extents)) < max(self.tool.positions.values())
 
     def envelopes(self, item: Item, depth: float) -> tuple[Envelope, ...]:
-        """Return the envelopes in which the fingers enclose an item (see ``GraspMethod``)."""
+        """Return the envelopes in which the fingers enclose an item (see ``GraspMethod``).
+
+        Args:
+            item: The item.
+            depth: m, from the front of the hand or lance to the tip.
+
+        Returns:
+            The envelopes, in the item's frame; () if there is none.
+        """
         return finger_envelopes(item.shape, FingerReach.of(self.tool, self.gripper, depth))
 
     def sample(

@@ -59,7 +59,15 @@ class SuctionGrasping(GraspMethod):
         return item.suction and bool(faces(item, self.tool))
 
     def envelopes(self, item: Item, depth: float) -> tuple[Envelope, ...]:
-        """Return the envelopes in which the cup seals on an item (see ``GraspMethod``)."""
+        """Return the envelopes in which the cup seals on an item (see ``GraspMethod``).
+
+        Args:
+            item: The item.
+            depth: m, from the front of the hand or lance to the tip.
+
+        Returns:
+            The envelopes, in the item's frame; () if there is none.
+        """
         return cup_envelopes(item, self.tool)
 
     def sample(

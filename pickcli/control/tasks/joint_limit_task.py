@@ -31,7 +31,14 @@ class JointLimitTask(Task):
     speed_scale: float = 1.0
 
     def rows(self, state: ControlState) -> BoundedRows:
-        """Return one row for each joint: the rates from which it can still stop before its end."""
+        """Return one row for each joint: the rates from which it can still stop before its end.
+
+        Args:
+            state: The robot now.
+
+        Returns:
+            (m, n) rows and their bounds, per s.
+        """
         velocity, acceleration = (
             self.speed_scale * each for each in (self.limits.velocity, self.limits.acceleration)
         )
@@ -46,6 +53,13 @@ class JointLimitTask(Task):
         return BoundedRows(np.eye(len(state.q)), low, high)
 
     def error(self, state: ControlState) -> float:
-        """Return how far a joint is beyond its limit, in rad or m."""
+        """Return how far a joint is beyond its limit, in rad or m.
+
+        Args:
+            state: The robot now.
+
+        Returns:
+            Its size, 0 where the task is met.
+        """
         lower, upper = self.limits.window
         return max(0.0, float(np.max(np.maximum(lower - state.q, state.q - upper))))

@@ -44,7 +44,14 @@ class ObstacleTask(Task):
     acceleration: Array
 
     def rows(self, state: ControlState) -> BoundedRows:
-        """Return the rows, one for each pair within the influence."""
+        """Return the rows, one for each pair within the influence.
+
+        Args:
+            state: The robot now.
+
+        Returns:
+            (m, n) rows and their bounds, per s.
+        """
         distances, gradients, parts = self.validator.kernel.near_pairs(state.q, self.influence)
         left = distances - np.where(parts[:, 1] == ContactKind.SELF, self.between_links, self.wanted)
         deceleration = BRAKING * np.abs(gradients) @ self.acceleration
@@ -53,7 +60,14 @@ class ObstacleTask(Task):
         )
 
     def error(self, state: ControlState) -> float:
-        """Return by how many m the least distance is below what is wanted of it."""
+        """Return by how many m the least distance is below what is wanted of it.
+
+        Args:
+            state: The robot now.
+
+        Returns:
+            Its size, 0 where the task is met.
+        """
         distances, _, parts = self.validator.kernel.near_pairs(state.q, self.influence)
         wanted = np.where(parts[:, 1] == ContactKind.SELF, self.between_links, self.wanted)
         return max(0.0, float(np.max(wanted - distances, initial=0.0)))

@@ -26,9 +26,23 @@ class PostureTask(Task):
     gain: float
 
     def rows(self, state: ControlState) -> BoundedRows:
-        """Return one equality for each joint."""
+        """Return one equality for each joint.
+
+        Args:
+            state: The robot now.
+
+        Returns:
+            (m, n) rows and their bounds, per s.
+        """
         return BoundedRows.equal(np.eye(len(self.q)), self.gain * (self.q - state.q))
 
     def error(self, state: ControlState) -> float:
-        """Return the largest distance of a joint from the configuration, in rad or m."""
+        """Return the largest distance of a joint from the configuration, in rad or m.
+
+        Args:
+            state: The robot now.
+
+        Returns:
+            Its size, 0 where the task is met.
+        """
         return float(np.abs(self.q - state.q).max())

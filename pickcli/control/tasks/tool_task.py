@@ -36,7 +36,14 @@ class ToolTask(Task):
     inside: float = 1e-3
 
     def rows(self, state: ControlState) -> BoundedRows:
-        """Return the rows, one for each inequality."""
+        """Return the rows, one for each inequality.
+
+        Args:
+            state: The robot now.
+
+        Returns:
+            (m, n) rows and their bounds, per s.
+        """
         goal = self.goal
         chain, T_last_palm = self.arm.chain(self.tool_state), self.arm.robot.tool.T_last_tip @ goal.T_tip_palm
         T_object_palm = inverse(goal.T_world_object) @ chain.fk(state.q)[-1] @ T_last_palm
@@ -47,7 +54,14 @@ class ToolTask(Task):
         return BoundedRows.at_most(gradients @ in_object, -self.gain * (values + self.inside))
 
     def error(self, state: ControlState) -> float:
-        """Return the largest excess over a bound, in m or as a difference of cosines."""
+        """Return the largest excess over a bound, in m or as a difference of cosines.
+
+        Args:
+            state: The robot now.
+
+        Returns:
+            Its size, 0 where the task is met.
+        """
         goal = self.goal
         T = inverse(goal.T_world_object) @ self.arm.tip(state.q, self.tool_state) @ goal.T_tip_palm
         return max(0.0, float(pose_constraint_values(goal.constraints, T[None]).max()))
