@@ -39,7 +39,14 @@ class Stack:
     deceleration: Array
 
     def braked(self, state: ControlState) -> Array:
-        """Return the joint rates (n,) of a period in which every joint brakes."""
+        """Return the joint rates of a period in which every joint brakes.
+
+        Args:
+            state: The robot now.
+
+        Returns:
+            (n,) rad/s or m/s.
+        """
         change = self.deceleration * state.period
         return np.asarray(state.dq - np.clip(state.dq, -change, change))
 
